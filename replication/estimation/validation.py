@@ -1,0 +1,75 @@
+"""Checks of matrices and scalars shared by all methods; every failure is an `InvalidInputError` that names the argument."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from replication.errors import InvalidInputError
+
+Array = npt.NDArray[np.float64]
+
+
+def as_matrix(name: str, value: Any, *, rows: int | None = None, columns: int | None = None) -> Array:
+    """Return `value` as a read-only float matrix of the requested shape.
+
+    Shapes: (rows, columns), None meaning any. A copy is made: the caller's array is left alone.
+    Raises InvalidInputError if it is not numeric, not two-dimensional, not finite or of another shape.
+    """
+    try:
+        matrix = np.array(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name} must be a real matrix, got {value!r}: {error}") from None
+    if matrix.ndim != 2:
+        raise InvalidInputError(
+            f"{name} must have two dimensions, got shape {matrix.shape}; write a column as [[1], [2]]"
+        )
+    if not np.all(np.isfinite(matrix)):
+        where = tuple(int(i) for i in np.argwhere(~np.isfinite(matrix))[0])
+        raise InvalidInputError(f"{name} must be finite, entry {where} is {matrix[where]}; remove NaN and infinite entries")
+    for axis, (word, wanted) in enumerate((("rows", rows), ("columns", columns))):
+        if wanted is not None and matrix.shape[axis] != wanted:
+            raise InvalidInputError(f"{name} must have {wanted} {word}, got shape {matrix.shape}")
+    matrix.flags.writeable = False
+    return matrix
+
+
+def positive_scalar(name: str, value: Any, *, unit: str = "") -> float:
+    """Return `value` as a positive finite float; raises InvalidInputError otherwise."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InvalidInputError(f"{name} must be a real number, got {value!r}") from None
+    if isinstance(value, bool) or not np.isfinite(number) or number <= 0:
+        raise InvalidInputError(f"{name} must be positive and finite{unit and f' ({unit})'}, got {value!r}")
+    return number
+
+
+def positive_integer(name: str, value: Any) -> int:
+    """Return `value` as an integer of at least one; raises InvalidInputError otherwise (True and 2.5 included)."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
+        raise InvalidInputError(f"{name} must be a whole number, got {value!r}")
+    if value < 1:
+        raise InvalidInputError(f"{name} must be at least 1, got {value}")
+    return int(value)
+
+
+def undetectable_mode(state: Array, output: Array, *, discrete: bool, tolerance: float = 1e-9) -> complex | None:
+    """Return an eigenvalue of `state` that is not stable and not seen by `output`, or None (Popov-Belevitch-Hautus test).
+
+    Shapes: state (n, n), output (p, n). Stable means inside the unit circle (discrete) or the left half-plane.
+    """
+    size = state.shape[0]
+    scale = 1.0 + np.linalg.norm(state, 2)
+    # Rows are normalised so that a large unit of measurement does not hide, nor a small one feign, a lost mode.
+    norms = np.linalg.norm(output, axis=1, keepdims=True)
+    rows = np.divide(output, norms, out=np.zeros_like(output), where=norms > 0) * scale
+    for eigenvalue in np.linalg.eigvals(state):
+        unstable = abs(eigenvalue) >= 1.0 - tolerance if discrete else eigenvalue.real >= -tolerance
+        if unstable:
+            pencil = np.vstack([state - eigenvalue * np.eye(size), rows])
+            if np.linalg.svd(pencil, compute_uv=False)[-1] <= tolerance * scale:
+                return complex(eigenvalue)
+    return None
