@@ -1,4 +1,4 @@
-"""Checks of matrices and scalars shared by all methods; every failure is an `InvalidInputError` that names the argument."""
+"""Checks of matrices and scalars shared by all methods; each failure is an `InvalidInputError` naming the argument."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def as_matrix(name: str, value: Any, *, rows: int | None = None, columns: int | 
         )
     if not np.all(np.isfinite(matrix)):
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(matrix))[0])
-        raise InvalidInputError(f"{name} must be finite, entry {where} is {matrix[where]}; remove NaN and infinite entries")
+        raise InvalidInputError(f"{name} must be finite, entry {where} is {matrix[where]}; remove NaN and infinities")
     for axis, (word, wanted) in enumerate((("rows", rows), ("columns", columns))):
         if wanted is not None and matrix.shape[axis] != wanted:
             raise InvalidInputError(f"{name} must have {wanted} {word}, got shape {matrix.shape}")
@@ -57,7 +57,7 @@ def positive_integer(name: str, value: Any) -> int:
 
 
 def undetectable_mode(state: Array, output: Array, *, discrete: bool, tolerance: float = 1e-9) -> complex | None:
-    """Return an eigenvalue of `state` that is not stable and not seen by `output`, or None (Popov-Belevitch-Hautus test).
+    """Return an eigenvalue of `state` that is unstable and not seen by `output`, or None (Popov-Belevitch-Hautus test).
 
     Shapes: state (n, n), output (p, n). Stable means inside the unit circle (discrete) or the left half-plane.
     """

@@ -1,0 +1,1 @@
+"""The audit: claims, printed values, verdicts, errata, runner, cache, provenance, rendering. Knows no control theory."""

@@ -1,0 +1,214 @@
+"""The words of an audit as frozen data: claims, evidence, verdicts, errata, figures, scope, papers.
+
+A paper module builds one `Paper` from these. Everything that reaches the disk is a `msgspec.Struct`; everything that
+holds a function is a dataclass and stays in memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import msgspec
+
+Results = Mapping[str, Any]
+"""Results of the experiments that a claim, erratum or figure uses, by experiment name; plain JSON values."""
+
+Numbers = float | tuple[float, ...] | tuple[tuple[float, ...], ...]
+"""A computed quantity in the layout of its printed value: scalar, list or matrix; a complex entry is (real, imaginary)."""
+
+
+class Kind(StrEnum):
+    """What sort of statement a claim makes; decides how `verdict.judge` compares it."""
+
+    VALUE = "value"
+    MATRIX = "matrix"
+    BOUND = "bound"
+    ORDER = "order"
+    FEASIBLE = "feasible"
+    STATISTICAL = "statistical"
+    CITED = "cited"
+
+
+class Verdict(StrEnum):
+    """The outcome of comparing a claim with its evidence; `ERROR` means that there is no evidence to compare."""
+
+    REPRODUCED = "reproduced"
+    REPRODUCED_AFTER_ERRATUM = "reproduced after erratum"
+    DIFFERS = "differs"
+    CONSISTENT = "consistent"
+    NOT_CHECKABLE = "not checkable"
+    ERROR = "error"
+
+
+class SolverRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """What a numerical solver said of itself: never an answer, always shown beside one."""
+
+    name: str
+    version: str
+    status: str
+    options: dict[str, float | int | str | bool] = {}
+    residuals: dict[str, float] = {}
+    iterations: int | None = None
+
+
+class Evidence(msgspec.Struct, frozen=True, kw_only=True):
+    """What was computed for a claim, how, and how that was checked.
+
+    value: the computed quantity, in the layout of the printed value (`Numbers`).
+    lower, upper: a bracket of the true quantity, same layout as `value`; `proved` only if checked in exact arithmetic.
+    holds, margin: for order and feasible claims, whether the statement holds and by how much (positive if it holds).
+    probability: for statistical claims, the two-sided probability of a draw at least as extreme as the printed one.
+    quantities: named numbers that stand behind the answer and are shown with it.
+    as_printed: for a claim with an erratum, the evidence for the text as printed (`value` is then the corrected one).
+    not_checkable: the reason, if the claim cannot be checked from the text.
+    """
+
+    method: str
+    cross_check: str = ""
+    value: Numbers | None = None
+    lower: Numbers | None = None
+    upper: Numbers | None = None
+    proved: bool = False
+    holds: bool | None = None
+    margin: float | None = None
+    probability: float | None = None
+    quantities: dict[str, float] = {}
+    solvers: tuple[SolverRecord, ...] = ()
+    note: str = ""
+    not_checkable: str = ""
+    as_printed: Evidence | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """A pure function of `inputs` (JSON values) that returns JSON values; cached by its sources, inputs and the lock.
+
+    `name` starts with the key of its paper. `function` is importable at module level, so that a worker can find it.
+    """
+
+    name: str
+    function: Callable[..., Any]
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """One checkable statement of a paper.
+
+    id: `paper.topic.detail`, lower case. place: where it stands, for example `Table 1, column (2,3)`.
+    statement: in plain words of ours. printed: the printed string, empty if the claim prints no number.
+    uses: names of the experiments whose results `answer` receives. expected: the pinned verdict.
+    tolerance: half-width other than half a unit in the last printed place; needs `tolerance_reason`.
+    erratum: id of the erratum under which the claim is reproduced, if it is one of those.
+    """
+
+    id: str
+    place: str
+    kind: Kind
+    statement: str
+    expected: Verdict
+    answer: Callable[[Results], Evidence]
+    uses: tuple[str, ...] = ()
+    printed: str = ""
+    tolerance: str | None = None
+    tolerance_reason: str = ""
+    erratum: str | None = None
+
+
+class Proof(msgspec.Struct, frozen=True, kw_only=True):
+    """The computation behind an erratum: whether it bears the correction out, and the numbers that say so."""
+
+    holds: bool
+    text: str
+    quantities: dict[str, float] = {}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Erratum:
+    """A misprint: what is printed, what must be meant, and the computation that proves it (or makes it an inference)."""
+
+    id: str
+    place: str
+    printed: str
+    meant: str
+    prove: Callable[[Results], Proof]
+    uses: tuple[str, ...] = ()
+    inference: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class FigureData:
+    """Columns of numbers behind a figure, in order; what the CSV holds and `plot` draws. Columns may differ in length."""
+
+    columns: Mapping[str, tuple[float, ...]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figure:
+    """A figure in three steps: `data` reads results, `plot` draws data on matplotlib axes, `alt` says it in words.
+
+    name: file name without suffix, for example `okajima2023-fig2`. published: whether it redraws a figure of the paper.
+    plot returns a `matplotlib.figure.Figure`; alt returns text with numbers taken from the data.
+    """
+
+    name: str
+    place: str
+    title: str
+    caption: str
+    published: bool
+    uses: tuple[str, ...]
+    data: Callable[[Results], FigureData]
+    plot: Callable[[FigureData], Any]
+    alt: Callable[[FigureData], str]
+
+
+class ScopeItem(msgspec.Struct, frozen=True, kw_only=True):
+    """One part of the paper: audited by `claims` (ids) and `figures` (names), or left out for `reason`."""
+
+    part: str
+    claims: tuple[str, ...] = ()
+    figures: tuple[str, ...] = ()
+    reason: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table of the paper in its own shape: each cell is text or, as `claim:ID`, stands for that claim."""
+
+    place: str
+    caption: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Formula:
+    """A formula that the report shows: `latex` is rendered as MathML, `text` says what it is."""
+
+    text: str
+    latex: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Paper:
+    """A source paper as this package audits it. `findings` turns results into sentences that lead the paper's page."""
+
+    key: str
+    title: str
+    authors: tuple[str, ...]
+    year: int
+    venue: str
+    doi: str
+    summary: str
+    bibtex: str
+    experiments: tuple[Experiment, ...]
+    claims: tuple[Claim, ...]
+    errata: tuple[Erratum, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    tables: tuple[Table, ...] = ()
+    formulas: tuple[Formula, ...] = ()
+    scope: tuple[ScopeItem, ...] = ()
+    findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
