@@ -1,1 +1,1 @@
-"""The audit: claims, printed values, verdicts, errata, runner, cache, provenance, rendering. Knows no control theory."""
+"""Claims, printed values, verdicts, errata, runner, cache, provenance, rendering. Knows no control theory."""

@@ -17,7 +17,7 @@ Results = Mapping[str, Any]
 """Results of the experiments that a claim, erratum or figure uses, by experiment name; plain JSON values."""
 
 Numbers = float | tuple[float, ...] | tuple[tuple[float, ...], ...]
-"""A computed quantity in the layout of its printed value: scalar, list or matrix; a complex entry is (real, imaginary)."""
+"""A computed quantity in the layout of its print: scalar, list or matrix; a complex entry is (real, imaginary)."""
 
 
 class Kind(StrEnum):
@@ -128,7 +128,7 @@ class Proof(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class Erratum:
-    """A misprint: what is printed, what must be meant, and the computation that proves it (or makes it an inference)."""
+    """A misprint: what is printed, what must be meant, and the computation that proves or suggests it."""
 
     id: str
     place: str
@@ -141,7 +141,7 @@ class Erratum:
 
 @dataclass(frozen=True, kw_only=True)
 class FigureData:
-    """Columns of numbers behind a figure, in order; what the CSV holds and `plot` draws. Columns may differ in length."""
+    """Columns of numbers behind a figure: what the CSV holds and `plot` draws. Columns may differ in length."""
 
     columns: Mapping[str, tuple[float, ...]]
 

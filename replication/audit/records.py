@@ -1,0 +1,177 @@
+"""What `report/results.json` holds, as types: reading validates, writing is canonical, the JSON Schema is derived."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from replication.audit.files import write_atomically
+from replication.audit.model import Kind, Numbers, ScopeItem, SolverRecord, Verdict
+from replication.errors import AuditError
+
+SCHEMA_VERSION = 1
+Name = str
+
+
+class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """A claim with its evidence and its verdict, as `verdict.judge` derived it; `judge` is the only maker.
+
+    deviation_ulp: (computed − printed) in units of the last printed place, the largest in size over the entries.
+    code: file:line of the function that answers the claim. seconds: of the experiments that it uses, together.
+    reason: why this verdict, in one sentence.
+    """
+
+    id: str
+    paper: Name
+    place: str
+    kind: Kind
+    statement: str
+    printed: str
+    computed: Numbers | None
+    lower: Numbers | None
+    upper: Numbers | None
+    proved: bool
+    deviation_ulp: float | None
+    tolerance: str | None
+    tolerance_reason: str
+    verdict: Verdict
+    expected_verdict: Verdict
+    reason: str
+    method: str
+    cross_check: str
+    code: str
+    seconds: float
+    erratum: str | None
+    as_printed: Numbers | None
+    holds: bool | None
+    margin: float | None
+    probability: float | None
+    quantities: dict[str, float]
+    solvers: tuple[SolverRecord, ...]
+    note: str
+    experiments: tuple[str, ...]
+
+
+class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """An erratum with the outcome of its proof; `error` is the failure if the proof could not be run."""
+
+    id: str
+    paper: Name
+    place: str
+    printed: str
+    meant: str
+    inference: bool
+    holds: bool
+    text: str
+    quantities: dict[str, float]
+    code: str
+    error: str
+
+
+class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Provenance of one experiment: what ran, on what, how long it took when it ran, what the solvers said."""
+
+    name: str
+    paper: Name
+    function: str
+    code: str
+    inputs: dict[str, Any]
+    key: str
+    seconds: float
+    solvers: tuple[SolverRecord, ...]
+    error: str
+
+
+class FigureRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """A figure as the report shows it; the files lie in `figures/` under `name`, with the checksum of the data."""
+
+    name: str
+    paper: Name
+    place: str
+    title: str
+    caption: str
+    published: bool
+    alt: str
+    csv_sha256: str
+    error: str
+
+
+class TableRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """A table of a paper in its own shape; a cell `claim:ID` stands for that claim."""
+
+    place: str
+    caption: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+class PaperRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """What the report says of a source paper beside its claims."""
+
+    key: Name
+    title: str
+    authors: tuple[str, ...]
+    year: int
+    venue: str
+    doi: str
+    summary: str
+    bibtex: str
+    findings: tuple[str, ...]
+    formulas: tuple[tuple[str, str], ...]
+    tables: tuple[TableRecord, ...]
+    scope: tuple[ScopeItem, ...]
+
+
+class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
+    """Provenance of a run: the sources, the lock, the machine. `date` is SOURCE_DATE_EPOCH when that is set."""
+
+    package_version: str
+    date: str
+    commit: str
+    dirty: bool | None
+    lock_sha256: str
+    python: str
+    packages: dict[str, str]
+    blas: str
+    threads: int
+    cpu: str
+    platform: str
+
+
+class ResultsFile(msgspec.Struct, frozen=True, kw_only=True):
+    """The whole of `report/results.json`."""
+
+    schema_version: int
+    run: RunRecord
+    papers: tuple[PaperRecord, ...]
+    claims: tuple[ClaimRecord, ...]
+    errata: tuple[ErratumRecord, ...]
+    figures: tuple[FigureRecord, ...]
+    experiments: tuple[ExperimentRecord, ...]
+
+
+def to_json(results: ResultsFile) -> bytes:
+    """Canonical bytes: fields in the order of declaration, dictionaries sorted, two spaces, one newline at the end."""
+    return msgspec.json.format(msgspec.json.encode(results, order="deterministic"), indent=2) + b"\n"
+
+
+def write_results(path: Path, results: ResultsFile) -> None:
+    """Write `results` at `path`, whole or not at all."""
+    write_atomically(path, to_json(results))
+
+
+def read_results(path: Path) -> ResultsFile:
+    """Read and validate a results file; raises AuditError that names the file and the offending field."""
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=ResultsFile)
+    except FileNotFoundError:
+        raise AuditError(f"{path} does not exist; make it with `python -m replication run`") from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise AuditError(f"{path} is not a results file: {error}; run `python -m replication run`") from None
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema (2020-12) of `ResultsFile`, which `docs/results.schema.json` publishes."""
+    return msgspec.json.schema(ResultsFile)
