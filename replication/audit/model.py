@@ -16,7 +16,7 @@ import msgspec
 Results = Mapping[str, Any]
 """Results of the experiments that a claim, erratum or figure uses, by experiment name; plain JSON values."""
 
-Numbers = float | tuple[float, ...] | tuple[tuple[float, ...], ...]
+Numbers = float | tuple[float | tuple[float, ...], ...]
 """A computed quantity in the layout of its print: scalar, list or matrix; a complex entry is (real, imaginary)."""
 
 
