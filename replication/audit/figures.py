@@ -24,7 +24,7 @@ def write_figures(
 ) -> tuple[FigureRecord, ...]:
     """Write NAME.csv and NAME.svg of every figure into `directory` and return their records.
 
-    A figure that fails, or whose experiment has no result, gives a record with the error and no files; the others stand.
+    A figure that fails, or whose experiment has no result, gives a record with the error and no files.
     """
     return tuple(
         _write_figure(figure, paper.key, results_by_experiment, directory)

@@ -67,7 +67,7 @@ def house_style() -> Iterator[None]:
         yield
 
 
-def _settings(cycle: Any) -> dict[str, Any]:
+def _settings(cycle: Any) -> Any:
     ink = dict.fromkeys(
         ("text.color", "axes.labelcolor", "axes.edgecolor", "axes.titlecolor", "xtick.color", "ytick.color"), FOREGROUND
     )

@@ -49,7 +49,7 @@ def tidy(raw: str, prefix: str) -> str:
 
 
 def inner(standalone: str) -> tuple[str, str]:
-    """Return the viewBox and the content of a file made by `tidy`, for a page that writes its own <svg> tag with `JOINS`.
+    """Return the viewBox and the content of a file made by `tidy`, for a page whose own <svg> tag carries `JOINS`.
 
     Raises AuditError if the text is not such a file.
     """
