@@ -23,8 +23,8 @@ from replication.errors import AuditError
 
 RELATIONS = {"<": "<", "≤": "≤", "<=": "≤", ">": ">", "≥": "≥", ">=": "≥"}
 
-# Three digits of exponent keep a typing slip such as 1e99999999 from filling the memory.
-_UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
+# Two digits of exponent keep a typing slip such as 1e99999999 from filling the memory.
+_UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,2})?"
 _REAL = re.compile(rf"[+-]?{_UNSIGNED}")
 _COMPLEX = re.compile(rf"([+-]?{_UNSIGNED})\s*([+±-])\s*({_UNSIGNED})\s*[ij]")
 _GROUPED = r"[1-9][0-9]{0,2}(?:,[0-9]{3})+"
@@ -65,7 +65,7 @@ class Printed:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """What to call each entry: "" for a single number, else `entry 2` or `entry (2,1)`; with the part if complex."""
+        """How to call each entry: "" for a single number, else `entry 2` or `entry (2,1)`, and the part if complex."""
         return tuple(self._labels())
 
     def _labels(self) -> Iterator[str]:
