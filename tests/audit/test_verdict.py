@@ -30,6 +30,7 @@ def test_statement_holds_or_not_and_its_margin_agrees(kind: Kind) -> None:
     assert judge(statement_case(kind, False, -0.25)).verdict is Verdict.DIFFERS
     assert judge(statement_case(kind, True)).verdict is Verdict.CONSISTENT
     assert judge(statement_case(kind, False, 0.0)).verdict is Verdict.DIFFERS
+    assert judge(statement_case(kind, True, 0.0)).verdict is Verdict.CONSISTENT
     for contradictory in (statement_case(kind, True, -1e-300), statement_case(kind, False, 1e-300)):
         assert judge(contradictory).verdict is Verdict.ERROR
     assert judge(statement_case(kind, None, 0.25)).verdict is Verdict.ERROR
