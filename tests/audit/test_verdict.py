@@ -61,7 +61,7 @@ def test_statistical(probability: float | None, holds: bool | None, verdict: Ver
 def test_cited_needs_its_reason_and_any_kind_may_be_not_checkable() -> None:
     assert judge(Case(kind=Kind.CITED, reading=Reading())).verdict is Verdict.ERROR
     for kind in Kind:
-        judgement = judge(Case(kind=kind, reading=Reading(), not_checkable="taken from elsewhere"))
+        judgement = judge(Case(kind=kind, reading=Reading(), method="", not_checkable="taken from elsewhere"))
         assert (judgement.verdict, judgement.reason) == (Verdict.NOT_CHECKABLE, "taken from elsewhere")
 
 
