@@ -77,12 +77,17 @@ def build_report(results: ResultsFile, figures: Path, output: Path) -> Path:
     Raises AuditError if a figure file is missing or belongs to other results, a formula cannot be set, a table names an
     unknown claim, or a part of the template is missing.
     """
-    write_atomically(output, render(results, figures).encode())
+    place = output.resolve()
+    depth = len(place.relative_to(SOURCES.parent).parts) - 1 if place.is_relative_to(SOURCES.parent) else 1
+    write_atomically(output, render(results, figures, root="../" * depth).encode())
     return output
 
 
-def render(results: ResultsFile, figures: Path) -> str:
-    """The text of the report; arguments and errors as for `build_report`."""
+def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
+    """The text of the report; root: the way from its folder to that of the project, for the links to code.
+
+    Other arguments and errors as for `build_report`.
+    """
     script = _source("script.js")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     claims = {claim.id: claim for claim in results.claims}
@@ -92,6 +97,7 @@ def render(results: ResultsFile, figures: Path) -> str:
         .get_template("template.html.j2")
         .render(
             results=results,
+            root=root,
             run=results.run,
             papers=[_paper(paper, results, figures) for paper in results.papers],
             claims_by_id={view.record.id: view for view in views(results.claims)},
@@ -198,10 +204,10 @@ def _environment() -> Environment:
     return environment
 
 
-def code_link(code: str) -> str:
-    """Address of `file:line` from where the report lies in the project; empty if `code` is not of that form."""
+def code_link(code: str, root: str) -> str:
+    """Address of `file:line` from the folder of the report; empty if `code` is not of that form."""
     match = _CODE.fullmatch(code)
-    return f"../{match[1]}#L{match[2]}" if match else ""
+    return f"{root}{match[1]}#L{match[2]}" if match else ""
 
 
 def _shown(value: Any) -> Any:

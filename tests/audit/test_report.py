@@ -257,7 +257,11 @@ def test_a_latex_formula_cannot_bring_markup() -> None:
     ],
 )
 def test_code_links(code: str, link: str) -> None:
-    assert code_link(code) == link
+    assert code_link(code, "../") == link
+
+
+def test_code_links_lead_to_the_project_from_a_folder_further_down(made: ResultsFile, tmp_path: Path) -> None:
+    assert 'href="../../papers/doe1999/claims.py#L42"' in render(replace(made, figures=()), tmp_path, root="../../")
 
 
 def test_anchors_are_unique_and_plain() -> None:
