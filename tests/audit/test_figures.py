@@ -128,14 +128,46 @@ def test_svg_follows_the_page_and_is_self_contained(tmp_path: Path) -> None:
     assert not ids["one"] & ids["two"], "two figures fit into one page"
 
 
-def test_tidied_paths_go_through_the_same_points() -> None:
+def points_of(path: str) -> list[tuple[float, float]]:
+    """Absolute points of a path of lines as `tidy` writes it."""
+    points: list[tuple[float, float]] = []
+    for letter, body in re.findall(r"([Ml])([^Mlz]*)", path):
+        numbers = [float(number) for number in re.findall(r"-?(?:[0-9]+\.?[0-9]*|\.[0-9]+)", body)]
+        for x, y in zip(numbers[::2], numbers[1::2], strict=True):
+            start = points[-1] if letter == "l" else (0.0, 0.0)
+            points.append((start[0] + x, start[1] + y))
+    return points
+
+
+@pytest.mark.parametrize(("count", "error"), [(3, 0.0051), (svg.MANY_POINTS, 0.0051), (500, 0.051)])
+def test_tidied_paths_go_through_the_same_points(count: int, error: float) -> None:
+    points = [(i * 0.7133, 50 * math.sin(i)) for i in range(count + 1)]
+    data = "M " + " \nL ".join(f"{x:.6f} {y:.6f}" for x, y in points)
+    raw = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 10 10"><path d="{data}"/></svg>'
+    body = svg.inner(svg.tidy(raw, "name"))[1]
+    path = re.search(r' d="([^"]*)"', body)
+    assert path is not None
+    assert len(path[1]) < len(data) / 2
+    for tidied, point in zip(points_of(path[1]), points, strict=True):
+        assert tidied == pytest.approx(point, abs=error)
+
+
+def test_other_paths_keep_their_letters() -> None:
     raw = (
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 10 10"><g id="axes"><path d="M 1.23456 2 \nL 3.001 -4.5 '
         '\nL -0.0004 6 \nM 7 8 \nL 9 9.999 \nz"/><path d="M 0 0 \nC 1 1 2 2 3 3 \nL 4 4"/></g></svg>'
     )
     body = svg.inner(svg.tidy(raw, "name"))[1]
-    assert 'd="M1.23,2,3,-4.5,0,6M7,8,9,10z"' in body
+    assert 'd="M1.23,2l1.77-6.5-3,10.5M7,8l2,2z"' in body
     assert 'd="M0,0C1,1,2,2,3,3L4,4"' in body
+
+
+def test_groups_that_say_nothing_go_with_their_own_ends() -> None:
+    groups = '<g id="a"><g clip-path="url(#c)"><g id="b"><g opacity="0.5"/><path d="M 0 0"/></g></g></g><g id="d"/>'
+    raw = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><clipPath id="c"/>{groups}</svg>'
+    body = svg.inner(svg.tidy(raw, "name"))[1].replace("\n", "")
+    wanted = '<g clip-path="url(#name-c)"><g opacity="0.5"/><path d="M0,0"/></g>'
+    assert body == f'<clipPath id="name-c"/>{wanted}'
 
 
 @pytest.mark.parametrize(
