@@ -64,8 +64,8 @@ def setting(results: Results) -> Proof:
             f"Of {outputs['tried']} integer matrices C with entries up to {outputs['bound']}, one explains the stated "
             f"poles of A_e within the rounding of the gains: "
             f"{data.bracketed(outputs['C'])}. Up to {wider['bound']}, {wider['fits']} do, and it stays the nearest. Of "
-            f"{inputs['tried']} pairs, B_d = {data.bracketed(inputs['B_d'])} with D = {data.bracketed(inputs['D'])} makes "
-            "the printed gains nearest to optimal. "
+            f"{inputs['tried']} pairs, B_d = {data.bracketed(inputs['B_d'])} with D = {data.bracketed(inputs['D'])} "
+            "makes the printed gains nearest to optimal. "
             "The 15 gain entries then lie near one point of the path that interior-point methods follow. Only the "
             "ratio of B_d to D is identifiable."
         ),
