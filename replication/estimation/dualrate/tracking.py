@@ -1,0 +1,167 @@
+"""Steady-state response of a stable dual-rate loop to a sinusoidal reference, and its largest tracking error.
+
+Between slow instants everything is linear and M T-periodic, so with y_d = Im exp(st), s = jσ, the steady state at the
+slow instants is X = (e^{sMT} I − Φ)⁻¹ Γ e^{s t}: no time stepping. Since σ M T/(2π) is irrational up to exceptions,
+the supremum of the error over all time is the largest modulus of its complex amplitude over one slow period.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.loop import DualRateLoop, monodromy
+from replication.estimation.dualrate.sampled import Harmonic, Held, held
+from replication.estimation.validation import Array, ComplexArray, positive_integer
+
+SUBSTEPS = 40
+"""Grid points per fast period before the refinement; the grid must be finer than the plant's fastest oscillation."""
+
+
+class Points(StrEnum):
+    """Where the tracking error is looked at: for all times, at fast instants, or at slow instants."""
+
+    BETWEEN = "between"
+    FAST = "fast"
+    SLOW = "slow"
+
+
+@dataclass(frozen=True, eq=False)
+class OutputRows:
+    """y(t_k + τ) = state x(t_k) + input u(t_k) + forcing w(t_k) at τ = offsets; shapes (q, n), (q, m), (q,)."""
+
+    offsets: Array
+    state: Array
+    input: Array
+    forcing: ComplexArray
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyState:
+    """Complex amplitudes at the M phases: loop states (M, nz), applied held inputs (M, m)."""
+
+    states: ComplexArray
+    inputs: ComplexArray
+
+
+def reference(loop: DualRateLoop) -> Harmonic:
+    """The reference of the loop; raises InvalidInputError if it has none or the plant has several outputs."""
+    if loop.plant.output.shape[0] != 1:
+        raise InvalidInputError(f"tracking is defined for one output, the plant has {loop.plant.output.shape[0]}")
+    if loop.harmonic is None:
+        raise InvalidInputError("the loop has no reference; close it with a `harmonic`")
+    return loop.harmonic
+
+
+def output_rows(loop: DualRateLoop, substeps: int) -> OutputRows:
+    """The output map at τ = 0, T/q, …, (q−1)T/q for q = substeps, from one exponential of the sub-step."""
+    positive_integer("number of sub-steps", substeps)
+    width, plant = loop.design.period / substeps, loop.plant
+    s, step = _substep(loop, width)
+    rows = np.zeros((substeps, plant.size)), np.zeros((substeps, plant.input.shape[1])), np.zeros(substeps, complex)
+    state, inputs = np.eye(plant.size), np.zeros_like(plant.input)
+    forcing = np.zeros(plant.size, complex)
+    for i in range(substeps):
+        rows[0][i], rows[1][i], rows[2][i] = plant.output[0] @ state, plant.output[0] @ inputs, plant.output[0] @ forcing
+        forcing = step.state @ forcing + step.forcing * np.exp(s * i * width)
+        state, inputs = step.state @ state, step.state @ inputs + step.input
+    return OutputRows(np.arange(substeps) * width, *rows)
+
+
+def period_response(loop: DualRateLoop, start: ComplexArray) -> SteadyState:
+    """States at phases 0 … M (M + 1 rows) and inputs at phases 0 … M−1, for z = start at t = 0 and w = exp(st)."""
+    harmonic = reference(loop)
+    states, inputs = [start], []
+    for phase, step in enumerate(loop.steps):
+        w = np.exp(harmonic.exponent * phase * loop.design.period)
+        r = np.zeros_like(harmonic.amplitude) if harmonic.continuous else harmonic.amplitude * w
+        inputs.append(step.input_state @ states[-1] + step.input_command @ r)
+        states.append(step.state @ states[-1] + step.command @ r + step.forcing * w)
+    return SteadyState(np.array(states), np.array(inputs))
+
+
+def steady_state(loop: DualRateLoop) -> SteadyState:
+    """The periodic steady state. Raises InfeasibleError if the loop is unstable: it has none."""
+    harmonic = reference(loop)
+    transition = monodromy(loop)
+    radius = float(np.max(np.abs(np.linalg.eigvals(transition))))
+    if radius >= 1.0:
+        raise InfeasibleError(
+            f"the loop is unstable (monodromy radius {radius:.6g} ≥ 1) and has no steady state; "
+            "ask for its time response instead"
+        )
+    gain = period_response(loop, np.zeros(loop.size, complex)).states[-1]
+    turn = np.exp(harmonic.exponent * loop.design.slow_period)
+    start = np.linalg.solve(turn * np.eye(loop.size) - transition, gain)
+    return period_response(loop, start)
+
+
+def tracking_error_ratio(loop: DualRateLoop, points: Points = Points.BETWEEN) -> float:
+    """sup |y − y_d| / |y_d| in the steady state, a pure number; raises InfeasibleError if the loop is unstable."""
+    steady = steady_state(loop)
+    if points is not Points.BETWEEN:
+        rows = output_rows(loop, 1)
+        return float(np.max(np.abs(_errors(loop, steady, rows)[: 1 if points is Points.SLOW else None])))
+    rows = output_rows(loop, SUBSTEPS)
+    sizes = np.abs(_errors(loop, steady, rows)).ravel()
+    width = loop.design.period / SUBSTEPS
+    best = int(np.argmax(sizes)) * width
+    refined = minimize_scalar(
+        lambda t: -_error_size(loop, steady, t),
+        bounds=(best - width, best + width),
+        method="bounded",
+        options={"xatol": 1e-9 * width},
+    )
+    return float(max(sizes.max(), -refined.fun))
+
+
+def bandwidth(
+    loop_at: Callable[[float], DualRateLoop], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
+) -> float:
+    """The first σ (rad/s) with a tracking error ratio of `level`, searched on an increasing grid, then refined.
+
+    Raises InfeasibleError if the ratio stays below the level on the grid or already exceeds it at its first point,
+    or if the loop is unstable.
+    """
+
+    def excess(frequency: float) -> float:
+        return tracking_error_ratio(loop_at(frequency)) - level
+
+    previous = frequencies[0]
+    if excess(previous) >= 0:
+        raise InfeasibleError(f"the error ratio exceeds {level:g} from σ = {previous:g} rad/s on; start lower")
+    for frequency in frequencies[1:]:
+        if excess(frequency) >= 0:
+            return float(brentq(excess, previous, frequency, xtol=tolerance))
+        previous = frequency
+    raise InfeasibleError(f"the error ratio stays below {level:g} up to σ = {previous:g} rad/s; search higher")
+
+
+def _errors(loop: DualRateLoop, steady: SteadyState, rows: OutputRows) -> ComplexArray:
+    """Complex amplitudes of y − y_d, shape (M, q), turned back to the phase of t = 0."""
+    s, n = reference(loop).exponent, loop.plant.size
+    starts = np.exp(s * loop.design.period * np.arange(loop.design.ratio))
+    output = steady.states[:-1, :n] @ rows.state.T + steady.inputs @ rows.input.T + np.outer(starts, rows.forcing)
+    return np.asarray(output - np.outer(starts, np.exp(s * rows.offsets)))
+
+
+def _error_size(loop: DualRateLoop, steady: SteadyState, time: float) -> float:
+    """|y − y_d| amplitude at any time of the steady state, modulo the slow period."""
+    time = time % loop.design.slow_period
+    phase = min(int(time // loop.design.period), loop.design.ratio - 1)
+    s, part = _substep(loop, time - phase * loop.design.period)
+    w = np.exp(s * phase * loop.design.period)
+    x = part.state @ steady.states[phase, : loop.plant.size] + part.input @ steady.inputs[phase] + part.forcing * w
+    return float(np.abs(loop.plant.output[0] @ x - np.exp(s * time)))
+
+
+def _substep(loop: DualRateLoop, width: float) -> tuple[complex, Held]:
+    """The reference's exponent, and the plant over a time within one fast period."""
+    harmonic = reference(loop)
+    forced = loop.plant.input @ harmonic.amplitude if harmonic.continuous else None
+    return harmonic.exponent, held(loop.plant.state, loop.plant.input, width, forced, harmonic.exponent)
