@@ -15,8 +15,11 @@ from math import isqrt
 
 Polynomial = tuple[int, ...]
 """Coefficients in ascending powers of h."""
+Row = tuple[Polynomial, ...]
 
-ONE, ZERO, H, ONE_PLUS_H = (1,), (0,), (0, 1), (1, 1)
+ONE: Polynomial = (1,)
+ZERO: Polynomial = (0,)
+ONE_PLUS_H: Polynomial = (1, 1)
 
 
 @dataclass(frozen=True)
@@ -49,11 +52,11 @@ def prove_instability(ratio: int, period: Fraction) -> InstabilityProof:
 def characteristic_at_one(ratio: int) -> Polynomial:
     """(1 + h)^{3M} det(I − Φ) over the state (x, ζ, y_p), with the observer as printed in (3) to (7)."""
     # Rows times (1 + h): x' = (1+h) x − 2h ζ, (1+h) ζ' = ζ − 2h ζ + 2h ȳ, y_p' = (1+h) ζ − 2h ζ.
-    plant = (_multiply(ONE_PLUS_H, ONE_PLUS_H), _multiply((0, -2), ONE_PLUS_H), ZERO)
-    virtual = (ZERO, _multiply((1, -1), ONE_PLUS_H), ZERO)
+    plant: Row = (_multiply(ONE_PLUS_H, ONE_PLUS_H), _multiply((0, -2), ONE_PLUS_H), ZERO)
+    virtual: Row = (ZERO, _multiply((1, -1), ONE_PLUS_H), ZERO)
     fresh = (plant, ((0, 2), (1, -2), ZERO), virtual)
     predicted = (plant, (ZERO, (1, -2), (0, 2)), virtual)
-    total = fresh
+    total: tuple[Row, ...] = fresh
     for _ in range(ratio - 1):
         total = _matrix_product(predicted, total)
     scale = ONE
@@ -84,9 +87,6 @@ def allowed_periods(digits: int = 12) -> tuple[Fraction, Fraction]:
     root = isqrt(scale * scale // 2)
     lower, upper = 1 + Fraction(root, scale), 1 + Fraction(root + 1, scale)
     return 1 / (128 * upper**3), 1 / (128 * lower**3)
-
-
-Row = tuple[Polynomial, ...]
 
 
 def _multiply(p: Polynomial, q: Polynomial) -> Polynomial:

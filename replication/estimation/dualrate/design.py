@@ -33,7 +33,7 @@ class Plant:
     @property
     def size(self) -> int:
         """Number of states n."""
-        return self.state.shape[0]
+        return len(self.state)
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,7 +45,7 @@ class DualRateLoop:
     @property
     def size(self) -> int:
         """Number of states of (x, o, v)."""
-        return self.steps[0].state.shape[0]
+        return len(self.steps[0].state)
 
 
 def close_loop(
@@ -55,30 +55,25 @@ def close_loop(
     plant: Plant | None = None,
     harmonic: Harmonic | None = None,
     discrete_gain: bool = False,
-    delayed: bool = False,
 ) -> DualRateLoop:
     """Close the loop of `design` with one of `OBSERVERS`.
 
     plant: the true plant if it differs from the model. harmonic: the reference, if there is one. discrete_gain: L
-    corrects by steps (see `sampled_model`). delayed: a command acts one fast period after it was computed.
+    corrects by steps (see `sampled_model`).
     """
     true_plant = plant or design.model
     observer = builder(sampled_model(design, harmonic, discrete_gain=discrete_gain))
     forced = true_plant.input @ harmonic.amplitude if harmonic is not None and harmonic.continuous else None
-    sampled = held(
-        true_plant.state, true_plant.input, design.period, forced, harmonic.exponent if harmonic else 0j
-    )
+    sampled = held(true_plant.state, true_plant.input, design.period, forced, harmonic.exponent if harmonic else 0j)
     steps = []
     for phase in range(design.ratio):
         computes = phase == 0 or not observer.slow_command
-        steps.append(_step(design, observer, phase, sampled, computes=computes, delayed=delayed))
+        steps.append(_step(design, observer, phase, sampled, computes=computes))
     return DualRateLoop(design, true_plant, harmonic, tuple(steps))
 
 
-def _step(
-    design: DualRateDesign, observer: Observer, phase: int, plant: Held, *, computes: bool, delayed: bool
-) -> LoopStep:
-    """One phase over z = (x, o, v): read the sensor, estimate, compute v = K x̂ + r, apply it (or the last one)."""
+def _step(design: DualRateDesign, observer: Observer, phase: int, plant: Held, *, computes: bool) -> LoopStep:
+    """One phase over z = (x, o, v): read the sensor, estimate, compute v = K x̂ + r or keep the last."""
     o = observer.steps[phase]
     n, m, size = plant.state.shape[0], plant.input.shape[1], o.transition.shape[0]
     p = observer.sensed.shape[0]
@@ -87,21 +82,19 @@ def _step(
     computed = (design.feedback @ estimate, np.eye(m), design.feedback @ o.feedthrough)
     kept = (last, np.zeros((m, m)), np.zeros((m, p)))
     command = computed if computes else kept
-    applied = kept if delayed else command
-    drive = np.vstack([plant.input, o.input, np.zeros((m, m))])
-    store = np.vstack([np.zeros((n + size, m)), np.eye(m)])
+    drive = np.vstack([plant.input, o.input, np.eye(m)])
     free = np.zeros((n + size + m, n + size + m))
     free[:n, :n] = plant.state
     free[n : n + size, : n + size] = np.hstack([o.injection @ observer.sensed, o.transition])
     read = np.vstack([np.zeros((n, p)), o.injection, np.zeros((m, p))])
     return LoopStep(
-        state=free + drive @ applied[0] + store @ command[0],
-        command=drive @ applied[1] + store @ command[1],
-        noise=read + drive @ applied[2] + store @ command[2],
+        state=free + drive @ command[0],
+        command=drive @ command[1],
+        noise=read + drive @ command[2],
         forcing=np.concatenate([plant.forcing, o.forcing, np.zeros(m)]),
-        input_state=applied[0],
-        input_command=applied[1],
-        input_noise=applied[2],
+        input_state=command[0],
+        input_command=command[1],
+        input_noise=command[2],
         estimate_state=estimate,
         estimate_noise=o.feedthrough,
     )
@@ -128,7 +121,9 @@ def noise_gain(loop: DualRateLoop) -> float:
     """
     radius = stability_radius(loop)
     if radius >= 1.0:
-        raise InfeasibleError(f"the loop is unstable (monodromy radius {radius:.6g} ≥ 1): its noise grows without bound")
+        raise InfeasibleError(
+            f"the loop is unstable (monodromy radius {radius:.6g} ≥ 1): its noise grows without bound"
+        )
     added = np.zeros((loop.size, loop.size))
     for step in loop.steps:
         added = step.state @ added @ step.state.T + step.noise @ step.noise.T

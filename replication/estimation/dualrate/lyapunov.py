@@ -46,7 +46,7 @@ def theorem_constants(design: DualRateDesign) -> TheoremConstants:
     margins = hurwitz_margins(design)
     if max(margins) >= 0.0:
         raise InfeasibleError(
-            f"the theorem needs A + B K and A − L C Hurwitz; their largest real parts are {margins[0]:g}, {margins[1]:g}"
+            f"the theorem needs A + B K and A − L C Hurwitz; largest real parts are {margins[0]:g} and {margins[1]:g}"
         )
     A, B, C = design.model.state, design.model.input, design.model.output
     K, L = design.feedback, design.injection

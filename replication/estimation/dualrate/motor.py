@@ -11,8 +11,9 @@ from enum import StrEnum
 import control
 import numpy as np
 
+from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.validation import Array, positive_integer, positive_scalar
+from replication.estimation.validation import positive_integer, positive_scalar
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,10 +71,23 @@ def feedforward(motor: Motor, s: complex, form: Feedforward) -> complex:
     return numerator / motor.input_gain
 
 
+class ReferenceTiming(StrEnum):
+    """When the controller reads y_d and its derivatives: at t_k and holds, at t_{k+1} and holds, or at all times."""
+
+    HELD = "held"
+    PREVIEWED = "previewed"
+    CONTINUOUS = "continuous"
+
+
 def tracking_command(
-    motor: Motor, feedback: Array, frequency: float, form: Feedforward, *, continuous: bool = False
+    motor: Motor,
+    design: DualRateDesign,
+    frequency: float,
+    form: Feedforward,
+    timing: ReferenceTiming = ReferenceTiming.HELD,
 ) -> Harmonic:
     """The command r of u = K(x̂ − x_d) + ȳ_d with x_d = (y_d, y_d', y_d''), y_d = sin(frequency · t)."""
     s = 1j * frequency
-    desired = feedback @ np.array([1.0, s, s**2])
-    return Harmonic(frequency, np.array([feedforward(motor, s, form)]) - desired, continuous)
+    amplitude = feedforward(motor, s, form) - design.feedback @ np.array([1.0, s, s**2])
+    lead = np.exp(s * design.period) if timing is ReferenceTiming.PREVIEWED else 1.0
+    return Harmonic(frequency, amplitude * lead, timing is ReferenceTiming.CONTINUOUS)

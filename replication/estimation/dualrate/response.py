@@ -45,7 +45,7 @@ def time_response(loop: DualRateLoop, start: Any, estimate: Any, *, slow_periods
     positive_integer("number of slow periods", slow_periods)
     rows = output_rows(loop, substeps)
     starts = slow_states(loop, start_state(loop, start, estimate)[None, :], slow_periods)[:, 0]
-    fast = design.period * np.arange(slow_periods * design.ratio).reshape(slow_periods, design.ratio)
+    fast = design.period * np.arange(slow_periods * design.ratio, dtype=float).reshape(slow_periods, design.ratio)
     phasor = np.exp(harmonic.exponent * fast)
     states, estimates, inputs = [], [], []
     z = starts

@@ -60,7 +60,9 @@ def simulate(
             model = zeta
         xhat = {"model_interpolation": model, "state_feedback": x}.get(observer, zeta)
         if slow_instant or observer != "single_rate":
-            u = design.feedback @ xhat + np.imag(harmonic.amplitude * np.exp(1j * harmonic.frequency * k * design.period))
+            u = design.feedback @ xhat + np.imag(
+                harmonic.amplitude * np.exp(1j * harmonic.frequency * k * design.period)
+            )
         estimates.append(xhat)
         inputs.append(u)
         before, ahead = zeta, zeta
@@ -71,7 +73,7 @@ def simulate(
             ahead = free @ ahead + plant_drive @ u
             model = free @ model + plant_drive @ u
         predicted = C @ ahead if observer == "alternating_predictive" else used + C @ (ahead - before)
-    time = width * np.arange(len(outputs))
+    time = np.arange(len(outputs), dtype=float) * width
     return Trace(time, np.array(outputs), np.array(estimates), np.array(inputs))
 
 

@@ -19,7 +19,7 @@ from replication.estimation.dualrate.loop import DualRateLoop, monodromy
 from replication.estimation.dualrate.sampled import Harmonic, Held, held
 from replication.estimation.validation import Array, ComplexArray, positive_integer
 
-SUBSTEPS = 40
+SUBSTEPS = 100
 """Grid points per fast period before the refinement; the grid must be finer than the plant's fastest oscillation."""
 
 
@@ -63,14 +63,16 @@ def output_rows(loop: DualRateLoop, substeps: int) -> OutputRows:
     positive_integer("number of sub-steps", substeps)
     width, plant = loop.design.period / substeps, loop.plant
     s, step = _substep(loop, width)
-    rows = np.zeros((substeps, plant.size)), np.zeros((substeps, plant.input.shape[1])), np.zeros(substeps, complex)
-    state, inputs = np.eye(plant.size), np.zeros_like(plant.input)
-    forcing = np.zeros(plant.size, complex)
-    for i in range(substeps):
-        rows[0][i], rows[1][i], rows[2][i] = plant.output[0] @ state, plant.output[0] @ inputs, plant.output[0] @ forcing
-        forcing = step.state @ forcing + step.forcing * np.exp(s * i * width)
-        state, inputs = step.state @ state, step.state @ inputs + step.input
-    return OutputRows(np.arange(substeps) * width, *rows)
+    n, m = plant.input.shape
+    joint = np.eye(n + m + 1, dtype=complex)  # x, the held input and w = exp(st) over one sub-step
+    joint[:n] = np.hstack([step.state, step.input, step.forcing[:, None]])
+    joint[-1, -1] = np.exp(s * width)
+    powers = np.eye(n + m + 1, dtype=complex)[None]
+    while len(powers) < substeps:
+        powers = np.concatenate([powers, powers @ np.linalg.matrix_power(joint, len(powers))])
+    rows = np.tensordot(powers[:substeps, :n], plant.output[0], axes=(1, 0))
+    offsets = np.arange(substeps, dtype=float) * width
+    return OutputRows(offsets, rows[:, :n].real, rows[:, n : n + m].real, rows[:, -1])
 
 
 def period_response(loop: DualRateLoop, start: ComplexArray) -> SteadyState:
