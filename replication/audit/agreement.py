@@ -202,7 +202,7 @@ def _against(number: Measured, target: Interval, words: str) -> str:
     interval = f"[{_decimal(target.low)}, {_decimal(target.high)}]"
     return (
         f"{number.describe(*ends)} {words} {interval}, for which the printed {number.entry.text} stands"
-        f" ({deviation} units of its last place)"
+        f" (deviation in units of its last place: {deviation})"
     )
 
 

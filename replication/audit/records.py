@@ -190,4 +190,4 @@ def read_results(path: Path) -> ResultsFile:
 
 def json_schema() -> dict[str, Any]:
     """The JSON Schema (2020-12) of `ResultsFile`, which `docs/results.schema.json` publishes."""
-    return msgspec.json.schema(ResultsFile)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **msgspec.json.schema(ResultsFile)}

@@ -18,6 +18,9 @@ JOINS = 'stroke-linejoin="round" stroke-linecap="butt"'
 
 _ROOT = re.compile(r"<svg\b[^>]*>")
 _NUMBER = re.compile(r"-?[0-9]+\.[0-9]+(?:e-?[0-9]+)?")
+_FOREIGN = re.compile(
+    r"""<(?:script|foreignObject|image|style|a)\b|\son[a-z]+=|href="(?!#)|url\((?!#)|@import|<[!?]""", re.IGNORECASE
+)
 _GEOMETRY = re.compile(r'(?<![\w-])(?:d|x|y|x1|y1|x2|y2|width|height|cx|cy|r|points|transform)="[^"]*"')
 
 
@@ -25,7 +28,7 @@ def tidy(raw: str, prefix: str) -> str:
     """Return matplotlib's SVG `raw` as a small stand-alone file whose ids all start with `prefix`.
 
     The foreground of the house style becomes `currentColor`, coordinates are rounded, metadata go.
-    Raises AuditError if `raw` is not one SVG element.
+    Raises AuditError if `raw` is not one SVG element, or could run or load anything (an image, for example).
     """
     root = _ROOT.search(raw)
     view_box = re.search(r'viewBox="([-0-9. ]+)"', root.group()) if root else None
@@ -40,23 +43,32 @@ def tidy(raw: str, prefix: str) -> str:
     body = re.sub(r'(?<![\w-])d="([^"]*)"', lambda match: f'd="{_short_path(match[1])}"', body)
     body = re.sub(r">\s+<", ">\n<", re.sub(r"<defs>\s*</defs>", "", body))
     body = re.sub(r"(?<=[;:]) (?=[^\"<>]*\"/?>)", "", body)
+    body = re.sub(r"\n\s*\n", "\n", body).strip()
+    _refuse_foreign(body)
     width, height = view_box[1].split()[2:]
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{_rounded(view_box[1])}" '
         f'width="{_rounded(width)}pt" height="{_rounded(height)}pt" {JOINS} style="{STANDALONE}">'
     )
-    return head + body.rstrip() + "\n"
+    return head + body + "\n"
 
 
 def inner(standalone: str) -> tuple[str, str]:
     """Return the viewBox and the content of a file made by `tidy`, for a page whose own <svg> tag carries `JOINS`.
 
-    Raises AuditError if the text is not such a file.
+    Raises AuditError if the text is not such a file, or could run or load anything.
     """
     match = re.fullmatch(r'<svg [^>]*viewBox="([-0-9. ]+)"[^>]*>(.*)</svg>\s*', standalone, flags=re.DOTALL)
     if match is None:
         raise AuditError("a figure is not an SVG file as `write_figures` makes it; run `python -m replication run`")
+    _refuse_foreign(match[2])
     return match[1], match[2].strip()
+
+
+def _refuse_foreign(body: str) -> None:
+    foreign = _FOREIGN.search(body)
+    if foreign:
+        raise AuditError(f"a figure holds {foreign.group()!r}, which the report does not take in; draw lines and text")
 
 
 def _with_prefix(body: str, prefix: str) -> str:
@@ -76,6 +88,8 @@ def _short(number: float) -> str:
 
 
 def _short_path(data: str) -> str:
-    """Points after `M` and `L` follow each other without a letter: the letter of a line is implied."""
-    data = re.sub(r"\s+", " ", data).strip()
-    return re.sub(r"(?<=[0-9]) L (?=-?[0-9])", " ", data) if not re.search("[QCAZ]", data, re.IGNORECASE) else data
+    """Commas between numbers, which need no escape in a data URI; straight paths need no letter for their lines."""
+    data = re.sub(r"\s*([A-Za-z])\s*", r"\1", data.strip())
+    if not re.search("[QCSTAHV]", data, re.IGNORECASE):
+        data = data.replace("L", " ")
+    return re.sub(r"\s+", ",", data)

@@ -13,7 +13,6 @@ from fractions import Fraction
 import msgspec
 
 from replication.audit.agreement import Judgement, digits, judge_bound, judge_value
-from replication.audit.claims import validate_claims as validate_claims
 from replication.audit.evidence import plain, require_finite
 from replication.audit.model import Claim, Evidence, Kind, Proof, Verdict
 from replication.audit.printed import decimal_fraction, parse
@@ -131,15 +130,15 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds."""
     if case.as_printed is not None:
         printed = _compare(replace(case, reading=case.as_printed))
-        before = f"as printed: {printed.reason}"
+        before = f"As printed: {printed.reason}"
         if printed.verdict in AGREES:
             return printed
     elif case.note:
-        before = f"as printed: {case.note}"
+        before = f"As printed: {case.note}"
     else:
         raise AuditError(f"erratum {erratum}: the evidence has no as_printed, and no note that says why")
     corrected = _compare(case)
-    reason = f"With erratum {erratum}: {corrected.reason} {before[0].upper()}{before[1:]}"
+    reason = f"With erratum {erratum}: {corrected.reason} {before}"
     if corrected.verdict not in AGREES:
         return replace(corrected, reason=reason)
     if case.proof_holds is None:
