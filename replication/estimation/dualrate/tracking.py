@@ -122,6 +122,21 @@ def tracking_error_ratio(loop: DualRateLoop, points: Points = Points.BETWEEN) ->
     return float(max(sizes.max(), -refined.fun))
 
 
+def estimation_error_ratio(loop: DualRateLoop) -> float:
+    """Largest |y − C x̂| / |y_d| over the fast instants in the steady state; InfeasibleError if unstable."""
+    return float(np.max(np.abs(_estimation_errors(loop))))
+
+
+def estimation_lag(loop: DualRateLoop) -> float:
+    """Mean time in s by which C x̂ lags y in the steady state: mean of (y − C x̂)/(s y) over the fast instants.
+
+    Meaningful for σ well below the loop's rates, where y is close to a ramp within a slow period.
+    """
+    steady, n = steady_state(loop), loop.plant.size
+    outputs = steady.states[:-1, :n] @ loop.plant.output[0]
+    return float(np.real(np.mean(_estimation_errors(loop) / (reference(loop).exponent * outputs))))
+
+
 def bandwidth(
     loop_at: Callable[[float], DualRateLoop], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
 ) -> float:
@@ -142,6 +157,13 @@ def bandwidth(
             return float(brentq(excess, previous, frequency, xtol=tolerance))
         previous = frequency
     raise InfeasibleError(f"the error ratio stays below {level:g} up to σ = {previous:g} rad/s; search higher")
+
+
+def _estimation_errors(loop: DualRateLoop) -> ComplexArray:
+    """Complex amplitudes of y − C x̂ at the phases, shape (M,)."""
+    steady, n = steady_state(loop), loop.plant.size
+    estimates = [step.estimate_state @ z for step, z in zip(loop.steps, steady.states[:-1], strict=True)]
+    return np.asarray((steady.states[:-1, :n] - np.array(estimates)) @ loop.plant.output[0])
 
 
 def _errors(loop: DualRateLoop, steady: SteadyState, rows: OutputRows) -> ComplexArray:
