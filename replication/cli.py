@@ -93,9 +93,8 @@ def _run(chosen: argparse.Namespace) -> int:
     drawn = write_figures(selected, outcome.results_by_experiment, figures)
     results = msgspec.structs.replace(outcome.results, figures=drawn)
     write_results(output / "results.json", results)
-    page = build_report(results, figures, output / "index.html")
     _say(run_lines(results, outcome.log, outcome.failures))
-    _say([f"report: {page}"])
+    _say([f"report: {build_report(results, figures, output / 'index.html')}"])
     return _code(results, outcome.failures)
 
 

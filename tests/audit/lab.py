@@ -1,4 +1,4 @@
-"""A small project in a temporary directory, run in processes of its own, so that its `papers` never meets the real one."""
+"""A small project in a temporary directory, run in processes of its own: its `papers` never meets the real one."""
 
 from __future__ import annotations
 

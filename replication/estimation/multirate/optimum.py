@@ -27,7 +27,7 @@ DESIGN_MARGIN = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class RiccatiDesign:
-    """Gains for one level. gains (N, n, q); X: the stabilising solution at each phase (N, n, n); level: guaranteed gain."""
+    """Gains (N, n, q) for one guaranteed `level`; X: the stabilising solution at each phase (N, n, n)."""
 
     gains: Array
     X: Array
@@ -56,7 +56,7 @@ def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Ric
     """The steady-state periodic Kalman filter (white d, w of unit intensity): the infinite level.
 
     extra_noise: intensity of process noise added on every state. Raises InfeasibleError if the recursion does not
-    settle on stabilising gains, which with detectable sensors means an undisturbed mode on the unit circle: add noise to it.
+    settle on stabilising gains: with detectable sensors, an undisturbed mode on the unit circle. Add noise to it then.
     """
     stages = [RiccatiMap(s.A, s.G, s.H + extra_noise * np.eye(len(s.H))) for s in problem.stages()]
     design = _design(problem, stages, np.inf)
@@ -135,7 +135,7 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
     Evaluated on a stabilised error system instead, so that unstable plants and poles on the circle do no harm: with
     E from (d, w) to W e and V to the innovations, it is the norm of E on the kernel of V.
     """
-    gains = kalman_design(problem, extra_noise=_noise_scale(problem)).gains
+    gains = kalman_design(problem, extra_noise=noise_scale(problem)).gains
     lifted = _innovation_system(problem, gains).lift()
     outputs = problem.plant.W.shape[0] + np.array([len(rows) for rows in problem.measured_rows()])
     error_rows = np.concatenate([np.arange(count) < problem.plant.W.shape[0] for count in outputs])
@@ -148,7 +148,7 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
     return peak_on_circle(value, problem.stages, np.abs(np.angle(np.linalg.eigvals(lifted.A))))
 
 
-def _noise_scale(problem: MultirateProblem) -> float:
+def noise_scale(problem: MultirateProblem) -> float:
     """Process noise that makes every mode disturbed, of the size of the given noise."""
     return max(float(np.linalg.norm(problem.plant.B_d, 2)) ** 2, 1e-6)
 

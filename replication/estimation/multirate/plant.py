@@ -22,8 +22,8 @@ class MultiratePlant:
     """A discrete-time plant with process noise d and sensor noise w.
 
     Shapes: A (n, n), B_d (n, m_d), C (q, n), D (q, q_w), W (n_z, n), B_u (n, m_u). W is the identity and B_u empty
-    unless given. `dt` is the base period in seconds (1.0 if it does not matter). The noise is scaled so that d and w are the
-    signals whose l2 norm counts. Raises InvalidInputError if an entry is not finite or the shapes do not fit.
+    unless given. `dt` is the base period in seconds (1.0 if it does not matter). The noise is scaled so that d and w
+    are the signals whose l2 norm counts. Raises InvalidInputError if an entry is not finite or the shapes do not fit.
     """
 
     A: Array
@@ -73,8 +73,8 @@ class MultiratePlant:
         """Take A, B, C and dt from a discrete-time `control.StateSpace`.
 
         disturbances: indices or labels of the inputs that are process noise (all if None); the others become B_u. D is
-        the sensor noise matrix (q, q_w). Raises InvalidInputError for a continuous-time system, a feedthrough from an input
-        to a sensor (the observer has no place for one), or an unknown input.
+        the sensor noise matrix (q, q_w). Raises InvalidInputError for a continuous-time system, a feedthrough from an
+        input to a sensor (the observer has no place for one), or an unknown input.
         """
         if not isinstance(system, control.StateSpace):
             raise InvalidInputError(f"system must be a control.StateSpace, got {type(system).__name__}")
