@@ -29,15 +29,15 @@ EXPERIMENTS = (
     Experiment(
         name="shao.theorem",
         function=theorem,
-        inputs={"periods": [1e-3, 1e-4, 1e-5], "proved_period": "1/100", "counts": [1, 2, 3, 5, 8]},
+        inputs={"periods": [1e-4, 1e-5, 1e-6], "proved_period": "1/100", "counts": [1, 2, 3, 5, 8]},
     ),
     Experiment(name="shao.rates", function=slowest_rates, inputs={"periods": np.geomspace(1e-4, 1.0, 41).tolist()}),
     Experiment(
         name="shao.stable-sets",
         function=stable_sets,
         inputs={
-            "ratios": [1, 2, 3, 4, 5, 6, 8, 10],
-            "periods": np.linspace(0.001, 0.4, 240).tolist(),
+            "ratios": [1, 2, 3, 5, 8],
+            "periods": [*np.arange(0.0005, 0.06, 0.00025).tolist(), *np.arange(0.06, 0.4, 0.005).tolist()],
             "largest_ratio": 60,
         },
     ),

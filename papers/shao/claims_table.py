@@ -1,0 +1,297 @@
+"""Claims on Table I and on the comparison of the three controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from itertools import pairwise
+
+from papers.shao import data
+from papers.shao.experiments import SEARCH
+from papers.shao.problem import APO, APO_READINGS, PMI, PMI_READINGS, REPAIRED, SRC, STATE
+from papers.shao.search import merged
+from replication.audit.model import Claim, Evidence, Kind, Results, Verdict
+from replication.estimation.dualrate.search import chance
+
+LITERAL = "steady state by the lifted form, literal reading, supremum over all times"
+
+
+def unstable(results: Results) -> Evidence:
+    """Radius of the single-rate loop above one."""
+    radius = results["shao.table"]["radius"][SRC]
+    return Evidence(
+        method="monodromy radius over one slow period, which does not depend on the reference",
+        cross_check="the textbook sampled-data loop at M T, in the tests",
+        holds=radius > 1,
+        margin=radius - 1,
+        quantities={"radius": radius},
+    )
+
+
+def cell(observer: str, index: int, results: Results) -> Evidence:
+    """One entry of Table I in percent under the literal reading."""
+    table = results["shao.table"]
+    return Evidence(
+        method=LITERAL,
+        cross_check="brute-force simulation of the printed algorithm, transients included",
+        value=table["ratios"][observer][index],
+        quantities={
+            "corrected feedforward": table["corrected"][observer][index],
+            "lifted against simulated": table["agreement"][observer],
+        },
+        note="The manuscript leaves the simulation open: see the map of readings.",
+    )
+
+
+def any_reading(results: Results) -> Evidence:
+    """Whether the search hit all twelve numbers, and how near it came."""
+    found = merged([results[name] for name in SEARCH])
+    return Evidence(
+        method="search of all readings: distance is the largest |ln(computed/printed)| of the twelve numbers",
+        cross_check="null test: the same search for smooth random columns; planted columns are found, in the tests",
+        holds=found.joint_hits > 0,
+        margin=None if found.joint_hits > 0 else -found.joint_distance,
+        quantities={
+            "readings of DRC-PMI": found.tried["pmi"],
+            "readings of DRC-APO": found.tried["apo"],
+            "nearest common reading": found.joint_distance,
+            "nearest for DRC-PMI alone": found.nearest["pmi"].distance,
+            "nearest for DRC-APO alone": found.nearest["apo"].distance,
+            "share of columns as near, common": chance(found.joint_distance, found.joint_decoys),
+            "share of columns as near, DRC-PMI": chance(found.nearest["pmi"].distance, found.decoys["pmi"]),
+            "share of columns as near, DRC-APO": chance(found.nearest["apo"].distance, found.decoys["apo"]),
+            "hits of one column": sum(found.hits.values()),
+        },
+    )
+
+
+def stable(observer: str, results: Results) -> Evidence:
+    """Radius of a dual-rate loop below one."""
+    radius = results["shao.table"]["radius"][observer]
+    return Evidence(
+        method="monodromy radius over one slow period, literal reading",
+        cross_check="product of one-step maps, in the tests",
+        holds=radius < 1,
+        margin=1 - radius,
+        quantities={"radius": radius},
+    )
+
+
+def smaller_error(results: Results) -> Evidence:
+    """APO below PMI in every row; how often over all pairs of readings is told beside it."""
+    ratios = results["shao.table"]["ratios"]
+    margins = [1 - a / p for a, p in zip(ratios[APO], ratios[PMI], strict=True)]
+    wins, pairs = ordering_counts(results["shao.orderings"])
+    return Evidence(
+        method=LITERAL,
+        holds=min(margins) > 0,
+        margin=min(margins),
+        quantities={"pairs of readings": pairs, "pairs in which it holds": wins},
+        note=(
+            "It depends on the reading of DRC-PMI: one correction per slow instant and then the model alone has a "
+            "smaller error than DRC-APO."
+        ),
+    )
+
+
+def growing(observer: str, results: Results) -> Evidence:
+    """Whether each row of a column exceeds the one before it."""
+    ratios = results["shao.table"]["ratios"][observer]
+    steps = [later / earlier - 1 for earlier, later in pairwise(ratios)]
+    return Evidence(method=LITERAL, holds=min(steps) > 0, margin=min(steps), quantities={"smallest step": min(steps)})
+
+
+def better_estimate(index: int, results: Results) -> Evidence:
+    """Estimation errors of the two observers at the frequency of a figure."""
+    errors = results["shao.table"]["estimation"]
+    apo, pmi = errors[APO][index], errors[PMI][index]
+    return Evidence(
+        method="largest |θ − θ̂| at the fast instants in the steady state, literal reading",
+        cross_check="time responses of the figures",
+        holds=apo < pmi,
+        margin=1 - apo / pmi,
+        quantities={"DRC-APO, percent": apo, "DRC-PMI, percent": pmi},
+    )
+
+
+def better_transient(results: Results) -> Evidence:
+    """Time constants of the two loops."""
+    constants = results["shao.transients"]["time_constants"]
+    return Evidence(
+        method="time constant −M T/ln(monodromy radius) of the slowest mode, literal reading",
+        holds=constants[APO] < constants[PMI],
+        margin=constants[PMI] / constants[APO] - 1,
+        quantities={f"{name}, s": value for name, value in constants.items()},
+        note="The transient of the literal DRC-APO dies out more slowly, because (6) uses L once in M periods.",
+    )
+
+
+def lower_static_error(results: Results) -> Evidence:
+    """Steady-state error, and what the same observer as DRC-PMI does with L/M in place of L."""
+    table = results["shao.table"]
+    margins = [1 - a / p for a, p in zip(table["ratios"][APO], table["ratios"][PMI], strict=True)]
+    weak = max(w / a - 1 for w, a in zip(table["weak_gain"], table["ratios"][APO], strict=True))
+    return Evidence(
+        method=LITERAL,
+        holds=min(margins) > 0,
+        margin=min(margins),
+        quantities={"error of DRC-PMI with L/M above that of DRC-APO, largest": weak},
+        note="DRC-PMI with the observer gain divided by M comes close to DRC-APO.",
+    )
+
+
+def higher_bandwidth(results: Results) -> Evidence:
+    """First σ at which the error reaches 10 %, 29.3 % and 50 %."""
+    found = results["shao.frequencies"]
+    ratios = [a / p - 1 for a, p in zip(found["bandwidth"][APO], found["bandwidth"][PMI], strict=True)]
+    quantities = {
+        f"{name}, error {level:.1%}, rad/s": sigma
+        for name in (PMI, APO, REPAIRED, STATE, "single_correction")
+        for level, sigma in zip(found["levels"], found["bandwidth"][name], strict=True)
+        if sigma is not None
+    }
+    return Evidence(
+        method="first σ at which the steady-state error ratio reaches a level, refined by root finding",
+        holds=min(ratios) > 0,
+        margin=min(ratios),
+        quantities=quantities,
+        note="Holds for the literal DRC-PMI; one correction per slow instant and then the model reaches as far.",
+    )
+
+
+def ordering_counts(structures: Sequence[dict[str, dict[str, list[float] | None]]]) -> tuple[int, int]:
+    """(pairs in which APO is below PMI in every row, pairs of stable readings)."""
+    pairs = [
+        (entry["ratios"][p], entry["ratios"][a])
+        for entry in structures
+        for p in PMI_READINGS
+        for a in APO_READINGS
+        if entry["ratios"][p] is not None and entry["ratios"][a] is not None
+    ]
+    wins = sum(all(y < x for x, y in zip(pmi or (), apo or (), strict=True)) for pmi, apo in pairs)
+    return wins, len(pairs)
+
+
+def _src_cell(index: int) -> Claim:
+    return Claim(
+        id=f"shao.table.src-{index + 1}",
+        place=f"Table I, {data.REFERENCES[index]}, SRC",
+        kind=Kind.FEASIBLE,
+        statement=f"A dash: with the reference {data.REFERENCES[index]} the single-rate loop has no bounded error.",
+        expected=Verdict.CONSISTENT,
+        answer=unstable,
+        uses=("shao.table",),
+    )
+
+
+def _value_cell(observer: str, short: str, printed: Sequence[str], index: int) -> Claim:
+    return Claim(
+        id=f"shao.table.{short}-{index + 1}",
+        place=f"Table I, {data.REFERENCES[index]}, DRC-{short.upper()}",
+        kind=Kind.VALUE,
+        statement=f"Largest tracking error of DRC-{short.upper()} over the amplitude of the reference, percent.",
+        expected=Verdict.DIFFERS,
+        answer=partial(cell, observer, index),
+        uses=("shao.table",),
+        printed=printed[index],
+    )
+
+
+ROWS = range(len(data.FREQUENCIES))
+TABLE_CELLS = (
+    *(_src_cell(index) for index in ROWS),
+    *(_value_cell(PMI, "pmi", data.TABLE_PMI, index) for index in ROWS),
+    *(_value_cell(APO, "apo", data.TABLE_APO, index) for index in ROWS),
+)
+COMPARISONS = (
+    Claim(
+        id="shao.table.any-reading",
+        place="Table I",
+        kind=Kind.FEASIBLE,
+        statement="The twelve numbers of DRC-PMI and DRC-APO come out together, to print, under one reading.",
+        expected=Verdict.DIFFERS,
+        answer=any_reading,
+        uses=SEARCH,
+    ),
+    Claim(
+        id="shao.stability.src",
+        place="Sec. V",
+        kind=Kind.FEASIBLE,
+        statement="The loop under SRC is unstable.",
+        expected=Verdict.CONSISTENT,
+        answer=unstable,
+        uses=("shao.table",),
+    ),
+    *(
+        Claim(
+            id=f"shao.stability.{short}",
+            place="Sec. V, Figs. 2 and 3",
+            kind=Kind.FEASIBLE,
+            statement=f"The loop under DRC-{short.upper()} is stable.",
+            expected=Verdict.CONSISTENT,
+            answer=partial(stable, observer),
+            uses=("shao.table",),
+        )
+        for short, observer in (("pmi", PMI), ("apo", APO))
+    ),
+    Claim(
+        id="shao.order.apo-below-pmi",
+        place="Table I",
+        kind=Kind.ORDER,
+        statement="DRC-APO has a smaller error than DRC-PMI at every frequency.",
+        expected=Verdict.CONSISTENT,
+        answer=smaller_error,
+        uses=("shao.table", "shao.orderings"),
+    ),
+    *(
+        Claim(
+            id=f"shao.order.growth-{short}",
+            place="Table I",
+            kind=Kind.ORDER,
+            statement=f"The error of DRC-{short.upper()} grows with the frequency.",
+            expected=Verdict.CONSISTENT,
+            answer=partial(growing, observer),
+            uses=("shao.table",),
+        )
+        for short, observer in (("pmi", PMI), ("apo", APO))
+    ),
+    *(
+        Claim(
+            id=f"shao.order.estimate-{figure}",
+            place=f"Fig. {figure} and Sec. V",
+            kind=Kind.ORDER,
+            statement=f"At σ = {data.FREQUENCIES[index]} rad/s DRC-APO estimates the position better than DRC-PMI.",
+            expected=Verdict.CONSISTENT,
+            answer=partial(better_estimate, index),
+            uses=("shao.table",),
+        )
+        for figure, index in ((2, 0), (3, 2))
+    ),
+    Claim(
+        id="shao.order.transient",
+        place="Sec. V",
+        kind=Kind.ORDER,
+        statement="DRC-APO has a much better transient than DRC-PMI.",
+        expected=Verdict.DIFFERS,
+        answer=better_transient,
+        uses=("shao.transients",),
+    ),
+    Claim(
+        id="shao.order.static",
+        place="Sec. V",
+        kind=Kind.ORDER,
+        statement="DRC-APO tracks better than DRC-PMI once the transient is over.",
+        expected=Verdict.CONSISTENT,
+        answer=lower_static_error,
+        uses=("shao.table",),
+    ),
+    Claim(
+        id="shao.order.bandwidth",
+        place="Abstract and Sec. V",
+        kind=Kind.ORDER,
+        statement="DRC-APO has a higher bandwidth than DRC-PMI.",
+        expected=Verdict.CONSISTENT,
+        answer=higher_bandwidth,
+        uses=("shao.frequencies",),
+    ),
+)
