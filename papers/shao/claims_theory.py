@@ -95,7 +95,7 @@ def stability_theorem(results: Results) -> Evidence:
 def like_a_fast_sensor(results: Results) -> Evidence:
     """Time constants of the printed observer and of a true fast sensor; the repaired predictor beside them."""
     radius = results["shao.table"]["radius"]
-    gaps = results["shao.theorem"]["rate_gap"]
+    gaps, noise = results["shao.theorem"]["rate_gap"], results["shao.frequencies"]["noise"]
     return Evidence(
         method="monodromy radius with (6) against that with a true measurement at every fast instant",
         cross_check="limit T → 0: distance of the rates to eig(A − LC/M) and to eig(A − LC)",
@@ -107,6 +107,9 @@ def like_a_fast_sensor(results: Results) -> Evidence:
             "radius, repaired predictor": radius[REPAIRED],
             "rates to eig(A − LC/M), 1/s": gaps["printed"][-1],
             "rates to eig(A − LC), 1/s": gaps["printed_full_gain"][-1],
+            "noise gain, virtual measurement (6)": noise[APO],
+            "noise gain, true fast sensor": noise[FAST],
+            "noise gain, repaired predictor": noise[REPAIRED],
         },
     )
 
@@ -182,6 +185,6 @@ THEORY_CLAIMS = (
         statement="With the virtual measurement the loop works like one with a sensor as fast as the actuator.",
         expected=Verdict.DIFFERS,
         answer=like_a_fast_sensor,
-        uses=("shao.table", "shao.theorem"),
+        uses=("shao.table", "shao.theorem", "shao.frequencies"),
     ),
 )

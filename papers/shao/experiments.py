@@ -23,9 +23,7 @@ EXPERIMENTS = (
     ),
     Experiment(name="shao.transients", function=transients, inputs={"slow_periods": 40, "substeps": 10}),
     Experiment(name="shao.lags", function=lags, inputs={"ratios": list(range(1, 11)), "frequency": 1e-3}),
-    Experiment(
-        name="shao.robustness", function=robustness, inputs={"factors": [0.5, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2, 2.0]}
-    ),
+    Experiment(name="shao.robustness", function=robustness, inputs={"factors": np.geomspace(0.5, 2.0, 25).tolist()}),
     Experiment(
         name="shao.theorem",
         function=theorem,

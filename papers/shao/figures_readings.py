@@ -10,6 +10,7 @@ from papers.shao.problem import LABELS
 from papers.shao.search import merged
 from replication.audit.model import Figure, FigureData, Results
 from replication.audit.style import line, new_axes
+from replication.estimation.dualrate.readings import STRUCTURES, Structure
 
 
 def reading_scores(results: Results) -> FigureData:
@@ -27,14 +28,17 @@ def reading_scores(results: Results) -> FigureData:
 
 
 def plot_reading_scores(drawn: FigureData) -> Any:
-    """Left to right: the map of scores by structure; below, decoys against the printed columns."""
+    """Upper: the map of scores, one cell for each observer and structure. Lower: decoys against the printed columns."""
     figure, axes = new_axes(2, row_height=2.6, share_x=False)
     c = drawn.columns
     observers = [name for name in c if name in LABELS]
-    for index, name in enumerate(observers):
-        axes[0].plot(c["structure"], c[name], linewidth=0.5, marker="osv^DPX"[index], label=LABELS[name])
-    axes[0].set(xlabel="structure", ylabel="distance", yscale="log")
-    axes[0].legend(ncols=2, fontsize=7)
+    axes[0].pcolormesh([c[name] for name in observers], cmap="Blues_r", alpha=0.5, edgecolors="none")
+    for row, name in enumerate(observers):
+        for column, distance in enumerate(c[name]):
+            axes[0].text(column + 0.5, row + 0.5, f"{distance:.2f}", ha="center", va="center", fontsize=7)
+    axes[0].set_yticks([row + 0.5 for row in range(len(observers))], [LABELS[name] for name in observers], fontsize=7)
+    axes[0].set_xticks([k + 0.5 for k in range(len(STRUCTURES))], [_short(s) for s in STRUCTURES], fontsize=7)
+    axes[0].grid(visible=False)
     for index, key in enumerate(("pmi", "apo", "common")):
         share = [(k + 1) / len(c[f"decoys_{key}"]) for k in range(len(c[f"decoys_{key}"]))]
         name = "both columns" if key == "common" else f"DRC-{key.upper()}"
@@ -56,13 +60,20 @@ def describe_reading_scores(drawn: FigureData) -> str:
     return f"Distance of the nearest reading. {'; '.join(parts)}."
 
 
+def _short(structure: Structure) -> str:
+    """Feedforward, timing of the reference, kind of gain, by their initials."""
+    gain = "d" if structure.discrete_gain else "c"
+    return f"{structure.feedforward[0]}-{structure.timing[0]}-{gain}"
+
+
 READING_FIGURES = (
     Figure(
         name="shao-readings",
         place="Table I",
         title="How near the readings come to Table I, and to random columns",
-        caption="Distance: largest |ln(computed/printed)| of a column. Upper: best reading for each structure and "
-        "observer. Lower: the same search for smooth random columns; vertical lines are the printed ones.",
+        caption="Distance: largest |ln(computed/printed)| of a column. Upper: best reading for each observer and each "
+        "structure (feedforward printed or corrected, reference held, previewed or continuous, gain continuous or "
+        "discrete). Lower: the same search for smooth random columns; vertical lines are the printed ones.",
         published=False,
         uses=SEARCH,
         data=reading_scores,

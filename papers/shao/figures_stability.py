@@ -9,7 +9,7 @@ from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, LABELS, PMI, 
 from replication.audit.model import Figure, FigureData, Results
 from replication.audit.style import line, new_axes
 
-SETS = (PMI, APO, REPAIRED, FAST)
+SETS = (PMI, APO, REPAIRED)
 
 
 def stable_sets(results: Results) -> FigureData:
@@ -31,13 +31,15 @@ def plot_stable_sets(drawn: FigureData) -> Any:
     """Horizontal bars over T, one row of bars per M, shifted by observer."""
     figure, (axis,) = new_axes(row_height=3.6)
     c = drawn.columns
+    ratios = sorted(set(c[f"{APO}_ratio"]))
     for index, name in enumerate(SETS):
-        heights = [ratio + 0.18 * (index - 1.5) for ratio in c[f"{name}_ratio"]]
+        heights = [ratios.index(ratio) + 0.2 * (index - 1) for ratio in c[f"{name}_ratio"]]
         colour = line(index)["color"]
         axis.hlines(heights, c[f"{name}_from_s"], c[f"{name}_to_s"], color=colour, linewidth=2.5, label=LABELS[name])
     axis.axvline(DESIGN.period, linestyle=":", color="#777777", label="printed T")
     axis.set(xscale="log", xlabel="T, s", ylabel="M")
-    axis.legend(loc="upper left")
+    axis.set_yticks(range(len(ratios)), [f"{ratio:.0f}" for ratio in ratios])
+    figure.legend(loc="outside upper center", ncols=len(SETS) + 1)
     return figure
 
 

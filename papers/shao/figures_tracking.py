@@ -49,7 +49,7 @@ def plot_responses(drawn: FigureData) -> Any:
         axes[2].plot(c["instant_s"], c[f"estimation_error_{short}"], label=label, **line(index))
     for axis, label in zip(axes, ("θ, rad", "e, rad", "θ − θ̂, rad"), strict=True):
         axis.set_ylabel(label)
-    axes[0].legend(ncols=3, loc="upper right")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     axes[2].set_xlabel("t, s")
     return figure
 
@@ -133,6 +133,44 @@ def describe_lag_curves(drawn: FigureData) -> str:
     )
 
 
+PARAMETERS = {"inertia": "J", "flux": "Ψ_f and K_T", "resistance": "R"}
+
+
+def robustness_curves(results: Results) -> FigureData:
+    """Percent error at σ = 1 rad/s against the factor by which a parameter of the plant is off."""
+    found = results["shao.robustness"]
+    columns: dict[str, list[float]] = {"factor": found["factors"]}
+    for parameter in PARAMETERS:
+        for short, name in (("pmi", PMI), ("apo", APO)):
+            columns[f"{parameter}_{short}"] = [error for _, error in found[parameter][name]]
+    return columns_of(columns)
+
+
+def plot_robustness_curves(drawn: FigureData) -> Any:
+    """One axis per parameter."""
+    figure, axes = new_axes(1, len(PARAMETERS), row_height=2.6)
+    c = drawn.columns
+    for axis, (parameter, symbol) in zip(axes, PARAMETERS.items(), strict=True):
+        for index, short in enumerate(("pmi", "apo")):
+            axis.semilogy(c["factor"], c[f"{parameter}_{short}"], label=f"DRC-{short.upper()}", **line(index))
+        axis.set(title=symbol, xlabel="true over nominal")
+        axis.sharey(axes[0])
+    axes[0].set_ylabel("tracking error, percent")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    return figure
+
+
+def describe_robustness_curves(drawn: FigureData) -> str:
+    """Range of the error over the factors for each parameter under DRC-APO."""
+    ranges = [
+        f"{symbol}: {min(drawn.columns[f'{parameter}_apo']):.2f} to {max(drawn.columns[f'{parameter}_apo']):.2f}"
+        for parameter, symbol in PARAMETERS.items()
+    ]
+    return (
+        f"Percent error of DRC-APO over the factors of a parameter that the model does not know. {'; '.join(ranges)}."
+    )
+
+
 def _published(number: int, index: int) -> Figure:
     sigma = data.FIGURE_FREQUENCIES[index]
     return Figure(
@@ -152,6 +190,17 @@ def _published(number: int, index: int) -> Figure:
 TRACKING_FIGURES = (
     _published(2, 0),
     _published(3, 1),
+    Figure(
+        name="shao-robustness",
+        place="Sec. V",
+        title="Error at 1 rad/s when the plant is not the model",
+        caption="Literal reading. The observer and the feedforward keep the printed parameters.",
+        published=False,
+        uses=("shao.robustness",),
+        data=robustness_curves,
+        plot=plot_robustness_curves,
+        alt=describe_robustness_curves,
+    ),
     Figure(
         name="shao-error-frequency",
         place="Table I",

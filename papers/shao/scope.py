@@ -45,7 +45,7 @@ SCOPE = (
     ScopeItem(
         part="Figs. 2 and 3",
         claims=("shao.order.estimate-2", "shao.order.estimate-3", "shao.order.transient"),
-        figures=("shao-fig2", "shao-fig3"),
+        figures=("shao-fig2", "shao-fig3", "shao-robustness"),
     ),
     ScopeItem(
         part="Curves of Figs. 2 and 3, point by point",

@@ -95,7 +95,7 @@ def slowest_rates(periods: Sequence[float]) -> dict[str, Any]:
 
 def stable_sets(ratios: Sequence[int], periods: Sequence[float], largest_ratio: int) -> dict[str, Any]:
     """Intervals of T (s) with a stable motor loop for each M; and the stable M at the printed T."""
-    names = (PMI, APO, REPAIRED, FAST)
+    names = (PMI, APO, REPAIRED)
     sets: dict[str, Any] = {}
     for name in names:
         sets[name] = [

@@ -108,7 +108,7 @@ def lags(ratios: Sequence[int], frequency: float) -> dict[str, Any]:
 
 
 def robustness(factors: Sequence[float]) -> dict[str, Any]:
-    """Radius and percent error at σ = 1 rad/s when J, Ψ_f (and K_T with it) or R of the plant is off by a factor."""
+    """[radius, percent error or None if unstable] at σ = 1 rad/s when J, Ψ_f (with K_T) or R is off by a factor."""
     result: dict[str, Any] = {"factors": list(factors)}
     for parameter in ("inertia", "flux", "resistance"):
         result[parameter] = {name: [_with_factor(name, parameter, f) for f in factors] for name in (PMI, APO)}
