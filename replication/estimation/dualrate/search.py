@@ -17,9 +17,6 @@ from replication.errors import InvalidInputError
 from replication.estimation.dualrate.readings import STRUCTURES, Reading, ReadingSpace, Structure, error_ratios
 from replication.estimation.validation import Array
 
-EDGES: tuple[float, ...] = tuple(0.05 * 2 ** (k / 2) for k in range(16))
-"""Distances up to which readings are counted, for the map of all scores."""
-
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -44,14 +41,13 @@ class Near:
 
 @dataclass(frozen=True)
 class BlockResult:
-    """What one block found. Per column: nearest, count of readings, counts within `EDGES`, hits to print, nearest of
-    each decoy, best distance per observer. joint: distance of the nearest common reading, then of each decoy pair,
+    """What one block found. Per column: nearest, count of readings, hits to print, nearest of each decoy, best
+    distance per observer. joint: distance of the nearest common reading, then of each decoy pair,
     and the columns' readings at that point; joint_hits: readings with all columns to print."""
 
     structure: int
     nearest: Mapping[str, Near]
     tried: Mapping[str, int]
-    counts: Mapping[str, tuple[int, ...]]
     hits: Mapping[str, int]
     decoys: Mapping[str, tuple[float, ...]]
     by_observer: Mapping[str, float]
@@ -93,7 +89,6 @@ def search_block(space: ReadingSpace, columns: Mapping[str, Column], index: int)
         structure=index,
         nearest={name: part.near(int(np.argmin(part.distances[0])), index) for name, part in found.items()},
         tried={name: part.tried for name, part in found.items()},
-        counts={name: part.counts for name, part in found.items()},
         hits={name: int(part.hits.sum()) for name, part in found.items()},
         decoys={name: tuple(part.distances[1:].min(axis=1).tolist()) for name, part in found.items()},
         by_observer={observer: value for part in parts for observer, value in part.by_observer.items()},
@@ -113,7 +108,6 @@ def merge(blocks: Sequence[BlockResult]) -> BlockResult:
         structure=best.structure,
         nearest={name: min((b.nearest[name] for b in blocks), key=lambda near: near.distance) for name in names},
         tried={name: sum(b.tried[name] for b in blocks) for name in names},
-        counts={name: tuple(np.sum([b.counts[name] for b in blocks], axis=0).tolist()) for name in names},
         hits={name: sum(b.hits[name] for b in blocks) for name in names},
         decoys={name: tuple(np.min([b.decoys[name] for b in blocks], axis=0).tolist()) for name in names},
         by_observer={name: min(b.by_observer[name] for b in blocks) for name in blocks[0].by_observer},
@@ -144,7 +138,6 @@ class _ColumnSearch:
     values: Array
     hits: Array
     tried: int
-    counts: tuple[int, ...]
     by_observer: Mapping[str, float]
 
     def near(self, row: int, structure: int) -> Near:
@@ -174,7 +167,6 @@ def _search_column(space: ReadingSpace, column: Column, index: int) -> _ColumnSe
         values=values,
         hits=np.any(np.all(np.abs(values - column.values) <= column.half_widths, axis=2), axis=0),
         tried=int(tried.sum()),
-        counts=tuple(int(np.sum(own <= edge)) for edge in EDGES),
         by_observer=dict(zip(column.observers, own.min(axis=1).tolist(), strict=True)),
     )
 

@@ -1,4 +1,4 @@
-"""Sweeps of a dual-rate design: the stable sets of the period T and of the ratio M, and wrong models.
+"""Sweeps of a dual-rate design: the stable sets of the period T and of the ratio M.
 
 The stable set of T need not be an interval: sampling folds a fast mode of the plant, so it is searched on a grid and
 its ends are refined.
@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from replication.errors import InvalidInputError
-from replication.estimation.dualrate.design import DualRateDesign, Plant
+from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import Builder
 from replication.estimation.validation import Array, positive_integer
@@ -53,11 +53,6 @@ def stable_periods(
     if excess[-1] < 0:
         ends.append(float(grid[-1]))
     return tuple(zip(ends[::2], ends[1::2], strict=True))
-
-
-def radius_with_plant(design: DualRateDesign, builder: Builder, plant: Plant) -> float:
-    """Monodromy radius when the observer keeps the model of the design and the loop drives another plant."""
-    return stability_radius(close_loop(design, builder, plant=plant))
 
 
 def _radius(design: DualRateDesign, builder: Builder, period: float) -> float:

@@ -10,7 +10,14 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.simulation import SIMULATED_WITH_FAST_SENSOR, simulate
-from replication.estimation.dualrate.tracking import Points, bandwidth, steady_state, tracking_error_ratio
+from replication.estimation.dualrate.tracking import (
+    Points,
+    bandwidth,
+    estimation_error_ratio,
+    estimation_lag,
+    steady_state,
+    tracking_error_ratio,
+)
 
 AGREEMENT = 1e-10
 STABLE = [name for name in SIMULATED_WITH_FAST_SENSOR if name != "single_rate"]
@@ -84,6 +91,20 @@ def test_errors_at_fewer_points_are_never_larger() -> None:
 def test_preview_shifts_the_command_by_one_period() -> None:
     held, early = (motor_loop("fast_sensor", 1.0, timing=timing).harmonic for timing in list(ReferenceTiming)[:2])
     np.testing.assert_allclose(early.amplitude, held.amplitude * np.exp(0.2j), rtol=1e-14)
+
+
+def test_a_held_measurement_is_late_by_half_the_hold() -> None:
+    """Far below the loop's rates; also (6), whose gain acts once per slow period on a prediction that it trusts."""
+    for name, hold in (("held_measurement", 1.0), ("alternating_predictive", 1.0), ("running_prediction", 0.2)):
+        assert estimation_lag(motor_loop(name, 1e-3)) == pytest.approx(hold / 2, rel=0.05)
+    assert estimation_error_ratio(motor_loop("state_feedback", 1.0)) == 0.0
+
+
+def test_estimation_error_is_that_of_the_time_response() -> None:
+    loop = motor_loop("alternating_predictive", np.pi * (3 - np.sqrt(5)))
+    response = time_response(loop, START, START, slow_periods=600, substeps=1)
+    late = np.abs(response.state - response.estimate)[1000:, 0].max()
+    assert late == pytest.approx(estimation_error_ratio(loop), rel=1e-3)
 
 
 def test_bandwidth_is_where_the_error_reaches_the_level() -> None:
