@@ -73,6 +73,7 @@ def stability_theorem(results: Results) -> Evidence:
     """The counter-example in exact arithmetic."""
     theorem = results["shao.theorem"]
     proof = theorem["proof"]["5"]
+    ratios = [ratio for ratio, found in theorem["proof"].items() if found["holds"]]
     return Evidence(
         method=(
             "counter-example A = B = C = 1, K = −2, L = 2, M = 5 in exact arithmetic: det(I − Φ) < 0 for every T "
@@ -88,7 +89,10 @@ def stability_theorem(results: Results) -> Evidence:
             "unstable up to T, s, at least": proof["proved_period"],
             "radius with the repaired predictor": theorem["radius"][REPAIRED],
         },
-        note="As T → 0 the rates of the error tend to eig(A − LC/M), and A − LC/M need not be Hurwitz.",
+        note=(
+            "As T → 0 the rates of the error tend to eig(A − LC/M), and A − LC/M need not be Hurwitz. "
+            f"The same proof holds for M = {', '.join(ratios)}."
+        ),
     )
 
 

@@ -19,7 +19,7 @@ EXPERIMENTS = (
     Experiment(
         name="shao.frequencies",
         function=frequency_sweep,
-        inputs={"frequencies": np.geomspace(0.05, 8.0, 60).tolist(), "levels": [0.1, 1 - 0.5**0.5, 0.5]},
+        inputs={"frequencies": np.geomspace(0.05, 8.0, 40).tolist(), "levels": [0.1, 1 - 0.5**0.5, 0.5]},
     ),
     Experiment(name="shao.transients", function=transients, inputs={"slow_periods": 40, "substeps": 10}),
     Experiment(name="shao.lags", function=lags, inputs={"ratios": list(range(1, 11)), "frequency": 1e-3}),
@@ -35,7 +35,7 @@ EXPERIMENTS = (
         function=stable_sets,
         inputs={
             "ratios": [1, 2, 3, 5, 8],
-            "periods": [*np.arange(0.0005, 0.06, 0.00025).tolist(), *np.arange(0.06, 0.4, 0.005).tolist()],
+            "periods": [*np.arange(0.0004, 0.04, 0.0004).tolist(), *np.arange(0.04, 0.4, 0.01).tolist()],
             "largest_ratio": 60,
         },
     ),

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import control
 import numpy as np
 import scipy.linalg
 
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.design import DualRateDesign, Plant
 from replication.estimation.dualrate.observers import Builder, Observer
-from replication.estimation.dualrate.sampled import Harmonic, Held, held, sampled_model
+from replication.estimation.dualrate.sampled import Harmonic, Held, over_time, sampled_model
+from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, ComplexArray
 
 
@@ -62,9 +64,9 @@ def close_loop(
     corrects by steps (see `sampled_model`).
     """
     true_plant = plant or design.model
-    observer = builder(sampled_model(design, harmonic, discrete_gain=discrete_gain))
-    forced = true_plant.input @ harmonic.amplitude if harmonic is not None and harmonic.continuous else None
-    sampled = held(true_plant.state, true_plant.input, design.period, forced, harmonic.exponent if harmonic else 0j)
+    model = sampled_model(design, harmonic, discrete_gain=discrete_gain)
+    observer = builder(model)
+    sampled = model.predictor if plant is None else over_time(plant, design.period, harmonic)
     steps = []
     for phase in range(design.ratio):
         computes = phase == 0 or not observer.slow_command
@@ -111,6 +113,15 @@ def monodromy(loop: DualRateLoop) -> Array:
 def stability_radius(loop: DualRateLoop) -> float:
     """Largest modulus of the eigenvalues of the monodromy matrix; the loop is stable iff it is below one."""
     return float(np.max(np.abs(np.linalg.eigvals(monodromy(loop)))))
+
+
+def lifted_system(loop: DualRateLoop) -> control.StateSpace:
+    """The loop over one slow period, dt = M T: inputs the sensor noises, outputs the plant outputs of all M phases."""
+    rows = len(loop.plant.output)
+    output = np.hstack([loop.plant.output, np.zeros((rows, loop.size - loop.plant.size))])
+    direct = np.zeros((rows, loop.steps[0].noise.shape[1]))
+    lifted = PeriodicSystem(tuple(Stage(step.state, step.noise, output, direct) for step in loop.steps)).lift()
+    return control.StateSpace(lifted.A, lifted.B, lifted.C, lifted.D, loop.design.slow_period)
 
 
 def noise_gain(loop: DualRateLoop) -> float:

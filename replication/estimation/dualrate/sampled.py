@@ -60,6 +60,15 @@ def held(state: Array, inputs: Array, time: float, forced: ComplexArray | None =
     return Held(power[:n, :n] * scale[:, None] / scale, power[:n, n:] * scale[:, None], forcing * scale)
 
 
+def over_time(plant: Plant, time: float, harmonic: Harmonic | None) -> Held:
+    """`held` of a plant, with the forcing of the harmonic's command on its first inputs if that acts continuously."""
+    if harmonic is None:
+        return held(plant.state, plant.input, time)
+    commanded = plant.input[:, : len(harmonic.amplitude)]
+    forced = commanded @ harmonic.amplitude if harmonic.continuous else None
+    return held(plant.state, plant.input, time, forced, harmonic.exponent)
+
+
 @dataclass(frozen=True, eq=False)
 class SampledModel:
     """What an observer may use over one fast period.
@@ -81,22 +90,15 @@ def sampled_model(
 ) -> SampledModel:
     """Sample the model of `design`. With `discrete_gain`, L corrects by steps: F = Ā − L C, G = B̄, H = L."""
     model, gain = design.model, design.injection
-    forced = _continuous_command(model, harmonic)
-    s = harmonic.exponent if harmonic else 0j
-    predictor = held(model.state, model.input, design.period, forced, s)
+    predictor = over_time(model, design.period, harmonic)
     if discrete_gain:
         F, G, H, forcing = predictor.state - gain @ model.output, predictor.input, gain, predictor.forcing
     else:
-        observer = held(model.state - gain @ model.output, np.hstack([model.input, gain]), design.period, forced, s)
+        guided = Plant(model.state - gain @ model.output, np.hstack([model.input, gain]), model.output)
         inputs = model.input.shape[1]
+        observer = over_time(guided, design.period, harmonic)
         F, G, H, forcing = observer.state, observer.input[:, :inputs], observer.input[:, inputs:], observer.forcing
     return SampledModel(predictor, F, G, H, forcing, model.output, design.ratio)
-
-
-def _continuous_command(plant: Plant, harmonic: Harmonic | None) -> ComplexArray | None:
-    if harmonic is None or not harmonic.continuous:
-        return None
-    return plant.input @ harmonic.amplitude
 
 
 def _exponential(matrix: Any) -> Any:

@@ -16,8 +16,15 @@ from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.validation import Array
 
-SIMULATED = ("single_rate", "held_measurement", "model_interpolation", "alternating_predictive", "running_prediction")
-SIMULATED_WITH_FAST_SENSOR = (*SIMULATED, "fast_sensor", "state_feedback")
+SIMULATED = (
+    "single_rate",
+    "held_measurement",
+    "model_interpolation",
+    "alternating_predictive",
+    "running_prediction",
+    "fast_sensor",
+    "state_feedback",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +47,9 @@ def simulate(
     slow_periods: int,
     substeps: int,
 ) -> Trace:
-    """Simulate one of `SIMULATED_WITH_FAST_SENSOR` with commands held over T; raises InvalidInputError for others."""
-    if observer not in SIMULATED_WITH_FAST_SENSOR or harmonic.continuous:
-        raise InvalidInputError(f"cannot simulate {observer!r} here; use one of {SIMULATED_WITH_FAST_SENSOR}, held r")
+    """Simulate one of `SIMULATED` with commands held over T; raises InvalidInputError for others."""
+    if observer not in SIMULATED or harmonic.continuous:
+        raise InvalidInputError(f"cannot simulate {observer!r} here; use one of {SIMULATED}, held r")
     A, B, C, L = design.model.state, design.model.input, design.model.output, design.injection
     width = design.period / substeps
     free, plant_drive = _hold(A, B, width)

@@ -16,7 +16,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy
-from replication.estimation.dualrate.sampled import Harmonic, Held, held
+from replication.estimation.dualrate.sampled import Harmonic, over_time
 from replication.estimation.validation import Array, ComplexArray, positive_integer
 
 SUBSTEPS = 100
@@ -62,7 +62,7 @@ def output_rows(loop: DualRateLoop, substeps: int) -> OutputRows:
     """The output map at τ = 0, T/q, …, (q−1)T/q for q = substeps, from one exponential of the sub-step."""
     positive_integer("number of sub-steps", substeps)
     width, plant = loop.design.period / substeps, loop.plant
-    s, step = _substep(loop, width)
+    s, step = reference(loop).exponent, over_time(plant, width, loop.harmonic)
     n, m = plant.input.shape
     joint = np.eye(n + m + 1, dtype=complex)  # x, the held input and w = exp(st) over one sub-step
     joint[:n] = np.hstack([step.state, step.input, step.forcing[:, None]])
@@ -178,14 +178,7 @@ def _error_size(loop: DualRateLoop, steady: SteadyState, time: float) -> float:
     """|y − y_d| amplitude at any time of the steady state, modulo the slow period."""
     time = time % loop.design.slow_period
     phase = min(int(time // loop.design.period), loop.design.ratio - 1)
-    s, part = _substep(loop, time - phase * loop.design.period)
+    s, part = reference(loop).exponent, over_time(loop.plant, time - phase * loop.design.period, loop.harmonic)
     w = np.exp(s * phase * loop.design.period)
     x = part.state @ steady.states[phase, : loop.plant.size] + part.input @ steady.inputs[phase] + part.forcing * w
     return float(np.abs(loop.plant.output[0] @ x - np.exp(s * time)))
-
-
-def _substep(loop: DualRateLoop, width: float) -> tuple[complex, Held]:
-    """The reference's exponent, and the plant over a time within one fast period."""
-    harmonic = reference(loop)
-    forced = loop.plant.input @ harmonic.amplitude if harmonic.continuous else None
-    return harmonic.exponent, held(loop.plant.state, loop.plant.input, width, forced, harmonic.exponent)

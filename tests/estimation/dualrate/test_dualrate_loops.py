@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.design import dual_rate_design, make_plant, plant_of
-from replication.estimation.dualrate.loop import close_loop, monodromy, noise_gain, stability_radius
+from replication.estimation.dualrate.loop import close_loop, lifted_system, monodromy, noise_gain, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.dualrate.tracking import steady_state, tracking_error_ratio
@@ -143,6 +143,20 @@ def test_noise_gain_is_the_standard_deviation_of_a_long_simulation() -> None:
                 squares[phase] += np.mean(z[0] ** 2) / keep
             z = step.state @ z + step.noise @ rng.normal(size=(1, 4000))
     assert np.sqrt(squares.max()) == pytest.approx(noise_gain(loop), rel=0.02)
+
+
+def test_lifted_system_carries_the_same_noise() -> None:
+    """Energy of its impulse response per output: the variances at the phases, the largest of which is the gain."""
+    loop = close_loop(MOTOR_DESIGN, OBSERVERS["running_prediction"])
+    system = lifted_system(loop)
+    assert system.dt == MOTOR_DESIGN.slow_period
+    np.testing.assert_array_equal(system.A, monodromy(loop))
+    energy = np.sum(system.D**2, axis=1)
+    power = system.B
+    for _ in range(200):
+        energy = energy + np.sum((system.C @ power) ** 2, axis=1)
+        power = system.A @ power
+    assert np.sqrt(energy.max()) == pytest.approx(noise_gain(loop), rel=1e-9)
 
 
 def test_input_arrays_are_left_alone() -> None:

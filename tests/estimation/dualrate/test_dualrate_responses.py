@@ -9,7 +9,7 @@ from dualrate_examples import MOTOR_DESIGN, START, motor_loop
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming
 from replication.estimation.dualrate.response import time_response
-from replication.estimation.dualrate.simulation import SIMULATED_WITH_FAST_SENSOR, simulate
+from replication.estimation.dualrate.simulation import SIMULATED, simulate
 from replication.estimation.dualrate.tracking import (
     Points,
     bandwidth,
@@ -20,7 +20,7 @@ from replication.estimation.dualrate.tracking import (
 )
 
 AGREEMENT = 1e-10
-STABLE = [name for name in SIMULATED_WITH_FAST_SENSOR if name != "single_rate"]
+STABLE = [name for name in SIMULATED if name != "single_rate"]
 
 
 @pytest.mark.parametrize("name", STABLE)
