@@ -35,7 +35,7 @@ def plot_reading_scores(drawn: FigureData) -> Any:
     axes[0].pcolormesh([c[name] for name in observers], cmap="Blues_r", alpha=0.5, edgecolors="none")
     for row, name in enumerate(observers):
         for column, distance in enumerate(c[name]):
-            axes[0].text(column + 0.5, row + 0.5, f"{distance:.2f}", ha="center", va="center", fontsize=7)
+            axes[0].text(column + 0.5, row + 0.5, f"{distance:.2f}", ha="center", va="center", fontsize=5.5)
     axes[0].set_yticks([row + 0.5 for row in range(len(observers))], [LABELS[name] for name in observers], fontsize=7)
     axes[0].set_xticks([k + 0.5 for k in range(len(STRUCTURES))], [_short(s) for s in STRUCTURES], fontsize=7)
     axes[0].grid(visible=False)
@@ -61,9 +61,9 @@ def describe_reading_scores(drawn: FigureData) -> str:
 
 
 def _short(structure: Structure) -> str:
-    """Feedforward, timing of the reference, kind of gain, by their initials."""
-    gain = "d" if structure.discrete_gain else "c"
-    return f"{structure.feedforward[0]}-{structure.timing[0]}-{gain}"
+    """Initials of feedforward, timing of the reference, kind of gain and form of the observer, one below another."""
+    gain, form = "d" if structure.discrete_gain else "c", "c" if structure.current else "p"
+    return "\n".join((structure.feedforward[0], structure.timing[0], gain, form))
 
 
 READING_FIGURES = (
@@ -71,9 +71,12 @@ READING_FIGURES = (
         name="shao-readings",
         place="Table I",
         title="How near the readings come to Table I, and to random columns",
-        caption="Distance: largest |ln(computed/printed)| of a column. Upper: best reading for each observer and each "
-        "structure (feedforward printed or corrected, reference held, previewed or continuous, gain continuous or "
-        "discrete). Lower: the same search for smooth random columns; vertical lines are the printed ones.",
+        caption=(
+            "Distance: largest |ln(computed/printed)| of a column. Upper: best reading for each observer and each "
+            "structure (feedforward printed or corrected; reference held, previewed or continuous; gain continuous or "
+            "discrete; observer in predictor or current form). Lower: the same search for smooth random columns; "
+            "vertical lines are the printed ones."
+        ),
         published=False,
         uses=SEARCH,
         data=reading_scores,

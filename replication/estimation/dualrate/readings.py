@@ -14,6 +14,7 @@ from itertools import product
 import numpy as np
 
 from replication.errors import InfeasibleError
+from replication.estimation.dualrate.current import current
 from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming, tracking_command
@@ -41,6 +42,7 @@ class Structure:
     feedforward: Feedforward = Feedforward.PRINTED
     timing: ReferenceTiming = ReferenceTiming.HELD
     discrete_gain: bool = False
+    current: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +57,8 @@ class Reading:
 
 
 STRUCTURES: tuple[Structure, ...] = tuple(
-    Structure(feedforward=form, timing=timing, discrete_gain=discrete)
-    for form, timing, discrete in product(Feedforward, ReferenceTiming, (False, True))
+    Structure(feedforward=form, timing=timing, discrete_gain=discrete, current=now)
+    for now, form, timing, discrete in product((False, True), Feedforward, ReferenceTiming, (False, True))
 )
 
 
@@ -102,9 +104,10 @@ class ReadingSpace:
     def loop(self, observer: str, structure: Structure, frequency: float) -> DualRateLoop:
         """The loop of a reading at one reference frequency."""
         command = tracking_command(self.motor, self.design, frequency, structure.feedforward, structure.timing)
+        builder = OBSERVERS[observer]
         return close_loop(
             self.design,
-            OBSERVERS[observer],
+            current(builder, discrete_gain=structure.discrete_gain) if structure.current else builder,
             harmonic=command,
             discrete_gain=structure.discrete_gain,
         )

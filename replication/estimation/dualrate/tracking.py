@@ -1,8 +1,8 @@
 """Steady-state response of a stable dual-rate loop to a sinusoidal reference, and its largest tracking error.
 
 Between slow instants everything is linear and M T-periodic, so with y_d = Im exp(st), s = jσ, the steady state at the
-slow instants is X = (e^{sMT} I − Φ)⁻¹ Γ e^{s t}: no time stepping. Since σ M T/(2π) is irrational up to exceptions,
-the supremum of the error over all time is the largest modulus of its complex amplitude over one slow period.
+slow instants is X = (e^{sMT} I − Φ)⁻¹ Γ e^{s t}: no time stepping. The largest modulus of the error's complex amplitude
+over one slow period is the supremum of the error over all time if σ M T/(2π) is irrational, and an upper bound if not.
 """
 
 from __future__ import annotations

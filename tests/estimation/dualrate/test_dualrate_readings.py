@@ -45,7 +45,7 @@ def test_the_literal_reading_is_the_default_and_the_first_row() -> None:
 
 def test_rows_count_and_mean_what_the_reading_says() -> None:
     rng = np.random.default_rng(3)
-    for structure in (STRUCTURES[0], STRUCTURES[7], STRUCTURES[11]):
+    for structure in (STRUCTURES[0], STRUCTURES[7], STRUCTURES[11], STRUCTURES[15]):
         values = error_ratios(SPACE, APO, structure)
         assert values.shape == (SPACE.rows, 3)
         for row in rng.integers(0, SPACE.rows, 12):
@@ -61,7 +61,7 @@ def test_a_window_is_the_maximum_of_the_time_response() -> None:
 
 
 def test_structures_are_all_different() -> None:
-    assert len(set(STRUCTURES)) == len(STRUCTURES) == 12
+    assert len(set(STRUCTURES)) == len(STRUCTURES) == 24
 
 
 def test_planted_columns_are_found_and_hit() -> None:

@@ -82,6 +82,14 @@ def test_exact_feedforward_that_acts_continuously_tracks_exactly_under_state_fee
     assert errors[1] / errors[2] == pytest.approx(2, rel=0.05)
 
 
+@pytest.mark.parametrize("frequency", [0.5, 1.5, 3.0])
+def test_the_refined_peak_is_above_a_much_finer_grid(frequency: float) -> None:
+    loop = motor_loop("held_measurement", frequency)
+    start = np.imag(steady_state(loop).states[0])
+    fine = time_response(loop, start[:3], start[3:6], slow_periods=50, substeps=2000)
+    assert np.abs(fine.error).max() <= tracking_error_ratio(loop) * (1 + 1e-12)
+
+
 def test_errors_at_fewer_points_are_never_larger() -> None:
     loop = motor_loop("held_measurement", 2.5)
     between, fast, slow = (tracking_error_ratio(loop, points) for points in Points)
