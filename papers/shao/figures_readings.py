@@ -29,15 +29,18 @@ def reading_scores(results: Results) -> FigureData:
 
 def plot_reading_scores(drawn: FigureData) -> Any:
     """Upper: the map of scores, one cell for each observer and structure. Lower: decoys against the printed columns."""
-    figure, axes = new_axes(2, row_height=2.6, share_x=False)
+    figure, axes = new_axes(2, row_height=4.0, share_x=False)
     c = drawn.columns
     observers = [name for name in c if name in LABELS]
-    axes[0].pcolormesh([c[name] for name in observers], cmap="Blues_r", alpha=0.5, edgecolors="none")
-    for row, name in enumerate(observers):
-        for column, distance in enumerate(c[name]):
-            axes[0].text(column + 0.5, row + 0.5, f"{distance:.2f}", ha="center", va="center", fontsize=5.5)
-    axes[0].set_yticks([row + 0.5 for row in range(len(observers))], [LABELS[name] for name in observers], fontsize=7)
-    axes[0].set_xticks([k + 0.5 for k in range(len(STRUCTURES))], [_short(s) for s in STRUCTURES], fontsize=7)
+    cells = list(zip(*(c[name] for name in observers), strict=True))
+    axes[0].pcolormesh(cells, cmap="Blues_r", norm="log", alpha=0.5, edgecolors="none")
+    for row, distances in enumerate(cells):
+        for column, distance in enumerate(distances):
+            axes[0].text(column + 0.5, row + 0.5, f"{distance:.2f}", ha="center", va="center", fontsize=6.5)
+    axes[0].set_yticks([k + 0.5 for k in range(len(STRUCTURES))], [_words(s) for s in STRUCTURES], fontsize=6.5)
+    labels = [LABELS[name].replace(" ", "\n") for name in observers]
+    axes[0].set_xticks([k + 0.5 for k in range(len(observers))], labels, fontsize=6.5)
+    axes[0].invert_yaxis()
     axes[0].grid(visible=False)
     for index, key in enumerate(("pmi", "apo", "common")):
         share = [(k + 1) / len(c[f"decoys_{key}"]) for k in range(len(c[f"decoys_{key}"]))]
@@ -60,10 +63,11 @@ def describe_reading_scores(drawn: FigureData) -> str:
     return f"Distance of the nearest reading. {'; '.join(parts)}."
 
 
-def _short(structure: Structure) -> str:
-    """Initials of feedforward, timing of the reference, kind of gain and form of the observer, one below another."""
-    gain, form = "d" if structure.discrete_gain else "c", "c" if structure.current else "p"
-    return "\n".join((structure.feedforward[0], structure.timing[0], gain, form))
+def _words(structure: Structure) -> str:
+    """Feedforward, timing of the reference, kind of gain, form of the observer."""
+    gain = "discrete" if structure.discrete_gain else "continuous"
+    form = "current" if structure.current else "predictor"
+    return f"{structure.feedforward}, {structure.timing}; {gain}, {form}"
 
 
 READING_FIGURES = (
@@ -73,8 +77,7 @@ READING_FIGURES = (
         title="How near the readings come to Table I, and to random columns",
         caption=(
             "Distance: largest |ln(computed/printed)| of a column. Upper: best reading for each observer and each "
-            "structure (feedforward printed or corrected; reference held, previewed or continuous; gain continuous or "
-            "discrete; observer in predictor or current form). Lower: the same search for smooth random columns; "
+            "structure (feedforward, timing of the reference; gain, form of the observer). Lower: the same search for smooth random columns; "
             "vertical lines are the printed ones."
         ),
         published=False,
