@@ -77,8 +77,8 @@ READING_FIGURES = (
         title="How near the readings come to Table I, and to random columns",
         caption=(
             "Distance: largest |ln(computed/printed)| of a column. Upper: best reading for each observer and each "
-            "structure (feedforward, timing of the reference; gain, form of the observer). Lower: the same search for smooth random columns; "
-            "vertical lines are the printed ones."
+            "structure (feedforward, timing of the reference; gain, form of the observer). Lower: the same search for "
+            "smooth random columns; vertical lines are the printed ones."
         ),
         published=False,
         uses=SEARCH,
