@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from papers.shao.claims_table import ordering_counts
+from papers.shao.claims_compare import ordering_counts
 from papers.shao.experiments import SEARCH
 from papers.shao.problem import APO, DESIGN, FAST, PMI, REPAIRED, SRC, START
 from papers.shao.search import merged
