@@ -16,8 +16,8 @@ PAPER = Paper(
     key="shao",
     title=("A New Alternating Predictive Observer Approach for Higher Bandwidth Control of Dual-Rate Dynamic Systems"),
     authors=("Liren Shao", "Jun Yang", "Shihua Li", "Yang Yi"),
-    year=2022,
-    venue="undated manuscript; the year is that of its newest reference",
+    year=None,
+    venue="manuscript; its newest reference is of 2022",
     doi="",
     summary=(
         "A sensor delivers the output once in M fast periods of the controller. The alternating predictive observer "
