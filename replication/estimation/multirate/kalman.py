@@ -15,7 +15,7 @@ from replication.errors import InfeasibleError, SolverError
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
 from replication.estimation.riccati import RiccatiMap, along_period, fixed_point, recentre
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, positive_scalar
 
 SCALING_NOISE = 1e-6
 """Process noise on every state, in its unit, that keeps the covariances used for scaling positive definite."""
@@ -48,7 +48,7 @@ class KalmanCentre:
 def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> RiccatiDesign:
     """The steady-state periodic Kalman filter (white d, w of unit intensity): the infinite level.
 
-    extra_noise: intensity of process noise added on every state. Raises InfeasibleError if the recursion does not
+    extra_noise: intensity >= 0 of process noise added on every state. Raises InfeasibleError if the recursion does not
     settle on stabilising gains: with detectable sensors, an undisturbed mode on the unit circle. Add noise to it then.
     """
     centre = kalman_centre(problem, extra_noise=extra_noise)
@@ -59,14 +59,16 @@ def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Ric
 
 def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> KalmanCentre:
     """The stabilising solution at an infinite level; errors as in `kalman_design`."""
+    if extra_noise:
+        extra_noise = positive_scalar("extra_noise", extra_noise)
     scaled = scaled_problem(problem, state_scales(problem))
     maps = scaled.maps(extra_noise=extra_noise)
     states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
-    if states is None or not stabilises(scaled, states, maps):
+    if states is None or not semidefinite(states) or not stabilises(scaled, states, maps):
         raise InfeasibleError(
             "the Kalman recursion has no stabilising limit: a mode on the unit circle is not disturbed, so its "
             "estimator never settles (or one grows so fast between measurements that rounding hides the limit); "
-            "give it process noise in B_d or pass extra_noise, as little as you like"
+            "give it a little process noise in B_d, or pass extra_noise"
         )
     return KalmanCentre(scaled, states)
 
@@ -123,12 +125,14 @@ def stationary(maps: list[RiccatiMap], reference: Array) -> Array | None:
         return None
 
 
-def stabilises(scaled: ScaledProblem, states: Array, maps: list[RiccatiMap]) -> bool:
-    """Whether the states are positive semidefinite and their gains stabilise the error system."""
+def semidefinite(states: Array) -> bool:
+    """Whether all X_k >= 0, to rounding: scaled states are of size one, or vanish where nothing is uncertain."""
     eigenvalues = np.linalg.eigvalsh(states)
-    # Scaled states are of size one, or vanish where nothing is uncertain.
-    if np.any(eigenvalues[:, 0] < -1e-9 * max(1.0, eigenvalues[:, -1].max())):
-        return False
+    return bool(np.all(eigenvalues[:, 0] >= -1e-9 * max(1.0, eigenvalues[:, -1].max())))
+
+
+def stabilises(scaled: ScaledProblem, states: Array, maps: list[RiccatiMap]) -> bool:
+    """Whether the gains at the states stabilise the error system. Every I + X_k G_k must be regular."""
     total = np.eye(states.shape[-1])
     for step in scaled.closed_loop(scaled.corrected(states, maps)):
         total = step @ total

@@ -19,6 +19,7 @@ from replication.estimation.multirate.kalman import (
     kalman_centre,
     kalman_design,
     largest_weighted,
+    semidefinite,
     stabilises,
     stationary,
 )
@@ -147,7 +148,10 @@ def _solution(centre: KalmanCentre, level: float) -> tuple[Array | None, float]:
         return None, -1.0
     maps = centre.scaled.maps(level)
     states = stationary(maps, centre.states)
-    if states is None or not stabilises(centre.scaled, states, maps):
+    if states is None or not semidefinite(states):
+        return None, -1.0
+    slack = 1 - (np.sqrt(largest_weighted(centre.scaled, states)) / level) ** 2
+    if slack > 0 and not stabilises(centre.scaled, states, maps):
         return None, -1.0
     # Below -1 its size has no meaning for the root, and it may be huge where the recursion nearly escapes.
-    return states, max(1 - (np.sqrt(largest_weighted(centre.scaled, states)) / level) ** 2, -1.0)
+    return states, max(slack, -1.0)
