@@ -72,9 +72,8 @@ def cone_map(block: ConeBlock, space: FormSpace) -> sparse.csr_array:
     def add(rows: Index, columns: Index, monomial: Index, weight: float) -> None:
         if weight != 0.0:
             shape = np.broadcast_shapes(rows.shape, columns.shape, monomial.shape)
-            entries.append(
-                tuple(np.broadcast_to(part, shape).ravel() for part in (rows, columns, monomial)) + (weight,)  # type: ignore[arg-type]
-            )
+            row, column, target = (np.broadcast_to(part, shape).ravel() for part in (rows, columns, monomial))
+            entries.append((row, column, target, weight))
 
     left, up = function[:, None], function[None, :]
     add(x[:, None], x[None, :], space.pair(x[:, None], x[None, :]), float(moments[0, 0]))

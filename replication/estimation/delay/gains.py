@@ -14,7 +14,6 @@ from replication.estimation.delay import legendre, lie
 from replication.estimation.delay.inverse import Inverse, invert, multiplier_inverse
 from replication.estimation.delay.pqrs import Operator, self_adjoint
 from replication.estimation.delay.synthesis import Certificate
-from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array
 
 
@@ -144,18 +143,4 @@ def evaluate(gains: ObserverGains, points: Array) -> GainValues:
         l5=np.einsum("tkilq->tkliq", ends[..., 1:, :]),
         l6=np.einsum("ij,tkjq->tkiq", back, l6),
         l7=np.einsum("ij,tkjulq->tkuliq", back, l7),
-    )
-
-
-def no_gains(system: DelaySystem, points: Array) -> GainValues:
-    """All gains zero: the open-loop copy of the plant."""
-    n, k, q, m = system.states, system.delay_count, system.measurements, len(points)
-    return GainValues(
-        np.zeros((n, q)),
-        np.zeros((k, n, q)),
-        np.zeros((m, k, n, q)),
-        np.zeros((m, k, n, q)),
-        np.zeros((m, k, k, n, q)),
-        np.zeros((m, k, n, q)),
-        np.zeros((m, k, m, k, n, q)),
     )

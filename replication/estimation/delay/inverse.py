@@ -39,7 +39,9 @@ def multiplier_inverse(operator: Operator, points: Array) -> Array:
     values = np.einsum("tc,kijc->tkij", basis, operator.multiplier)
     least = float(np.linalg.eigvalsh(values).min())
     if least <= 0.0:
-        raise InvalidInputError(f"S is not positive definite (least eigenvalue {least:.2e}): the operator has no inverse")
+        raise InvalidInputError(
+            f"S is not positive definite (least eigenvalue {least:.2e}): the operator has no inverse"
+        )
     result: Array = np.linalg.inv(values)
     return result
 

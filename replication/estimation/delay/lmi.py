@@ -34,7 +34,9 @@ def require_detectable_model(model: Model) -> None:
     """Raise InvalidInputError if an unstable mode of the model is not seen by y."""
     mode = undetectable_mode(model.a, model.c2, discrete=False)
     if mode is not None:
-        raise InvalidInputError(f"the model is not detectable: y does not see the mode {mode:.6g}; measure another state")
+        raise InvalidInputError(
+            f"the model is not detectable: y does not see the mode {mode:.6g}; measure another state"
+        )
 
 
 def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -> LmiResult:
@@ -70,8 +72,10 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
         raise SolverError(f"Clarabel failed on LMI (3): {error}; lower the order of the model") from error
     if problem.status != cp.OPTIMAL:
         raise SolverError(f"Clarabel stopped with status {problem.status} on LMI (3); loosen the tolerance")
-    gain = None if injection is None else np.linalg.lstsq(storage.value, injection.value, rcond=None)[0]
-    return LmiResult(float(gamma.value), gain, str(problem.status), "Clarabel")
+    gain = None
+    if injection is not None:
+        gain = np.linalg.lstsq(np.asarray(storage.value), np.asarray(injection.value), rcond=None)[0]
+    return LmiResult(float(np.asarray(gamma.value)), gain, str(problem.status), "Clarabel")
 
 
 def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:
@@ -88,7 +92,9 @@ def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:
     b, noise = hidden.T @ model.b, seen.T @ model.b
     output = model.c1 @ hidden
     if np.linalg.matrix_rank(noise) < q:
-        raise InvalidInputError("w must reach the derivative of every measurement (C_2 B of full row rank); use lmi_gain")
+        raise InvalidInputError(
+            "w must reach the derivative of every measurement (C_2 B of full row rank); use lmi_gain"
+        )
     weight = np.linalg.inv(noise @ noise.T)
     drift = a - b @ noise.T @ weight @ sensor
     process = b @ (np.eye(b.shape[1]) - noise.T @ weight @ noise) @ b.T

@@ -14,7 +14,7 @@ import control
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay.observer import error_system
+from replication.estimation.delay.collocation import generator
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
@@ -85,7 +85,7 @@ def pade_model(system: DelaySystem, order: int, *, companion: bool = False) -> M
     build = companion_delay if companion else lossless_delay
     n = system.states
     a, c1 = system.a0.copy(), system.c10.copy()
-    tails: list[tuple[Array, Array, Array, Array]] = []
+    tails: list[tuple[Array, ...]] = []
     for matrix, output, delay in zip(system.a, system.c1, system.delays, strict=True):
         _, values, right = np.linalg.svd(np.vstack([matrix, output]))
         rank = int(np.sum(values > 1e-12 * max(1.0, values[0])))
@@ -96,7 +96,7 @@ def pade_model(system: DelaySystem, order: int, *, companion: bool = False) -> M
         eye = np.eye(rank)
         tails.append(
             (
-                np.kron(eye, section.a),
+                np.kron(eye, section.a).astype(float),
                 np.kron(eye, section.b) @ channels,
                 matrix @ channels.T @ np.kron(eye, section.c),
                 output @ channels.T @ np.kron(eye, section.c),
@@ -121,11 +121,11 @@ def pade_model(system: DelaySystem, order: int, *, companion: bool = False) -> M
 
 
 def chebyshev_model(system: DelaySystem, order: int) -> Model:
-    """The plant with each history collocated at order+1 Chebyshev points. Raises InvalidInputError for order < 1."""
-    raw = error_system(system, None, order)
-    c2 = np.zeros((system.measurements, raw.a.shape[0]))
-    c2[:, : system.states] = system.c2
-    return Model(raw.a, -raw.b, raw.c, c2)
+    """The plant with its history collocated at order+1 Chebyshev points. Raises InvalidInputError for order < 1."""
+    a, c1 = generator(system, order)
+    zeros = a.shape[0] - system.states
+    b = np.vstack([system.b, np.zeros((zeros, system.inputs))])
+    return Model(a, b, c1, np.hstack([system.c2, np.zeros((system.measurements, zeros))]))
 
 
 def to_control(system: DelaySystem, order: int) -> control.StateSpace:
@@ -136,7 +136,7 @@ def to_control(system: DelaySystem, order: int) -> control.StateSpace:
 
 
 def from_control(plant: control.StateSpace, measurements: int, a: list[Array], delays: list[float]) -> DelaySystem:
-    """A plant with inputs w and outputs (z, y), y the last `measurements`, plus delayed state terms `a` at `delays` [s].
+    """A plant with inputs w, outputs (z, y), y the last `measurements`, and delayed state terms `a` at `delays` [s].
 
     Raises InvalidInputError if the plant is discrete, has feedthrough or too few outputs.
     """

@@ -1,87 +1,42 @@
 """The observer (2) as a partial differential equation, discretised; and the error system of plant and observer.
 
-Chebyshev collocation at N+1 points of each history by default; the forward difference with N lumped states as an
-option. State: e and the values of φ_i at the points other than η = 0, where φ_i(0) = e.
+State: e and the values of φ_i at the points other than η = 0, where φ_i(0) = e, history by history.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay import gains as lemma5
-from replication.estimation.delay.gains import GainValues, ObserverGains
+from replication.estimation.delay.collocation import Grid, Scheme, grid
+from replication.estimation.delay.gains import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.system import DelaySystem
-from replication.estimation.validation import Array, positive_integer
-
-
-class Scheme(StrEnum):
-    """How histories are discretised."""
-
-    CHEBYSHEV = "chebyshev"
-    LUMPED = "lumped"
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Points of [-1, 0] from 0 down to -1 (N+1,), differentiation matrix (N+1, N+1), quadrature weights (N+1,)."""
-
-    points: Array
-    slope: Array
-    weights: Array
+from replication.estimation.validation import Array
 
 
 @dataclass(frozen=True)
 class ErrorSystem:
-    """ė = A e + B w, z_e = C e for the discretised error; also what turns the state into histories."""
+    """ė = a e + b w, z_e = c e for the discretised error."""
 
     a: Array
     b: Array
     c: Array
 
 
-def grid(order: int, scheme: Scheme = Scheme.CHEBYSHEV) -> Grid:
-    """The discretisation of [-1, 0] with order+1 points. Raises InvalidInputError for order < 1."""
-    order = positive_integer("order", order)
-    if scheme is Scheme.LUMPED:
-        points = -np.arange(order + 1) / order
-        slope = np.zeros((order + 1, order + 1))
-        index = np.arange(1, order + 1)
-        slope[index, index - 1], slope[index, index] = order, -order  # (φ(η+h) - φ(η))/h
-        weights = np.full(order + 1, 1.0 / order)
-        weights[0] = 0.0
-        return Grid(points, slope, weights)
-    angle = np.pi * np.arange(order + 1) / order
-    points = (np.cos(angle) - 1.0) / 2.0
-    scale = np.ones(order + 1)
-    scale[[0, -1]] = 2.0
-    scale *= (-1.0) ** np.arange(order + 1)
-    difference = points[:, None] - points[None, :] + np.eye(order + 1)
-    slope = np.outer(scale, 1.0 / scale) / difference
-    slope -= np.diag(slope.sum(axis=1))
-    # Clenshaw-Curtis weights: exact integrals of the Chebyshev interpolant.
-    modes = np.arange(0, order + 1, 2)
-    moments = 1.0 / (1.0 - modes.astype(float) ** 2)
-    halves = np.where((modes == 0) | (modes == order), 0.5, 1.0)
-    ends = np.ones(order + 1)
-    ends[[0, -1]] = 0.5
-    weights = 2.0 / order * ends * (np.cos(np.outer(angle, modes)) @ (moments * halves))
-    return Grid(points, slope, weights)
-
-
 def error_system(
     system: DelaySystem,
-    gains: ObserverGains | None = None,
-    order: int = 20,
+    gains: ObserverGains,
+    order: int = 40,
     scheme: Scheme = Scheme.CHEBYSHEV,
 ) -> ErrorSystem:
-    """The error of the observer with `gains` (None: no observer, the plant itself with disturbance -w)."""
+    """The error of the observer with `gains`, each history on order+1 points. Raises InvalidInputError for order < 1.
+
+    Gains of an observer close to the optimum vary quickly in η: compare two orders before trusting the result.
+    """
     net = grid(order, scheme)
-    values = lemma5.no_gains(system, net.points) if gains is None else lemma5.evaluate(gains, net.points)
-    return assembled(system, values, net)
+    return assembled(system, evaluate(gains, net.points), net)
 
 
 def assembled(system: DelaySystem, values: GainValues, net: Grid) -> ErrorSystem:

@@ -36,7 +36,7 @@ def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
     abscissa = spectral_abscissa(error)
     if abscissa >= 0.0:
         raise InfeasibleError(f"the error system is unstable (abscissa {abscissa:.3g}): its norm is infinite")
-    values, vectors = np.linalg.eig(error.a)
+    values = np.linalg.eigvals(error.a)
     starts = np.concatenate([[0.0], np.abs(values.imag), np.abs(values)])
     frequency, lower = _peak(error, np.unique(starts))
     while True:

@@ -7,7 +7,11 @@ the entries of the blocks. There is no fallback from one to the other.
 
 from __future__ import annotations
 
+import os
+import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 
@@ -18,7 +22,7 @@ from sdpap.param import param
 from sdpap.sdpacall import sdpacall
 from sdpap.symcone import SymCone
 
-from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.errors import InfeasibleError, SolverError
 from replication.estimation.validation import Array
 
 
@@ -57,41 +61,48 @@ class Solution:
 
 @dataclass(frozen=True)
 class SdpaOptions:
-    """Stopping rules and start of SDPA. The start `scale`·I must be larger than the solution."""
+    """Stopping rules and start of SDPA.
+
+    tolerance: relative gap and residuals asked for. scale: the start is scale·I, larger than the solution.
+    step: fraction of the step to the boundary. gap, residual: what must hold by our own measure, see `solve_sdpa`.
+    """
 
     tolerance: float = 1e-9
     scale: float = 1e3
     iterations: int = 100
     step: float = 0.9
-    accept: float = 1e-6
+    gap: float = 1e-6
+    residual: float = 1e-6
+    threads: int = 1
 
     def as_dict(self) -> dict[str, float | int]:
         """The options under SDPA's own names."""
         return {
-            "epsilonStar": self.tolerance,
-            "epsilonDash": self.tolerance,
-            "lambdaStar": self.scale,
-            "maxIteration": self.iterations,
-            "gammaStar": self.step,
+            "epsilonStar": float(self.tolerance),
+            "epsilonDash": float(self.tolerance),
+            "lambdaStar": float(self.scale),
+            "maxIteration": int(self.iterations),
+            "gammaStar": float(self.step),
         }
 
 
 def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution:
     """Solve with SDPA (one thread). Raises InfeasibleError if it proves infeasibility, SolverError if it stops early.
 
-    Of its statuses only pdOPT counts as solved; pdFEAS counts if the gap and the residual that we measure are within
-    `accept`: SDPA reports it when rounding stops it just short of the tolerance that was asked for.
+    pdOPT (solved) and pdFEAS (a feasible pair, stopped by rounding short of the tolerance) count only if the gap and
+    the residual that we measure on the returned point are within the options; no other status counts.
     """
     settings = options or SdpaOptions()
     start = time.perf_counter()
-    option = param({**settings.as_dict(), "print": "no", "numThreads": 1})
-    x, y, _, info = sdpacall.solve_sdpa(
-        sparse.csc_matrix(program.a),
-        sparse.csc_matrix(program.b[:, None]),
-        sparse.csc_matrix(program.c[:, None]),
-        SymCone(f=0, l=program.linear, q=(), s=program.blocks),
-        option,
-    )
+    option = param({**settings.as_dict(), "print": "no", "numThreads": settings.threads})
+    with _quiet():
+        x, y, _, info = sdpacall.solve_sdpa(
+            sparse.csc_matrix(program.a),
+            sparse.csc_matrix(program.b[:, None]),
+            sparse.csc_matrix(program.c[:, None]),
+            SymCone(f=0, l=program.linear, q=(), s=program.blocks),
+            option,
+        )
     vector, multipliers = x.toarray().ravel(), y.toarray().ravel()
     solution = _measured(
         program,
@@ -106,13 +117,27 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
     )
     if solution.status in ("pINF_dFEAS", "pFEAS_dINF", "pdINF", "pUNBD", "dUNBD"):
         raise InfeasibleError(f"SDPA found no solution (status {solution.status}); relax the level or raise the degree")
-    near = solution.status == "pdFEAS" and solution.gap <= settings.accept and solution.equality <= settings.accept
-    if solution.status != "pdOPT" and not near:
+    fine = solution.gap <= settings.gap and solution.equality <= settings.residual
+    if solution.status not in ("pdOPT", "pdFEAS") or not fine:
         raise SolverError(
             f"SDPA stopped with status {solution.status} after {solution.iterations} iterations, gap"
             f" {solution.gap:.1e}, residual {solution.equality:.1e}; scale the problem or loosen the tolerance"
         )
     return solution
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Silence the remarks that SDPA's compiled code writes to file descriptor 1; its status says the same."""
+    sys.stdout.flush()
+    saved, sink = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(sink, 1)
+        yield
+    finally:
+        os.dup2(saved, 1)
+        os.close(saved)
+        os.close(sink)
 
 
 def solve_clarabel(program: Program, tolerance: float = 1e-9, iterations: int = 200) -> Solution:

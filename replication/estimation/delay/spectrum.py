@@ -7,16 +7,17 @@ C(s) = C_10 + ΣC_1i e^{-sτ_i}. Nothing is approximated except the start of New
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.delay.observer import error_system
+from replication.estimation.delay.collocation import generator
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
-Complex = npt.NDArray[np.complex128]
+Complex = npt.NDArray[np.complexfloating[Any, Any]]
 NEWTON_STEPS = 60
 ROOT_TOLERANCE = 1e-9
 
@@ -43,7 +44,7 @@ def rightmost_roots(system: DelaySystem, count: int = 5, order: int = 40) -> Com
     not converge (raise `order`).
     """
     positive_integer("count", count)
-    starts = np.linalg.eigvals(error_system(system, None, order).a)
+    starts = np.linalg.eigvals(generator(system, order)[0])
     starts = starts[np.argsort(-starts.real)][:count]
     return np.array([_refined(system, complex(start)) for start in starts])
 
@@ -72,7 +73,7 @@ def _refined(system: DelaySystem, start: complex) -> complex:
 
 def undetectable_root(system: DelaySystem, tolerance: float = 1e-7) -> complex | None:
     """A root with non-negative real part that y does not see (Hautus: rank [M(s); C_2] < n), or None."""
-    count = min(8, system.states * 4)
+    count = 4 * system.states
     for root in rightmost_roots(system, count):
         if root.real >= -tolerance:
             sensor = system.c2 / np.linalg.norm(system.c2)
@@ -189,9 +190,7 @@ class _IntervalBound:
         rate = 1j * (_output(system, s, 1) @ state - output @ inverse @ slope @ state)
         middle = np.linalg.norm(value, 2, axis=(1, 2))
         step = halves[:, None, None] * rate
-        ends = np.maximum(
-            np.linalg.norm(value + step, 2, axis=(1, 2)), np.linalg.norm(value - step, 2, axis=(1, 2))
-        )
+        ends = np.maximum(np.linalg.norm(value + step, 2, axis=(1, 2)), np.linalg.norm(value - step, 2, axis=(1, 2)))
         mu = np.linalg.norm(inverse, 2, axis=(1, 2))
         room = 1.0 - halves * self.slope * mu
         wide = np.where(room > 0.0, mu / np.where(room > 0.0, room, 1.0), np.inf)

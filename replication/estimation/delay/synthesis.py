@@ -7,15 +7,17 @@ on every monomial that 𝒵 cannot cancel; 𝒵 is read off the others afterward
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sparse
 
-from replication.errors import InvalidInputError
+from replication.errors import InvalidInputError, SolverError
 from replication.estimation.delay import lie
-from replication.estimation.delay.cone import ConeBlock, DegreeRule, cone_blocks, cone_map, required_count
+from replication.estimation.delay.cone import DegreeRule, cone_blocks, cone_map, required_count
 from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_clarabel, solve_sdpa
+from replication.estimation.delay.spectrum import require_detectable
 from replication.estimation.delay.system import DelaySystem, measured_last
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
@@ -72,7 +74,7 @@ def assemble(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TEN
 def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> Program:
     """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level."""
     system, count = assembly.system, assembly.count
-    v_space, h_space = lie.state_space(system, count), lie.derivative_space(system, count)
+    v_space = lie.state_space(system, count)
     cross, level = lie.supply(system, count)
     constant = cross + epsilon * (
         lie.dissipation_identity(system, count)
@@ -99,21 +101,40 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     return Program(matrix[used], right[used], cost, 0 if gamma is not None else 1, assembly.sizes)
 
 
+STARTS = (SdpaOptions(scale=1e2), SdpaOptions(scale=1e3))
+"""Two starts of SDPA: where rounding stops it short of the tolerance depends on the start, so both are tried."""
+
+FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
+"""For a certificate at a given γ: any feasible point serves, so the trace need not be least to many digits."""
+
+
 def minimum_gain(
     system: DelaySystem,
     degree: int,
     rule: DegreeRule = DegreeRule.TENSOR,
     *,
     epsilon: float = 0.0,
-    options: SdpaOptions | None = None,
+    options: Sequence[SdpaOptions] = STARTS,
 ) -> Certificate:
     """The least γ that Theorem 3 proves with polynomials of degree d, and the certificate that proves it.
 
-    Raises InvalidInputError for a bad degree, InfeasibleError for an undetectable system, SolverError otherwise.
+    SDPA runs once for each of `options`; the solution of the smallest gap is returned.
+    Raises InvalidInputError for a bad degree or an undetectable system, InfeasibleError if no γ is feasible,
+    SolverError if no run reaches the accuracy of its options.
     """
     assembly = assemble(system, degree, rule)
-    solution = solve_sdpa(program(assembly, epsilon), options)
-    return _certificate(assembly, epsilon, float(solution.linear[0]), solution)
+    require_detectable(system)
+    task = program(assembly, epsilon)
+    solutions, failures = [], []
+    for setting in options:
+        try:
+            solutions.append(solve_sdpa(task, setting))
+        except SolverError as error:
+            failures.append(f"start {setting.scale:g}: {error}")
+    if not solutions:
+        raise SolverError("no run of SDPA was accurate enough: " + "; ".join(failures))
+    best = min(solutions, key=lambda solution: solution.gap)
+    return certificate_of(assembly, epsilon, float(best.linear[0]), best)
 
 
 def certificate_at(
@@ -122,19 +143,26 @@ def certificate_at(
     degree: int,
     rule: DegreeRule = DegreeRule.TENSOR,
     *,
-    epsilon: float = 1e-4,
-    options: SdpaOptions | None = None,
+    epsilon: float = 1e-5,
+    options: SdpaOptions = FEASIBLE,
 ) -> Certificate:
     """A certificate of the level γ with moderate gains: the cone matrices of least trace.
 
-    Raises InvalidInputError for a bad degree or level, InfeasibleError if γ is out of reach, SolverError otherwise.
+    Raises InvalidInputError for a bad degree or level or an undetectable system, InfeasibleError if γ is out of reach,
+    SolverError otherwise.
     """
     level = positive_scalar("gamma", gamma)
     assembly = assemble(system, degree, rule)
-    return _certificate(assembly, epsilon, level, solve_sdpa(program(assembly, epsilon, level), options))
+    require_detectable(system)
+    return certificate_of(assembly, epsilon, level, solve_sdpa(program(assembly, epsilon, level), options))
 
 
-def _certificate(assembly: Assembly, epsilon: float, gamma: float, solution: Solution) -> Certificate:
+def cross_checked_gain(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR) -> Solution:
+    """The program of `minimum_gain` solved by Clarabel instead: for small systems, as a second opinion."""
+    return solve_clarabel(program(assemble(system, degree, rule), 0.0), tolerance=1e-8)
+
+
+def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: Solution) -> Certificate:
     """Read V and the coefficients of 2⟨e, 𝒵C_2e⟩ off a solution."""
     system, count = assembly.system, assembly.count
     matrices = [block.ravel() for block in solution.blocks]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -100,7 +101,7 @@ def _checked_delays(delays: Sequence[float]) -> tuple[float, ...]:
     times = tuple(positive_scalar(f"delays[{i}]", value, unit="s") for i, value in enumerate(delays))
     if not times:
         raise InvalidInputError("delays must hold at least one delay; for none use a zero matrix and any delay")
-    if any(later <= earlier for earlier, later in zip(times, times[1:], strict=False)):
+    if any(later <= earlier for earlier, later in pairwise(times)):
         raise InvalidInputError(f"delays must increase strictly, got {times}; sort them together with their matrices")
     return times
 
@@ -124,10 +125,9 @@ def transformed(system: DelaySystem, change: Any) -> DelaySystem:
 
 
 def time_scaled(system: DelaySystem, factor: float) -> DelaySystem:
-    """The same system with time measured in units `factor` times longer: t = factor·t'. The L2 gain becomes γ·... of w'.
+    """The same system in time t' = t/factor: A_0, A_i and B are multiplied by `factor`, the delays divided by it.
 
-    ẋ = dx/dt' /factor, so A_0, A_i, B are multiplied by `factor` and the delays divided; w and z keep their values, so
-    the gain does not change. With B left alone (`B/factor`) it would scale by 1/factor.
+    w and z keep their values, so the gain does not change.
     """
     scale = positive_scalar("factor", factor)
     return delay_system(
