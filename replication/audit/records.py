@@ -15,10 +15,25 @@ SCHEMA_VERSION = 1
 Name = str
 
 
+class Reading(msgspec.Struct, frozen=True, kw_only=True):
+    """The numbers of one evidence that decide a verdict; the fields are those of `Evidence`."""
+
+    value: Numbers | None = None
+    lower: Numbers | None = None
+    upper: Numbers | None = None
+    holds: bool | None = None
+    margin: float | None = None
+    probability: float | None = None
+
+
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True):
-    """A claim with its evidence and its verdict, as `verdict.judge` derived it; `judge` is the only maker.
+    """A claim with its evidence and its verdict, as `verdict.judge` derived it; `make_record` is the only maker.
+
+    Everything that the verdict depends on is stored, so that `verdict.rejudge` can derive it again.
 
     deviation_ulp: (computed − printed) in units of the last printed place, the largest in size over the entries.
+    as_printed: the numbers of the text as printed, for a claim with an erratum (`computed` is then the corrected one).
+    not_checkable: the reason given for that verdict, else empty.
     code: file:line of the function that answers the claim. seconds: of the experiments that it uses, together.
     reason: why this verdict, in one sentence.
     """
@@ -44,13 +59,14 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True):
     code: str
     seconds: float
     erratum: str | None
-    as_printed: Numbers | None
+    as_printed: Reading | None
     holds: bool | None
     margin: float | None
     probability: float | None
     quantities: dict[str, float]
     solvers: tuple[SolverRecord, ...]
     note: str
+    not_checkable: str
     experiments: tuple[str, ...]
 
 
@@ -174,4 +190,4 @@ def read_results(path: Path) -> ResultsFile:
 
 def json_schema() -> dict[str, Any]:
     """The JSON Schema (2020-12) of `ResultsFile`, which `docs/results.schema.json` publishes."""
-    return msgspec.json.schema(ResultsFile)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **msgspec.json.schema(ResultsFile)}

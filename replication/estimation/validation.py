@@ -10,6 +10,7 @@ import numpy.typing as npt
 from replication.errors import InvalidInputError
 
 Array = npt.NDArray[np.float64]
+ComplexArray = npt.NDArray[np.complex128]
 
 
 def as_matrix(name: str, value: Any, *, rows: int | None = None, columns: int | None = None) -> Array:

@@ -71,10 +71,10 @@ def invert(operator: Operator, quadrature: int = QUADRATURE) -> Inverse:
     shape = (delays, channels, count)
     return Inverse(
         operator,
-        point,
+        np.asarray(point, dtype=float),
         hat.reshape(size, *shape),
-        gamma_hat.reshape(*shape, *shape),
-        moment,
+        np.asarray(gamma_hat, dtype=float).reshape(*shape, *shape),
+        np.asarray(moment, dtype=float),
     )
 
 

@@ -1,0 +1,61 @@
+# Set-up, report, tests. `make` or `make report` is all that a reader needs; `make help` lists the rest.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input
+
+# Each process computes with one thread; parallel work is done by processes.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+export MKL_NUM_THREADS := 1
+
+.DEFAULT_GOAL := report
+.DELETE_ON_ERROR:
+.PHONY: report figures test test-fast bench lint format lock clean help
+
+report: $(STAMP) ## recompute what changed, write figures/ and report/index.html (the default)
+	$(BIN)/python -m replication run
+
+figures: report ## the same: figures/ is written with the report
+
+test: lint ## all checks: lint, types, every test
+	$(BIN)/python -m pytest
+
+test-fast: $(STAMP) ## the tests that take no more than a few seconds and need no browser
+	$(BIN)/python -m pytest -m "not slow and not browser"
+
+bench: $(STAMP) ## the benchmarks, and benchmarks/results.md from their times
+	mkdir -p .benchmarks
+	$(BIN)/python -m pytest benchmarks --benchmark-only --benchmark-json=.benchmarks/latest.json
+	$(BIN)/python benchmarks/table.py .benchmarks/latest.json benchmarks/results.md
+
+lint: $(STAMP) ## style and types
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+format: $(STAMP) ## put the sources into the common form
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+lock: $(STAMP) ## write requirements.lock anew from pyproject.toml (needs the network)
+	$(BIN)/uv pip compile pyproject.toml --extra dev --universal --fork-strategy fewest --generate-hashes \
+	  --no-emit-index-url --no-header --quiet -o requirements.lock
+
+clean: ## remove the environment, caches and all that is built; figures/ and results stay
+	rm -rf $(VENV) .cache build dist *.egg-info .benchmarks .coverage .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	find replication papers tests benchmarks docs -name __pycache__ -type d -prune -exec rm -rf {} +
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+# Exact versions with hashes first; then the project itself, without the network, from the folder in which it lies.
+$(STAMP): requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo \
+	  "Python 3.11 or later is needed, $(PYTHON) is $$($(PYTHON) --version 2>&1); try: make PYTHON=python3.12" >&2; exit 1; }
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(PIP) install --quiet --require-hashes -r requirements.lock
+	$(PIP) install --quiet --no-build-isolation --no-deps --config-settings editable_mode=compat --editable .
+	touch $@

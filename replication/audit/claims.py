@@ -1,0 +1,107 @@
+"""Are the papers' claims well formed? All mistakes of all papers are reported together, before anything is computed."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+
+from replication.audit.model import Paper, Verdict
+from replication.errors import AuditError
+
+_ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
+_CELL = "claim:"
+
+
+def validate_claims(papers: Sequence[Paper]) -> None:
+    """Check names and references of `papers`; raises AuditError that lists every mistake, one a line.
+
+    Ids are unique, in lower case and begin with the key of their paper; uses, errata, scope and tables refer to what
+    exists; every claim is covered by the scope; a scope item without claims and figures says why.
+    """
+    mistakes = [*_repeated(papers)]
+    for paper in papers:
+        mistakes.extend(_names(paper))
+        mistakes.extend(_references(paper))
+        mistakes.extend(_scope(paper))
+        mistakes.extend(_pins(paper))
+    if mistakes:
+        count = f"{len(mistakes)} mistake{'s' if len(mistakes) > 1 else ''}"
+        raise AuditError("\n".join([f"the claims are not well formed, {count}:", *(f"- {text}" for text in mistakes)]))
+
+
+def _repeated(papers: Sequence[Paper]) -> Iterator[str]:
+    names: dict[str, Iterable[str]] = {
+        "paper key": (paper.key for paper in papers),
+        "claim id": (claim.id for paper in papers for claim in paper.claims),
+        "erratum id": (erratum.id for paper in papers for erratum in paper.errata),
+        "experiment name": (experiment.name for paper in papers for experiment in paper.experiments),
+        "figure name": (figure.name for paper in papers for figure in paper.figures),
+    }
+    for what, found in names.items():
+        for name, times in Counter(found).items():
+            if times > 1:
+                yield f"{what} {name!r} is used {times} times; make each one unique"
+
+
+def _names(paper: Paper) -> Iterator[str]:
+    for claim in paper.claims:
+        if not _ID.fullmatch(claim.id) or not claim.id.startswith(f"{paper.key}."):
+            yield f"claim id {claim.id!r} must be lower-case words joined by dots that begin with {paper.key + '.'!r}"
+    for what, names in (
+        ("experiment", [experiment.name for experiment in paper.experiments]),
+        ("figure", [figure.name for figure in paper.figures]),
+    ):
+        for name in names:
+            if not name.startswith(paper.key):
+                yield f"{what} name {name!r} must begin with the key of its paper, {paper.key!r}"
+
+
+def _references(paper: Paper) -> Iterator[str]:
+    experiments = {experiment.name for experiment in paper.experiments}
+    users = [
+        *((f"claim {claim.id!r}", claim.uses) for claim in paper.claims),
+        *((f"erratum {erratum.id!r}", erratum.uses) for erratum in paper.errata),
+        *((f"figure {figure.name!r}", figure.uses) for figure in paper.figures),
+    ]
+    for user, uses in users:
+        yield from _missing(user, "uses experiment", uses, experiments)
+    errata = {erratum.id for erratum in paper.errata}
+    claims = {claim.id for claim in paper.claims}
+    for claim in paper.claims:
+        if claim.erratum is not None:
+            yield from _missing(f"claim {claim.id!r}", "names erratum", (claim.erratum,), errata)
+    for table in paper.tables:
+        cells = [cell.removeprefix(_CELL) for row in table.rows for cell in row if cell.startswith(_CELL)]
+        yield from _missing(f"table {table.place!r} of {paper.key}", "shows claim", cells, claims)
+
+
+def _scope(paper: Paper) -> Iterator[str]:
+    claims = {claim.id for claim in paper.claims}
+    figures = {figure.name for figure in paper.figures}
+    for item in paper.scope:
+        where = f"scope item {item.part!r} of {paper.key}"
+        yield from _missing(where, "lists claim", item.claims, claims)
+        yield from _missing(where, "lists figure", item.figures, figures)
+        if not (item.claims or item.figures or item.reason):
+            yield f"{where} lists no claim and no figure, and gives no reason for leaving this part out"
+    covered = {name for item in paper.scope for name in item.claims}
+    for claim in paper.claims:
+        if claim.id not in covered:
+            yield f"claim {claim.id!r} is in no scope item of {paper.key}; list it under the part that it checks"
+
+
+def _pins(paper: Paper) -> Iterator[str]:
+    for claim in paper.claims:
+        if claim.expected is Verdict.ERROR:
+            yield f"claim {claim.id!r} pins the verdict error, which is no finding; pin what the evidence shows"
+        if claim.expected is Verdict.REPRODUCED_AFTER_ERRATUM and claim.erratum is None:
+            yield f"claim {claim.id!r} pins {str(claim.expected)!r} and names no erratum"
+        if (claim.tolerance is None) != (not claim.tolerance_reason):
+            yield f"claim {claim.id!r} must give tolerance and tolerance_reason together or neither"
+
+
+def _missing(user: str, verb: str, names: Iterable[str], known: set[str]) -> Iterator[str]:
+    for name in names:
+        if name not in known:
+            yield f"{user} {verb} {name!r}, which does not exist"

@@ -1,0 +1,82 @@
+"""How the report writes numbers: every digit that it shows of a computed number is made here."""
+
+from __future__ import annotations
+
+from decimal import Decimal, localcontext
+from fractions import Fraction
+
+from replication.audit.model import Numbers
+
+BEYOND = 4
+"""Digits shown beyond the last printed place."""
+
+MINUS = "\N{MINUS SIGN}"
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_LONGEST = 15
+"""Digits before the point from which a number is written with a power of ten."""
+
+
+def short(number: float, digits: int = 6) -> str:
+    """`number` to that many significant digits, with a power of ten where it is very large or small."""
+    if isinstance(number, bool):
+        return "yes" if number else "no"
+    if isinstance(number, int) and abs(number) < 10**_LONGEST:
+        return _typeset(str(number))
+    return _typeset(f"{number:.{digits}g}")
+
+
+def full(number: float) -> str:
+    """The shortest digits that give exactly this float back."""
+    return _typeset(repr(number))
+
+
+def signed(number: float) -> str:
+    """`number` to three significant digits, with its sign, also when it is positive; zero has none."""
+    text = short(number, 3)
+    return text if number <= 0 else f"+{text}"
+
+
+def seconds(number: float) -> str:
+    """Seconds to two decimals, shorter times to one digit."""
+    return f"{number:.2f}" if number >= 0.01 or number == 0 else short(number, 1)
+
+
+def at_print(number: float, unit: Fraction) -> tuple[str, str]:
+    """`number` cut at the last printed place `unit` (a power of ten): the digits up to there, and those beyond.
+
+    The number is rounded `BEYOND` digits further on, and not at the cut, so that both parts read on as one number.
+    """
+    decimals = max(0, len(str(unit.denominator)) - 1)
+    if abs(number) >= 10.0**_LONGEST:
+        return short(number), ""
+    if not decimals and float(number).is_integer():
+        return _typeset(f"{number:.0f}"), ""
+    text = _typeset(f"{number:.{decimals + BEYOND}f}")
+    # Beyond a whole last place the point belongs to the muted part.
+    cut = len(text) - BEYOND - (0 if decimals else 1)
+    return text[:cut], text[cut:]
+
+
+def exact(number: Fraction) -> str:
+    """A decimal fraction with all of its digits, such as an end of a rounding interval."""
+    with localcontext() as context:
+        context.prec = 60
+        return _typeset(f"{(Decimal(number.numerator) / Decimal(number.denominator)).normalize():f}")
+
+
+def layout(numbers: Numbers) -> str:
+    """`numbers` in the way of their layout: a scalar, a list in parentheses, or rows in square brackets."""
+    if not isinstance(numbers, tuple):
+        return short(numbers)
+    if any(isinstance(row, tuple) for row in numbers):
+        rows = (" ".join(map(short, row)) if isinstance(row, tuple) else short(row) for row in numbers)
+        return f"[{'; '.join(rows)}]"
+    return f"({', '.join(short(number) for number in numbers if not isinstance(number, tuple))})"
+
+
+def _typeset(text: str) -> str:
+    mantissa, mark, exponent = text.partition("e")
+    if mark:
+        power = f"10{str(int(exponent)).translate(_SUPERSCRIPT)}"
+        mantissa = power if mantissa == "1" else f"{mantissa}×{power}"
+    return mantissa.replace("-", MINUS)

@@ -1,0 +1,196 @@
+"""Printed values: the string that stands in a paper, its exact numbers, and the unit of each last printed place.
+
+The digits are the tolerance: a printed number stands for the closed interval of half a unit in its last place on
+either side. All arithmetic is exact (`Fraction`), so no rounding of ours decides a verdict. Written forms:
+
+- numbers `1.33`, `-0.0000`, `.580`, `1.2e-3`, `66,033` (thousands, outside lists), with a hyphen or the minus sign;
+- complex numbers `1.0+0.2i`, and conjugate pairs `1.085±0.240i`, of which the imaginary part is compared in size;
+- lists in parentheses, `(1.031, 1.085±0.240i)`, and matrices in square brackets, `[0.228 0.294; -0.125 0.267]`,
+  always with rows and columns, so that `[1 2]` is one row;
+- relations before a real number, `<0.001`, `≤2`, `>1`, `≥0`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+
+from replication.audit.model import Numbers
+from replication.errors import AuditError
+
+RELATIONS = {"<": "<", "≤": "≤", "<=": "≤", ">": ">", "≥": "≥", ">=": "≥"}
+
+# Two digits of exponent keep a typing slip such as 1e99999999 from filling the memory.
+_UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,2})?"
+_REAL = re.compile(rf"[+-]?{_UNSIGNED}")
+_COMPLEX = re.compile(rf"([+-]?{_UNSIGNED})\s*([+±-])\s*({_UNSIGNED})\s*[ij]")
+_GROUPED = r"[1-9][0-9]{0,2}(?:,[0-9]{3})+"
+_THOUSANDS = re.compile(rf"([+-]?)({_GROUPED})(\.[0-9]*)?")
+_AMBIGUOUS = re.compile(rf"(?<![0-9.,]){_GROUPED}(?![0-9])")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One printed real number: its text, exact value and unit of the last place.
+
+    absolute: it is the imaginary part of a conjugate pair, so only its size is compared.
+    """
+
+    text: str
+    value: Fraction
+    unit: Fraction
+    absolute: bool = False
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A parsed printed value.
+
+    cells: the printed cells row by row; one entry for a real cell, two (real, imaginary) for a complex one.
+    shape: () for a single number, (n,) for a list, (rows, columns) for a matrix. relation: "", "<", "≤", ">" or "≥".
+    """
+
+    text: str
+    relation: str
+    cells: tuple[tuple[Entry, ...], ...]
+    shape: tuple[int, ...]
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """All real numbers of the print, row by row, the real part of a complex cell before its imaginary part."""
+        return tuple(entry for cell in self.cells for entry in cell)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """How to call each entry: "" for a single number, else `entry 2` or `entry (2,1)`, and the part if complex."""
+        return tuple(self._labels())
+
+    def _labels(self) -> Iterator[str]:
+        for index, cell in enumerate(self.cells):
+            place = ""
+            if len(self.shape) == 1:
+                place = f"entry {index + 1}"
+            elif len(self.shape) == 2:
+                place = "entry ({},{})".format(*(i + 1 for i in divmod(index, self.shape[1])))
+            if len(cell) == 1:
+                yield place
+            else:
+                yield from (f"{part} of {place}" if place else part for part in ("real part", "imaginary part"))
+
+    def align(self, name: str, numbers: Numbers) -> tuple[float, ...]:
+        """Return `numbers` flattened in the order of `entries`; raises AuditError if it has another layout.
+
+        name: what the numbers are ("computed value", "lower bound"), for the message.
+        """
+        if len(self.shape) == 0:
+            cells: tuple[object, ...] = (numbers,)
+        else:
+            rows = self._row(name, numbers, self.shape[0])
+            cells = rows
+            if len(self.shape) == 2:
+                cells = tuple(cell for row in rows for cell in self._row(name, row, self.shape[1]))
+        return tuple(self._flatten(name, numbers, cells))
+
+    def _row(self, name: str, row: object, length: int) -> tuple[object, ...]:
+        if not isinstance(row, tuple) or len(row) != length:
+            raise AuditError(
+                f"the {name} {row!r} does not have the layout of the printed {self.text!r}: {self._wanted()}"
+            )
+        return row
+
+    def _flatten(self, name: str, numbers: Numbers, computed: tuple[object, ...]) -> Iterator[float]:
+        for cell, number in zip(self.cells, computed, strict=True):
+            parts = number if isinstance(number, tuple) else (number,)
+            # A real cell is a bare number: (1.0,) for it would be a list of one.
+            if len(parts) != len(cell) or isinstance(number, tuple) != (len(cell) == 2):
+                raise AuditError(
+                    f"the {name} {numbers!r} does not have the layout of the printed {self.text!r}: {self._wanted()}"
+                )
+            for part in parts:
+                if isinstance(part, bool) or not isinstance(part, (int, float)):
+                    raise AuditError(f"the {name} {numbers!r} holds {part!r} where a number must stand")
+                yield part
+
+    def _wanted(self) -> str:
+        complex_cells = sum(len(cell) == 2 for cell in self.cells)
+        rule = f", {complex_cells} of them complex as (real, imaginary)" if complex_cells else ""
+        if len(self.shape) == 0:
+            return "give a pair (real, imaginary)" if complex_cells else "give one number"
+        if len(self.shape) == 1:
+            return f"give {self.shape[0]} entries{rule}"
+        return f"give {self.shape[0]} rows of {self.shape[1]} numbers"
+
+
+def parse(text: str) -> Printed:
+    """Parse a printed value; raises AuditError with the offending text if it is not one of the forms above."""
+    body = text.replace("−", "-").strip()
+    if not body:
+        raise AuditError("the printed value is empty; give the string that stands in the paper")
+    relation = ""
+    match = re.match(r"<=|>=|[<>≤≥]", body)
+    if match:
+        relation, body = RELATIONS[match.group()], body[match.end() :].strip()
+    if body.startswith(("(", "[")):
+        closing = ")" if body[0] == "(" else "]"
+        if not body.endswith(closing):
+            raise AuditError(f"printed value {text!r} opens with {body[0]!r} and does not end with {closing!r}")
+        _refuse_ambiguous(text, body)
+        cells, shape = _list(text, body[1:-1]) if closing == ")" else _matrix(text, body[1:-1])
+    else:
+        cells, shape = (_cell(text, _without_thousands(body)),), ()
+    if relation and (shape != () or len(cells[0]) != 1):
+        raise AuditError(f"printed value {text!r}: a relation stands before one real number only")
+    return Printed(text, relation, cells, shape)
+
+
+def decimal_fraction(text: str) -> Fraction:
+    """The exact value of a printed real number such as `0.005`; raises AuditError if it is not one."""
+    return _entry(text, text.replace("−", "-").strip()).value
+
+
+def _list(text: str, body: str) -> tuple[tuple[tuple[Entry, ...], ...], tuple[int, ...]]:
+    cells = tuple(_cell(text, part.strip()) for part in body.split(","))
+    return cells, (len(cells),)
+
+
+def _matrix(text: str, body: str) -> tuple[tuple[tuple[Entry, ...], ...], tuple[int, ...]]:
+    rows = [re.split(r"\s*,\s*|\s+", row.strip()) for row in body.split(";")]
+    widths = {len(row) for row in rows}
+    if len(widths) > 1:
+        raise AuditError(f"printed matrix {text!r} has rows of {sorted(widths)} entries; all rows must be equally long")
+    return tuple((_entry(text, part),) for row in rows for part in row), (len(rows), len(rows[0]))
+
+
+def _cell(text: str, part: str) -> tuple[Entry, ...]:
+    match = _COMPLEX.fullmatch(part)
+    if match is None:
+        return (_entry(text, part),)
+    real, sign, imaginary = match.groups()
+    second = _entry(text, ("-" if sign == "-" else "") + imaginary)
+    return _entry(text, real), Entry(second.text, second.value, second.unit, absolute=sign == "±")
+
+
+def _entry(text: str, part: str) -> Entry:
+    if not _REAL.fullmatch(part):
+        raise AuditError(f"printed value {text!r}: {part!r} is not a number as printed, such as 1.33, .580 or 1.2e-3")
+    number = Decimal(part)
+    exponent = number.as_tuple().exponent
+    assert isinstance(exponent, int)  # NaN and infinities do not match the pattern
+    return Entry(part, Fraction(number), Fraction(10) ** exponent)
+
+
+def _without_thousands(body: str) -> str:
+    match = _THOUSANDS.fullmatch(body)
+    return body if match is None else match[1] + match[2].replace(",", "") + (match[3] or "")
+
+
+def _refuse_ambiguous(text: str, body: str) -> None:
+    match = _AMBIGUOUS.search(body)
+    if match:
+        raise AuditError(
+            f"printed value {text!r}: {match.group()!r} may be one number or several; "
+            "put a blank after each comma between entries and write thousands without commas inside a list"
+        )

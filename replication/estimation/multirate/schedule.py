@@ -1,0 +1,87 @@
+"""Sensing schedules: which sensor measures at which instant, the matrices S_k of eq. (4)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from math import lcm
+
+import numpy as np
+import numpy.typing as npt
+
+from replication.errors import InvalidInputError
+from replication.estimation.validation import Array, positive_integer
+
+
+@dataclass(frozen=True)
+class SensingSchedule:
+    """Sensor i measures at the instants k with (k - offsets[i]) mod periods[i] == 0.
+
+    periods: N_i >= 1, in base periods. offsets: 0 <= theta_i < N_i, zeros unless given. Raises InvalidInputError for a
+    period that is not a whole positive number, an offset out of range, or lengths that do not match.
+    """
+
+    periods: tuple[int, ...]
+    offsets: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the periods and offsets."""
+        periods = tuple(positive_integer(f"periods[{i}]", N) for i, N in enumerate(self.periods))
+        if not periods:
+            raise InvalidInputError("periods must name at least one sensor")
+        offsets = tuple(self.offsets) or (0,) * len(periods)
+        if len(offsets) != len(periods):
+            raise InvalidInputError(f"offsets must have one entry per sensor ({len(periods)}), got {len(offsets)}")
+        for i, (N, theta) in enumerate(zip(periods, offsets, strict=True)):
+            if isinstance(theta, bool) or not isinstance(theta, (int, np.integer)) or not 0 <= theta < N:
+                raise InvalidInputError(f"offsets[{i}] must be a whole number from 0 to {N - 1}, got {theta!r}")
+        object.__setattr__(self, "periods", periods)
+        object.__setattr__(self, "offsets", tuple(int(theta) for theta in offsets))
+
+    @property
+    def sensors(self) -> int:
+        """q, the number of sensors."""
+        return len(self.periods)
+
+    @property
+    def period(self) -> int:
+        """N, the least common multiple of the sensing periods."""
+        return lcm(*self.periods)
+
+    @cached_property
+    def mask(self) -> npt.NDArray[np.bool_]:
+        """Shape (N, q): whether sensor i measures at instant k."""
+        instants = np.arange(self.period)[:, None]
+        mask: npt.NDArray[np.bool_] = (instants - np.array(self.offsets)) % np.array(self.periods) == 0
+        mask.flags.writeable = False
+        return mask
+
+    def measured(self, k: int) -> tuple[int, ...]:
+        """The sensors that measure at instant k, in order."""
+        return tuple(int(i) for i in np.flatnonzero(self.mask[k % self.period]))
+
+    def selection(self, k: int) -> Array:
+        """S_k of eq. (4), shape (q, q)."""
+        return np.diag(self.mask[k % self.period].astype(float))
+
+
+def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    """Offsets with theta_1 = 0, one for each schedule that differs by more than a shift of the origin.
+
+    For two sensors these are theta_2 = 0 ... gcd(N_1, N_2) - 1. Raises InvalidInputError for a period not whole.
+    """
+    reference = SensingSchedule(tuple(periods))
+    seen: set[tuple[int, ...]] = set()
+    for tail in product(*(range(N) for N in reference.periods[1:])):
+        offsets = (0, *tail)
+        # A shift of the origin by a multiple of N_1 keeps theta_1 = 0; the least of the shifted offsets stands for all.
+        shifted = (
+            tuple((theta + s) % N for theta, N in zip(offsets, reference.periods, strict=True))
+            for s in range(0, reference.period, reference.periods[0])
+        )
+        representative = min(shifted)
+        if representative not in seen:
+            seen.add(representative)
+            yield representative

@@ -1,0 +1,111 @@
+"""Discrete-time linear periodic systems: x(k+1) = A_k x(k) + B_k v(k), z(k) = C_k x(k) + D_k v(k), k modulo N."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.validation import Array, ComplexArray, as_matrix
+
+
+class Stage(NamedTuple):
+    """The matrices at one instant: A (n, n), B (n, m), C (p, n), D (p, m); m and p may change from stage to stage."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+
+
+@dataclass(frozen=True)
+class PeriodicSystem:
+    """An N-periodic system given by its N stages; an N = 1 system is time-invariant.
+
+    Raises InvalidInputError if there is no stage, an entry is not finite, or the shapes do not fit.
+    """
+
+    stages: tuple[Stage, ...]
+
+    def __post_init__(self) -> None:
+        """Check the shapes of every stage and freeze its arrays."""
+        if not self.stages:
+            raise InvalidInputError("a periodic system needs at least one stage (A, B, C, D)")
+        n = np.shape(self.stages[0][0])[0]
+        checked = []
+        for k, (A, B, C, D) in enumerate(self.stages):
+            A = as_matrix(f"A_{k}", A, rows=n, columns=n)
+            B = as_matrix(f"B_{k}", B, rows=n)
+            C = as_matrix(f"C_{k}", C, columns=n)
+            checked.append(Stage(A, B, C, as_matrix(f"D_{k}", D, rows=C.shape[0], columns=B.shape[1])))
+        object.__setattr__(self, "stages", tuple(checked))
+
+    @property
+    def period(self) -> int:
+        """N, the number of stages."""
+        return len(self.stages)
+
+    @property
+    def order(self) -> int:
+        """n, the number of states."""
+        return len(self.stages[0].A)
+
+    def monodromy(self) -> Array:
+        """The state transition over one period from phase 0, A_{N-1} ... A_1 A_0, of shape (n, n)."""
+        total = np.eye(self.order)
+        for stage in self.stages:
+            total = stage.A @ total
+        return total
+
+    def spectral_radius(self) -> float:
+        """Largest modulus of the characteristic multipliers; the system is stable iff it is below one."""
+        return float(np.max(np.abs(np.linalg.eigvals(self.monodromy()))))
+
+    def lift(self) -> Stage:
+        """The time-invariant system over one period: inputs and outputs of all phases stacked, same induced norm."""
+        inputs = np.cumsum([0, *(stage.B.shape[1] for stage in self.stages)])
+        transition = np.eye(self.order)
+        drive = np.zeros((self.order, inputs[-1]))
+        outputs, direct = [], []
+        for stage, start, stop in zip(self.stages, inputs[:-1], inputs[1:], strict=True):
+            row = stage.C @ drive
+            row[:, start:stop] = stage.D
+            outputs.append(stage.C @ transition)
+            direct.append(row)
+            transition = stage.A @ transition
+            drive = stage.A @ drive
+            drive[:, start:stop] = stage.B
+        return Stage(transition, drive, np.vstack(outputs), np.vstack(direct))
+
+    def cyclic(self) -> Stage:
+        """The cyclic reformulation: one state copy per phase, block-cyclic A and B; same induced norm as `lift`."""
+        total = sum(len(stage.A) for stage in self.stages)
+        A = np.zeros((total, total))
+        B = np.zeros((total, sum(stage.B.shape[1] for stage in self.stages)))
+        column = 0
+        for k, stage in enumerate(self.stages):
+            following = (k + 1) % self.period
+            rows = slice(following * self.order, (following + 1) * self.order)
+            A[rows, k * self.order : (k + 1) * self.order] = stage.A
+            B[rows, column : column + stage.B.shape[1]] = stage.B
+            column += stage.B.shape[1]
+        return Stage(A, B, block_diagonal([s.C for s in self.stages]), block_diagonal([s.D for s in self.stages]))
+
+
+def block_diagonal(blocks: Sequence[Array]) -> Array:
+    """Block diagonal matrix that, unlike scipy's, keeps the rows of blocks without columns and the reverse."""
+    rows = np.cumsum([0, *(block.shape[0] for block in blocks)])
+    columns = np.cumsum([0, *(block.shape[1] for block in blocks)])
+    total = np.zeros((rows[-1], columns[-1]))
+    for i, block in enumerate(blocks):
+        total[rows[i] : rows[i + 1], columns[i] : columns[i + 1]] = block
+    return total
+
+
+def frequency_response(system: Stage, angle: float) -> ComplexArray:
+    """C (e^{j angle} I - A)^-1 B + D of a time-invariant system; angle in radians per sample."""
+    z = np.exp(1j * angle)
+    return np.asarray(system.C @ np.linalg.solve(z * np.eye(len(system.A)) - system.A, system.B) + system.D)

@@ -1,0 +1,78 @@
+"""What a numerical solver said of itself, kept beside every solution that came from one."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import version
+from typing import Any
+
+import clarabel
+
+from replication.errors import InfeasibleError, SolverError
+
+# Tight enough that the level agrees with the Riccati route to ten digits where the problem allows it.
+CLARABEL_OPTIONS: dict[str, float | int | bool] = {
+    "tol_gap_abs": 1e-12,
+    "tol_gap_rel": 1e-12,
+    "tol_feas": 1e-8,
+    "tol_infeas_abs": 1e-8,
+    "tol_infeas_rel": 1e-8,
+    "max_iter": 200,
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolverReport:
+    """Name, version, status, options, residuals and iterations of one solver call; `to_dict` gives JSON values."""
+
+    name: str
+    version: str
+    status: str
+    options: dict[str, float | int | bool] = field(default_factory=dict)
+    residuals: dict[str, float] = field(default_factory=dict)
+    iterations: int | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON values."""
+        return asdict(self)
+
+
+def clarabel_settings() -> Any:
+    """Settings object with `CLARABEL_OPTIONS`, quiet and on one thread: same input, same output."""
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_threads = 1
+    for name, value in CLARABEL_OPTIONS.items():
+        setattr(settings, name, value)
+    return settings
+
+
+def clarabel_report(solution: Any) -> SolverReport:
+    """The report of a Clarabel solution object."""
+    return SolverReport(
+        name="Clarabel",
+        version=version("clarabel"),
+        status=str(solution.status),
+        options=dict(CLARABEL_OPTIONS),
+        residuals={
+            "primal": float(solution.r_prim),
+            "dual": float(solution.r_dual),
+            "gap": abs(float(solution.obj_val) - float(solution.obj_val_dual)),
+        },
+        iterations=int(solution.iterations),
+    )
+
+
+def raise_unless_solved(report: SolverReport, *, accept: tuple[str, ...]) -> None:
+    """Raise InfeasibleError or SolverError unless the status is one of `accept`."""
+    if report.status in accept:
+        return
+    if "infeasible" in report.status.lower():
+        raise InfeasibleError(
+            f"{report.name} finds the problem infeasible or unbounded (status {report.status}); check that the sensors "
+            "detect every unstable mode, or ask for a larger level"
+        )
+    raise SolverError(
+        f"{report.name} stopped with status {report.status} after {report.iterations} iterations (residuals "
+        f"{report.residuals}); rescale the states of the plant, or use the Riccati route"
+    )

@@ -1,0 +1,340 @@
+"""An invented results file with every kind and verdict, and two figures, for the tests of rendering.
+
+The paper does not exist and its numbers are made up.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import msgspec
+
+from replication.audit.figures import write_figures
+from replication.audit.model import (
+    Claim,
+    Evidence,
+    Figure,
+    FigureData,
+    Kind,
+    Paper,
+    Proof,
+    ScopeItem,
+    SolverRecord,
+    Verdict,
+)
+from replication.audit.records import (
+    SCHEMA_VERSION,
+    ClaimRecord,
+    ErratumRecord,
+    ExperimentRecord,
+    FigureRecord,
+    PaperRecord,
+    Reading,
+    ResultsFile,
+    RunRecord,
+    TableRecord,
+)
+from replication.audit.style import line, new_axes
+from replication.audit.verdict import make_record
+
+KEY = "doe1999"
+SOLVER = SolverRecord(
+    name="Clarabel",
+    version="0.11.1",
+    status="solved",
+    options={"tol_gap_rel": 1e-9, "max_iter": 200, "equilibrate": True},
+    residuals={"primal": 3.2e-10, "dual": 1.8e-11, "gap": 4.4e-10},
+    iterations=17,
+)
+
+
+def claim(name: str, kind: Kind, expected: Verdict, printed: str, evidence: Evidence | None, **more: Any) -> ClaimRecord:
+    """Record of an invented claim, judged like any other; `error` and `proof` stand for what a run would bring."""
+    error, proof = more.pop("error", ""), more.pop("proof", None)
+    fields = {"place": f"Table 1, {name}", "statement": f"Guaranteed level of the observer, case {name}."} | more
+    made = Claim(
+        id=f"{KEY}.{name}",
+        kind=kind,
+        expected=expected,
+        printed=printed,
+        answer=lambda results: cast(Evidence, evidence),
+        uses=(f"{KEY}.levels",),
+        **fields,
+    )
+    return make_record(made, KEY, evidence, proof, "papers/doe1999/claims.py:42", 1.234, error)
+
+
+def bracketed(value: float, width: float, **more: Any) -> Evidence:
+    return Evidence(
+        method="Periodic Riccati equation by structured doubling, bisection on the level",
+        cross_check="Norm of the lifted closed loop with the gains of the matrix inequality",
+        value=value,
+        lower=value - width,
+        upper=value + width,
+        solvers=(SOLVER,),
+        quantities={"relative gap": width / value, "spectral radius": 0.8125, "variables": 73.0},
+        **more,
+    )
+
+
+def claims() -> tuple[ClaimRecord, ...]:
+    evidence, direct = bracketed, "Evaluated directly"
+    reproduced, differs = Verdict.REPRODUCED, Verdict.DIFFERS
+    gains = tuple(tuple(math.sin(3 * i + j) for j in range(3)) for i in range(5))
+    printed_gains = "[" + "; ".join(" ".join(f"{x:.3f}" for x in row) for row in gains) + "]"
+    return (
+        claim("column-2-3", Kind.VALUE, reproduced, "1.33", evidence(1.32871, 1e-8)),
+        claim("column-4-5", Kind.VALUE, reproduced, "1.55", evidence(1.5461, 0.002, proved=True)),
+        claim("column-5-7", Kind.VALUE, differs, "1.93", evidence(1.91712, 1e-8, note="The printed gains reach it.")),
+        claim("column-8-9", Kind.VALUE, differs, "2.64", evidence(2.6354, 0.0003, proved=True)),
+        claim("wide", Kind.VALUE, Verdict.NOT_CHECKABLE, "3.1", evidence(3.12, 0.04)),
+        claim("far", Kind.VALUE, reproduced, "0.0120", evidence(0.7125, 1e-6)),
+        claim("variables", Kind.VALUE, reproduced, "73", Evidence(method=direct, value=73)),
+        claim("zero", Kind.VALUE, reproduced, "-0.0000", Evidence(method=direct, value=-0.0000123)),
+        claim("gains", Kind.MATRIX, reproduced, printed_gains, Evidence(method=direct, value=gains)),
+        claim(
+            "poles",
+            Kind.MATRIX,
+            reproduced,
+            "(1.031, 1.085±0.240i)",
+            Evidence(method="Eigenvalues of the period map", value=(1.03122, (1.08463, -0.23981))),
+        ),
+        claim("tail", Kind.BOUND, reproduced, "<0.001", Evidence(method=direct, value=0.00041, upper=0.00042)),
+        claim("bound-fails", Kind.BOUND, differs, "≤2", Evidence(method=direct, value=2.5)),
+        claim("order", Kind.ORDER, Verdict.CONSISTENT, "", Evidence(method=direct, holds=True, margin=0.217)),
+        claim(
+            "shorter-is-better",
+            Kind.ORDER,
+            differs,
+            "",
+            Evidence(method=direct, holds=False, margin=-0.0135, quantities={"level (2,4)": 1.41, "level (3,4)": 1.39}),
+            statement="A shorter period never makes the guaranteed level worse.",
+        ),
+        claim("feasible", Kind.FEASIBLE, Verdict.CONSISTENT, "", Evidence(method="Exact LDL", holds=True, margin=1e-9)),
+        claim("random", Kind.STATISTICAL, Verdict.CONSISTENT, "0.85", Evidence(method="Draws", probability=0.3125)),
+        claim("cited", Kind.CITED, Verdict.NOT_CHECKABLE, "12.5", Evidence(method="none", not_checkable="Cited.")),
+        claim(
+            "noise",
+            Kind.VALUE,
+            Verdict.REPRODUCED_AFTER_ERRATUM,
+            "0.6320",
+            Evidence(method=direct, value=0.63204, as_printed=Evidence(method=direct, value=1.7771)),
+            erratum=f"{KEY}.denominator",
+            proof=Proof(holds=True, text="The printed reading is impossible."),
+        ),
+        claim(
+            "loose",
+            Kind.VALUE,
+            reproduced,
+            "0.52",
+            evidence(0.5262, 1e-9),
+            tolerance="0.01",
+            tolerance_reason="Read off a figure with ticks at every 0.01.",
+        ),
+        claim("broken", Kind.VALUE, reproduced, "4.56", None, error="SolverError: status insufficient_progress"),
+    )
+
+
+def draw(data: FigureData) -> Any:
+    figure, axes = new_axes(2)
+    for index, (ax, name) in enumerate(zip(axes, ("error 1", "error 2"), strict=True)):
+        ax.plot(data.columns["k"], data.columns[name], **line(index), label=name)
+        ax.set(ylabel=name, ylim=(-0.5, 0.5))
+        ax.legend(loc="upper right")
+    axes[-1].set_xlabel("time k")
+    return figure
+
+
+def trace(results: Any) -> FigureData:
+    time = tuple(float(k) for k in range(501))
+    wave = tuple(0.4 * math.sin(k / 9) * math.exp(-k / 300) for k in time)
+    return FigureData(columns={"k": time, "error 1": wave, "error 2": tuple(x * x for x in wave)})
+
+
+def figure(name: str = "doe1999-fig2", **more: Any) -> Figure:
+    fields: dict[str, Any] = {
+        "place": "Fig. 2",
+        "title": "Estimation error of the two states",
+        "caption": "Both errors stay within the printed axes.",
+        "published": True,
+        "uses": (),
+        "data": trace,
+        "plot": draw,
+        "alt": lambda data: f"Two curves over {len(data.columns['k'])} steps, at most {max(data.columns['error 1']):.3g}.",
+    }
+    return Figure(name=name, **(fields | more))
+
+
+def paper(*figures: Figure) -> Paper:
+    """A paper with nothing but figures, which is all that `write_figures` looks at."""
+    return cast(Paper, SimpleNamespace(key=KEY, figures=figures))
+
+
+def figure_records(directory: Path) -> tuple[FigureRecord, ...]:
+    """Write two figures into `directory`; a third one fails."""
+    extra = figure("doe1999-worst", place="Extra", title="Worst disturbance", published=False)
+    broken = figure("doe1999-fig3", place="Fig. 3", title="A figure that fails", uses=("doe1999.absent",))
+    return write_figures([paper(figure(), extra, broken)], {}, directory)
+
+
+def results(directory: Path) -> ResultsFile:
+    """The whole invented results file; its figures are written into `directory`."""
+    made = claims()
+    ids = tuple(record.id for record in made)
+    return ResultsFile(
+        schema_version=SCHEMA_VERSION,
+        run=RunRecord(
+            package_version="0.1.0",
+            date="2024-02-29T12:00:00Z",
+            commit="0123456789abcdef0123456789abcdef01234567",
+            dirty=False,
+            lock_sha256=hashlib.sha256(b"lock").hexdigest(),
+            python="3.11.7",
+            packages={"numpy": "2.4.6", "scipy": "1.17.1"},
+            blas="openblas 0.3.30",
+            threads=1,
+            cpu="A processor",
+            platform="Linux-6.1-x86_64",
+        ),
+        papers=(paper_record(ids),),
+        claims=made,
+        errata=errata(),
+        figures=figure_records(directory),
+        experiments=(
+            ExperimentRecord(
+                name=f"{KEY}.levels",
+                paper=KEY,
+                function="papers.doe1999.experiments.levels",
+                code="papers/doe1999/experiments.py:17",
+                inputs={"periods": [2, 3], "tolerance": 1e-10},
+                key=hashlib.sha256(b"levels").hexdigest(),
+                seconds=1.234,
+                solvers=(SOLVER,),
+                error="",
+            ),
+        ),
+    )
+
+
+def paper_record(ids: tuple[str, ...]) -> PaperRecord:
+    return PaperRecord(
+        key=KEY,
+        title="Observers for Slow Sensors: An Invented Paper",
+        authors=("Jane Doe", "Richard Roe", "Max Mustermann"),
+        year=1999,
+        venue="Journal of Invented Results",
+        doi="10.0000/invented.1999.001",
+        summary="Sensors of unequal period are read by a periodic observer, whose gains come from matrix inequalities.",
+        bibtex="@article{doe1999,\n  author = {Doe, Jane and Roe, Richard},\n  year = {1999}\n}",
+        findings=("Two of the printed levels lie above the optimum.", "A shorter period can make the level worse."),
+        formulas=(
+            ("Error system", r"e(k+1) = (A - L_k S_k C)\, e(k) + \begin{bmatrix} B_d & -L_k S_k D \end{bmatrix} d_*(k)"),
+            ("Guaranteed level", r"\gamma = \sup_{d \in \ell_2} \frac{\|z\|_2}{\|d\|_2}"),
+        ),
+        tables=(
+            TableRecord(
+                place="Table 1",
+                caption="Guaranteed level over the periods",
+                header=("Periods", "(2,3)", "(4,5)", "(5,7)", "(8,9)"),
+                rows=(
+                    ("Level", *(f"claim:{KEY}.column-{pair}" for pair in ("2-3", "4-5", "5-7", "8-9"))),
+                    ("Poles", f"claim:{KEY}.poles", "text", f"claim:{KEY}.broken", f"claim:{KEY}.order"),
+                ),
+            ),
+        ),
+        scope=(
+            ScopeItem(part="Table 1", claims=ids, figures=("doe1999-fig2",)),
+            ScopeItem(part="Section V", reason="It describes hardware."),
+        ),
+    )
+
+
+def errata() -> tuple[ErratumRecord, ...]:
+    shared = {"paper": KEY, "code": "papers/doe1999/errata.py:9", "error": ""}
+    return (
+        ErratumRecord(
+            id=f"{KEY}.denominator",
+            place="Equation (34)",
+            printed="‖w‖ in the denominator",
+            meant="‖(d, w)‖ in the denominator",
+            inference=False,
+            holds=True,
+            text="No draw of the noise gives the printed value with the printed denominator.",
+            quantities={"smallest printed reading": 1.31},
+            **shared,
+        ),
+        ErratumRecord(
+            id=f"{KEY}.matrix",
+            place="Section IV-C",
+            printed="A as in Section IV-A",
+            meant="A with the stated poles",
+            inference=True,
+            holds=True,
+            text="The stated poles and the printed gains fit no other matrix of the search.",
+            quantities={},
+            **shared,
+        ),
+    )
+
+
+HOSTILE = (
+    "<script>alert('x')</script>",
+    '"><img src=x onerror=alert(1)>',
+    "</td></tr></table></main>",
+    "{{ 7 * 7 }}{% raw %}",
+    "word" * 400,
+    "\u202eright to left שלום\u202d",
+    "null \x00 bell \x07 end \ufffe",
+    "& &amp; &lt;b&gt;",
+)
+"""Strings that must stay text wherever they stand."""
+
+
+def hostile_results(directory: Path, text: str) -> ResultsFile:
+    """The sample with `text` in the place of all prose, names of solvers and quantities, errors and code."""
+    made = results(directory)
+    solver = msgspec.structs.replace(SOLVER, name=text, status=text, options={text: text}, residuals={text: 1.0})
+    swap = msgspec.structs.replace
+    return swap(
+        made,
+        run=swap(made.run, cpu=text, packages={text: text}, commit=text),
+        papers=tuple(
+            swap(
+                record,
+                title=text,
+                authors=(text,),
+                venue=text,
+                doi=text,
+                summary=text,
+                bibtex=text,
+                findings=(text,),
+                formulas=((text, r"x"),),
+                tables=(TableRecord(place=text, caption=text, header=(text,), rows=((text,),)),),
+                scope=(ScopeItem(part=text, reason=text),),
+            )
+            for record in made.papers
+        ),
+        claims=tuple(
+            swap(
+                record,
+                place=text,
+                statement=text,
+                method=text,
+                cross_check=text,
+                code=text,
+                reason=text,
+                note=text,
+                quantities={text: 1.5},
+                solvers=(solver,),
+                as_printed=Reading(),
+            )
+            for record in made.claims
+        ),
+        errata=tuple(swap(r, place=text, printed=text, meant=text, text=text, error=text) for r in made.errata),
+        figures=tuple(swap(r, place=text, title=text, caption=text, alt=text) for r in made.figures),
+        experiments=tuple(swap(r, code=text, inputs={text: text}, error=text) for r in made.experiments),
+    )

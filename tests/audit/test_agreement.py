@@ -1,0 +1,206 @@
+"""Computed against printed numbers: the digits decide, exactly; brackets and bounds."""
+
+from __future__ import annotations
+
+import math
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import pytest
+from cases import value_case
+from hypothesis import given
+from hypothesis import strategies as st
+
+from replication.audit.model import Kind, Verdict
+from replication.audit.printed import parse
+from replication.audit.records import Reading
+from replication.audit.verdict import Case, judge
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+
+# The digits decide: printed values of the source papers' forms, each moved by one unit in its last place.
+
+PRINTED = [
+    "1.33", "0.64", "0.580", ".580", "-0.0000", "9.99", "1.00", "73", "66,033", "1.2e-3", "-5E2", "−0.1250",
+    "1.085±0.240i", "1.0-2.5i", "(1.031, 1.085±0.240i)", "(0.1270, -0.0000, -0.0002)", "[0.228 0.294; -0.125 0.267]",
+]  # fmt: skip
+
+
+def as_printed_numbers(text: str) -> Any:
+    """The printed numbers themselves, in their layout."""
+    printed = parse(text)
+    cells = [tuple(float(entry.value) for entry in cell) for cell in printed.cells]
+    flat: list[Any] = [cell[0] if len(cell) == 1 else cell for cell in cells]
+    if len(printed.shape) == 0:
+        return flat[0]
+    if len(printed.shape) == 1:
+        return tuple(flat)
+    width = printed.shape[1]
+    return tuple(tuple(flat[row * width : (row + 1) * width]) for row in range(printed.shape[0]))
+
+
+def moved(text: str, index: int, units: int) -> str:
+    """`text` with its entry `index` moved by `units` in the last printed place, written with the same digits."""
+    printed = parse(text)
+    entries = printed.entries
+    parts = [str(entry.text) for entry in entries]
+    unit = entries[index].unit
+    places = max(0, round(-math.log10(unit)))
+    number = entries[index].value + units * unit
+    parts[index] = f"{float(number):.{places}f}" if unit <= 1 else f"{int(number / unit)}e{round(math.log10(unit))}"
+    cells: list[str] = []
+    rest = iter(parts)
+    for cell in printed.cells:
+        if len(cell) == 1:
+            cells.append(next(rest))
+        else:
+            real, imaginary = next(rest), next(rest)
+            sign = "±" if cell[1].absolute else "+" if not imaginary.startswith("-") else ""
+            cells.append(f"{real}{sign}{imaginary}i")
+    if len(printed.shape) == 0:
+        return cells[0]
+    if len(printed.shape) == 1:
+        return "(" + ", ".join(cells) + ")"
+    width = printed.shape[1]
+    return "[" + "; ".join(" ".join(cells[i : i + width]) for i in range(0, len(cells), width)) + "]"
+
+
+def decimal_text(digits: int, places: int) -> str:
+    """`digits` with the point before the last `places` of them."""
+    return f"{Decimal(digits).scaleb(-places):.{places}f}"
+
+
+@pytest.mark.parametrize("text", PRINTED)
+def test_one_unit_in_the_last_place_of_any_entry_flips_the_verdict(text: str) -> None:
+    numbers = as_printed_numbers(text)
+    assert judge(value_case(text, numbers)).verdict is Verdict.REPRODUCED
+    for index, entry in enumerate(parse(text).entries):
+        for units in (-1, 1):
+            other = moved(text, index, units)
+            assert parse(other).entries[index].value == entry.value + units * entry.unit
+            judgement = judge(value_case(other, numbers))
+            assert judgement.verdict is Verdict.DIFFERS
+            assert judgement.deviation_ulp == pytest.approx(-units, abs=1e-9)
+
+
+@given(st.integers(-(10**9), 10**9), st.integers(0, 6), st.floats(-0.49, 0.49), st.sampled_from([-1, 1]))
+def test_any_printed_number_flips(digits: int, places: int, offset: float, units: int) -> None:
+    value = float(Fraction(digits, 10**places) + Fraction(offset) / 10**places)
+    text, other = (decimal_text(number, places) for number in (digits, digits + units))
+    assert judge(value_case(text, value)).verdict is Verdict.REPRODUCED
+    assert judge(value_case(other, value)).verdict is Verdict.DIFFERS
+
+
+@given(st.integers(-(10**6), 10**6), FINITE)
+def test_verdict_is_the_exact_comparison(digits: int, value: float) -> None:
+    inside = abs(Fraction(value) - Fraction(digits, 100)) <= Fraction(1, 200)
+    judgement = judge(value_case(decimal_text(digits, 2), value))
+    assert (judgement.verdict is Verdict.REPRODUCED) == inside
+    assert (judgement.verdict is Verdict.DIFFERS) == (not inside)
+
+
+def test_ends_of_the_rounding_interval_belong_to_it() -> None:
+    assert judge(value_case("0.5", 0.75, tolerance="0.25", tolerance_reason="a test")).verdict is Verdict.REPRODUCED
+    assert judge(value_case("3", 2.5)).verdict is Verdict.REPRODUCED
+    assert judge(value_case("3", 3.5)).verdict is Verdict.REPRODUCED
+    assert judge(value_case("3", math.nextafter(3.5, 4))).verdict is Verdict.DIFFERS
+    assert judge(value_case("3", math.nextafter(2.5, 2))).verdict is Verdict.DIFFERS
+
+
+@pytest.mark.parametrize("value", [math.nextafter(3.5, 4), 3.500000001])
+def test_reason_has_digits_enough_to_tell_the_number_from_the_end(value: float) -> None:
+    reason = judge(value_case("3", value)).reason
+    assert "Computed 3.500000" in reason and "[2.5, 3.5]" in reason and "place: 0.5)" not in reason
+
+
+def test_conjugate_pair_is_compared_in_size() -> None:
+    assert judge(value_case("1.085±0.240i", (1.085, -0.240))).verdict is Verdict.REPRODUCED
+    assert judge(value_case("1.085+0.240i", (1.085, -0.240))).verdict is Verdict.DIFFERS
+
+
+@given(st.integers(-9999, 9999), FINITE)
+def test_mirrored_number_has_the_mirrored_judgement(digits: int, value: float) -> None:
+    one = judge(value_case(decimal_text(digits, 2), value))
+    other = judge(value_case(decimal_text(-digits, 2), -value))
+    assert one.verdict is other.verdict
+    assert one.deviation_ulp is not None and other.deviation_ulp == -one.deviation_ulp
+
+
+# Brackets.
+
+
+@pytest.mark.parametrize(
+    ("value", "lower", "upper", "verdict"),
+    [
+        (1.33, 1.326, 1.334, Verdict.REPRODUCED),
+        (1.34, 1.336, 1.345, Verdict.DIFFERS),
+        (1.31, 1.30, 1.32, Verdict.DIFFERS),
+        (1.33, 1.32, 1.334, Verdict.NOT_CHECKABLE),
+        (1.34, 1.334, 1.35, Verdict.NOT_CHECKABLE),
+        (1.33, 1.0, 2.0, Verdict.NOT_CHECKABLE),
+        (1.33, 1.33, 1.33, Verdict.REPRODUCED),
+        (1.31, None, 1.32, Verdict.DIFFERS),
+        (1.33, None, 1.334, Verdict.NOT_CHECKABLE),
+        (1.36, 1.35, None, Verdict.DIFFERS),
+        (1.33, 1.33, None, Verdict.NOT_CHECKABLE),
+        (1.36, 1.34, 1.35, Verdict.ERROR),
+        (1.33, 1.34, 1.32, Verdict.ERROR),
+    ],
+)
+def test_bracket_decides(value: float, lower: float | None, upper: float | None, verdict: Verdict) -> None:
+    assert judge(value_case("1.33", value, lower, upper)).verdict is verdict
+
+
+def test_bracket_of_a_matrix_differs_if_any_entry_does() -> None:
+    lower, upper = ((0.99, 1.8), (2.99, 4.2)), ((1.01, 2.2), (3.01, 4.3))
+    judgement = judge(value_case("[1.0 2.0; 3.0 4.0]", ((1.0, 2.0), (3.0, 4.25)), lower, upper))
+    assert judgement.verdict is Verdict.DIFFERS
+    assert "1 of 4 entries" in judgement.reason and "(2,2)" in judgement.reason
+    agreeing = judge(value_case("[1.0 2.0; 3.0 4.2]", ((1.0, 2.0), (3.0, 4.21)), lower, upper))
+    assert agreeing.verdict is Verdict.NOT_CHECKABLE
+
+
+def test_bracket_of_a_pair_is_folded_to_sizes() -> None:
+    case = value_case("1.0±0.2i", (1.0, -0.2), (1.0, -0.21), (1.0, -0.19))
+    assert judge(case).verdict is Verdict.REPRODUCED
+    across = value_case("1.0±0.2i", (1.0, -0.2), (1.0, -0.21), (1.0, 0.1))
+    assert judge(across).verdict is Verdict.NOT_CHECKABLE
+    assert judge(value_case("1.0±0.2i", (1.0, -0.3), None, (1.0, -0.24))).verdict is Verdict.NOT_CHECKABLE
+    assert judge(value_case("1.0±0.2i", (1.0, -0.3), None, (1.0, -0.26))).verdict is Verdict.DIFFERS
+
+
+@given(st.floats(1.2, 1.5), st.floats(0, 0.2), st.floats(0, 0.2), st.floats(0, 1), st.floats(0, 1))
+def test_a_narrower_bracket_never_contradicts_a_wider_one(
+    value: float, below: float, above: float, one: float, other: float
+) -> None:
+    wide = judge(value_case("1.33", value, value - below, value + above)).verdict
+    narrow = judge(value_case("1.33", value, value - one * below, value + other * above)).verdict
+    assert wide is Verdict.NOT_CHECKABLE or narrow is wide
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "lower", "upper", "verdict"),
+    [
+        ("<0.001", 0.0009, None, None, Verdict.REPRODUCED),
+        ("<1", 1.0, None, None, Verdict.DIFFERS),
+        ("≤1", 1.0, None, None, Verdict.REPRODUCED),
+        (">1", 1.0, None, None, Verdict.DIFFERS),
+        ("≥1", 1.0, None, None, Verdict.REPRODUCED),
+        ("<0.5", 0.25, None, 0.4, Verdict.REPRODUCED),
+        ("<0.5", 0.25, 0.2, None, Verdict.NOT_CHECKABLE),
+        ("<0.5", 0.25, 0.2, 0.5, Verdict.NOT_CHECKABLE),
+        ("≤0.5", 0.25, 0.2, 0.5, Verdict.REPRODUCED),
+        ("<0.5", 0.75, 0.5, None, Verdict.DIFFERS),
+        ("≤0.5", 0.75, 0.5, None, Verdict.NOT_CHECKABLE),
+        (">0.5", 0.75, 0.51, None, Verdict.REPRODUCED),
+        (">0.5", 0.25, None, 0.5, Verdict.DIFFERS),
+        ("≥0.5", 0.5, 0.25, 0.75, Verdict.NOT_CHECKABLE),
+        ("0.5", 0.5, None, None, Verdict.ERROR),
+        ("<0.5", (0.25,), None, None, Verdict.ERROR),
+        ("<0.5", None, None, 0.4, Verdict.ERROR),
+    ],
+)
+def test_bound(printed: str, value: Any, lower: float | None, upper: float | None, verdict: Verdict) -> None:
+    case = Case(kind=Kind.BOUND, printed=printed, reading=Reading(value=value, lower=lower, upper=upper))
+    assert judge(case).verdict is verdict

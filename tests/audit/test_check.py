@@ -1,0 +1,132 @@
+"""The check of a results file: no verdict, number or claim can be changed by hand without being found out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from cases import EXPERIMENT, claim, errata_of, paper, recorded, results_file
+from msgspec.structs import replace
+
+from replication.audit.check import Cause, check
+from replication.audit.model import Evidence, Kind, Proof, Verdict
+from replication.audit.records import SCHEMA_VERSION, ClaimRecord, Reading
+
+PROVED = Proof(holds=True, text="it does")
+GOOD = recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269))
+OFF = recorded(Evidence(method="m", value=1.34), expected=Verdict.DIFFERS)
+HOLDS = recorded(Evidence(method="m", holds=True, margin=0.1), kind=Kind.ORDER, expected=Verdict.CONSISTENT)
+CITED = recorded(Evidence(method="m", not_checkable="cited"), kind=Kind.CITED, expected=Verdict.NOT_CHECKABLE)
+CORRECTED = recorded(
+    Evidence(method="m", value=1.33, as_printed=Evidence(method="m", value=2.0)),
+    PROVED,
+    erratum="toy.e1",
+    expected=Verdict.REPRODUCED_AFTER_ERRATUM,
+)
+FAILED = recorded(None, error="ValueError: singular")
+
+
+def causes(record: ClaimRecord, proof: Proof | None = PROVED) -> list[Cause]:
+    errata = tuple(errata_of(record, proof).values())
+    return [problem.cause for problem in check(results_file(record, errata=errata), None)]
+
+
+@pytest.mark.parametrize("record", [GOOD, OFF, HOLDS, CITED, CORRECTED])
+def test_an_honest_record_has_no_problem(record: ClaimRecord) -> None:
+    assert causes(record) == []
+
+
+@pytest.mark.parametrize("record", [GOOD, OFF, HOLDS, CITED, CORRECTED, FAILED])
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_a_verdict_cannot_be_set_by_hand(record: ClaimRecord, verdict: Verdict) -> None:
+    # Even with the pinned verdict and the reason changed to fit.
+    forged = replace(record, verdict=verdict, expected_verdict=verdict, reason="because")
+    if verdict is not record.verdict:
+        assert Cause.FORGED in causes(forged)
+
+
+@pytest.mark.parametrize(
+    ("record", "change"),
+    [
+        (GOOD, {"computed": 1.3368, "lower": None, "upper": None}),
+        (GOOD, {"upper": 1.3369}),
+        (GOOD, {"deviation_ulp": 0.0}),
+        (GOOD, {"reason": "It agrees."}),
+        (GOOD, {"printed": "1.34"}),
+        (GOOD, {"kind": Kind.ORDER}),
+        (GOOD, {"method": ""}),
+        (OFF, {"tolerance": "0.1", "tolerance_reason": "it is close"}),
+        (OFF, {"not_checkable": "it is hard"}),
+        (HOLDS, {"holds": False}),
+        (HOLDS, {"margin": -0.1}),
+        (CITED, {"not_checkable": ""}),
+        (CORRECTED, {"as_printed": Reading(value=1.33)}),
+        (CORRECTED, {"erratum": "toy.e2"}),
+    ],
+)
+def test_a_number_changed_by_hand_is_found(record: ClaimRecord, change: dict[str, Any]) -> None:
+    errata = tuple(errata_of(record, PROVED).values())
+    problems = check(results_file(replace(record, **change), errata=errata), None)
+    assert Cause.FORGED in [problem.cause for problem in problems]
+    assert all(problem.where == record.id for problem in problems)
+
+
+@pytest.mark.parametrize("proof", [None, Proof(holds=False, text="it does not")])
+def test_a_corrected_claim_falls_with_its_proof(proof: Proof | None) -> None:
+    assert Cause.FORGED in causes(CORRECTED, proof)
+
+
+def test_a_proof_that_failed_does_not_count_even_if_marked_as_holding() -> None:
+    (erratum,) = errata_of(CORRECTED, PROVED).values()
+    problems = check(results_file(CORRECTED, errata=(replace(erratum, error="ValueError: no"),)), None)
+    assert (CORRECTED.id, Cause.FORGED) in [(problem.where, problem.cause) for problem in problems]
+
+
+def test_a_changed_verdict_is_a_problem_and_a_pinned_difference_is_none() -> None:
+    (problem,) = check(results_file(replace(OFF, expected_verdict=Verdict.REPRODUCED)), None)
+    assert problem.cause is Cause.CHANGED_VERDICT
+    assert "'differs'" in str(problem) and "'reproduced'" in str(problem) and "1.34" in str(problem)
+
+
+def test_errors_are_problems_with_their_text() -> None:
+    (problem,) = check(results_file(FAILED), None)
+    assert (problem.cause, problem.message) == (Cause.ERROR, "ValueError: singular")
+    broken = replace(results_file(), experiments=(replace(EXPERIMENT, error="ValueError: no"),))
+    (problem,) = check(broken, None)
+    assert (problem.where, problem.cause, problem.message) == ("experiment toy-run", Cause.ERROR, "ValueError: no")
+
+
+def test_another_schema_version_and_repeated_claims_are_problems() -> None:
+    other = replace(results_file(GOOD), schema_version=SCHEMA_VERSION + 1)
+    assert [problem.cause for problem in check(other, None)] == [Cause.SCHEMA]
+    assert [problem.cause for problem in check(results_file(GOOD, GOOD), None)] == [Cause.CLAIM_SET]
+
+
+def test_claims_of_file_and_code_are_the_same_set() -> None:
+    code = [paper(claim(), claim(id="toy.new"))]
+    old = replace(GOOD, id="toy.old")
+    problems = check(results_file(GOOD, old), code)
+    assert [(problem.where, problem.cause) for problem in problems] == [
+        ("toy.new", Cause.CLAIM_SET),
+        ("toy.old", Cause.CLAIM_SET),
+    ]
+    assert check(results_file(GOOD), [paper(claim())]) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"printed": "1.330"}, "printed"),
+        ({"statement": "Another."}, "statement"),
+        ({"place": "Table 2"}, "place"),
+        ({"expected": Verdict.DIFFERS}, "expected_verdict"),
+        ({"kind": Kind.MATRIX}, "kind"),
+        ({"tolerance": "0.1", "tolerance_reason": "why"}, "tolerance"),
+        ({"erratum": "toy.e1"}, "erratum"),
+        ({"uses": ("toy-run",)}, "experiments"),
+    ],
+)
+def test_a_claim_that_says_something_else_in_the_code_is_a_problem(change: dict[str, Any], field: str) -> None:
+    problems = check(results_file(GOOD), [paper(claim(**change))])
+    assert {problem.cause for problem in problems} == {Cause.CLAIM_TEXT}
+    assert any(problem.message.startswith(f"{field} is") for problem in problems)

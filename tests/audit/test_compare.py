@@ -1,0 +1,97 @@
+"""The difference of two results files: what changed, in which order it is told, and its causes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import pytest
+from cases import EXPERIMENT, RUN, errata_of, recorded, results_file
+from msgspec.structs import replace
+
+from replication.audit.compare import Cause, compare, render
+from replication.audit.model import Evidence, Proof, Verdict
+from replication.audit.records import ClaimRecord, ResultsFile
+
+
+def record(value: float = 1.3268, **more: Any) -> ClaimRecord:
+    return recorded(Evidence(method="m", value=value), uses=("toy-run",), **more)
+
+
+OLD = results_file(record())
+MOVED = results_file(record(1.3269))
+
+
+def only(old: ResultsFile, new: ResultsFile) -> tuple[Cause, ...]:
+    (change,) = compare(old, new)
+    return change.causes
+
+
+def test_equal_files_have_no_change() -> None:
+    assert compare(OLD, OLD) == []
+    assert render([]) == ["No claim changed."]
+
+
+def test_seconds_and_lines_of_code_are_no_change() -> None:
+    other = results_file(replace(record(), seconds=99.0, code="papers/toy.py:7"))
+    assert compare(OLD, other) == []
+
+
+@pytest.mark.parametrize(
+    ("new", "causes"),
+    [
+        (MOVED, (Cause.UNEXPLAINED,)),
+        (results_file(record(printed="1.34")), (Cause.CLAIM,)),
+        (results_file(record(statement="Another.")), (Cause.CLAIM,)),
+        (replace(MOVED, experiments=(replace(EXPERIMENT, key="k1"),)), (Cause.CODE,)),
+        (replace(MOVED, experiments=(replace(EXPERIMENT, key="k1", inputs={"n": 3}),)), (Cause.INPUTS,)),
+        (replace(MOVED, run=replace(RUN, lock_sha256="l1")), (Cause.LOCK,)),
+        (replace(MOVED, run=replace(RUN, packages={"numpy": "2.2"})), (Cause.PACKAGES,)),
+        (replace(MOVED, run=replace(RUN, python="3.12.0")), (Cause.PACKAGES,)),
+        (replace(MOVED, run=replace(RUN, cpu="another")), (Cause.MACHINE,)),
+        (replace(MOVED, run=replace(RUN, commit="c1")), (Cause.SOURCES,)),
+        (replace(MOVED, run=replace(RUN, dirty=True)), (Cause.SOURCES,)),
+        (replace(MOVED, run=replace(RUN, lock_sha256="l1", cpu="another")), (Cause.LOCK, Cause.MACHINE)),
+    ],
+)
+def test_causes_are_what_is_known_to_differ(new: ResultsFile, causes: tuple[Cause, ...]) -> None:
+    assert only(OLD, new) == causes
+
+
+def test_another_key_under_another_lock_is_not_blamed_on_the_code() -> None:
+    new = replace(MOVED, run=replace(RUN, lock_sha256="l1"), experiments=(replace(EXPERIMENT, key="k1"),))
+    assert only(OLD, new) == (Cause.LOCK,)
+
+
+def test_a_proof_that_no_longer_holds_is_a_cause() -> None:
+    evidence = Evidence(method="m", value=1.33, as_printed=Evidence(method="m", value=2.0))
+    files = []
+    for proof in (Proof(holds=True, text=""), Proof(holds=False, text="")):
+        made = recorded(evidence, proof, erratum="toy.e1")
+        files.append(results_file(made, errata=tuple(errata_of(made, proof).values())))
+    (change,) = compare(*files)
+    assert (change.old, change.new) == (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.DIFFERS)
+    assert change.causes == (Cause.ERRATUM,)
+
+
+def test_changed_verdicts_come_first_then_ids() -> None:
+    old = results_file(*(record(id=f"toy.{name}") for name in "abcd"))
+    new = results_file(
+        record(1.3269, id="toy.a"), record(1.34, id="toy.c"), record(id="toy.d"), record(1.3269, id="toy.e")
+    )
+    changes = compare(old, new)
+    assert [change.claim for change in changes] == ["toy.b", "toy.c", "toy.e", "toy.a"]
+    assert [change.causes[0] for change in changes[:3]] == [Cause.GONE, Cause.UNEXPLAINED, Cause.NEW]
+
+
+def test_render_tells_verdicts_numbers_and_causes() -> None:
+    lines = render(compare(OLD, results_file(record(1.34))))
+    assert lines[0] == "toy.value: reproduced → differs"
+    assert any("computed: 1.3268 → 1.34 (+9.95e-03 relative)" in line for line in lines)
+    assert lines[-1] == f"    cause: {Cause.UNEXPLAINED}"
+
+
+def test_changes_are_plain_json() -> None:
+    decoded = msgspec.json.decode(msgspec.json.encode(compare(OLD, results_file(record(1.34)))))
+    assert decoded[0]["claim"] == "toy.value"
+    assert decoded[0]["fields"][0] == {"field": "verdict", "old": "reproduced", "new": "differs"}

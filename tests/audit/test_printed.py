@@ -1,0 +1,188 @@
+"""Printed values: every form, exact values and units, and what is refused."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from replication.audit.printed import decimal_fraction, parse
+from replication.errors import AuditError
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "unit"),
+    [
+        ("1.33", "133/100", "1/100"),
+        ("-0.0000", "0", "1/10000"),
+        (".580", "29/50", "1/1000"),
+        ("-.5", "-1/2", "1/10"),
+        ("−0.125", "-1/8", "1/1000"),
+        ("+2", "2", "1"),
+        ("100", "100", "1"),
+        ("66,033", "66033", "1"),
+        ("-1,234,567.8", "-12345678/10", "1/10"),
+        ("1.2e-3", "12/10000", "1/10000"),
+        ("5E2", "500", "100"),
+        (" 7.0 ", "7", "1/10"),
+    ],
+)
+def test_single_number(text: str, value: str, unit: str) -> None:
+    printed = parse(text)
+    (entry,) = printed.entries
+    assert (entry.value, entry.unit, entry.absolute) == (Fraction(value), Fraction(unit), False)
+    assert (printed.shape, printed.relation, printed.text) == ((), "", text)
+
+
+@pytest.mark.parametrize(
+    ("text", "relation", "value"),
+    [
+        ("<0.001", "<", "1/1000"),
+        ("< 66,033", "<", "66033"),
+        (">1", ">", "1"),
+        ("≤2", "≤", "2"),
+        ("<=2", "≤", "2"),
+        ("≥-0.5", "≥", "-1/2"),
+        (">= −0.5", "≥", "-1/2"),
+    ],
+)
+def test_relation(text: str, relation: str, value: str) -> None:
+    printed = parse(text)
+    assert (printed.relation, printed.entries[0].value) == (relation, Fraction(value))
+
+
+@pytest.mark.parametrize(
+    ("text", "parts", "absolute"),
+    [
+        ("1.085±0.240i", ("217/200", "6/25"), True),
+        ("1.085 ± 0.240j", ("217/200", "6/25"), True),
+        ("-1.0+2.5i", ("-1", "5/2"), False),
+        ("1.0 − 2.5i", ("1", "-5/2"), False),
+        ("1e-1-2e1i", ("1/10", "-20"), False),
+    ],
+)
+def test_complex_number_is_two_reals(text: str, parts: tuple[str, str], absolute: bool) -> None:
+    real, imaginary = parse(text).entries
+    assert (real.value, imaginary.value) == (Fraction(parts[0]), Fraction(parts[1]))
+    assert (real.absolute, imaginary.absolute) == (False, absolute)
+
+
+def test_list_with_a_conjugate_pair() -> None:
+    printed = parse("(1.031, 1.085±0.240i)")
+    assert printed.shape == (2,)
+    assert [entry.unit for entry in printed.entries] == [Fraction(1, 1000)] * 3
+    assert printed.labels == ("entry 1", "real part of entry 2", "imaginary part of entry 2")
+    assert printed.align("value", (1.0, (2.0, -3.0))) == (1.0, 2.0, -3.0)
+
+
+def test_list_keeps_the_unit_of_each_entry() -> None:
+    assert [str(entry.unit) for entry in parse("(0.1270, -0.0, 2)").entries] == ["1/10000", "1/10", "1"]
+
+
+@pytest.mark.parametrize(
+    "text", ["[0.228 0.294; -0.125 0.267]", "[0.228, 0.294; −0.125,0.267]", "[.228 .294;-.125 .267]"]
+)
+def test_matrix(text: str) -> None:
+    printed = parse(text)
+    assert printed.shape == (2, 2)
+    assert printed.labels == ("entry (1,1)", "entry (1,2)", "entry (2,1)", "entry (2,2)")
+    assert [float(entry.value) for entry in printed.entries] == [0.228, 0.294, -0.125, 0.267]
+    assert printed.align("value", ((1.0, 2.0), (3.0, 4.0))) == (1.0, 2.0, 3.0, 4.0)
+
+
+def test_square_brackets_always_have_rows_and_columns() -> None:
+    assert parse("[1 2 3]").shape == (1, 3)
+    assert parse("[1; 2; 3]").shape == (3, 1)
+    assert parse("(1, 2, 3)").shape == (3,)
+
+
+@pytest.mark.parametrize(
+    ("text", "offending"),
+    [
+        ("", "empty"),
+        ("  ", "empty"),
+        ("nan", "nan"),
+        ("inf", "inf"),
+        ("1..2", "1..2"),
+        ("1_000", "1_000"),
+        ("1,33", "1,33"),
+        ("0,033", "0,033"),
+        ("about 2", "about 2"),
+        ("٣", "٣"),
+        ("1e400", "1e400"),
+        ("0.24i", "0.24i"),
+        ("(1, 2", "opens with '('"),
+        ("(1, 2]", "opens with '('"),
+        ("[1 2; 3]", "[1, 2] entries"),
+        ("[1±2i 3]", "1±2i"),
+        ("()", "''"),
+        ("[]", "''"),
+        ("(1, , 2)", "''"),
+        ("(100,200)", "100,200"),
+        ("[1,200; 3 4]", "1,200"),
+        ("<", "''"),
+        ("<(1, 2)", "<(1, 2)"),
+        ("(<1, 2)", "<1"),
+        ("<1+2i", "<1+2i"),
+    ],
+)
+def test_refused_with_the_offending_text(text: str, offending: str) -> None:
+    with pytest.raises(AuditError) as caught:
+        parse(text)
+    assert offending in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [
+        ("1.0", (1.0,)),
+        ("1.0±2.0i", 1.0),
+        ("1.0±2.0i", (1.0, 2.0, 3.0)),
+        ("(1.0, 2.0)", 1.0),
+        ("(1.0, 2.0)", (1.0, 2.0, 3.0)),
+        ("(1.0, 2.0)", (1.0, (2.0, 0.0))),
+        ("(1.0, 2.0)", (1.0, (2.0,))),
+        ("(1.0, 2.0±1.0i)", (1.0, 2.0)),
+        ("(1.0, 2.0±1.0i)", (1.0, 2.0, 1.0)),
+        ("[1 2; 3 4]", (1.0, 2.0, 3.0, 4.0)),
+        ("[1 2; 3 4]", ((1.0, 2.0, 3.0), (3.0, 4.0, 5.0))),
+        ("[1 2; 3 4]", ((1.0, 2.0), (3.0,))),
+        ("[1 2]", (1.0, 2.0)),
+    ],
+)
+def test_other_layout_is_refused(text: str, numbers: object) -> None:
+    with pytest.raises(AuditError, match="layout"):
+        parse(text).align("computed value", numbers)  # type: ignore[arg-type]
+
+
+@given(st.integers(-(10**12), 10**12), st.integers(0, 9), st.booleans())
+def test_value_and_unit_of_any_decimal(digits: int, places: int, typographic: bool) -> None:
+    text = str(Decimal(digits).scaleb(-places).quantize(Decimal(1).scaleb(-places)))
+    (entry,) = parse(text.replace("-", "−") if typographic else text).entries
+    assert entry.value == Fraction(digits, 10**places)
+    assert entry.unit == Fraction(1, 10**places)
+
+
+@given(st.lists(st.decimals(-1000, 1000, places=3), min_size=1, max_size=6))
+def test_list_is_its_entries(numbers: list[Decimal]) -> None:
+    printed = parse("(" + ", ".join(map(str, numbers)) + ")")
+    assert printed.shape == (len(numbers),)
+    assert [entry.value for entry in printed.entries] == [Fraction(number) for number in numbers]
+
+
+@given(st.text(max_size=12))
+def test_any_text_is_parsed_or_refused(text: str) -> None:
+    try:
+        printed = parse(text)
+    except AuditError:
+        return
+    assert printed.entries and all(entry.unit > 0 for entry in printed.entries)
+
+
+def test_decimal_fraction_of_a_tolerance() -> None:
+    assert decimal_fraction("0.005") == Fraction(1, 200)
+    with pytest.raises(AuditError, match="half"):
+        decimal_fraction("half")

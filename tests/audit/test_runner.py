@@ -1,0 +1,258 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from lab import AUDIT, Lab, make_lab
+
+ALL = {"other2021.half", "toy2020.square", "toy2020.spectrum", "toy2020.wait-a", "toy2020.wait-b"}
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Lab:
+    return make_lab(tmp_path)
+
+
+def done(answer: dict[str, Any], action: str) -> set[str]:
+    return {name for name, (what, _, _) in answer["log"].items() if what == action}
+
+
+def reason(answer: dict[str, Any], name: str) -> str:
+    return str(answer["log"][name][1])
+
+
+def verdicts(answer: dict[str, Any]) -> dict[str, str]:
+    return {claim["id"]: claim["verdict"] for claim in answer["file"]["claims"]}
+
+
+def without_seconds(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: without_seconds(entry) for key, entry in value.items() if key != "seconds"}
+    return [without_seconds(entry) for entry in value] if isinstance(value, list) else value
+
+
+def test_second_run_computes_nothing_and_says_the_same(lab: Lab) -> None:
+    first, second = lab.audit(), lab.audit()
+    assert done(first, "computed") == ALL
+    assert {reason(first, name) for name in ALL} == {"never ran"}
+    assert done(second, "reused") == ALL
+    assert json.dumps(second["file"]) == json.dumps(first["file"])
+    assert json.dumps(second["values"]) == json.dumps(first["values"])
+
+
+@pytest.mark.slow
+def test_number_of_jobs_does_not_change_a_byte(lab: Lab) -> None:
+    one = lab.audit(jobs=1, read=False, OMP_NUM_THREADS="2")
+    two = lab.audit(jobs=2, read=False)
+    three = lab.audit(jobs=3, read=False)
+    assert done(one, "computed") == done(two, "computed") == done(three, "computed") == ALL
+    for other in (two, three):
+        assert json.dumps(other["values"]) == json.dumps(one["values"])
+        assert json.dumps(without_seconds(other["file"])) == json.dumps(without_seconds(one["file"]))
+
+
+def test_results_pass_through_json_exactly(lab: Lab) -> None:
+    values = lab.audit()["values"]
+    assert values["toy2020.spectrum"]["tiny"] == [5e-324, -0.0, 0.1 + 0.2]
+    assert str(values["toy2020.spectrum"]["tiny"][1]) == "-0.0"
+
+
+def test_records_say_what_ran_and_what_solved(lab: Lab) -> None:
+    answer = lab.audit()
+    (square,) = (record for record in answer["file"]["experiments"] if record["name"] == "toy2020.square")
+    assert square["function"] == "papers.toy2020.squares:square"
+    assert square["code"].startswith("papers/toy2020/squares.py:")
+    assert square["inputs"] == {"values": [1.0, 2.0, 0.1]}
+    assert [solver["name"] for solver in square["solvers"]] == ["abacus"]
+    assert answer["file"]["papers"][1]["findings"] == ["Two squared is 4.0."]
+    assert answer["file"]["errata"][0]["holds"] is True
+    (patient,) = (claim for claim in answer["file"]["claims"] if claim["id"] == "toy2020.wait.patient")
+    waits = [record["seconds"] for record in answer["file"]["experiments"] if record["name"].startswith("toy2020.wait")]
+    assert patient["seconds"] == pytest.approx(sum(waits), rel=1e-12)
+    assert patient["code"].startswith("papers/toy2020/claims.py:")
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "rerun"),
+    [
+        ("toy2020/arithmetic.py", "left * right", "right * left", {"toy2020.square"}),
+        ("toy2020/spectra.py", "Sums", "Some sums", {"toy2020.spectrum"}),
+        ("toy2020/lengthy.py", "as long", "just as long", {"toy2020.wait-a", "toy2020.wait-b"}),
+        ("toy2020/claims.py", '"4.1"', '"4.2"', set()),
+        ("other2021.py", "value / 2", "value * 0.5", {"other2021.half"}),
+    ],
+)
+def test_an_edit_reruns_what_uses_the_file_and_nothing_else(
+    lab: Lab, file: str, old: str, new: str, rerun: set[str]
+) -> None:
+    lab.audit()
+    lab.edit(file, old, new)
+    answer = lab.audit()
+    assert done(answer, "computed") == rerun
+    assert {reason(answer, name) for name in rerun} <= {f"changed: papers/{file}"}
+
+
+def test_inputs_lock_and_damage_are_reasons(lab: Lab) -> None:
+    lab.audit()
+    lab.edit("toy2020/experiments.py", '"seed": 1', '"seed": 2')
+    entry = lab.root / ".cache" / "toy2020.wait-a.json"
+    entry.write_bytes(entry.read_bytes()[:-20])
+    answer = lab.audit()
+    assert done(answer, "computed") == {"toy2020.spectrum", "toy2020.wait-a"}
+    assert reason(answer, "toy2020.spectrum") == "changed: inputs"
+    assert reason(answer, "toy2020.wait-a") == "entry unreadable"
+    (lab.root / "requirements.lock").write_text("numpy==2\n", encoding="utf-8")
+    answer = lab.audit()
+    assert {reason(answer, name) for name in ALL} == {"changed: lock"}
+    answer = lab.audit(read=False)
+    assert {reason(answer, name) for name in ALL} == {"the cache was not asked"}
+
+
+def test_one_paper_alone(lab: Lab) -> None:
+    assert done(lab.audit("other2021"), "computed") == {"other2021.half"}
+    assert done(lab.audit(), "reused") == {"other2021.half"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize(
+    ("planted", "message"),
+    [
+        ("raise ValueError('planted\\nfault')", "ValueError: planted fault [papers/toy2020/squares.py:9]"),
+        ("raise SystemExit(3)", "SystemExit: 3 [papers/toy2020/squares.py:9]"),
+        ("return {'x': float('nan')}", "AuditError: the result of toy2020.square.x is nan"),
+        ("return {'solvers': [1]}", "AuditError: the result of toy2020.square: an entry of `solvers`"),
+    ],
+)
+def test_a_failing_experiment_is_an_error_of_what_uses_it_alone(
+    lab: Lab, planted: str, message: str, jobs: int
+) -> None:
+    lab.edit("toy2020/squares.py", "    solver = ", f"    {planted}\n    solver = ")
+    answer = lab.audit(jobs=jobs)
+    assert done(answer, "failed") == {"toy2020.square"}
+    assert answer["log"]["toy2020.square"][2].startswith(message)
+    assert verdicts(answer) == {
+        "other2021.half": "reproduced",
+        "toy2020.square.two": "error",
+        "toy2020.square.wrong": "error",
+        "toy2020.wait.patient": "consistent",
+    }
+    claim = answer["file"]["claims"][1]
+    assert message in claim["reason"] and "toy2020.square failed" in claim["reason"]
+    assert "toy2020.square failed" in answer["file"]["errata"][0]["error"]
+    assert answer["file"]["errata"][0]["holds"] is False
+    assert answer["failures"][0].startswith("findings of toy2020:")
+    assert "toy2020.square" not in answer["values"]
+    assert done(lab.audit(jobs=jobs), "failed") == {"toy2020.square"}
+
+
+@pytest.mark.slow
+def test_a_killed_process_is_an_error_of_its_experiment_alone(lab: Lab) -> None:
+    lab.edit("toy2020/squares.py", "    solver = ", "    import os\n    os.kill(os.getpid(), 9)\n    solver = ")
+    answer = lab.audit(jobs=2)
+    assert done(answer, "failed") == {"toy2020.square"}
+    assert "the process was killed" in answer["log"]["toy2020.square"][2]
+    assert done(answer, "computed") == ALL - {"toy2020.square"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "verdict", "words"),
+    [
+        ('return Evidence(method="waiting"', 'raise KeyError("lost")\n    return Evidence(method="x"', "error", "lost"),
+        ('results["toy2020.wait-a"]["waited"]', 'results["toy2020.square"]["waited"]', "error", "says it uses"),
+        ('return Evidence(method="waiting"', 'return 3\n    return Evidence(method="x"', "error", "answered 3"),
+    ],
+)
+def test_a_failing_answer_is_an_error_of_its_claim_alone(
+    lab: Lab, old: str, new: str, verdict: str, words: str
+) -> None:
+    lab.edit("toy2020/claims.py", old, new)
+    answer = lab.audit()
+    assert verdicts(answer)["toy2020.wait.patient"] == verdict
+    assert words in answer["file"]["claims"][3]["reason"]
+    assert verdicts(answer)["toy2020.square.two"] == "reproduced"
+
+
+def test_malformed_proofs_and_findings_are_errors(lab: Lab) -> None:
+    lab.edit("toy2020/claims.py", 'quantities={"four": ', 'quantities={"four": float("inf") * ')
+    lab.edit("toy2020/__init__.py", "findings=lambda results: (", "findings=lambda results: 7 or (")
+    answer = lab.audit()
+    assert "four is inf" in answer["file"]["errata"][0]["error"]
+    assert "tuple of sentences, got 7" in answer["failures"][0]
+    assert answer["failures"][0].removeprefix("findings of toy2020: ") in answer["file"]["papers"][1]["findings"][0]
+
+
+def test_a_function_without_a_name_is_refused_before_anything_runs(lab: Lab) -> None:
+    lab.edit("other2021.py", "function=half", "function=lambda value: value")
+    answer = lab.python("-c", AUDIT, json.dumps({"papers": [], "jobs": 1, "read": True}))
+    assert answer.returncode == 1
+    assert "experiment other2021.half" in answer.stderr and "define it with def at module level" in answer.stderr
+    assert not (lab.root / ".cache").exists()
+
+
+def test_sources_edited_during_the_run_are_not_taken_for_what_ran(lab: Lab) -> None:
+    edit = "Path('papers/toy2020/arithmetic.py').open('a').write('# edited')"
+    lab.edit("toy2020/squares.py", "    solver = ", f"    from pathlib import Path\n    {edit}\n    solver = ")
+    answer = lab.audit()
+    assert reason(answer, "toy2020.square") == "not kept: its sources were edited while it ran"
+    assert not (lab.root / ".cache" / "toy2020.square.json").exists()
+
+
+def start(lab: Lab, jobs: int) -> subprocess.Popen[str]:
+    """A run in which the second of the two waiting experiments takes a minute, once the others are stored."""
+    lab.edit("toy2020/experiments.py", '"seconds": 0.0, "label": "b"', '"seconds": 60.0, "label": "b"')
+    options = json.dumps({"papers": [], "jobs": jobs, "read": True})
+    process = subprocess.Popen(
+        [sys.executable, "-c", AUDIT, options],
+        cwd=lab.root,
+        env=lab.environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    wanted = ALL - {"toy2020.wait-b"}
+    deadline = time.monotonic() + 60
+    while not all((lab.root / ".cache" / f"{name}.json").exists() for name in wanted):
+        assert process.poll() is None and time.monotonic() < deadline, process.communicate()
+        time.sleep(0.02)
+    return process
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT])
+def test_an_interrupted_run_resumes(lab: Lab, jobs: int, blow: signal.Signals) -> None:
+    process = start(lab, jobs)
+    os.killpg(process.pid, blow)
+    process.communicate(timeout=20)
+    assert process.returncode != 0
+    lab.edit("toy2020/experiments.py", '"seconds": 60.0', '"seconds": 0.0')
+    answer = lab.audit(jobs=jobs)
+    assert done(answer, "reused") == ALL - {"toy2020.wait-b"}
+    assert done(answer, "computed") == {"toy2020.wait-b"}
+    assert sorted(path.name for path in (lab.root / ".cache").iterdir()) == sorted(f"{name}.json" for name in ALL)
+
+
+def alive(group: int) -> list[str]:
+    """The processes of a group; one that has ended and that nobody has waited for yet is listed as Z."""
+    listed = subprocess.run(["ps", "-A", "-o", "pgid=,stat=,args="], capture_output=True, text=True, check=True).stdout
+    lines = [line.split(maxsplit=2) for line in listed.splitlines()]
+    return [arguments for found, state, arguments in lines if int(found) == group and not state.startswith("Z")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+def test_no_process_outlives_the_run(lab: Lab, blow: signal.Signals) -> None:
+    process = start(lab, 2)
+    os.kill(process.pid, blow)
+    process.wait(timeout=20)
+    deadline = time.monotonic() + 20
+    while alive(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert alive(process.pid) == []

@@ -1,0 +1,249 @@
+"""Verdicts: the rules of every kind, of errata and of evidence that is none; records are judged again alike."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+from cases import errata_of, recorded, statement_case, value_case
+from hypothesis import given
+from hypothesis import strategies as st
+
+from replication.audit.model import Evidence, Kind, Proof, Verdict
+from replication.audit.records import ClaimRecord, Reading
+from replication.audit.verdict import SMALLEST_PROBABILITY, Case, judge, rejudge
+
+PROVED = Proof(holds=True, text="it does")
+REFUTED = Proof(holds=False, text="it does not")
+
+
+# Statements.
+
+
+@pytest.mark.parametrize("kind", [Kind.ORDER, Kind.FEASIBLE])
+def test_statement_holds_or_not_and_its_margin_agrees(kind: Kind) -> None:
+    assert judge(statement_case(kind, True, 0.25)).verdict is Verdict.CONSISTENT
+    assert "0.25" in judge(statement_case(kind, True, 0.25)).reason
+    assert judge(statement_case(kind, False, -0.25)).verdict is Verdict.DIFFERS
+    assert judge(statement_case(kind, True)).verdict is Verdict.CONSISTENT
+    assert judge(statement_case(kind, False, 0.0)).verdict is Verdict.DIFFERS
+    assert judge(statement_case(kind, True, 0.0)).verdict is Verdict.CONSISTENT
+    for contradictory in (statement_case(kind, True, -1e-300), statement_case(kind, False, 1e-300)):
+        assert judge(contradictory).verdict is Verdict.ERROR
+    assert judge(statement_case(kind, None, 0.25)).verdict is Verdict.ERROR
+
+
+@pytest.mark.parametrize(
+    ("probability", "holds", "verdict"),
+    [
+        (0.5, None, Verdict.CONSISTENT),
+        (SMALLEST_PROBABILITY, None, Verdict.CONSISTENT),
+        (math.nextafter(SMALLEST_PROBABILITY, 0), None, Verdict.DIFFERS),
+        (0.0, None, Verdict.DIFFERS),
+        (0.5, False, Verdict.DIFFERS),
+        (0.5, True, Verdict.CONSISTENT),
+        (0.001, True, Verdict.DIFFERS),
+        (None, True, Verdict.CONSISTENT),
+        (None, False, Verdict.DIFFERS),
+        (None, None, Verdict.ERROR),
+        (-0.1, None, Verdict.ERROR),
+        (1.1, None, Verdict.ERROR),
+    ],
+)
+def test_statistical(probability: float | None, holds: bool | None, verdict: Verdict) -> None:
+    case = Case(kind=Kind.STATISTICAL, reading=Reading(probability=probability, holds=holds))
+    assert judge(case).verdict is verdict
+
+
+def test_cited_needs_its_reason_and_any_kind_may_be_not_checkable() -> None:
+    assert judge(Case(kind=Kind.CITED, reading=Reading())).verdict is Verdict.ERROR
+    for kind in Kind:
+        judgement = judge(Case(kind=kind, reading=Reading(), method="", not_checkable="taken from elsewhere"))
+        assert (judgement.verdict, judgement.reason) == (Verdict.NOT_CHECKABLE, "taken from elsewhere")
+
+
+# Errata.
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "proof", "verdict"),
+    [
+        (1.33, 2.0, False, Verdict.REPRODUCED),
+        (2.0, 1.33, True, Verdict.REPRODUCED_AFTER_ERRATUM),
+        (2.0, 1.33, False, Verdict.DIFFERS),
+        (2.0, 1.33, None, Verdict.ERROR),
+        (2.0, 1.4, True, Verdict.DIFFERS),
+        (None, 1.33, True, Verdict.ERROR),
+    ],
+)
+def test_erratum_counts_only_if_needed_and_proved(
+    before: float | None, after: float, proof: bool | None, verdict: Verdict
+) -> None:
+    as_printed = None if before is None else Reading(value=before)
+    case = value_case("1.33", after, as_printed=as_printed, erratum="toy.e1", proof_holds=proof)
+    assert judge(case).verdict is verdict
+
+
+def test_erratum_without_a_printed_reading_says_why() -> None:
+    case = value_case("1.33", 1.33, erratum="toy.e1", proof_holds=True, note="the formula has no value")
+    judgement = judge(case)
+    assert judgement.verdict is Verdict.REPRODUCED_AFTER_ERRATUM
+    assert "the formula has no value" in judgement.reason
+
+
+@pytest.mark.parametrize("kind", [Kind.ORDER, Kind.FEASIBLE, Kind.STATISTICAL])
+@pytest.mark.parametrize(
+    ("before", "after", "verdict"),
+    [
+        (True, False, Verdict.CONSISTENT),
+        (False, True, Verdict.REPRODUCED_AFTER_ERRATUM),
+        (False, False, Verdict.DIFFERS),
+    ],
+)
+def test_statement_with_an_erratum(kind: Kind, before: bool, after: bool, verdict: Verdict) -> None:
+    case = statement_case(kind, after, as_printed=Reading(holds=before), erratum="toy.e1", proof_holds=True)
+    assert judge(case).verdict is verdict
+
+
+def test_printed_reading_without_an_erratum_is_an_error() -> None:
+    assert judge(value_case("1.33", 1.33, as_printed=Reading(value=1.33))).verdict is Verdict.ERROR
+
+
+# What is no evidence.
+
+
+@pytest.mark.parametrize(
+    ("case", "words"),
+    [
+        (value_case("1.33", None), "no value"),
+        (value_case("", 1.33), "printed value"),
+        (value_case("one", 1.33), "one"),
+        (value_case("<1.33", 1.33), "relation"),
+        (value_case("1.33", (1.33, 0.0)), "layout"),
+        (value_case("(1.33, 2.0)", 1.33), "layout"),
+        (value_case("1.33", 1.33, (1.3, 1.3), 1.4), "lower bound"),
+        (value_case("1.33", math.nan), "nan in value"),
+        (value_case("1.33", 1.33, -math.inf, 1.34), "-inf in lower"),
+        (value_case("[1 2; 3 4]", ((1.0, 2.0), (3.0, math.inf))), "inf in value[1][1]"),
+        (value_case("1.33", 1.33, as_printed=Reading(value=math.nan), erratum="e"), "nan in as_printed.value"),
+        (value_case("1.33", 1.3, tolerance="0.1"), "tolerance_reason"),
+        (value_case("1.33", 1.3, tolerance="0", tolerance_reason="a test"), "positive"),
+        (value_case("1.33", 1.3, tolerance="wide", tolerance_reason="a test"), "wide"),
+        (statement_case(Kind.ORDER, True, tolerance="0.1", tolerance_reason="a test"), "tolerance"),
+        (value_case("1.33", 1.33, method=""), "no evidence"),
+    ],
+)
+def test_what_cannot_be_compared_is_an_error(case: Case, words: str) -> None:
+    judgement = judge(case)
+    assert judgement.verdict is Verdict.ERROR
+    assert judgement.deviation_ulp is None
+    assert words in judgement.reason
+
+
+def test_another_tolerance_is_used_and_its_reason_shown() -> None:
+    judgement = judge(value_case("1.33", 1.41, tolerance="0.1", tolerance_reason="read off a plot"))
+    assert judgement.verdict is Verdict.REPRODUCED
+    assert "±0.1: read off a plot" in judgement.reason
+    assert (
+        judge(value_case("1.33", 1.44, tolerance="0.1", tolerance_reason="read off a plot")).verdict is Verdict.DIFFERS
+    )
+
+
+# Records.
+
+
+@pytest.mark.parametrize(
+    ("evidence", "error", "words"),
+    [
+        (None, "", "no evidence"),
+        (None, "ValueError: singular", "ValueError: singular"),
+        (Evidence(method="m", value=1.33), "ValueError: singular", "ValueError: singular"),
+        (1.33, "", "1.33"),
+        (Evidence(method="", value=1.33), "", "no evidence"),
+        (Evidence(method="m"), "", "no value"),
+        (Evidence(method="m", value=math.nan), "", "nan in value"),
+        (Evidence(method="m", value=1.33, quantities={"norm": math.inf}), "", "inf in quantities.norm"),
+        (Evidence(method="m", value="1.33"), "", "value"),  # type: ignore[arg-type]
+        (Evidence(method="m", value=1.33 + 0j), "", "complex"),  # type: ignore[arg-type]
+    ],
+)
+def test_claim_without_usable_evidence_is_an_error_also_when_judged_again(
+    evidence: Any, error: str, words: str
+) -> None:
+    record = recorded(evidence, error=error)
+    assert record.verdict is Verdict.ERROR
+    assert words in record.reason
+    assert rejudge(through_json(record), {}).verdict is Verdict.ERROR
+
+
+def test_numpy_numbers_are_stored_as_plain_ones() -> None:
+    evidence = Evidence(
+        method="m",
+        value=np.array([[1.0, 2.0], [3.0, 4.0]]),  # type: ignore[arg-type]
+        margin=np.float64(0.5),
+        holds=np.bool_(True),  # type: ignore[arg-type]
+    )
+    record = recorded(evidence, printed="[1 2; 3 4]")
+    assert record.verdict is Verdict.REPRODUCED
+    assert record.computed == ((1.0, 2.0), (3.0, 4.0))
+    assert through_json(record) == record
+
+
+def test_record_carries_claim_evidence_and_verdict() -> None:
+    evidence = Evidence(method="m", cross_check="c", value=1.3268, lower=1.3267, upper=1.3269, proved=True, note="n")
+    record = recorded(evidence, uses=("toy-run",), expected=Verdict.DIFFERS)
+    assert (record.id, record.paper, record.code, record.seconds) == ("toy.value", "toy", "papers/toy.py:1", 0.5)
+    assert (record.verdict, record.expected_verdict) == (Verdict.REPRODUCED, Verdict.DIFFERS)
+    assert record.deviation_ulp == pytest.approx(-0.32)
+    assert (record.computed, record.lower, record.upper, record.proved) == (1.3268, 1.3267, 1.3269, True)
+    assert (record.method, record.cross_check, record.note, record.experiments) == ("m", "c", "n", ("toy-run",))
+
+
+def through_json(record: ClaimRecord) -> ClaimRecord:
+    return msgspec.json.decode(msgspec.json.encode(record), type=ClaimRecord)
+
+
+ANY_FLOAT = st.none() | st.floats(0, 3) | st.floats()
+EVIDENCE = st.builds(
+    Evidence,
+    method=st.sampled_from(["", "m"]),
+    value=ANY_FLOAT,
+    lower=ANY_FLOAT,
+    upper=ANY_FLOAT,
+    holds=st.none() | st.booleans(),
+    margin=ANY_FLOAT,
+    probability=ANY_FLOAT,
+    not_checkable=st.sampled_from(["", "", "", "cited"]),
+    note=st.sampled_from(["", "n"]),
+    as_printed=st.none() | st.builds(Evidence, method=st.just("m"), value=ANY_FLOAT, holds=st.none() | st.booleans()),
+)
+
+
+@given(
+    EVIDENCE,
+    st.sampled_from(list(Kind)),
+    st.sampled_from(["1.33", "<1.5", "≥0", "(1, 2)", "1±2i", "", "?"]),
+    st.sampled_from([None, "0.1", "-1", "?"]),
+    st.sampled_from(["", "why"]),
+    st.sampled_from([None, "toy.e1"]),
+    st.sampled_from([None, PROVED, REFUTED]),
+)
+def test_judging_a_stored_record_again_gives_its_verdict(
+    evidence: Evidence,
+    kind: Kind,
+    printed: str,
+    tolerance: str | None,
+    why: str,
+    erratum: str | None,
+    proof: Proof | None,
+) -> None:
+    record = recorded(
+        evidence, proof, kind=kind, printed=printed, tolerance=tolerance, tolerance_reason=why, erratum=erratum
+    )
+    again = rejudge(through_json(record), errata_of(record, proof))
+    assert (again.verdict, again.deviation_ulp) == (record.verdict, record.deviation_ulp)
+    if record.verdict is not Verdict.ERROR:
+        assert again.reason == record.reason

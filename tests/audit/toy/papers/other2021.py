@@ -1,0 +1,37 @@
+"""A second paper, in one file."""
+
+from replication.audit.model import Claim, Evidence, Experiment, Kind, Paper, Results, ScopeItem, Verdict
+
+
+def half(value: float) -> float:
+    return value / 2
+
+
+def answer(results: Results) -> Evidence:
+    return Evidence(method="division", value=results["other2021.half"])
+
+
+PAPER = Paper(
+    key="other2021",
+    title="On halves",
+    authors=("B. Toy",),
+    year=2021,
+    venue="Journal of Toys",
+    doi="10.0000/other",
+    summary="Halves.",
+    bibtex="@article{other2021, title={On halves}}",
+    experiments=(Experiment(name="other2021.half", function=half, inputs={"value": 3.0}),),
+    claims=(
+        Claim(
+            id="other2021.half",
+            place="Sec. 1",
+            kind=Kind.VALUE,
+            statement="Half of three.",
+            expected=Verdict.REPRODUCED,
+            answer=answer,
+            uses=("other2021.half",),
+            printed="1.5",
+        ),
+    ),
+    scope=(ScopeItem(part="All", claims=("other2021.half",)),),
+)

@@ -1,0 +1,85 @@
+"""What the toy paper says."""
+
+from typing import Any
+
+from replication.audit.model import Claim, Erratum, Evidence, Figure, FigureData, Kind, Proof, Results, Verdict
+
+
+def two_squared(results: Results) -> Evidence:
+    return Evidence(method="multiplication", value=results["toy2020.square"]["squares"][1])
+
+
+def patient(results: Results) -> Evidence:
+    return Evidence(method="waiting", holds=results["toy2020.wait-a"]["waited"] == "a", margin=1.0)
+
+
+def misprint(results: Results) -> Proof:
+    return Proof(holds=True, text="It must be a square.", quantities={"four": results["toy2020.square"]["squares"][1]})
+
+
+def points(results: Results) -> FigureData:
+    return FigureData(columns={"x": (1.0, 2.0), "square": tuple(results["toy2020.square"]["squares"][:2])})
+
+
+def draw(data: FigureData) -> Any:
+    from matplotlib.figure import Figure as Drawing
+
+    drawing = Drawing()
+    drawing.subplots().plot(data.columns["x"], data.columns["square"])
+    return drawing
+
+
+CLAIMS = (
+    Claim(
+        id="toy2020.square.two",
+        place="Table 1",
+        kind=Kind.VALUE,
+        statement="Two squared.",
+        expected=Verdict.REPRODUCED,
+        answer=two_squared,
+        uses=("toy2020.square",),
+        printed="4.0",
+    ),
+    Claim(
+        id="toy2020.square.wrong",
+        place="Table 2",
+        kind=Kind.VALUE,
+        statement="Two squared, misprinted.",
+        expected=Verdict.DIFFERS,
+        answer=two_squared,
+        uses=("toy2020.square",),
+        printed="4.1",
+    ),
+    Claim(
+        id="toy2020.wait.patient",
+        place="Sec. 2",
+        kind=Kind.ORDER,
+        statement="Waiting ends.",
+        expected=Verdict.CONSISTENT,
+        answer=patient,
+        uses=("toy2020.wait-a", "toy2020.wait-b"),
+    ),
+)
+ERRATA = (
+    Erratum(
+        id="toy2020.power",
+        place="eq. (1)",
+        printed="x",
+        meant="x²",
+        prove=misprint,
+        uses=("toy2020.square",),
+    ),
+)
+FIGURES = (
+    Figure(
+        name="toy2020-fig1",
+        place="Fig. 1",
+        title="Squares",
+        caption="Squares over their roots.",
+        published=True,
+        uses=("toy2020.square",),
+        data=points,
+        plot=draw,
+        alt=lambda data: f"From {data.columns['square'][0]} to {data.columns['square'][-1]}.",
+    ),
+)
