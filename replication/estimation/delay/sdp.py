@@ -41,7 +41,8 @@ class Program:
 class Solution:
     """A point with what the solver says of it and what we measure ourselves.
 
-    equality: ‖Ax-b‖∞/(1+‖b‖∞). least_eigenvalue: the smallest over the blocks. gap: |cᵀx-bᵀy|/(1+|cᵀx|).
+    equality: ‖Ax-b‖∞/(1+‖b‖∞). least_eigenvalue, dual_eigenvalue: the smallest over the blocks of x and of the slack
+    c - Aᵀy = s. gap: (|cᵀx-bᵀy| + max(0, -λ_min(s))·tr x)/(1+|cᵀx|), so that a slightly indefinite s cannot hide one.
     """
 
     linear: Array
@@ -56,6 +57,7 @@ class Solution:
     options: dict[str, float | int]
     equality: float
     least_eigenvalue: float
+    dual_eigenvalue: float
     gap: float
 
 
@@ -89,8 +91,8 @@ class SdpaOptions:
 def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution:
     """Solve with SDPA (one thread). Raises InfeasibleError if it proves infeasibility, SolverError if it stops early.
 
-    pdOPT (solved) and pdFEAS (a feasible pair, stopped by rounding short of the tolerance) count only if the gap and
-    the residual that we measure on the returned point are within the options; no other status counts.
+    The status is kept as data and is not believed: a point counts if its gap, its residual and its eigenvalues, as we
+    measure them, are within the options. (Rounding often stops SDPA just short of the tolerance that it was asked for.)
     """
     settings = options or SdpaOptions()
     start = time.perf_counter()
@@ -117,11 +119,11 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
     )
     if solution.status in ("pINF_dFEAS", "pFEAS_dINF", "pdINF", "pUNBD", "dUNBD"):
         raise InfeasibleError(f"SDPA found no solution (status {solution.status}); relax the level or raise the degree")
-    fine = solution.gap <= settings.gap and solution.equality <= settings.residual
-    if solution.status not in ("pdOPT", "pdFEAS") or not fine:
+    residual = max(solution.equality, -solution.least_eigenvalue, -solution.dual_eigenvalue)
+    if not (solution.gap <= settings.gap and residual <= settings.residual):
         raise SolverError(
             f"SDPA stopped with status {solution.status} after {solution.iterations} iterations, gap"
-            f" {solution.gap:.1e}, residual {solution.equality:.1e}; scale the problem or loosen the tolerance"
+            f" {solution.gap:.1e}, residual {residual:.1e}; scale the problem or loosen the tolerance"
         )
     return solution
 
@@ -208,15 +210,13 @@ def _measured(
     options: dict[str, float | int],
 ) -> Solution:
     """The solution with its residuals computed from the data of the program, whatever the solver reported."""
-    blocks, position = [], program.linear
-    for size in program.blocks:
-        block = vector[position : position + size * size].reshape(size, size)
-        blocks.append((block + block.T) / 2.0)
-        position += size * size
+    blocks = _blocks(program, vector)
     symmetric = np.concatenate([vector[: program.linear], *[block.ravel() for block in blocks]])
+    slack = program.c - program.a.T @ multipliers
     objective, dual = float(program.c @ symmetric), float(program.b @ multipliers)
     residual = np.abs(program.a @ symmetric - program.b).max(initial=0.0)
-    least = min((float(np.linalg.eigvalsh(block)[0]) for block in blocks), default=0.0)
+    below = max(0.0, -_least(slack[: program.linear], _blocks(program, slack)))
+    trace = float(np.abs(vector[: program.linear]).sum() + sum(np.trace(block) for block in blocks))
     return Solution(
         linear=vector[: program.linear],
         blocks=tuple(blocks),
@@ -229,6 +229,22 @@ def _measured(
         seconds=seconds,
         options=options,
         equality=float(residual / (1.0 + np.abs(program.b).max(initial=0.0))),
-        least_eigenvalue=least,
-        gap=abs(objective - dual) / (1.0 + abs(objective)),
+        least_eigenvalue=_least(vector[: program.linear], blocks),
+        dual_eigenvalue=_least(slack[: program.linear], _blocks(program, slack)),
+        gap=(abs(objective - dual) + below * trace) / (1.0 + abs(objective)),
     )
+
+
+def _blocks(program: Program, vector: Array) -> list[Array]:
+    """The symmetric blocks of a vector in the layout of x."""
+    blocks, position = [], program.linear
+    for size in program.blocks:
+        block = vector[position : position + size * size].reshape(size, size)
+        blocks.append((block + block.T) / 2.0)
+        position += size * size
+    return blocks
+
+
+def _least(linear: Array, blocks: list[Array]) -> float:
+    """The smallest entry or eigenvalue."""
+    return min([float(linear.min(initial=np.inf)), *(float(np.linalg.eigvalsh(block)[0]) for block in blocks)])

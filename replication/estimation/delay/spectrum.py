@@ -73,13 +73,14 @@ def _refined(system: DelaySystem, start: complex) -> complex:
 
 def undetectable_root(system: DelaySystem, tolerance: float = 1e-7) -> complex | None:
     """A root with non-negative real part that y does not see (Hautus: rank [M(s); C_2] < n), or None."""
-    count = 4 * system.states
-    for root in rightmost_roots(system, count):
+    starts = np.linalg.eigvals(generator(system, 40)[0])
+    for start in starts[starts.real >= -1e-3]:
+        root = _refined(system, complex(start))
         if root.real >= -tolerance:
             sensor = system.c2 / np.linalg.norm(system.c2)
-            pencil = np.vstack([characteristic(system, complex(root)), sensor])
+            pencil = np.vstack([characteristic(system, root), sensor])
             if np.linalg.svd(pencil, compute_uv=False)[-1] <= tolerance:
-                return complex(root)
+                return root
     return None
 
 

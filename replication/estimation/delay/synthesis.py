@@ -7,18 +7,17 @@ on every monomial that 𝒵 cannot cancel; 𝒵 is read off the others afterward
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sparse
 
-from replication.errors import InvalidInputError, SolverError
+from replication.errors import InvalidInputError
 from replication.estimation.delay import lie
 from replication.estimation.delay.cone import DegreeRule, cone_blocks, cone_map, required_count
 from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_clarabel, solve_sdpa
 from replication.estimation.delay.spectrum import require_detectable
-from replication.estimation.delay.system import DelaySystem, measured_last
+from replication.estimation.delay.system import DelaySystem, gain_scaled, measured_last
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 
@@ -101,8 +100,8 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     return Program(matrix[used], right[used], cost, 0 if gamma is not None else 1, assembly.sizes)
 
 
-STARTS = (SdpaOptions(scale=1e2), SdpaOptions(scale=1e3))
-"""Two starts of SDPA: where rounding stops it short of the tolerance depends on the start, so both are tried."""
+ROUGH_GAP = 1e-1
+"""Enough for a first estimate of γ, which only sets the units of the second run."""
 
 FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
 """For a certificate at a given γ: any feasible point serves, so the trace need not be least to many digits."""
@@ -114,27 +113,24 @@ def minimum_gain(
     rule: DegreeRule = DegreeRule.TENSOR,
     *,
     epsilon: float = 0.0,
-    options: Sequence[SdpaOptions] = STARTS,
+    options: SdpaOptions | None = None,
 ) -> Certificate:
     """The least γ that Theorem 3 proves with polynomials of degree d, and the certificate that proves it.
 
-    SDPA runs once for each of `options`; the solution of the smallest gap is returned.
+    Solved twice: the second time with w and z in units that make γ about 1, where SDPA comes closer to the optimum.
     Raises InvalidInputError for a bad degree or an undetectable system, InfeasibleError if no γ is feasible,
-    SolverError if no run reaches the accuracy of its options.
+    SolverError if the second run does not reach the accuracy of the options.
     """
+    settings = options or SdpaOptions()
     assembly = assemble(system, degree, rule)
     require_detectable(system)
-    task = program(assembly, epsilon)
-    solutions, failures = [], []
-    for setting in options:
-        try:
-            solutions.append(solve_sdpa(task, setting))
-        except SolverError as error:
-            failures.append(f"start {setting.scale:g}: {error}")
-    if not solutions:
-        raise SolverError("no run of SDPA was accurate enough: " + "; ".join(failures))
-    best = min(solutions, key=lambda solution: solution.gap)
-    return certificate_of(assembly, epsilon, float(best.linear[0]), best)
+    rough = solve_sdpa(program(assembly, epsilon), replace(settings, gap=ROUGH_GAP))
+    unit = float(rough.linear[0])
+    scaled = assemble(gain_scaled(system, unit), degree, rule)
+    solution = solve_sdpa(program(scaled, epsilon), settings)
+    certificate = certificate_of(scaled, epsilon, float(solution.linear[0]), solution)
+    # The storage is the same function in both units; only w, v and γ are rescaled.
+    return replace(certificate, system=assembly.system, gamma=unit * certificate.gamma)
 
 
 def certificate_at(

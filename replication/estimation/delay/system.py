@@ -141,6 +141,20 @@ def time_scaled(system: DelaySystem, factor: float) -> DelaySystem:
     )
 
 
+def gain_scaled(system: DelaySystem, unit: float) -> DelaySystem:
+    """The same system with w and z in units that divide every gain from w to z by `unit`: B/√unit, C_1/√unit."""
+    root = positive_scalar("unit", unit) ** 0.5
+    return delay_system(
+        system.a0,
+        system.a,
+        system.delays,
+        system.b / root,
+        system.c10 / root,
+        system.c2,
+        [c / root for c in system.c1],
+    )
+
+
 def measured_last(system: DelaySystem) -> tuple[DelaySystem, Array]:
     """The system in orthogonal coordinates where C_2 = [0 c], with the matrix T of x' = T x.
 
