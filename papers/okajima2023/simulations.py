@@ -34,6 +34,7 @@ def response(plant: dict[str, Matrix], cases: dict[str, Json], sigma: float, noi
 def gain_distribution(
     plant: dict[str, Matrix],
     cases: dict[str, Json],
+    reference: str,
     printed: dict[str, float],
     sigma: float,
     noisy: int,
@@ -44,7 +45,7 @@ def gain_distribution(
     """g_sim of eq. (34) over independent draws, under five readings of its denominator, for several observers at once.
 
     Returns per case and reading percentiles and the two-sided probability of a draw at least as extreme as the printed
-    one; the effect of the tail that the sums leave out; how often the first case has the smallest error of all.
+    one; the effect of the tail that the sums leave out; how often the `reference` case has the smaller error energy.
     """
     d, w = _noise(np.random.default_rng(seed), seeds, plant, sigma, noisy, last)
     found: Json = {}
@@ -62,9 +63,8 @@ def gain_distribution(
             "smallest_ratio_to_level": float(np.min(l2_gain(system).value / ratios["d, all w"])),
         }
         errors[name] = error
-    first, *others = cases
-    smaller = {name: float(np.mean(errors[first] < errors[name])) for name in others}
-    return {"seeds": seeds, "cases": found, "first_smaller_than": smaller}
+    smaller = {name: float(np.mean(errors[reference] < errors[name])) for name in cases if name != reference}
+    return {"seeds": seeds, "cases": found, "reference_smaller_than": smaller}
 
 
 def tail_probability(draws: np.ndarray[Any, Any], printed: float) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import os
 import signal
 import threading
@@ -52,10 +51,12 @@ def _in_parallel(tasks: Sequence[Task], jobs: int, begun: list[Task]) -> Iterato
     def hand_out() -> Iterator[object]:
         for task in tasks:
             begun.append(task)
-            yield joblib.delayed(_compute_for)(os.getpid(), task)
+            yield joblib.delayed(compute)(task)
 
     try:
-        with joblib.parallel_config(backend="loky", inner_max_num_threads=THREADS):
+        with joblib.parallel_config(
+            backend="loky", inner_max_num_threads=THREADS, initializer=_end_with, initargs=(os.getpid(),)
+        ):
             # One task at a time and none in advance, so that `begun` names little more than what is running.
             parallel = joblib.Parallel(jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
             with _deaf_children():
@@ -63,14 +64,15 @@ def _in_parallel(tasks: Sequence[Task], jobs: int, begun: list[Task]) -> Iterato
             yield from answers
     finally:
         # Idle processes would hold modules as they were now, and outlive an interruption.
-        get_reusable_executor().shutdown(wait=True, kill_workers=True)
+        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
 
 
 def _compute_alone(task: Task) -> Answer:
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+    context = get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=context, initializer=_end_with, initargs=(os.getpid(),)) as executor:
         try:
             with _deaf_children():
-                answer = executor.submit(_compute_for, os.getpid(), task)
+                answer = executor.submit(compute, task)
             return answer.result()
         except BrokenProcessPool:
             return Answer(task.name, None, 0.0, KILLED)
@@ -89,12 +91,6 @@ def _deaf_children() -> Iterator[None]:
         signal.signal(signal.SIGINT, handler)
 
 
-def _compute_for(parent: int, task: Task) -> Answer:
-    _end_with(parent)
-    return compute(task)
-
-
-@functools.cache
 def _end_with(parent: int) -> None:
     """End this process soon after its parent: nobody would wait for the answer of an orphan."""
 

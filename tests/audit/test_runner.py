@@ -178,6 +178,15 @@ def test_a_failing_answer_is_an_error_of_its_claim_alone(
     assert verdicts(answer)["toy2020.square.two"] == "reproduced"
 
 
+def test_wrong_arguments_are_told_without_a_line_of_the_machinery(lab: Lab) -> None:
+    lab.edit("toy2020/experiments.py", '"label": "a"', '"lable": "a"')
+    answer = lab.audit()
+    assert "unexpected keyword argument 'lable'" in answer["log"]["toy2020.wait-a"][2]
+    assert "worker.py" not in answer["log"]["toy2020.wait-a"][2]
+    assert "[papers/toy2020/claims.py:" in answer["file"]["claims"][3]["reason"]
+    assert "assemble.py" not in answer["file"]["claims"][3]["reason"]
+
+
 def test_malformed_proofs_and_findings_are_errors(lab: Lab) -> None:
     lab.edit("toy2020/claims.py", 'quantities={"four": ', 'quantities={"four": float("inf") * ')
     lab.edit("toy2020/__init__.py", "findings=lambda results: (", "findings=lambda results: 7 or (")

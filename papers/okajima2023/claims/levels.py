@@ -13,13 +13,13 @@ from replication.audit.model import Claim, Evidence, Kind, Results, SolverRecord
 PERIOD_TABLE = f"{KEY}.period-table"
 
 METHOD = (
-    "Smallest level with a stabilising periodic Riccati solution (necessary and sufficient), by structured doubling; "
+    "Smallest level with a stabilising periodic Riccati solution (necessary and sufficient), by doubling; "
     "from below the non-causal bound that no estimator, smoothers included, can beat."
 )
 
 
 def level_evidence(result: dict[str, Any]) -> Evidence:
-    """The exact optimum with its bracket, beside the levels of both matrix inequalities and the norms of their gains."""
+    """The exact optimum with its bracket, beside the levels of both matrix inequalities and their gains' norms."""
     best = result["optimum"]
     limit = "on the non-causal bound" if result["limited_by"] == "noncausal" else "above the non-causal bound"
     return Evidence(

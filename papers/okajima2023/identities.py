@@ -138,3 +138,10 @@ def observable_but_not_detectable() -> Json:
         "rank_sampled": int(np.linalg.matrix_rank(np.vstack([C, C @ sampled]))),
         "unseen_mode": float(np.abs(np.linalg.eigvals(sampled)).max()),
     }
+
+
+def observability(plant: dict[str, Matrix]) -> Json:
+    """Smallest singular value of the observability matrix of (C, A) relative to the largest."""
+    A, C = np.array(plant["A"]), np.array(plant["C"])
+    values = np.linalg.svd(np.vstack([C @ np.linalg.matrix_power(A, k) for k in range(len(A))]), compute_uv=False)
+    return {"margin": float(values[len(A) - 1] / values[0])}
