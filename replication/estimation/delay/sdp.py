@@ -70,7 +70,7 @@ class SdpaOptions:
     """
 
     tolerance: float = 1e-9
-    scale: float = 1e3
+    scale: float = 1e2
     iterations: int = 100
     step: float = 0.9
     gap: float = 1e-6
