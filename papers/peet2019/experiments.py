@@ -38,6 +38,8 @@ from replication.estimation.validation import Array
 Json = dict[str, Any]
 
 CHEBYSHEV_ORDER = 12
+LOOSE = SdpaOptions(gap=1e-2, residual=1e-5)
+EPSILONS = (1e-5, 1e-3)
 ROUGH = SdpaOptions(tolerance=1e-7, scale=1e2, gap=1.0, residual=1e-5)
 """For Example 4: the infimum of γ is zero, known and not attained, so that a gap says nothing; any small γ serves."""
 
@@ -92,11 +94,21 @@ def _parts(value: complex) -> tuple[float, float]:
 
 
 def synthesised(plant: Json, degree: int) -> Json:
-    """Least γ of Theorem 3 at one degree, for both rules of Z_2, each with what the solver said."""
+    """Least γ of Theorem 3 at one degree, for the rules of Z_2, each with what the solver said.
+
+    At degree 1, where the value depends on it: also the wide rule, with a loose gap, and for the tensor rule ε > 0 and
+    Clarabel on the same program.
+    """
     found: Json = {}
-    for rule in DegreeRule:
-        certificate = minimum_gain(system_of(plant), degree, rule)
+    system = system_of(plant)
+    for rule in (DegreeRule.TENSOR, DegreeRule.TOTAL):
+        certificate = minimum_gain(system, degree, rule)
         found[rule.value] = {"gamma": certificate.gamma, "solver": solver_record(certificate.solution)}
+    if degree == 1:
+        wide = minimum_gain(system, degree, DegreeRule.WIDE, options=LOOSE)
+        found["wide"] = {"gamma": wide.gamma, "solver": solver_record(wide.solution)}
+        found["clarabel"] = synthesis.cross_checked_gain(system, degree).objective
+        found["epsilon"] = {str(e): minimum_gain(system, degree, epsilon=e, options=LOOSE).gamma for e in EPSILONS}
     return found
 
 

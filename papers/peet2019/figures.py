@@ -66,11 +66,21 @@ def cost(results: Results) -> FigureData:
     )
 
 
+LABELS = {
+    "w": "$w$",
+    "e_1": "$e_1$",
+    "e_2": "$e_2$",
+    "pade": "Padé",
+    "chebyshev": "collocation",
+    "sos": "Theorem 3",
+}
+
+
 def _series(figure: FigureData, x: str, label: str, *, row_height: float = 2.6) -> Any:
     drawing, axes = new_axes(row_height=row_height)
     names_of = [name for name in figure.columns if name != x]
     for i, name in enumerate(names_of):
-        axes[0].plot(figure.columns[x], figure.columns[name], label=name, linewidth=1.1, **line(i))
+        axes[0].plot(figure.columns[x], figure.columns[name], label=LABELS[name], linewidth=1.1, **line(i))
     axes[0].set_xlabel(label)
     axes[0].legend()
     return drawing
@@ -85,11 +95,11 @@ def plot_convergence(figure: FigureData) -> Any:
     """Errors on a logarithmic axis."""
     drawing, axes = new_axes(1, 2, row_height=2.6, share_x=False)
     for i, name in enumerate(("pade", "chebyshev")):
-        axes[0].semilogy(figure.columns["order"], figure.columns[name], marker="o", label=name, **line(i))
+        axes[0].semilogy(figure.columns["order"], figure.columns[name], marker="o", label=LABELS[name], **line(i))
     axes[0].set(xlabel="order of the model", ylabel="relative error of $\\gamma$")
     axes[0].legend()
     axes[1].semilogy(figure.columns["degree"], figure.columns["sos"], marker="s", color=COLOURS[2])
-    axes[1].set(xlabel="degree $d$ of Theorem 3")
+    axes[1].set(xlabel="degree $d$ of Theorem 3", xticks=figure.columns["degree"])
     return drawing
 
 
@@ -152,7 +162,7 @@ FIGURES: tuple[Figure, ...] = (
     ),
     Figure(
         name=f"{KEY}-gains",
-        place="Example 1",
+        place="Sec. VIII",
         title="Gains of the observer as functions of the history",
         caption="L₃ to L₆ of eq. (9) for an observer five per cent above the optimum, a system of ours with one delay.",
         published=False,

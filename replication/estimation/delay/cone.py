@@ -1,7 +1,6 @@
 """The positive cone of forms V = Σ_g ∫g(η) ζ(η)ᵀM_gζ(η)dη, g ∈ {1, -η(η+1)}, M_g ⪰ 0 (Corollary 2), as a sparse map.
 
-ζ(η) = [x; (Z_1(η)⊗I)φ(η); ∫(Z_2(η,θ)⊗I)φ(θ)dθ]. Every such form is non-negative by construction. The weighted term
-takes degree d-1, so that both terms reach the same degrees: with equal degrees no strictly feasible point exists.
+ζ(η) = [x; (Z_1(η)⊗I)φ(η); ∫(Z_2(η,θ)⊗I)φ(θ)dθ]. Every such form is non-negative by construction.
 """
 
 from __future__ import annotations
@@ -17,10 +16,15 @@ from replication.estimation.delay.forms import FormSpace, Index
 
 
 class DegreeRule(StrEnum):
-    """Which monomials η^a θ^b the basis Z_2 of degree d holds: a, b <= d (tensor) or a + b <= d (total)."""
+    """Which monomials η^a θ^b the basis Z_2 of degree d holds, and the degree of the weighted term.
+
+    tensor: a, b <= d; total: a + b <= d; both with a weighted term of degree d-1, so that both terms reach the same
+    degrees. wide: a <= d, b <= 2d, both terms of degree d; then no strictly feasible point exists and solvers stop early.
+    """
 
     TENSOR = "tensor"
     TOTAL = "total"
+    WIDE = "wide"
 
 
 @dataclass(frozen=True)
@@ -33,7 +37,8 @@ class ConeBlock:
 
     def kernel_basis(self) -> tuple[Index, Index]:
         """Degrees (in η, in θ) of the members of Z_2."""
-        first, second = np.divmod(np.arange((self.degree + 1) ** 2, dtype=np.int64), self.degree + 1)
+        outer = 2 * self.degree if self.rule is DegreeRule.WIDE else self.degree
+        first, second = np.divmod(np.arange((self.degree + 1) * (outer + 1), dtype=np.int64), outer + 1)
         if self.rule is DegreeRule.TOTAL:
             keep = first + second <= self.degree
             first, second = first[keep], second[keep]
@@ -46,12 +51,13 @@ class ConeBlock:
 
 def cone_blocks(degree: int, rule: DegreeRule) -> tuple[ConeBlock, ConeBlock]:
     """The two matrices of the cone of degree d >= 1."""
-    return ConeBlock(degree, rule, False), ConeBlock(degree - 1, rule, True)
+    weighted = degree if rule is DegreeRule.WIDE else degree - 1
+    return ConeBlock(degree, rule, False), ConeBlock(weighted, rule, True)
 
 
-def required_count(degree: int) -> int:
-    """Legendre coefficients that hold every product in the cone of degree d: g Z_1 Z_1 has degree 2d."""
-    return 2 * degree + 1
+def required_count(degree: int, rule: DegreeRule) -> int:
+    """Legendre coefficients that hold every product in the cone of degree d: the highest is that of g Z_1 Z_1."""
+    return 2 * degree + (3 if rule is DegreeRule.WIDE else 1)
 
 
 def cone_map(block: ConeBlock, space: FormSpace) -> sparse.csr_array:

@@ -60,7 +60,7 @@ def assemble(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TEN
     """Maps from the cone matrices to the coefficients of V, dV/dt and N. Raises InvalidInputError for degree < 1."""
     degree = positive_integer("degree", degree)
     inner, change = measured_last(system)
-    count = required_count(degree)
+    count = required_count(degree, rule)
     blocks = cone_blocks(degree, rule)
     v_space, h_space = lie.state_space(inner, count), lie.derivative_space(inner, count)
     storage = sparse.hstack([cone_map(block, v_space) for block in blocks], format="csr")

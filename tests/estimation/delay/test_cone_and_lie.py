@@ -38,7 +38,7 @@ def test_triangle_index_inverts_triangle() -> None:
 @pytest.mark.parametrize("weighted", [False, True])
 def test_cone_is_the_integral_of_its_definition(rule: DegreeRule, weighted: bool) -> None:
     rng = np.random.default_rng(3)
-    block, space = ConeBlock(2, rule, weighted), FormSpace(2, 2, 2, required_count(2))
+    block, space = ConeBlock(2, rule, weighted), FormSpace(2, 2, 2, required_count(2, rule))
     size = block.size(space)
     root = rng.standard_normal((size, size))
     m = root @ root.T
