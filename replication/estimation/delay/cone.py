@@ -19,7 +19,7 @@ class DegreeRule(StrEnum):
     """Which monomials η^a θ^b the basis Z_2 of degree d holds, and the degree of the weighted term.
 
     tensor: a, b <= d; total: a + b <= d; both with a weighted term of degree d-1, so that both terms reach the same
-    degrees. wide: a <= d, b <= 2d, both terms of degree d; then no strictly feasible point exists and solvers stop early.
+    degrees. wide: a <= d, b <= 2d, both terms of degree d; no strictly feasible point exists, and solvers stop early.
     """
 
     TENSOR = "tensor"

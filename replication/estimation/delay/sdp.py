@@ -21,6 +21,7 @@ import scipy.sparse as sparse
 from sdpap.param import param
 from sdpap.sdpacall import sdpacall
 from sdpap.symcone import SymCone
+from threadpoolctl import threadpool_limits
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.validation import Array
@@ -97,7 +98,7 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
     settings = options or SdpaOptions()
     start = time.perf_counter()
     option = param({**settings.as_dict(), "print": "no", "numThreads": settings.threads})
-    with _quiet():
+    with _quiet(), threadpool_limits(settings.threads):  # SDPA's own BLAS may be loaded after other limits were set
         x, y, _, info = sdpacall.solve_sdpa(
             sparse.csc_matrix(program.a),
             sparse.csc_matrix(program.b[:, None]),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from replication.estimation.delay import DegreeRule, DelaySystem, legendre, lie
-from replication.estimation.delay.cone import ConeBlock, cone_map, required_count
+from replication.estimation.delay.cone import cone_blocks, cone_map, required_count
 from replication.estimation.delay.forms import FormSpace, triangle, triangle_index
 from replication.estimation.validation import Array
 from tests.estimation.delay.plants import three_delays, two_delays
@@ -38,18 +38,20 @@ def test_triangle_index_inverts_triangle() -> None:
 @pytest.mark.parametrize("weighted", [False, True])
 def test_cone_is_the_integral_of_its_definition(rule: DegreeRule, weighted: bool) -> None:
     rng = np.random.default_rng(3)
-    block, space = ConeBlock(2, rule, weighted), FormSpace(2, 2, 2, required_count(2, rule))
+    block = cone_blocks(2, rule)[int(weighted)]
+    space = FormSpace(2, 2, 2, required_count(2, rule))
     size = block.size(space)
     root = rng.standard_normal((size, size))
     m = root @ root.T
-    x, histories = rng.standard_normal(2), rng.standard_normal((4, 3))
+    x, histories = rng.standard_normal(2), rng.standard_normal((4, 5))
     value = cone_map(block, space) @ m.ravel() @ monomials(space, x, histories)
     nodes, weights = legendre.gauss(20)
     total = 0.0
     for node, weight in zip(nodes, weights, strict=True):
-        basis, phi = legendre.evaluate(3, node)[0], legendre.evaluate(3, node)[0] @ histories.T
+        basis = legendre.evaluate(5, node)[0]
+        phi = basis @ histories.T
         inner, outer = block.kernel_basis()
-        z1 = [basis[a] * phi for a in range(3)]
+        z1 = [basis[a] * phi for a in range(block.degree + 1)]
         z2 = [basis[i] * histories[:, o] for i, o in zip(inner, outer, strict=True)]
         zeta = np.concatenate([x, *z1, *z2])
         total += weight * (-node * (node + 1) if weighted else 1.0) * zeta @ m @ zeta
