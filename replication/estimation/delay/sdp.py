@@ -123,8 +123,8 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
     residual = max(solution.equality, -solution.least_eigenvalue, -solution.dual_eigenvalue)
     if not (solution.gap <= settings.gap and residual <= settings.residual):
         raise SolverError(
-            f"SDPA stopped with status {solution.status} after {solution.iterations} iterations, gap"
-            f" {solution.gap:.1e}, residual {residual:.1e}; scale the problem or loosen the tolerance"
+            f"SDPA stopped with status {solution.status} after {solution.iterations} iterations, gap {solution.gap:.1e}"
+            f" and residual {residual:.1e}; accept them by `gap` and `residual` of SdpaOptions, or rescale the states"
         )
     return solution
 

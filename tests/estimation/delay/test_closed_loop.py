@@ -27,7 +27,7 @@ from replication.estimation.delay import (
 )
 from replication.estimation.delay.gains import GainValues, injection_operator, storage_operator
 from replication.estimation.delay.inverse import as_operator
-from tests.estimation.delay.plants import one_delay, three_delays, two_delays, unstable_pair
+from tests.estimation.delay.plants import one_delay, random_system, three_delays, two_delays, unstable_pair
 
 MARGIN = 1e-4
 """The closed loop must achieve γ(1 + MARGIN)."""
@@ -66,6 +66,18 @@ def test_closed_loop_achieves_the_level(system: DelaySystem, degree: int, orders
     assert norms[1] <= certificate.gamma * (1 + MARGIN)
     assert norms[1] >= best * (1 - 1e-7)  # nothing beats the optimum
     assert norms[0] == pytest.approx(norms[1], rel=1e-4)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+def test_random_plants_ten_per_cent_above_the_optimum(seed: int) -> None:
+    system = random_system(seed)
+    best = riccati_gain(chebyshev_model(system, 14))
+    certificate = certificate_at(system, 1.1 * best, 2)
+    norm = hinf_norm(error_system(system, observer_gains(certificate), 40)).upper
+    assert best * (1 - 1e-6) <= norm <= certificate.gamma
+    result = check(certificate, 10)
+    assert result.storage > 0 and result.dissipation < 0
 
 
 def test_galerkin_check(near_optimal: Certificate) -> None:
