@@ -194,12 +194,15 @@ class Formula:
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
-    """A source paper as this package audits it. `findings` turns results into sentences that lead the paper's page."""
+    """A source paper as this package audits it; year is None if the text gives none.
+
+    `findings` turns results into sentences that lead the paper's page.
+    """
 
     key: str
     title: str
     authors: tuple[str, ...]
-    year: int
+    year: int | None
     venue: str
     doi: str
     summary: str

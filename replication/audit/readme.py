@@ -8,7 +8,7 @@ from pathlib import Path
 
 from replication.audit.files import write_atomically
 from replication.audit.model import Verdict
-from replication.audit.records import ResultsFile, read_results
+from replication.audit.records import PaperRecord, ResultsFile, read_results
 from replication.errors import AuditError
 
 BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results: end -->"
@@ -39,20 +39,21 @@ def _table(results: ResultsFile) -> Iterator[str]:
     for paper in results.papers:
         counts = Counter(claim.verdict for claim in results.claims if claim.paper == paper.key)
         numbers = " | ".join(str(counts[verdict]) for verdict in shown)
-        yield f"| {_cell(_short(paper.authors))} ({paper.year}) | {counts.total()} | {numbers} |"
+        yield f"| {_cell(_cite(paper))} | {counts.total()} | {numbers} |"
 
 
 def _findings(results: ResultsFile) -> Iterator[str]:
     for paper in results.papers:
-        yield f"**{_short(paper.authors)} ({paper.year})**"
+        yield f"**{_cite(paper)}**"
         yield ""
         yield from (f"- {finding}" for finding in paper.findings)
         yield ""
 
 
-def _short(authors: tuple[str, ...]) -> str:
-    surnames = [author.split()[-1] for author in authors]
-    return surnames[0] + (" et al." if len(surnames) > 2 else f" and {surnames[1]}" if len(surnames) == 2 else "")
+def _cite(paper: PaperRecord) -> str:
+    surnames = [author.split()[-1] for author in paper.authors]
+    who = surnames[0] + (" et al." if len(surnames) > 2 else f" and {surnames[1]}" if len(surnames) == 2 else "")
+    return f"{who} ({paper.year or 'undated'})"
 
 
 def _cell(text: str) -> str:

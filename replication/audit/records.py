@@ -129,7 +129,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True):
     key: Name
     title: str
     authors: tuple[str, ...]
-    year: int
+    year: int | None
     venue: str
     doi: str
     summary: str

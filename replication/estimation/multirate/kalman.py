@@ -65,7 +65,8 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
     if states is None or not stabilises(scaled, states, maps):
         raise InfeasibleError(
             "the Kalman recursion has no stabilising limit: a mode on the unit circle is not disturbed, so its "
-            "estimator never settles; give it process noise in B_d (or pass extra_noise), as little as you like"
+            "estimator never settles (or one grows so fast between measurements that rounding hides the limit); "
+            "give it process noise in B_d or pass extra_noise, as little as you like"
         )
     return KalmanCentre(scaled, states)
 
@@ -86,29 +87,30 @@ def state_scales(problem: MultirateProblem, noise: float = SCALING_NOISE) -> Arr
     except np.linalg.LinAlgError:
         covariance = None
     raise SolverError(
-        "the error covariances used to scale the states were lost in rounding: modes of the plant are hardly seen or "
-        "grow by many orders of magnitude between measurements; measure more often or remove such modes"
+        "the error covariances used to scale the states were lost in rounding: sensors are almost free of noise, or "
+        "modes hardly seen, or growing by many orders of magnitude between measurements; change D, C or the periods"
     )
 
 
 def state_units(problem: MultirateProblem) -> Array:
-    """A natural unit per state (n,): one over the square root of the information about it, with unit sensor noise.
+    """A natural unit per state (n,): the deviation that the disturbance or that the sensors' noise brings, if smaller.
 
-    A change of units of the plant changes it in proportion. States that no sensor ever sees take the size that the
-    disturbance gives them, or 1.
+    A change of units of the plant changes it in proportion. States that have neither take 1.
     """
     scaled = scaled_problem(problem, np.stack([np.eye(problem.plant.order)] * problem.schedule.period))
     A, n = problem.plant.A, problem.plant.order
     # Growing modes are discounted: the unit is one of the near past, not of the far one.
     step = A / max(1.0, float(np.max(np.abs(np.linalg.eigvals(A)))))
-    seen, driven = np.zeros(n), np.zeros(n)
+    information, driven = np.zeros(n), np.zeros(n)
     back, forth = np.eye(n), problem.plant.B_d
     for k in range(problem.schedule.period + n):
-        seen += np.sum((scaled.C[k % len(scaled.C)] @ back) ** 2, axis=0)
+        information += np.sum((scaled.C[k % len(scaled.C)] @ back) ** 2, axis=0)
         driven += np.sum(forth**2, axis=1)
         back, forth = step @ back, step @ forth
-    unit = np.sqrt(np.where(driven > 0, driven, 1.0))
-    return np.where(seen > 0, 1 / np.sqrt(np.where(seen > 0, seen, 1.0)), unit)
+    driven[driven == 0] = np.inf
+    seen = np.divide(1.0, information, out=np.full(n, np.inf), where=information > 0)
+    squared = np.minimum(driven, seen)
+    return np.sqrt(np.where(np.isfinite(squared), squared, 1.0))
 
 
 def stationary(maps: list[RiccatiMap], reference: Array) -> Array | None:
@@ -124,7 +126,8 @@ def stationary(maps: list[RiccatiMap], reference: Array) -> Array | None:
 def stabilises(scaled: ScaledProblem, states: Array, maps: list[RiccatiMap]) -> bool:
     """Whether the states are positive semidefinite and their gains stabilise the error system."""
     eigenvalues = np.linalg.eigvalsh(states)
-    if np.any(eigenvalues[:, 0] < -1e-9 * eigenvalues[:, -1].max()):
+    # Scaled states are of size one, or vanish where nothing is uncertain.
+    if np.any(eigenvalues[:, 0] < -1e-9 * max(1.0, eigenvalues[:, -1].max())):
         return False
     total = np.eye(states.shape[-1])
     for step in scaled.closed_loop(scaled.corrected(states, maps)):
@@ -134,6 +137,4 @@ def stabilises(scaled: ScaledProblem, states: Array, maps: list[RiccatiMap]) -> 
 
 def largest_weighted(scaled: ScaledProblem, states: Array) -> float:
     """max_k lambda_max(W X_k W')."""
-    if not scaled.W.shape[1]:
-        return 0.0
-    return float(np.max(np.linalg.eigvalsh(scaled.W @ states @ scaled.W.mT)))
+    return max(0.0, float(np.max(np.linalg.eigvalsh(scaled.W @ states @ scaled.W.mT))))

@@ -96,10 +96,10 @@ def optimum(problem: MultirateProblem) -> Optimum:
     Raises InvalidInputError if nothing disturbs z = W e (the optimum is zero then), InfeasibleError if an undisturbed
     mode is on the unit circle, SolverError if rounding spoils the recursion.
     """
-    centre = kalman_centre(problem)
-    if centre.floor <= 1e-14 * float(np.linalg.norm(centre.scaled.W)):
+    centre, noncausal = kalman_centre(problem), noncausal_bound(problem)
+    # The square root of rounding in X_k; where disturbances reach z, the non-causal bound is not zero.
+    if noncausal.lower == 0.0 and centre.floor <= 1e-7 * float(np.linalg.norm(centre.scaled.W)):
         raise InvalidInputError("the disturbances do not reach z = W e: there is nothing to minimise; check B_d and W")
-    noncausal = noncausal_bound(problem)
     low = max(noncausal.lower, centre.floor)
     if noncausal.upper >= centre.floor:
         for distance in TOUCHING:

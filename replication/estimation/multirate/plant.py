@@ -46,7 +46,7 @@ class MultiratePlant:
         C = as_matrix("C", self.C, columns=n)
         if not C.shape[0]:
             raise InvalidInputError("C must have at least one row: a plant without sensors cannot be observed")
-        checked = {
+        checked: dict[str, Any] = {
             "A": A,
             "B_d": as_matrix("B_d", self.B_d, rows=n),
             "C": C,
@@ -55,6 +55,10 @@ class MultiratePlant:
             "B_u": np.zeros((n, 0)) if self.B_u is _NOT_GIVEN else as_matrix("B_u", self.B_u, rows=n),
             "dt": positive_scalar("dt", self.dt, unit="seconds"),
         }
+        if not checked["B_d"].shape[1] or not checked["W"].shape[0]:
+            raise InvalidInputError(
+                "B_d needs a column and W a row; write zeros where there is no disturbance or weight"
+            )
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
