@@ -1,0 +1,1 @@
+"""The claims of the delay paper, by subject."""

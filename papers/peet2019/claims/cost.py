@@ -1,0 +1,128 @@
+"""Example 4: the cells of Table I, how the cost grows, and whether the system is unstable."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from papers.peet2019 import data, names
+from papers.peet2019.data import KEY
+from replication.audit.model import Claim, Evidence, Kind, Results, SolverRecord, Verdict
+
+SAME = 2.0
+"""Cells of the same product n·K whose cost differs by less than this factor count as equal."""
+
+FROM_PRODUCT = 5
+"""Smaller products take fractions of a second, where the print is dominated by overhead."""
+
+
+def published() -> list[tuple[int, int, float]]:
+    """(n, K, seconds) of every printed cell but N/A."""
+    cells = [(n, k, data.seconds(n, k)) for k in data.DELAY_COUNTS for n in data.STATES]
+    return [(n, k, float(text)) for n, k, text in cells if text != "N/A"]
+
+
+def exponent(points: list[tuple[float, float]]) -> float:
+    """Slope of log(cost) against log(product), least squares."""
+    x = [math.log(product) for product, _ in points]
+    y = [math.log(cost) for _, cost in points]
+    mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
+    return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True)) / sum((a - mean_x) ** 2 for a in x)
+
+
+def cell(states: int, delays: int) -> Callable[[Results], Evidence]:
+    """An answer: cited seconds, with what our run of the same cell found."""
+
+    def cost(results: Results) -> Evidence:
+        name = names.cell(states, delays)
+        if name not in results:
+            return Evidence(
+                method="",
+                not_checkable=(
+                    "CPU seconds of another machine; this cell is not part of the default run, "
+                    "`benchmarks/bench_delay.py --full` computes it."
+                ),
+            )
+        found = results[name]
+        return Evidence(
+            method="",
+            not_checkable="CPU seconds of another machine; our seconds for the same cell stand beside it.",
+            quantities={"equalities": float(found["equalities"]), "level reached": found["gamma"]},
+            solvers=(SolverRecord(**found["solver"]),),
+        )
+
+    return cost
+
+
+def function_of_product(results: Results) -> Evidence:
+    """Printed cells with n and K exchanged, and the growth of the cost and of the number of equalities."""
+    cost = {(n, k): value for n, k, value in published() if n * k >= FROM_PRODUCT}
+    ratios = [max(cost[n, k] / cost[k, n], cost[k, n] / cost[n, k]) for n, k in cost if n < k]
+    sizes = {(c["states"], c["delays"]): c["equalities"] for c in results[names.SIZES]["cells"]}
+    ours = [max(sizes[n, k] / sizes[k, n], sizes[k, n] / sizes[n, k]) for n, k in cost if n < k]
+    return Evidence(
+        method="Printed seconds of cells (n, K) and (K, n) compared; equalities of our programs for the same cells.",
+        holds=max(ratios) < SAME,
+        margin=SAME - max(ratios),
+        quantities={
+            "largest ratio, printed seconds": max(ratios),
+            "largest ratio, our equalities": max(ours),
+            "exponent of the printed seconds": exponent([(n * k, value) for (n, k), value in cost.items()]),
+            "exponent of our equalities": exponent([(n * k, sizes[n, k]) for n, k in cost]),
+        },
+    )
+
+
+def instability(results: Results) -> Evidence:
+    """Rightmost roots of Example 4 for both readings of the Jordan block."""
+    found = results[names.ROOTS]
+    return Evidence(
+        method="Rightmost roots over all cells: scalar factors s + Σe^{-si/K}/K for eigenvalue 1, s for eigenvalue 0.",
+        holds=max(found["one"]["largest"], found["zero"]["largest"]) > 0.0,
+        margin=max(found["one"]["largest"], found["zero"]["largest"]),
+        quantities={
+            "largest root, eigenvalue 1 [1/s]": found["one"]["largest"],
+            "largest root, eigenvalue 0 [1/s]": found["zero"]["largest"],
+        },
+        note=(
+            "The eigenvalue of the Jordan block is not printed. With 1 the system is stable; with 0 all roots are at "
+            "zero, so that it is unstable only in the sense of growth like a power of time, for n > 1."
+        ),
+    )
+
+
+def _claim(states: int, delays: int) -> Claim:
+    run = (states, delays) in names.default_cells()
+    return Claim(
+        id=f"{KEY}.table1.n{states}k{delays}",
+        place=f"Table I, n = {states}, K = {delays}",
+        kind=Kind.CITED,
+        statement=f"CPU seconds of Example 4 with {states} states and {delays} delays.",
+        expected=Verdict.NOT_CHECKABLE,
+        answer=cell(states, delays),
+        uses=(names.cell(states, delays),) if run else (),
+        printed=data.seconds(states, delays),
+    )
+
+
+CLAIMS: tuple[Claim, ...] = (
+    *(_claim(n, k) for n, k, _ in published()),
+    Claim(
+        id=f"{KEY}.table1.function-of-product",
+        place="Sec. X, Example 4",
+        kind=Kind.ORDER,
+        statement="The cost is approximately a function of the product of delays and states.",
+        expected=Verdict.CONSISTENT,
+        answer=function_of_product,
+        uses=(names.SIZES,),
+    ),
+    Claim(
+        id=f"{KEY}.ex4.unstable",
+        place="Sec. X, Example 4",
+        kind=Kind.FEASIBLE,
+        statement="The system of Example 4 is unstable.",
+        expected=Verdict.DIFFERS,
+        answer=instability,
+        uses=(names.ROOTS,),
+    ),
+)

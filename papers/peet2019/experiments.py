@@ -1,0 +1,306 @@
+"""Computations behind Examples 1-4 and Fig. 1; functions of JSON values that return JSON values."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from replication.errors import ReplicationError
+from replication.estimation.delay import (
+    DegreeRule,
+    DelaySystem,
+    Scheme,
+    SdpaOptions,
+    certificate_at,
+    chebyshev_model,
+    check,
+    delay_system,
+    error_system,
+    evaluate,
+    hinf_gain,
+    hinf_norm,
+    lie,
+    lmi_gain,
+    minimum_gain,
+    observer_gains,
+    pade_model,
+    riccati_gain,
+    rightmost_roots,
+    simulate,
+    synthesis,
+)
+from replication.estimation.delay.sdp import Solution, solve_sdpa
+from replication.estimation.delay.spectrum import GainBracket
+from replication.estimation.validation import Array
+
+Json = dict[str, Any]
+
+CHEBYSHEV_ORDER = 12
+LOOSE = SdpaOptions(gap=1e-2, residual=1e-5)
+EPSILONS = (1e-5, 1e-3)
+ROUGH = SdpaOptions(tolerance=1e-7, scale=1e2, gap=1.0, residual=1e-5)
+"""For Example 4: the infimum of γ is zero, known and not attained, so that a gap says nothing; any small γ serves."""
+
+
+def system_of(plant: Json) -> DelaySystem:
+    """The plant of `data.EXAMPLES` as a validated system."""
+    return delay_system(plant["a0"], plant["a"], plant["delays"], plant["b"], plant["c10"], plant["c2"])
+
+
+def solver_record(solution: Solution) -> Json:
+    """What SDPA said, with the residuals that were measured on the point it returned."""
+    return {
+        "name": solution.solver,
+        "version": solution.version,
+        "status": solution.status,
+        "options": dict(solution.options),
+        "residuals": {
+            "equalities": solution.equality,
+            "least eigenvalue": solution.least_eigenvalue,
+            "least eigenvalue of the dual": solution.dual_eigenvalue,
+            "gap": solution.gap,
+        },
+        "iterations": solution.iterations,
+    }
+
+
+def _bracket(bracket: GainBracket) -> Json:
+    return {"lower": bracket.lower, "upper": bracket.upper, "frequency": bracket.frequency}
+
+
+def references(plant: Json, order: int, visible: Json | None) -> Json:
+    """What does not use Theorem 3: roots, LMI (3) on the Padé model, Riccati on two models, and the exact gain.
+
+    visible: the scalar system whose gain is the optimum where the measurement does not see x_1, or None.
+    """
+    system = system_of(plant)
+    pade = pade_model(system, order)
+    solved = lmi_gain(pade)
+    return {
+        "root": [float(part) for part in _parts(rightmost_roots(system, 1)[0])],
+        "pade": solved.gamma,
+        "pade_states": pade.a.shape[0],
+        "pade_status": solved.status,
+        "pade_riccati": riccati_gain(pade),
+        "chebyshev": riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER)),
+        "exact": _bracket(hinf_gain(system_of(visible))) if visible else None,
+    }
+
+
+def _parts(value: complex) -> tuple[float, float]:
+    return value.real, abs(value.imag)
+
+
+def synthesised(plant: Json, degree: int) -> Json:
+    """Least γ of Theorem 3 at one degree, for the rules of Z_2, each with what the solver said.
+
+    At degree 1, where the value depends on it: also the wide rule, with a loose gap, and for the tensor rule ε > 0 and
+    Clarabel on the same program.
+    """
+    found: Json = {}
+    system = system_of(plant)
+    for rule in (DegreeRule.TENSOR, DegreeRule.TOTAL):
+        certificate = minimum_gain(system, degree, rule)
+        found[rule.value] = {"gamma": certificate.gamma, "solver": solver_record(certificate.solution)}
+    if degree == 1:
+        wide = minimum_gain(system, degree, DegreeRule.WIDE, options=LOOSE)
+        found["wide"] = {"gamma": wide.gamma, "solver": solver_record(wide.solution)}
+        found["clarabel"] = synthesis.cross_checked_gain(system, degree).objective
+        found["epsilon"] = {str(e): minimum_gain(system, degree, epsilon=e, options=LOOSE).gamma for e in EPSILONS}
+    return found
+
+
+def as_printed(plant: Json, degree: int) -> Json:
+    """Least γ of Theorem 3 with the printed signs of S_i(-τ_i) in D and of dS_i/ds in F_i, or why there is none.
+
+    With those signs the condition asks S_i(-τ_i) <= 0 of a positive S_i; ε = 0, so the limit S_i(-τ_i) = 0 is allowed.
+    """
+    assembly = synthesis.assemble(system_of(plant), degree)
+    inner, count = assembly.system, assembly.count
+    target = lie.derivative_space(inner, count)
+    source = lie.state_space(inner, count)
+    derivative = lie.lie_derivative(inner, count).tolil()
+    _, _, late = lie.point_offsets(inner)
+    ends = np.arange(late, target.points)
+    first, second = np.meshgrid(ends, ends)
+    rows = np.concatenate(
+        [np.unique(target.pair(first.ravel(), second.ravel())), np.arange(target.pair_count, target.size)]
+    )
+    for row in rows:
+        derivative[[row], source.pair_count :] = -derivative[[row], source.pair_count :]
+    printed = replace(assembly, derivative=(derivative.tocsr() @ assembly.storage).tocsr())
+    out: Json = {}
+    for epsilon in (0.0, 1e-3):
+        try:
+            solution = solve_sdpa(synthesis.program(printed, epsilon), SdpaOptions(scale=1e3, gap=1e-3, residual=1e-5))
+            out[str(epsilon)] = {"gamma": float(solution.linear[0]), "outcome": solution.status}
+        except ReplicationError as error:
+            out[str(epsilon)] = {"gamma": None, "outcome": f"{type(error).__name__}: {error}"}
+    return out
+
+
+def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: list[int], c1: Any = None) -> Json:
+    """A certificate at `level`, its Galerkin check, and the H∞ norm of the error system at two collocation orders."""
+    system = delay_system(
+        plant["a0"], plant["a"], plant["delays"], plant["b"], plant["c10"], plant["c2"], plant.get("c1")
+    )
+    optimum = riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
+    certificate = certificate_at(system, level * optimum, degree, epsilon=epsilon)
+    gains = observer_gains(certificate)
+    verified = check(certificate)
+    norms = [hinf_norm(error_system(system, gains, order)) for order in orders]
+    return {
+        "optimum": optimum,
+        "level": certificate.gamma,
+        "norms": [norm.upper for norm in norms],
+        "orders": orders,
+        "abscissa": norms[-1].abscissa,
+        "storage": verified.storage,
+        "dissipation": verified.dissipation,
+        "solver": solver_record(certificate.solution),
+    }
+
+
+def lumped(plant: Json, level: float, degree: int, epsilon: float, states: list[int], reference: int) -> Json:
+    """H∞ norm of one closed loop by forward difference with N lumped states, against collocation."""
+    system = system_of(plant)
+    optimum = riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
+    gains = observer_gains(certificate_at(system, level * optimum, degree, epsilon=epsilon))
+    exact = hinf_norm(error_system(system, gains, reference)).upper
+    norms = [hinf_norm(error_system(system, gains, count, Scheme.LUMPED)).upper for count in states]
+    return {"states": states, "norms": norms, "collocation": exact, "relative": [norm / exact - 1.0 for norm in norms]}
+
+
+def gain_functions(plant: Json, level: float, degree: int, epsilon: float, points: int) -> Json:
+    """The gains as functions of s ∈ [-τ, 0], for the first delay, in the units of eq. (9)."""
+    system = system_of(plant)
+    optimum = riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
+    gains = observer_gains(certificate_at(system, level * optimum, degree, epsilon=epsilon))
+    grid = np.linspace(-1.0, 0.0, points)
+    values = evaluate(gains, grid)
+    delay = system.delays[0]
+    return {
+        "s": (grid * delay).tolist(),
+        "l3": (values.l3[:, 0, :, 0] / delay).T.tolist(),
+        "l4": values.l4[:, 0, :, 0].T.tolist(),
+        "l5": values.l5[:, 0, 0, :, 0].T.tolist(),
+        "l6": values.l6[:, 0, :, 0].T.tolist(),
+    }
+
+
+def _sinc(times: Array, centre: float, unit: float) -> Array:
+    return np.asarray(np.sinc((times - centre) / unit), dtype=float)
+
+
+def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int) -> Json:
+    """Simulated gain for sinc disturbances: shape sin(πx)/(πx) or sin(x)/x, centre, horizon and channels scanned.
+
+    The text leaves all four open. The trajectory kept for the figure is sinc(t - τ) on all channels over [0, 20τ].
+    """
+    system = system_of(plant)
+    certificate = certificate_at(system, level, degree, epsilon=epsilon)
+    error = error_system(system, observer_gains(certificate), 20)
+    scan, kept = [], None
+    for unit in (1.0, float(np.pi)):
+        for centre in (0.0, 1.0, 5.0, 10.0):
+            for horizon in (10.0, 20.0, 40.0):
+                for channels in ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0)):
+                    times = np.linspace(0.0, horizon, samples)
+                    disturbance = np.outer(_sinc(times, centre, unit), channels)
+                    run = simulate(error, times, disturbance, system.states)
+                    scan.append(
+                        {"unit": unit, "centre": centre, "horizon": horizon, "channels": channels, "gain": run.gain}
+                    )
+                    if (unit, centre, horizon, channels) == (1.0, 1.0, 20.0, (1.0, 1.0)):
+                        kept = run
+    assert kept is not None
+    return {
+        "scan": scan,
+        "level": level,
+        "t": kept.times.tolist(),
+        "w": kept.disturbance[:, 0].tolist(),
+        "e": kept.state.T.tolist(),
+        "gain": kept.gain,
+        "solver": solver_record(certificate.solution),
+    }
+
+
+def one_disturbance(plant: Json, level: float, degree: int) -> Json:
+    """A certificate at a small level when one disturbance acts on all states alike."""
+    changed = {**plant, "b": [[1.0] for _ in plant["a0"]]}
+    certificate = certificate_at(system_of(changed), level, degree, epsilon=0.0)
+    return {"level": level, "solver": solver_record(certificate.solution)}
+
+
+def example_4(states: int, delays: int, *, jordan: float) -> DelaySystem:
+    """Example 4 with a Jordan block of eigenvalue `jordan`."""
+    block = jordan * np.eye(states) + np.diag(np.ones(states - 1), 1)
+    ones = np.ones((states, 1))
+    times = [(i + 1) / delays for i in range(delays)]
+    return delay_system(np.zeros((states, states)), [-block / delays] * delays, times, ones, ones.T, ones.T)
+
+
+def cost(states: int, delays: int, level: float | None) -> Json:
+    """Example 4 at degree 1: least γ, or (`level`) a certificate at that level; the size of the program.
+
+    For one delay and many states SDPA cannot follow γ to zero; there a level is given.
+    """
+    system = example_4(states, delays, jordan=1.0)
+    assembly = synthesis.assemble(system, 1, DegreeRule.TOTAL)
+    task = synthesis.program(assembly, 0.0, level)
+    solution = solve_sdpa(task, ROUGH)
+    return {
+        "gamma": float(solution.linear[0]) if level is None else level,
+        "equalities": task.a.shape[0],
+        "blocks": list(task.blocks),
+        "solver": solver_record(solution),
+    }
+
+
+def sizes(states: list[int], delays: list[int]) -> Json:
+    """Equalities of the program of Example 4 for every cell of Table I; nothing is solved."""
+    cells = []
+    for k in delays:
+        for n in states:
+            task = synthesis.program(synthesis.assemble(example_4(n, k, jordan=1.0), 1, DegreeRule.TOTAL), 0.0)
+            cells.append({"states": n, "delays": k, "equalities": task.a.shape[0]})
+    return {"cells": cells}
+
+
+def example_4_roots(states: list[int], delays: list[int]) -> Json:
+    """Rightmost root for a Jordan block of eigenvalue 1 and of eigenvalue 0, over all cells."""
+    found: Json = {}
+    for name, eigenvalue in (("one", 1.0), ("zero", 0.0)):
+        roots = []
+        for k in delays:
+            for n in states:
+                # A multiple root is found to the n-th root of rounding only; eigenvalues 0 are known in closed form.
+                size = 1 if eigenvalue else n
+                if eigenvalue:
+                    roots.append(float(rightmost_roots(example_4(size, k, jordan=eigenvalue), 1)[0].real))
+                else:
+                    roots.append(0.0)
+        found[name] = {"largest": max(roots), "smallest": min(roots)}
+    return found
+
+
+def against_delay(plant: Json, delays: list[float], degree: int) -> Json:
+    """Least γ of Theorem 3 and by collocation as the (single) delay varies."""
+    sos, chebyshev = [], []
+    for delay in delays:
+        system = system_of({**plant, "delays": [delay]})
+        sos.append(minimum_gain(system, degree, options=SdpaOptions(gap=1e-4)).gamma)
+        chebyshev.append(riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER)))
+    return {"tau": delays, "sos": sos, "chebyshev": chebyshev}
+
+
+def convergence(plant: Json, orders: list[int]) -> Json:
+    """Least γ of the Padé and of the collocated model against their order, by Riccati."""
+    system = system_of(plant)
+    return {
+        "orders": orders,
+        "pade": [riccati_gain(pade_model(system, order)) for order in orders],
+        "chebyshev": [riccati_gain(chebyshev_model(system, order)) for order in orders],
+    }

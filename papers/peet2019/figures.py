@@ -1,0 +1,196 @@
+"""Fig. 1 with its axes, and what the paper lacks: convergence, gains as functions, γ against τ, cost against n·K."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from papers.peet2019 import data, names
+from papers.peet2019.claims.cost import published
+from papers.peet2019.data import KEY
+from replication.audit.model import Figure, FigureData, Results
+from replication.audit.style import COLOURS, line, new_axes
+
+
+def fig_1(results: Results) -> FigureData:
+    """Disturbance and both errors for one reading of the sinc."""
+    found = results[names.FIG_1]
+    return FigureData(
+        columns={"t": tuple(found["t"]), "w": tuple(found["w"]), **{
+            f"e_{i + 1}": tuple(values) for i, values in enumerate(found["e"])
+        }}
+    )  # fmt: skip
+
+
+def convergence(results: Results) -> FigureData:
+    """Relative distance from the exact gain of Example 2 against order and degree."""
+    found = results[names.convergence("2")]
+    exact = results[names.reference("2")]["exact"]["upper"]
+    levels = [results[names.sos("2", degree)]["tensor"]["gamma"] for degree in names.DEGREES]
+    return FigureData(
+        columns={
+            "order": tuple(float(order) for order in found["orders"]),
+            "pade": tuple(abs(value / exact - 1.0) for value in found["pade"]),
+            "chebyshev": tuple(abs(value / exact - 1.0) for value in found["chebyshev"]),
+            "degree": tuple(float(degree) for degree in names.DEGREES),
+            "sos": tuple(abs(level / exact - 1.0) for level in levels),
+        }
+    )
+
+
+def gains(results: Results) -> FigureData:
+    """The gains of one observer as functions of s; first and second state."""
+    found = results[names.GAINS]
+    columns: dict[str, tuple[float, ...]] = {"s": tuple(found["s"])}
+    for name in ("l3", "l4", "l5", "l6"):
+        for i, values in enumerate(found[name]):
+            columns[f"{name}_{i + 1}"] = tuple(values)
+    return FigureData(columns=columns)
+
+
+def against_delay(results: Results) -> FigureData:
+    """Least gain of Example 2 against its delay."""
+    found = results[names.TAU]
+    return FigureData(columns={name: tuple(found[name]) for name in ("tau", "sos", "chebyshev")})
+
+
+def cost(results: Results) -> FigureData:
+    """Published seconds and our equalities against n·K."""
+    cells = results[names.SIZES]["cells"]
+    return FigureData(
+        columns={
+            "published_product": tuple(float(n * k) for n, k, _ in published()),
+            "published_seconds": tuple(seconds for *_, seconds in published()),
+            "product": tuple(float(cell["states"] * cell["delays"]) for cell in cells),
+            "equalities": tuple(float(cell["equalities"]) for cell in cells),
+        }
+    )
+
+
+LABELS = {
+    "w": "$w$",
+    "e_1": "$e_1$",
+    "e_2": "$e_2$",
+    "pade": "Padé",
+    "chebyshev": "collocation",
+    "sos": "Theorem 3",
+}
+
+
+def _series(figure: FigureData, x: str, label: str, *, row_height: float = 2.6) -> Any:
+    drawing, axes = new_axes(row_height=row_height)
+    names_of = [name for name in figure.columns if name != x]
+    for i, name in enumerate(names_of):
+        axes[0].plot(figure.columns[x], figure.columns[name], label=LABELS[name], linewidth=1.1, **line(i))
+    axes[0].set_xlabel(label)
+    axes[0].legend()
+    return drawing
+
+
+def plot_fig_1(figure: FigureData) -> Any:
+    """Disturbance and errors against time on one axis."""
+    return _series(figure, "t", "time $t$ [s]")
+
+
+def plot_convergence(figure: FigureData) -> Any:
+    """Errors on a logarithmic axis."""
+    drawing, axes = new_axes(1, 2, row_height=2.6, share_x=False)
+    for i, name in enumerate(("pade", "chebyshev")):
+        axes[0].semilogy(figure.columns["order"], figure.columns[name], marker="o", label=LABELS[name], **line(i))
+    axes[0].set(xlabel="order of the model", ylabel="relative error of $\\gamma$")
+    axes[0].legend()
+    axes[1].semilogy(figure.columns["degree"], figure.columns["sos"], marker="s", color=COLOURS[2])
+    axes[1].set(xlabel="degree $d$ of Theorem 3", xticks=figure.columns["degree"])
+    return drawing
+
+
+def plot_gains(figure: FigureData) -> Any:
+    """One panel per gain."""
+    drawing, axes = new_axes(2, 2, row_height=1.7)
+    for axis, name in zip(axes, ("l3", "l4", "l5", "l6"), strict=True):
+        for i in (1, 2):
+            axis.plot(figure.columns["s"], figure.columns[f"{name}_{i}"], label=f"state {i}", **line(i - 1))
+        axis.set_ylabel(f"$L_{name[1]}(s)$")
+    axes[0].legend()
+    for axis in axes[2:]:
+        axis.set_xlabel("$s$ [s]")
+    return drawing
+
+
+def plot_against_delay(figure: FigureData) -> Any:
+    """Two curves that should coincide."""
+    return _series(figure, "tau", "delay $\\tau$ [s]")
+
+
+def plot_cost(figure: FigureData) -> Any:
+    """Both on logarithmic axes."""
+    drawing, axes = new_axes(1, 2, row_height=2.6)
+    axes[0].loglog(figure.columns["published_product"], figure.columns["published_seconds"], "o", color=COLOURS[0])
+    axes[0].set(xlabel="$nK$", ylabel="published CPU time [s]")
+    axes[1].loglog(figure.columns["product"], figure.columns["equalities"], "s", color=COLOURS[1])
+    axes[1].set(xlabel="$nK$", ylabel="equalities of our program")
+    return drawing
+
+
+def describe(figure: FigureData) -> str:
+    """Range of every column."""
+    ranges = (f"{name} from {min(values):.4g} to {max(values):.4g}" for name, values in figure.columns.items())
+    return "Columns: " + "; ".join(ranges) + "."
+
+
+FIGURES: tuple[Figure, ...] = (
+    Figure(
+        name=f"{KEY}-fig1",
+        place="Fig. 1",
+        title="Error of the observer for a sinc disturbance",
+        caption="System (11), observer at the printed level; sinc(t - τ) on both channels, one reading of many.",
+        published=True,
+        uses=(names.FIG_1,),
+        data=fig_1,
+        plot=plot_fig_1,
+        alt=describe,
+    ),
+    Figure(
+        name=f"{KEY}-convergence",
+        place="Example 2",
+        title="Convergence in the order of the model and in the degree",
+        caption="Distance of γ from the exact optimum. Low orders of collocation lie on either side of it.",
+        published=False,
+        uses=(names.convergence("2"), names.reference("2"), *(names.sos("2", degree) for degree in names.DEGREES)),
+        data=convergence,
+        plot=plot_convergence,
+        alt=describe,
+    ),
+    Figure(
+        name=f"{KEY}-gains",
+        place="Sec. VIII",
+        title="Gains of the observer as functions of the history",
+        caption="L₃ to L₆ of eq. (9) for an observer five per cent above the optimum, a system of ours with one delay.",
+        published=False,
+        uses=(names.GAINS,),
+        data=gains,
+        plot=plot_gains,
+        alt=describe,
+    ),
+    Figure(
+        name=f"{KEY}-tau",
+        place="Example 2",
+        title="Least gain against the delay",
+        caption="Theorem 3 at degree 2 and the Riccati equation of the collocated model.",
+        published=False,
+        uses=(names.TAU,),
+        data=against_delay,
+        plot=plot_against_delay,
+        alt=describe,
+    ),
+    Figure(
+        name=f"{KEY}-cost",
+        place="Table I",
+        title="Cost against n·K",
+        caption=f"Published seconds, and the size of our programs up to n·K = {data.LARGEST_PRODUCT}.",
+        published=False,
+        uses=(names.SIZES,),
+        data=cost,
+        plot=plot_cost,
+        alt=describe,
+    ),
+)

@@ -1,0 +1,46 @@
+"""H∞-optimal observers for systems with several state delays: synthesis by sums of squares, gains, closed loop."""
+
+from replication.estimation.delay.collocation import Scheme
+from replication.estimation.delay.cone import DegreeRule
+from replication.estimation.delay.gains import GainValues, ObserverGains, evaluate, observer_gains
+from replication.estimation.delay.galerkin import GalerkinCheck, check
+from replication.estimation.delay.lmi import lmi_gain, riccati_gain
+from replication.estimation.delay.models import Model, chebyshev_model, from_control, pade_model, to_control
+from replication.estimation.delay.observer import ErrorSystem, error_system
+from replication.estimation.delay.response import Trajectory, hinf_norm, simulate
+from replication.estimation.delay.sdp import SdpaOptions
+from replication.estimation.delay.spectrum import frequency_response, hinf_gain, rightmost_roots
+from replication.estimation.delay.synthesis import Certificate, certificate_at, minimum_gain
+from replication.estimation.delay.system import DelaySystem, delay_system
+
+__all__ = [
+    "Certificate",
+    "DegreeRule",
+    "DelaySystem",
+    "ErrorSystem",
+    "GainValues",
+    "GalerkinCheck",
+    "Model",
+    "ObserverGains",
+    "Scheme",
+    "SdpaOptions",
+    "Trajectory",
+    "certificate_at",
+    "chebyshev_model",
+    "check",
+    "delay_system",
+    "error_system",
+    "evaluate",
+    "frequency_response",
+    "from_control",
+    "hinf_gain",
+    "hinf_norm",
+    "lmi_gain",
+    "minimum_gain",
+    "observer_gains",
+    "pade_model",
+    "riccati_gain",
+    "rightmost_roots",
+    "simulate",
+    "to_control",
+]

@@ -1,0 +1,113 @@
+"""What a discretised error system does: its H∞ norm by the Hamiltonian test, and its answer to a given disturbance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.delay.observer import ErrorSystem
+from replication.estimation.validation import Array, as_matrix, positive_scalar
+
+
+@dataclass(frozen=True)
+class NormBracket:
+    """lower is attained at `frequency` [rad/s]; at `upper` the Hamiltonian has no eigenvalue on the imaginary axis."""
+
+    lower: float
+    upper: float
+    frequency: float
+    abscissa: float
+
+
+def spectral_abscissa(error: ErrorSystem) -> float:
+    """Largest real part of the eigenvalues: negative if the error dies out."""
+    return float(np.linalg.eigvals(error.a).real.max())
+
+
+def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
+    """H∞ norm from w to z_e by the level-set iteration of Bruinsma and Steinbuch.
+
+    Raises InfeasibleError if the error system is unstable.
+    """
+    positive_scalar("relative", relative)
+    abscissa = spectral_abscissa(error)
+    if abscissa >= 0.0:
+        raise InfeasibleError(f"the error system is unstable (abscissa {abscissa:.3g}): its norm is infinite")
+    values = np.linalg.eigvals(error.a)
+    starts = np.concatenate([[0.0], np.abs(values.imag), np.abs(values)])
+    frequency, lower = _peak(error, np.unique(starts))
+    while True:
+        level = lower * (1.0 + 2.0 * relative)
+        crossings = _crossings(error, level)
+        if crossings.size == 0:
+            return NormBracket(lower, level, frequency, abscissa)
+        edges = np.sort(crossings)
+        middles = np.concatenate([edges, (edges[1:] + edges[:-1]) / 2.0])
+        best, value = _peak(error, middles)
+        if value <= lower:  # the crossing is rounding: the level is met to the accuracy of the eigenvalues
+            return NormBracket(lower, level, frequency, abscissa)
+        frequency, lower = best, value
+
+
+def _peak(error: ErrorSystem, omega: Array) -> tuple[float, float]:
+    """Frequency and largest singular value over the given frequencies."""
+    eye = np.eye(error.a.shape[0])
+    gains = [float(np.linalg.norm(error.c @ np.linalg.solve(1j * w * eye - error.a, error.b), 2)) for w in omega]
+    best = int(np.argmax(gains))
+    return float(omega[best]), gains[best]
+
+
+def _crossings(error: ErrorSystem, level: float) -> Array:
+    """Frequencies ω >= 0 at which a singular value of the response equals `level`."""
+    hamiltonian = np.block(
+        [
+            [error.a, error.b @ error.b.T / level],
+            [-error.c.T @ error.c / level, -error.a.T],
+        ]
+    )
+    values = np.linalg.eigvals(hamiltonian)
+    on_axis = np.abs(values.real) <= 1e-8 * (1.0 + np.abs(values))
+    result: Array = np.unique(np.abs(values.imag[on_axis]))
+    return result
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """times (M,) [s], disturbance (M, r), output z_e (M, p), state (M, n) of the error e."""
+
+    times: Array
+    disturbance: Array
+    output: Array
+    state: Array
+
+    @property
+    def gain(self) -> float:
+        """‖z_e‖/‖w‖ over the simulated interval, integrals by the trapezoidal rule."""
+        energy = [float(np.trapezoid(np.sum(part**2, axis=1), self.times)) for part in (self.output, self.disturbance)]
+        return float(np.sqrt(energy[0] / energy[1]))
+
+
+def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) -> Trajectory:
+    """Answer of the error system, from rest, to a disturbance that is linear between equidistant `times`; exact then.
+
+    disturbance (M, r). Raises InvalidInputError for other shapes, unequal steps or a disturbance that is zero.
+    """
+    steps = np.diff(np.asarray(times, dtype=float))
+    if steps.size < 1 or np.any(steps <= 0.0) or np.ptp(steps) > 1e-9 * steps.max():
+        raise InvalidInputError("times must be at least two and equidistant, increasing")
+    w = as_matrix("disturbance", disturbance, rows=len(times), columns=error.b.shape[1])
+    if not np.any(w):
+        raise InvalidInputError("the disturbance must not vanish: the gain would be 0/0")
+    n, r, h = error.a.shape[0], error.b.shape[1], float(steps.mean())
+    augmented = np.zeros((n + 2 * r, n + 2 * r))
+    augmented[:n, :n], augmented[:n, n : n + r] = error.a, error.b
+    augmented[n : n + r, n + r :] = np.eye(r) / h
+    phi = expm(augmented * h)
+    step, hold, ramp = phi[:n, :n], phi[:n, n : n + r], phi[:n, n + r :]
+    state = np.zeros((len(times), n))
+    for m in range(len(times) - 1):
+        state[m + 1] = step @ state[m] + hold @ w[m] + ramp @ (w[m + 1] - w[m])
+    return Trajectory(np.asarray(times, dtype=float), w, state @ error.c.T, state[:, :states])

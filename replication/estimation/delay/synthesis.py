@@ -1,0 +1,181 @@
+"""Theorem 3: the H∞-optimal observer of a system with state delays as one semidefinite program.
+
+Unknown are the matrices of two cones: V = ⟨e, 𝒫e⟩ and the dissipation N. Matching coefficients,
+  dV/dt - γ(|w|² + |v|²) + 2vᵀC_1e + ε(|e|² + Σ∫|φ_i|²) + N = 0
+on every monomial that 𝒵 cannot cancel; 𝒵 is read off the others afterwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sparse
+
+from replication.errors import InvalidInputError
+from replication.estimation.delay import lie
+from replication.estimation.delay.cone import DegreeRule, cone_blocks, cone_map, required_count
+from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_clarabel, solve_sdpa
+from replication.estimation.delay.spectrum import require_detectable
+from replication.estimation.delay.system import DelaySystem, gain_scaled, measured_last
+from replication.estimation.validation import Array, positive_integer, positive_scalar
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A feasible point of Theorem 3 for `system` (coordinates with C_2 = [0 c]); `change` maps x to them.
+
+    storage: coefficients of V; residual: coefficients that 2⟨e, 𝒵C_2e⟩ must have. gamma: the level they prove, up to
+    the residuals in `solution`.
+    """
+
+    system: DelaySystem
+    change: Array
+    degree: int
+    rule: DegreeRule
+    epsilon: float
+    gamma: float
+    count: int
+    storage: Array
+    residual: Array
+    solution: Solution
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """The pieces of the program that do not depend on γ and ε."""
+
+    system: DelaySystem
+    change: Array
+    degree: int
+    rule: DegreeRule
+    count: int
+    storage: sparse.csr_array
+    derivative: sparse.csr_array
+    dissipation: sparse.csr_array
+    sizes: tuple[int, ...]
+
+
+def assemble(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR) -> Assembly:
+    """Maps from the cone matrices to the coefficients of V, dV/dt and N. Raises InvalidInputError for degree < 1."""
+    degree = positive_integer("degree", degree)
+    inner, change = measured_last(system)
+    count = required_count(degree, rule)
+    blocks = cone_blocks(degree, rule)
+    v_space, h_space = lie.state_space(inner, count), lie.derivative_space(inner, count)
+    storage = sparse.hstack([cone_map(block, v_space) for block in blocks], format="csr")
+    dissipation = sparse.hstack([cone_map(block, h_space) for block in blocks], format="csr")
+    sizes = tuple(block.size(space) for space in (v_space, h_space) for block in blocks)
+    derivative = (lie.lie_derivative(inner, count) @ storage).tocsr()
+    return Assembly(inner, change, degree, rule, count, storage, derivative, dissipation, sizes)
+
+
+def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> Program:
+    """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level."""
+    system, count = assembly.system, assembly.count
+    v_space = lie.state_space(system, count)
+    cross, level = lie.supply(system, count)
+    constant = cross + epsilon * (
+        lie.dissipation_identity(system, count)
+        + lie.lie_derivative(system, count) @ lie.storage_identity(system, count)
+    )
+    _, first, second = v_space.multiplier_functions()
+    coupled = v_space.pair_count + np.flatnonzero(first // system.states != second // system.states)
+    empty = sparse.csr_array((coupled.size, assembly.dissipation.shape[1]))
+    kept = ~lie.absorbed(system, count)
+    if gamma is not None:
+        constant = constant + gamma * level
+    columns = [assembly.derivative[kept], assembly.dissipation[kept]]
+    upper = [assembly.storage[coupled], empty]
+    if gamma is None:
+        columns.insert(0, sparse.csr_array(level[kept][:, None]))
+        upper.insert(0, sparse.csr_array((coupled.size, 1)))
+    matrix = sparse.vstack([sparse.hstack(upper), sparse.hstack(columns)], format="csr")
+    right = np.concatenate([np.zeros(coupled.size), -constant[kept]])
+    used = np.diff(matrix.indptr) > 0
+    if np.any(right[~used] != 0.0):
+        raise InvalidInputError("the degree is too low: a term of the supply rate is beyond the reach of the cone")
+    cost = np.concatenate([np.eye(size).ravel() for size in assembly.sizes])
+    cost = cost if gamma is not None else np.concatenate([[1.0], 0.0 * cost])
+    return Program(matrix[used], right[used], cost, 0 if gamma is not None else 1, assembly.sizes)
+
+
+ROUGH_GAP = 1e-1
+"""Enough for a first estimate of γ, which only sets the units of the second run."""
+
+FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
+"""For a certificate at a given γ: any feasible point serves, so the trace need not be least to many digits."""
+
+
+def minimum_gain(
+    system: DelaySystem,
+    degree: int,
+    rule: DegreeRule = DegreeRule.TENSOR,
+    *,
+    epsilon: float = 0.0,
+    options: SdpaOptions | None = None,
+) -> Certificate:
+    """The least γ that Theorem 3 proves with polynomials of degree d, and the certificate that proves it.
+
+    Solved twice: the second time with w and z in units that make γ about 1, where SDPA comes closer to the optimum.
+    Raises InvalidInputError for a bad degree or an undetectable system, InfeasibleError if no γ is feasible,
+    SolverError if the second run does not reach the accuracy of the options.
+    """
+    settings = options or SdpaOptions()
+    assembly = assemble(system, degree, rule)
+    require_detectable(system)
+    rough = solve_sdpa(program(assembly, epsilon), replace(settings, gap=ROUGH_GAP))
+    unit = float(rough.linear[0])
+    scaled = assemble(gain_scaled(system, unit), degree, rule)
+    solution = solve_sdpa(program(scaled, epsilon), settings)
+    certificate = certificate_of(scaled, epsilon, float(solution.linear[0]), solution)
+    # The storage is the same function in both units; only w, v and γ are rescaled.
+    return replace(certificate, system=assembly.system, gamma=unit * certificate.gamma)
+
+
+def certificate_at(
+    system: DelaySystem,
+    gamma: float,
+    degree: int,
+    rule: DegreeRule = DegreeRule.TENSOR,
+    *,
+    epsilon: float = 1e-5,
+    options: SdpaOptions = FEASIBLE,
+) -> Certificate:
+    """A certificate of the level γ with moderate gains: the cone matrices of least trace.
+
+    Raises InvalidInputError for a bad degree or level or an undetectable system, InfeasibleError if γ is out of reach,
+    SolverError otherwise.
+    """
+    level = positive_scalar("gamma", gamma)
+    assembly = assemble(system, degree, rule)
+    require_detectable(system)
+    return certificate_of(assembly, epsilon, level, solve_sdpa(program(assembly, epsilon, level), options))
+
+
+def cross_checked_gain(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR) -> Solution:
+    """The program of `minimum_gain` solved by Clarabel instead: for small systems, as a second opinion."""
+    return solve_clarabel(program(assemble(system, degree, rule), 0.0), tolerance=1e-8)
+
+
+def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: Solution) -> Certificate:
+    """Read V and the coefficients of 2⟨e, 𝒵C_2e⟩ off a solution."""
+    system, count = assembly.system, assembly.count
+    matrices = [block.ravel() for block in solution.blocks]
+    storage = assembly.storage @ np.concatenate(matrices[:2]) + epsilon * lie.storage_identity(system, count)
+    dissipation = assembly.dissipation @ np.concatenate(matrices[2:])
+    cross, level = lie.supply(system, count)
+    total = lie.lie_derivative(system, count) @ storage + cross + gamma * level + dissipation
+    total = total + epsilon * lie.dissipation_identity(system, count)
+    return Certificate(
+        system=system,
+        change=assembly.change,
+        degree=assembly.degree,
+        rule=assembly.rule,
+        epsilon=epsilon,
+        gamma=gamma,
+        count=count,
+        storage=storage,
+        residual=np.where(lie.absorbed(system, count), -total, 0.0),
+        solution=solution,
+    )

@@ -1,0 +1,173 @@
+"""Linear systems with several state delays, system (1) of the delay paper, as validated frozen data.
+
+ẋ(t) = A_0 x(t) + Σ_i A_i x(t-τ_i) + B w(t),  z(t) = C_10 x(t) + Σ_i C_1i x(t-τ_i),  y(t) = C_2 x(t).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.validation import Array, as_matrix, positive_scalar
+
+
+@dataclass(frozen=True)
+class DelaySystem:
+    """Plant with n states, r disturbances, p outputs to estimate, q measurements and K delays.
+
+    a0 (n, n); a K × (n, n); delays K increasing positive numbers [s]; b (n, r); c10 (p, n); c1 K × (p, n); c2 (q, n).
+    Build it with `delay_system`, which checks everything.
+    """
+
+    a0: Array
+    a: tuple[Array, ...]
+    delays: tuple[float, ...]
+    b: Array
+    c10: Array
+    c1: tuple[Array, ...]
+    c2: Array
+
+    @property
+    def states(self) -> int:
+        """Number of states n."""
+        return int(self.a0.shape[0])
+
+    @property
+    def delay_count(self) -> int:
+        """Number of delays K."""
+        return len(self.delays)
+
+    @property
+    def inputs(self) -> int:
+        """Number of disturbances r."""
+        return int(self.b.shape[1])
+
+    @property
+    def outputs(self) -> int:
+        """Number of outputs to estimate p."""
+        return int(self.c10.shape[0])
+
+    @property
+    def measurements(self) -> int:
+        """Number of measurements q."""
+        return int(self.c2.shape[0])
+
+
+def delay_system(
+    a0: Any,
+    a: Sequence[Any],
+    delays: Sequence[float],
+    b: Any,
+    c10: Any,
+    c2: Any,
+    c1: Sequence[Any] | None = None,
+) -> DelaySystem:
+    """Return the validated system; `c1` None means that z does not depend on delayed states.
+
+    Shapes as in `DelaySystem`; delays in seconds.
+    Raises InvalidInputError for non-positive, equal or unordered delays, wrong shapes, non-finite entries, or a C_2
+    whose rows are dependent (then a measurement is redundant or zero).
+    """
+    state = as_matrix("a0", a0)
+    size = state.shape[0]
+    state = as_matrix("a0", a0, rows=size, columns=size)
+    if size < 1:
+        raise InvalidInputError("a0 must have at least one state, got shape (0, 0)")
+    times = _checked_delays(delays)
+    if len(a) != len(times):
+        raise InvalidInputError(f"a must hold one matrix per delay: {len(times)} delays, {len(a)} matrices")
+    delayed = tuple(as_matrix(f"a[{i}]", matrix, rows=size, columns=size) for i, matrix in enumerate(a))
+    output = as_matrix("c10", c10, columns=size)
+    rows = output.shape[0]
+    late = [np.zeros((rows, size))] * len(times) if c1 is None else list(c1)
+    if len(late) != len(times):
+        raise InvalidInputError(f"c1 must hold one matrix per delay: {len(times)} delays, {len(late)} matrices")
+    late_outputs = tuple(as_matrix(f"c1[{i}]", matrix, rows=rows, columns=size) for i, matrix in enumerate(late))
+    sensor = as_matrix("c2", c2, columns=size)
+    rank = int(np.linalg.matrix_rank(sensor)) if sensor.size else 0
+    if sensor.shape[0] < 1 or rank < sensor.shape[0]:
+        raise InvalidInputError(
+            f"c2 must have full row rank, got {sensor.shape[0]} rows of rank {rank}; drop redundant measurements"
+        )
+    return DelaySystem(state, delayed, times, as_matrix("b", b, rows=size), output, late_outputs, sensor)
+
+
+def _checked_delays(delays: Sequence[float]) -> tuple[float, ...]:
+    times = tuple(positive_scalar(f"delays[{i}]", value, unit="s") for i, value in enumerate(delays))
+    if not times:
+        raise InvalidInputError("delays must hold at least one delay; for none use a zero matrix and any delay")
+    if any(later <= earlier for earlier, later in pairwise(times)):
+        raise InvalidInputError(f"delays must increase strictly, got {times}; sort them together with their matrices")
+    return times
+
+
+def transformed(system: DelaySystem, change: Any) -> DelaySystem:
+    """The same system in the coordinates `change`·x; shape (n, n), invertible. Raises InvalidInputError otherwise."""
+    size = system.states
+    matrix = as_matrix("change", change, rows=size, columns=size)
+    if np.linalg.matrix_rank(matrix) < size:
+        raise InvalidInputError("change must be invertible; its rank is smaller than its order")
+    inverse = np.linalg.inv(matrix)
+    return delay_system(
+        matrix @ system.a0 @ inverse,
+        [matrix @ a @ inverse for a in system.a],
+        system.delays,
+        matrix @ system.b,
+        system.c10 @ inverse,
+        system.c2 @ inverse,
+        [c @ inverse for c in system.c1],
+    )
+
+
+def time_scaled(system: DelaySystem, factor: float) -> DelaySystem:
+    """The same system in time t' = t/factor: A_0, A_i and B are multiplied by `factor`, the delays divided by it.
+
+    w and z keep their values, so the gain does not change.
+    """
+    scale = positive_scalar("factor", factor)
+    return delay_system(
+        scale * system.a0,
+        [scale * a for a in system.a],
+        [delay / scale for delay in system.delays],
+        scale * system.b,
+        system.c10,
+        system.c2,
+        system.c1,
+    )
+
+
+def gain_scaled(system: DelaySystem, unit: float) -> DelaySystem:
+    """The same system with w and z in units that divide every gain from w to z by `unit`: B/√unit, C_1/√unit."""
+    root = positive_scalar("unit", unit) ** 0.5
+    return delay_system(
+        system.a0,
+        system.a,
+        system.delays,
+        system.b / root,
+        system.c10 / root,
+        system.c2,
+        [c / root for c in system.c1],
+    )
+
+
+def measured_last(system: DelaySystem) -> tuple[DelaySystem, Array]:
+    """The system in orthogonal coordinates where C_2 = [0 c], with the matrix T of x' = T x.
+
+    The first n-q states are unmeasured, the last q are measured; T (n, n) is orthogonal.
+    """
+    _, _, right = np.linalg.svd(system.c2)
+    q = system.measurements
+    change = np.vstack([right[q:], right[:q]])
+    rotated = transformed(system, change)
+    sensor = rotated.c2.copy()
+    sensor[:, : system.states - q] = 0.0
+    sensor.flags.writeable = False
+    return (
+        DelaySystem(rotated.a0, rotated.a, rotated.delays, rotated.b, rotated.c10, rotated.c1, sensor),
+        change,
+    )

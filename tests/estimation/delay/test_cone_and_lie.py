@@ -1,0 +1,96 @@
+"""The cone and the derivative of its forms against quadrature of their definitions on random histories."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from replication.estimation.delay import DegreeRule, DelaySystem, legendre, lie
+from replication.estimation.delay.cone import cone_blocks, cone_map, required_count
+from replication.estimation.delay.forms import FormSpace, triangle, triangle_index
+from replication.estimation.validation import Array
+from tests.estimation.delay.plants import three_delays, two_delays
+
+AGREE = 1e-10
+
+
+def monomials(space: FormSpace, x: Array, histories: Array) -> Array:
+    """Values of all monomials for point variables x and histories (functions, count) in Legendre coefficients."""
+    moments = np.zeros((space.functions, space.count))
+    kept = min(space.count, histories.shape[1])
+    moments[:, :kept] = histories[:, :kept]
+    functionals = np.concatenate([x, moments.T.ravel()])
+    first, second = triangle(space.functionals)
+    nodes, weights = legendre.gauss(histories.shape[1] + space.count)
+    values = legendre.evaluate(histories.shape[1], nodes) @ histories.T
+    degree, left, right = space.multiplier_functions()
+    basis = legendre.evaluate(space.count, nodes)
+    multiplier = np.einsum("t,tk,tk,tk->k", weights, basis[:, degree], values[:, left], values[:, right])
+    return np.concatenate([functionals[first] * functionals[second], multiplier])
+
+
+def test_triangle_index_inverts_triangle() -> None:
+    first, second = triangle(5)
+    assert np.array_equal(triangle_index(5, second, first), np.arange(15))
+
+
+@pytest.mark.parametrize("rule", list(DegreeRule))
+@pytest.mark.parametrize("weighted", [False, True])
+def test_cone_is_the_integral_of_its_definition(rule: DegreeRule, weighted: bool) -> None:
+    rng = np.random.default_rng(3)
+    block = cone_blocks(2, rule)[int(weighted)]
+    space = FormSpace(2, 2, 2, required_count(2, rule))
+    size = block.size(space)
+    root = rng.standard_normal((size, size))
+    m = root @ root.T
+    x, histories = rng.standard_normal(2), rng.standard_normal((4, 5))
+    value = cone_map(block, space) @ m.ravel() @ monomials(space, x, histories)
+    nodes, weights = legendre.gauss(20)
+    total = 0.0
+    for node, weight in zip(nodes, weights, strict=True):
+        basis = legendre.evaluate(5, node)[0]
+        phi = basis @ histories.T
+        inner, outer = block.kernel_basis()
+        z1 = [basis[a] * phi for a in range(block.degree + 1)]
+        z2 = [basis[i] * histories[:, o] for i, o in zip(inner, outer, strict=True)]
+        zeta = np.concatenate([x, *z1, *z2])
+        total += weight * (-node * (node + 1) if weighted else 1.0) * zeta @ m @ zeta
+    assert value == pytest.approx(total, rel=AGREE)
+
+
+@pytest.mark.parametrize("system", [two_delays(), three_delays()])
+def test_derivative_along_the_error_dynamics(system: DelaySystem) -> None:
+    """d/dt of V on a polynomial trajectory, by the chain rule on the histories themselves."""
+    rng = np.random.default_rng(5)
+    count, n, k = 3, system.states, system.delay_count
+    space, target = lie.state_space(system, count), lie.derivative_space(system, count)
+    coefficients = rng.standard_normal(space.size)
+    _, left, right = space.multiplier_functions()
+    coefficients[space.pair_count :][left // n != right // n] = 0.0
+    histories = rng.standard_normal((k, n, 4))
+    e = rng.standard_normal(n)
+    histories[..., 0] += e - histories @ legendre.evaluate(4, 0.0)[0]  # φ_i(0) = e
+    late = histories @ legendre.evaluate(4, -1.0)[0]
+    w, v = rng.standard_normal(system.inputs), rng.standard_normal(system.outputs)
+    rate = system.a0 @ e + sum(a @ late[i] for i, a in enumerate(system.a)) - system.b @ w
+    moving = histories @ legendre.derivative(4).T / np.array(system.delays)[:, None, None]
+    flat, flat_rate = histories.reshape(k * n, 4), moving.reshape(k * n, 4)
+    step = 1e-4
+    ahead = monomials(space, e + step * rate, flat + step * flat_rate)
+    behind = monomials(space, e - step * rate, flat - step * flat_rate)
+    expected = coefficients @ (ahead - behind) / (2 * step)  # exact for a quadratic form, but for rounding
+    h = np.concatenate([w, v, e, late.ravel()])
+    value = (lie.lie_derivative(system, count) @ coefficients) @ monomials(target, h, flat)
+    assert value == pytest.approx(expected, rel=1e-7)
+
+
+def test_supply_rate() -> None:
+    system, rng = two_delays(), np.random.default_rng(7)
+    space = lie.derivative_space(system, 2)
+    h, histories = rng.standard_normal(space.points), np.zeros((space.functions, 2))
+    v, e, _ = lie.point_offsets(system)
+    cross, level = lie.supply(system, 2)
+    values = monomials(space, h, histories)
+    output = np.hstack([system.c10, *system.c1]) @ h[e:]
+    assert cross @ values == pytest.approx(2 * h[v:e] @ output, rel=AGREE)
+    assert level @ values == pytest.approx(-h[:e] @ h[:e], rel=AGREE)

@@ -1,0 +1,67 @@
+"""LMI (3): printed form, Z eliminated and Riccati agree with the exact anchors; the companion form misleads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from replication.errors import InvalidInputError, ReplicationError
+from replication.estimation.delay import chebyshev_model, hinf_gain, lmi_gain, pade_model, riccati_gain
+from replication.estimation.delay.models import Model
+from tests.estimation.delay.plants import blind_pair, blind_two_delays, one_delay, scalar, unstable_pair
+
+SEVEN_DIGITS = 1e-7
+
+
+def anchors() -> list[object]:
+    return [
+        (unstable_pair(), 1 / np.sqrt(18)),
+        (blind_pair(), hinf_gain(scalar([-1.0], [1.0])).upper),
+        pytest.param(blind_two_delays(), hinf_gain(scalar([-0.5, -0.5], [0.5, 1.0])).upper, marks=pytest.mark.slow),
+    ]
+
+
+@pytest.mark.parametrize(("system", "exact"), anchors())
+def test_anchors(system: object, exact: float) -> None:
+    pade, chebyshev = pade_model(system, 10), chebyshev_model(system, 10)  # type: ignore[arg-type]
+    assert lmi_gain(pade).gamma == pytest.approx(exact, rel=SEVEN_DIGITS)
+    assert riccati_gain(pade) == pytest.approx(exact, rel=SEVEN_DIGITS)
+    assert riccati_gain(chebyshev) == pytest.approx(exact, rel=SEVEN_DIGITS)
+
+
+def test_elimination_does_not_change_the_level() -> None:
+    model = pade_model(one_delay(), 4)
+    assert lmi_gain(model).gamma == pytest.approx(lmi_gain(model, eliminate=False).gamma, rel=1e-6)
+    assert lmi_gain(model).gamma == pytest.approx(riccati_gain(model), rel=1e-6)
+
+
+def test_companion_form_misleads() -> None:
+    """The same plant in other coordinates: the program is never accepted as solved at the right level."""
+    exact = 1 / np.sqrt(18)
+    for order in (4, 6, 10):
+        model = pade_model(unstable_pair(), order, companion=True)
+        try:
+            gamma = lmi_gain(model, tolerance=1e-8).gamma
+        except ReplicationError:
+            continue
+        assert abs(gamma / exact - 1) > 1e-3
+
+
+def test_gain_of_the_printed_form_stabilises() -> None:
+    model = pade_model(one_delay(), 3)
+    result = lmi_gain(model, eliminate=False, tolerance=1e-7)
+    assert result.gain is not None
+    assert np.linalg.eigvals(model.a + result.gain @ model.c2).real.max() < 0
+
+
+def test_undetectable_model() -> None:
+    model = Model(np.diag([1.0, -1.0]), np.eye(2), np.eye(2), np.array([[0.0, 1.0]]))
+    for solve in (lmi_gain, riccati_gain):
+        with pytest.raises(InvalidInputError, match="not detectable"):
+            solve(model)
+
+
+def test_singular_filter_problem_is_refused_by_the_riccati_route() -> None:
+    model = Model(np.array([[-1.0, 1], [0, -1]]), np.array([[1.0], [0]]), np.eye(2), np.array([[0.0, 1.0]]))
+    with pytest.raises(InvalidInputError, match="C_2 B"):
+        riccati_gain(model)

@@ -1,0 +1,54 @@
+"""Both solvers on programs with known answers; statuses that are not answers are errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sparse
+
+from replication.errors import InfeasibleError, SolverError
+from replication.estimation.delay import SdpaOptions
+from replication.estimation.delay.sdp import Program, solve_clarabel, solve_sdpa
+
+SDPA_GAP = 1e-6
+
+
+def least_eigenvalue(matrix: np.ndarray) -> Program:
+    """min ⟨matrix, X⟩ subject to trace X = 1: the least eigenvalue."""
+    n = matrix.shape[0]
+    return Program(sparse.csr_array(np.eye(n).reshape(1, -1)), np.ones(1), matrix.ravel(), 0, (n,))
+
+
+@pytest.mark.parametrize("solve", [solve_sdpa, solve_clarabel])
+def test_least_eigenvalue(solve: object) -> None:
+    root = np.random.default_rng(2).standard_normal((5, 5))
+    matrix = root + root.T
+    solution = solve(least_eigenvalue(matrix))  # type: ignore[operator]
+    assert solution.objective == pytest.approx(np.linalg.eigvalsh(matrix)[0], abs=1e-6)
+    assert solution.gap < 1e-6 and solution.equality < 1e-6 and solution.least_eigenvalue > -1e-8
+    # Complementarity: X times the slack matrix - λI vanishes.
+    slack = matrix - solution.dual_objective * np.eye(5)
+    assert np.abs(slack @ solution.blocks[0]).max() < 1e-4
+
+
+@pytest.mark.parametrize("solve", [solve_sdpa, solve_clarabel])
+def test_infeasible(solve: object) -> None:
+    a = sparse.csr_array(np.eye(2).reshape(1, -1))
+    with pytest.raises(InfeasibleError, match="status"):
+        solve(Program(a, -np.ones(1), np.eye(2).ravel(), 0, (2,)))  # type: ignore[operator]
+
+
+def test_too_few_iterations_are_an_error() -> None:
+    program = least_eigenvalue(np.diag([1.0, 2.0, 3.0]))
+    with pytest.raises(SolverError, match="SDPA stopped"):
+        solve_sdpa(program, SdpaOptions(iterations=2))
+    with pytest.raises(SolverError, match="Clarabel stopped"):
+        solve_clarabel(program, iterations=2)
+
+
+def test_linear_part() -> None:
+    """min l + tr X subject to l + X_11 = 1: any split costs 1."""
+    a = sparse.csr_array(np.array([[1.0, 1.0, 0.0, 0.0, 0.0]]))
+    program = Program(a, np.ones(1), np.concatenate([[1.0], np.eye(2).ravel()]), 1, (2,))
+    for solve in (solve_sdpa, solve_clarabel):
+        assert solve(program).objective == pytest.approx(1.0, abs=SDPA_GAP)

@@ -1,0 +1,54 @@
+"""Characteristic roots and the H∞ gain against closed forms and independent sweeps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.special import lambertw
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.delay import delay_system, frequency_response, hinf_gain, minimum_gain, rightmost_roots
+from replication.estimation.delay.spectrum import undetectable_root
+from tests.estimation.delay.plants import one_delay, scalar, two_delays, unstable_pair
+
+
+@pytest.mark.parametrize("gain", [-1.0, -0.3, 0.4])
+def test_roots_of_the_scalar_equation(gain: float) -> None:
+    """s = g e^{-s} has the roots W_k(g)."""
+    roots = rightmost_roots(scalar([gain], [1.0]), 3)
+    branches = np.array([complex(lambertw(gain, k)) for k in range(-4, 4)])
+    branches = branches[np.argsort(-branches.real)][:3]
+    assert np.sort(roots.real) == pytest.approx(np.sort(branches.real), abs=1e-9)
+
+
+def test_gain_of_an_integrator_with_delayed_feedback() -> None:
+    bracket = hinf_gain(scalar([-1.0], [1.0]))
+    omega = np.linspace(1.30, 1.31, 200_001)
+    dense = np.abs(1 / (1j * omega + np.exp(-1j * omega))).max()
+    assert bracket.lower <= bracket.upper
+    assert bracket.upper / bracket.lower - 1 < 2e-9
+    assert dense == pytest.approx(bracket.lower, rel=1e-8)
+
+
+def test_gain_bounds_a_sweep_from_above() -> None:
+    for system in (one_delay(), two_delays()):
+        bracket = hinf_gain(system)
+        response = frequency_response(system, np.linspace(0, 60, 4001))
+        assert np.linalg.norm(response, 2, axis=(1, 2)).max() <= bracket.upper
+
+
+def test_response_without_delay_matches_the_state_space_formula() -> None:
+    system = delay_system([[-1.0, 1], [0, -2]], [np.zeros((2, 2))], [1.0], [[0], [1]], [[1, 0]], [[1, 0]])
+    assert frequency_response(system, 0.5)[0, 0, 0] == pytest.approx(1 / ((0.5j + 1) * (0.5j + 2)))
+
+
+def test_unstable_plant_has_no_gain() -> None:
+    with pytest.raises(InfeasibleError, match="infinite"):
+        hinf_gain(unstable_pair())
+
+
+def test_undetectable_plant_is_refused_before_the_solver() -> None:
+    system = delay_system(np.diag([0.5, -1.0]), [np.zeros((2, 2))], [1.0], np.eye(2), [[1, 0]], [[0, 1]])
+    assert undetectable_root(system) == pytest.approx(0.5, abs=1e-9)
+    with pytest.raises(InvalidInputError, match="not detectable"):
+        minimum_gain(system, 1)

@@ -1,0 +1,111 @@
+"""The delay paper: its transcription, the identities behind its errata, and the cheap experiments."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from papers.peet2019 import PAPER, data, names
+from papers.peet2019.claims.cost import exponent, published
+from papers.peet2019.errata import WRONG
+from papers.peet2019.experiments import as_printed, closed_loop, example_4, references, sizes, synthesised, system_of
+from papers.peet2019.identities import MISPRINTS, identities
+from papers.peet2019.inversion import inverse_identities
+from replication.audit.claims import validate_claims
+from replication.audit.model import Kind, Verdict
+from replication.estimation.delay import rightmost_roots
+
+ROUNDING = 1e-10
+
+
+def test_claims_are_well_formed() -> None:
+    validate_claims([PAPER])
+    assert len({claim.id for claim in PAPER.claims}) == len(PAPER.claims)
+
+
+def test_every_printed_cell_of_the_tables_is_a_claim() -> None:
+    printed = sorted(claim.printed for claim in PAPER.claims if claim.printed)
+    cells = [text for table in (data.GAMMA, data.SECONDS) for row in table.values() for text in row.values()]
+    cells += [data.seconds(n, k) for n, k, _ in published()]
+    for text in cells:
+        assert text in printed
+        printed.remove(text)
+
+
+def test_cited_claims_are_never_counted_as_reproduced() -> None:
+    for claim in PAPER.claims:
+        assert (claim.kind is Kind.CITED) == (claim.expected is Verdict.NOT_CHECKABLE)
+
+
+def test_examples_have_the_printed_delays() -> None:
+    assert [system_of(data.EXAMPLES[name]).delays for name in "123"] == [(0.3,), (1.0,), (0.5, 1.0)]
+    third, second = system_of(data.EXAMPLES["3"]), system_of(data.EXAMPLES["2"])
+    assert np.array_equal(sum(third.a), second.a[0])
+
+
+def test_the_corrected_identity_holds_and_each_misprint_breaks_it() -> None:
+    found = identities(20, 7)["theorem_3"]
+    assert found["none"]["largest"] < ROUNDING
+    for misprint in MISPRINTS[1:]:
+        assert found[misprint]["median"] > WRONG
+
+
+def test_the_inverse_needs_the_corrected_factors() -> None:
+    found = inverse_identities(5, 3)
+    for part in ("theorem_4", "lemma_5"):
+        assert found[part]["corrected"]["largest"] < ROUNDING
+        assert found[part]["printed"]["median"] > WRONG
+
+
+def test_identities_are_reproducible() -> None:
+    assert identities(3, 11) == identities(3, 11)
+    assert identities(3, 11) != identities(3, 12)
+
+
+@pytest.mark.parametrize("example", ["1", "2"])
+def test_gains_of_degree_two_round_to_the_print(example: str) -> None:
+    gamma = synthesised(data.EXAMPLES[example], 2)["tensor"]["gamma"]
+    assert abs(gamma - float(data.GAMMA[example]["2"])) <= 0.5e-4
+
+
+def test_degree_one_of_example_2_does_not_round_to_the_print_by_any_rule() -> None:
+    found = synthesised(data.EXAMPLES["2"], 1)
+    for rule in ("tensor", "total", "wide"):
+        assert abs(found[rule]["gamma"] - float(data.GAMMA["2"]["1"])) > 0.5e-4
+    assert found["clarabel"] == pytest.approx(found["tensor"]["gamma"], rel=1e-6)
+
+
+def test_references_agree_with_each_other() -> None:
+    found = references(data.EXAMPLES["2"], data.PADE_ORDER, data.VISIBLE["2"])
+    exact = found["exact"]["upper"]
+    for name in ("pade", "pade_riccati", "chebyshev"):
+        assert found[name] == pytest.approx(exact, rel=1e-7)
+    assert found["root"][0] > 0
+
+
+def test_theorem_3_as_printed_has_no_solution() -> None:
+    found = as_printed(data.EXAMPLES["2"], 1)
+    assert found["0.001"]["gamma"] is None
+    assert found["0.001"]["outcome"].startswith("InfeasibleError")
+
+
+def test_closed_loop_experiment() -> None:
+    found = closed_loop(data.EXAMPLES["1"], 1.01, 2, 1e-4, [16, 22])
+    assert found["optimum"] * (1 - 1e-7) <= found["norms"][-1] <= found["level"]
+    assert found["storage"] > 0 >= found["dissipation"]
+
+
+def test_size_grows_like_the_square_of_the_product() -> None:
+    cells = sizes([2, 3, 5], [2, 3, 5])["cells"]
+    slope = exponent([(cell["states"] * cell["delays"], cell["equalities"]) for cell in cells])
+    assert 1.5 < slope < 2.2
+
+
+def test_example_4_is_stable_when_the_eigenvalue_is_one() -> None:
+    assert rightmost_roots(example_4(1, 3, jordan=1.0), 1)[0].real < 0
+
+
+def test_default_cells_stay_below_the_limit() -> None:
+    cells = names.default_cells()
+    assert (5, 3) in cells and (5, 5) not in cells
+    assert {names.cell(n, k) for n, k in cells} <= {experiment.name for experiment in PAPER.experiments}
