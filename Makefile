@@ -13,12 +13,15 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures test test-fast bench lint format lock clean help
+.PHONY: report figures readme test test-fast bench lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/ and report/index.html (the default)
 	$(BIN)/python -m replication run
 
 figures: report ## the same: figures/ is written with the report
+
+readme: report ## write the results of the run into README.md
+	$(BIN)/python -m replication.audit.readme
 
 test: lint ## all checks: lint, types, every test
 	$(BIN)/python -m pytest

@@ -18,6 +18,8 @@ from replication.audit.model import SolverRecord
 NEVER_RAN = "never ran"
 UNREADABLE = "entry unreadable"
 NOT_ASKED = "the cache was not asked"
+NAMED = 4
+"""Changes that a reason names; it counts the others."""
 
 
 class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
@@ -76,9 +78,10 @@ class Cache:
         entry = _read(path)
         if entry is None:
             return Lookup(None, UNREADABLE, None)
-        changes = ", ".join(_changes(entry.dependencies, dependencies))
+        changes = list(_changes(entry.dependencies, dependencies))
         if changes:
-            return Lookup(None, f"changed: {changes}", entry.seconds)
+            more = f" and {len(changes) - NAMED} more" if len(changes) > NAMED else ""
+            return Lookup(None, f"changed: {', '.join(changes[:NAMED])}{more}", entry.seconds)
         if not self.read:
             return Lookup(None, NOT_ASKED, entry.seconds)
         return Lookup(entry, "unchanged", entry.seconds)
@@ -106,9 +109,9 @@ def _read(path: Path) -> Entry | None:
 
 
 def _changes(old: Dependencies, new: Dependencies) -> Iterator[str]:
-    yield from _moved(old.sources, new.sources)
     yield from (name for name in ("function", "inputs", "lock", "python") if getattr(old, name) != getattr(new, name))
     yield from _moved(old.packages, new.packages)
+    yield from _moved(old.sources, new.sources)
 
 
 def _moved(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[str]:

@@ -31,8 +31,8 @@ def full(number: float) -> str:
 
 
 def signed(number: float) -> str:
-    """`number` to three significant digits, with its sign, also when it is positive; zero has none."""
-    text = short(number, 3)
+    """`number` to three significant digits, or whole ones, with its sign also when it is positive; zero has none."""
+    text = _typeset(f"{number:.0f}") if 100 <= abs(number) < 10**6 else short(number, 3)
     return text if number <= 0 else f"+{text}"
 
 

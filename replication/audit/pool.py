@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import signal
+import threading
+import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -49,18 +54,49 @@ def _in_parallel(tasks: Sequence[Task], jobs: int, begun: list[Task]) -> Iterato
             yield joblib.delayed(compute)(task)
 
     try:
-        with joblib.parallel_config(backend="loky", inner_max_num_threads=THREADS):
+        with joblib.parallel_config(
+            backend="loky", inner_max_num_threads=THREADS, initializer=_end_with, initargs=(os.getpid(),)
+        ):
             # One task at a time and none in advance, so that `begun` names little more than what is running.
             parallel = joblib.Parallel(jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
-            yield from parallel(hand_out())
+            with _deaf_children():
+                answers = parallel(hand_out())
+            yield from answers
     finally:
         # Idle processes would hold modules as they were now, and outlive an interruption.
-        get_reusable_executor().shutdown(wait=True, kill_workers=True)
+        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
 
 
 def _compute_alone(task: Task) -> Answer:
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+    context = get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=context, initializer=_end_with, initargs=(os.getpid(),)) as executor:
         try:
-            return executor.submit(compute, task).result()
+            with _deaf_children():
+                answer = executor.submit(compute, task)
+            return answer.result()
         except BrokenProcessPool:
             return Answer(task.name, None, 0.0, KILLED)
+
+
+@contextlib.contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Processes begun meanwhile ignore Ctrl-C, which reaches them too: this one decides, and ends them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+def _end_with(parent: int) -> None:
+    """End this process soon after its parent: nobody would wait for the answer of an orphan."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

@@ -9,7 +9,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,8 +21,9 @@ from markupsafe import Markup
 
 from replication.audit import numerals, svg
 from replication.audit.files import write_atomically
+from replication.audit.formulas import mathml
 from replication.audit.model import Verdict
-from replication.audit.records import ClaimRecord, FigureRecord, PaperRecord, ResultsFile
+from replication.audit.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.audit.view import ClaimView, anchor, counts, sentence, views
 from replication.errors import AuditError
 
@@ -32,7 +32,7 @@ SOURCES = Path(__file__).resolve().parents[2] / "report"
 
 _UNSEEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ufdd0-\ufdef\ufffe\uffff]")
 _CODE = re.compile(r"([A-Za-z0-9_./-]+):([0-9]+)")
-_Record = TypeVar("_Record")
+_Record = TypeVar("_Record", ClaimRecord, ErratumRecord, FigureRecord)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,7 +41,7 @@ class FigureView:
 
     record: FigureRecord
     view_box: str = ""
-    drawing: Markup = Markup()
+    drawing: str = ""
     csv_link: str = ""
     svg_link: str = ""
 
@@ -54,7 +54,7 @@ class PaperView:
     claims: tuple[ClaimView, ...]
     counts: Mapping[Verdict, int]
     figures: tuple[FigureView, ...]
-    errata: tuple[Any, ...]
+    errata: tuple[ErratumRecord, ...]
     formulas: tuple[tuple[str, Markup], ...]
 
     @property
@@ -77,12 +77,17 @@ def build_report(results: ResultsFile, figures: Path, output: Path) -> Path:
     Raises AuditError if a figure file is missing or belongs to other results, a formula cannot be set, a table names an
     unknown claim, or a part of the template is missing.
     """
-    write_atomically(output, render(results, figures).encode())
+    place = output.resolve()
+    depth = len(place.relative_to(SOURCES.parent).parts) - 1 if place.is_relative_to(SOURCES.parent) else 1
+    write_atomically(output, render(results, figures, root="../" * depth).encode())
     return output
 
 
-def render(results: ResultsFile, figures: Path) -> str:
-    """The text of the report; arguments and errors as for `build_report`."""
+def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
+    """The text of the report; root: the way from its folder to that of the project, for the links to code.
+
+    Other arguments and errors as for `build_report`.
+    """
     script = _source("script.js")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     claims = {claim.id: claim for claim in results.claims}
@@ -92,8 +97,9 @@ def render(results: ResultsFile, figures: Path) -> str:
         .get_template("template.html.j2")
         .render(
             results=results,
+            root=root,
             run=results.run,
-            papers=_papers(results, figures),
+            papers=[_paper(paper, results, figures) for paper in results.papers],
             claims_by_id={view.record.id: view for view in views(results.claims)},
             counts=counts(results.claims),
             sentence=sentence(results.claims),
@@ -107,39 +113,20 @@ def render(results: ResultsFile, figures: Path) -> str:
     )
 
 
-def _papers(results: ResultsFile, figures: Path) -> list[PaperView]:
-    claims, errata, drawn = (
-        _by_paper(records) for records in (results.claims, results.errata, results.figures)
+def _paper(paper: PaperRecord, results: ResultsFile, figures: Path) -> PaperView:
+    claims = _of(paper, results.claims)
+    return PaperView(
+        record=paper,
+        claims=views(claims),
+        counts=counts(claims),
+        figures=tuple(_figure(record, figures) for record in _of(paper, results.figures)),
+        errata=_of(paper, results.errata),
+        formulas=tuple((text, mathml(latex)) for text, latex in paper.formulas),
     )
-    return [
-        PaperView(
-            record=paper,
-            claims=views(claims[paper.key]),
-            counts=counts(claims[paper.key]),
-            figures=tuple(_figure(record, figures) for record in drawn[paper.key]),
-            errata=tuple(errata[paper.key]),
-            formulas=tuple((text, mathml(latex)) for text, latex in paper.formulas),
-        )
-        for paper in results.papers
-    ]
 
 
-def _by_paper(records: tuple[_Record, ...]) -> defaultdict[str, list[_Record]]:
-    grouped: defaultdict[str, list[_Record]] = defaultdict(list)
-    for record in records:
-        grouped[getattr(record, "paper")].append(record)  # noqa: B009 - three record types share this field only
-    return grouped
-
-
-def mathml(latex: str) -> Markup:
-    """`latex` as MathML in display style; raises AuditError that names the formula if it cannot be set."""
-    import latex2mathml.converter
-    import latex2mathml.exceptions
-
-    try:
-        return Markup(latex2mathml.converter.convert(latex, display="block"))
-    except (latex2mathml.exceptions.NoAvailableTokensError, ValueError, LookupError, TypeError) as error:
-        raise AuditError(f"the formula {latex!r} cannot be set as MathML: {error!r}; simplify its LaTeX") from error
+def _of(paper: PaperRecord, records: tuple[_Record, ...]) -> tuple[_Record, ...]:
+    return tuple(record for record in records if record.paper == paper.key)
 
 
 def _figure(record: FigureRecord, directory: Path) -> FigureView:
@@ -209,16 +196,18 @@ def _environment() -> Environment:
         "anchor": lambda name, kind: anchor(kind, name),
         "slug": lambda verdict: str(verdict).replace(" ", "-"),
         "code_link": code_link,
-        "pretty": lambda value: msgspec.json.format(msgspec.json.encode(value, order="deterministic"), indent=2).decode(),
+        "pretty": lambda value: msgspec.json.format(
+            msgspec.json.encode(value, order="deterministic"), indent=2
+        ).decode(),
     }
     environment.tests |= {"claim_cell": _names_claim}
     return environment
 
 
-def code_link(code: str) -> str:
-    """Address of `file:line`, relative to the place of the report in the project; empty if `code` is not of that form."""
+def code_link(code: str, root: str) -> str:
+    """Address of `file:line` from the folder of the report; empty if `code` is not of that form."""
     match = _CODE.fullmatch(code)
-    return f"../{match[1]}#L{match[2]}" if match else ""
+    return f"{root}{match[1]}#L{match[2]}" if match else ""
 
 
 def _shown(value: Any) -> Any:

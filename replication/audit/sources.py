@@ -14,6 +14,9 @@ from typing import Any
 
 from replication.errors import AuditError
 
+CALLERS = ("replication/audit/worker.py", "replication/audit/assemble.py")
+"""Where the functions of papers are called, which is never the cause of an error."""
+
 
 @dataclass(frozen=True)
 class _Module:
@@ -77,11 +80,11 @@ class SourceTree:
         return f"{label}:{code.co_firstlineno}" if label else ""
 
     def last_line(self, traceback: TracebackType | None) -> str:
-        """`file:line` of the innermost frame that lies in the project; empty if there is none."""
+        """`file:line` of the innermost frame in the project, those that call its functions aside; empty if none."""
         found = ""
         while traceback is not None:
             label = self.label(Path(traceback.tb_frame.f_code.co_filename).resolve())
-            found = f"{label}:{traceback.tb_lineno}" if label else found
+            found = f"{label}:{traceback.tb_lineno}" if label and label not in CALLERS else found
             traceback = traceback.tb_next
         return found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 
 from replication.audit.style import FONTS, FOREGROUND
@@ -9,6 +10,9 @@ from replication.errors import AuditError
 
 DECIMALS = 2
 """Coordinates are rounded to this many decimals of a point (1/72 inch): far below what a screen or a printer shows."""
+
+MANY_POINTS, CURVE_DECIMALS = 60, 1
+"""A line through more points than that is a curve of data; a tenth of a point is then still less than its width."""
 
 STANDALONE = "background:#fff;color:#1c1f23"
 """Paper and ink of a figure opened by itself; an inlined one takes both from its page."""
@@ -21,7 +25,7 @@ _NUMBER = re.compile(r"-?[0-9]+\.[0-9]+(?:e-?[0-9]+)?")
 _FOREIGN = re.compile(
     r"""<(?:script|foreignObject|image|style|a)\b|\son[a-z]+=|href="(?!#)|url\((?!#)|@import|<[!?]""", re.IGNORECASE
 )
-_GEOMETRY = re.compile(r'(?<![\w-])(?:d|x|y|x1|y1|x2|y2|width|height|cx|cy|r|points|transform)="[^"]*"')
+_GEOMETRY = re.compile(r'(?<![\w-])(?:x|y|x1|y1|x2|y2|width|height|cx|cy|r|points|transform)="[^"]*"')
 
 
 def tidy(raw: str, prefix: str) -> str:
@@ -41,7 +45,9 @@ def tidy(raw: str, prefix: str) -> str:
     body = body.replace(f"'{FONTS[0]}'", f"'{FONTS[0]}', {FONTS[1]}")
     body = _GEOMETRY.sub(lambda match: _rounded(match.group()), body)
     body = re.sub(r'(?<![\w-])d="([^"]*)"', lambda match: f'd="{_short_path(match[1])}"', body)
-    body = re.sub(r">\s+<", ">\n<", re.sub(r"<defs>\s*</defs>", "", body))
+    body = re.sub(r'<path d="[^"]*" style="fill:\s*none"/>|<g/>', "", body)
+    body = re.sub(r' transform="rotate\(-?0 [^"]*"', "", body)
+    body = _without_bare_groups(re.sub(r">\s+<", ">\n<", re.sub(r"<defs>\s*</defs>", "", body)))
     body = re.sub(r"(?<=[;:]) (?=[^\"<>]*\"/?>)", "", body)
     body = re.sub(r"\n\s*\n", "\n", body).strip()
     _refuse_foreign(body)
@@ -78,6 +84,19 @@ def _with_prefix(body: str, prefix: str) -> str:
     return re.sub(r'(href="|url\()#', rf"\1#{prefix}-", body)
 
 
+def _without_bare_groups(body: str) -> str:
+    """Groups that lost their id carry nothing; an opened one is remembered, so that its own end goes with it."""
+    bare: list[bool] = []
+
+    def keep(match: re.Match[str]) -> str:
+        if match.group() != "</g>":
+            bare.append(match.group() == "<g>")
+            return "" if bare[-1] else match.group()
+        return "" if bare.pop() else match.group()
+
+    return re.sub(r"<g(?: [^>]*[^/])?>|</g>", keep, body)
+
+
 def _rounded(text: str) -> str:
     return _NUMBER.sub(lambda match: _short(float(match.group())), text)
 
@@ -88,8 +107,24 @@ def _short(number: float) -> str:
 
 
 def _short_path(data: str) -> str:
-    """Commas between numbers, which need no escape in a data URI; straight paths need no letter for their lines."""
+    """A path in fewer characters: straight lines as steps from point to point, numbers parted by commas only.
+
+    A comma needs no escape in a data URI. A path of many points is a curve, which `CURVE_DECIMALS` serve.
+    """
     data = re.sub(r"\s*([A-Za-z])\s*", r"\1", data.strip())
-    if not re.search("[QCSTAHV]", data, re.IGNORECASE):
-        data = data.replace("L", " ")
-    return re.sub(r"\s+", ",", data)
+    if re.search("[QCSTAHV]", data, re.IGNORECASE):
+        return re.sub(r"\s+", ",", _rounded(data))
+    decimals = CURVE_DECIMALS if data.count("L") > MANY_POINTS else DECIMALS
+    return "".join(_steps(part, decimals) for part in re.findall(r"M[^Mz]*|z", data))
+
+
+def _steps(part: str, decimals: int) -> str:
+    """One run of lines as its start and relative steps; they do not drift, because the points are rounded first."""
+    if part == "z":
+        return part
+    numbers = [round(float(number) * 10**decimals) for number in part[1:].replace("L", " ").split()]
+    points = list(zip(numbers[::2], numbers[1::2], strict=True))
+    steps = [axis for (x, y), (u, v) in itertools.pairwise(points) for axis in (u - x, v - y)]
+    start, rest = ([_short(number / 10**decimals) for number in group] for group in (points[0], steps))
+    text = f"M{','.join(start)}" + (f"l{','.join(rest)}" if rest else "")
+    return re.sub(r",-", "-", re.sub(r"(?<![0-9])0\.", ".", text))

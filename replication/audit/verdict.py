@@ -113,10 +113,10 @@ def _judge(case: Case) -> Judgement:
     for name, reading in (("", case.reading), ("as_printed.", case.as_printed)):
         if reading is not None:
             require_finite(name, msgspec.to_builtins(reading))
-    if not case.method:
-        raise AuditError("there is no evidence: name the method by which the answer was computed")
     if case.not_checkable:
         return Judgement(Verdict.NOT_CHECKABLE, None, case.not_checkable)
+    if not case.method:
+        raise AuditError("there is no evidence: name the method by which the answer was computed")
     if case.kind is Kind.CITED:
         raise AuditError("a cited claim cannot be checked and must say why: set not_checkable in its evidence")
     if case.erratum is None:

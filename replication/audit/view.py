@@ -73,23 +73,31 @@ def views(claims: Iterable[ClaimRecord]) -> tuple[ClaimView, ...]:
 
 
 def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
-    """How many claims have each verdict, best verdict first; zeros included."""
+    """How many claims have each verdict, in the order of `Verdict`; zeros included."""
     found = Counter(claim.verdict for claim in claims)
-    return {verdict: found[verdict] for verdict in reversed(WORST_FIRST)}
+    return {verdict: found[verdict] for verdict in Verdict}
+
+
+_WORDS = {
+    Verdict.REPRODUCED: ("agrees", "agree", "with the print to its last digit"),
+    Verdict.REPRODUCED_AFTER_ERRATUM: ("agrees", "agree", "once a documented misprint is corrected"),
+    Verdict.DIFFERS: ("differs", "differ", "from the print or its statement"),
+    Verdict.CONSISTENT: ("holds", "hold", "as a qualitative or statistical statement"),
+    Verdict.NOT_CHECKABLE: ("cannot", "cannot", "be checked"),
+    Verdict.ERROR: ("ended", "ended", "in an error"),
+}
 
 
 def sentence(claims: Sequence[ClaimRecord]) -> str:
     """The verdict on all claims in words, computed from them."""
-    words = {
-        Verdict.REPRODUCED: "agree with the print to its last digit",
-        Verdict.REPRODUCED_AFTER_ERRATUM: "agree once a documented misprint is corrected",
-        Verdict.CONSISTENT: "hold as qualitative or statistical statements",
-        Verdict.DIFFERS: "differ",
-        Verdict.NOT_CHECKABLE: "cannot be checked",
-        Verdict.ERROR: "ended in an error",
-    }
-    parts = [f"{number} {words[verdict]}" for verdict, number in counts(claims).items() if number]
-    listed = " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1] if parts else "none was run"]))
+    if not claims:
+        return "There is no claim to judge."
+    parts = [
+        f"{number} {_WORDS[verdict][number != 1]} {_WORDS[verdict][2]}"
+        for verdict, number in counts(claims).items()
+        if number
+    ]
+    listed = " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
     changed = sum(claim.verdict != claim.expected_verdict for claim in claims)
     expected = (
         f"{changed} {'verdict is' if changed == 1 else 'verdicts are'} not as expected."

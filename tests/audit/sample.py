@@ -38,6 +38,7 @@ from replication.audit.records import (
     RunRecord,
     TableRecord,
 )
+from replication.audit.report import build_report
 from replication.audit.style import line, new_axes
 from replication.audit.verdict import make_record
 
@@ -52,7 +53,9 @@ SOLVER = SolverRecord(
 )
 
 
-def claim(name: str, kind: Kind, expected: Verdict, printed: str, evidence: Evidence | None, **more: Any) -> ClaimRecord:
+def claim(
+    name: str, kind: Kind, expected: Verdict, printed: str, evidence: Evidence | None, **more: Any
+) -> ClaimRecord:
     """Record of an invented claim, judged like any other; `error` and `proof` stand for what a run would bring."""
     error, proof = more.pop("error", ""), more.pop("proof", None)
     fields = {"place": f"Table 1, {name}", "statement": f"Guaranteed level of the observer, case {name}."} | more
@@ -164,7 +167,9 @@ def figure(name: str = "doe1999-fig2", **more: Any) -> Figure:
         "uses": (),
         "data": trace,
         "plot": draw,
-        "alt": lambda data: f"Two curves over {len(data.columns['k'])} steps, at most {max(data.columns['error 1']):.3g}.",
+        "alt": lambda data: (
+            f"Two curves over {len(data.columns['k'])} steps, at most {max(data.columns['error 1']):.3g}."
+        ),
     }
     return Figure(name=name, **(fields | more))
 
@@ -232,7 +237,10 @@ def paper_record(ids: tuple[str, ...]) -> PaperRecord:
         bibtex="@article{doe1999,\n  author = {Doe, Jane and Roe, Richard},\n  year = {1999}\n}",
         findings=("Two of the printed levels lie above the optimum.", "A shorter period can make the level worse."),
         formulas=(
-            ("Error system", r"e(k+1) = (A - L_k S_k C)\, e(k) + \begin{bmatrix} B_d & -L_k S_k D \end{bmatrix} d_*(k)"),
+            (
+                "Error system",
+                r"e(k+1) = (A - L_k S_k C)\, e(k) + \begin{bmatrix} B_d & -L_k S_k D \end{bmatrix} d_*(k)",
+            ),
             ("Guaranteed level", r"\gamma = \sup_{d \in \ell_2} \frac{\|z\|_2}{\|d\|_2}"),
         ),
         tables=(
@@ -338,3 +346,8 @@ def hostile_results(directory: Path, text: str) -> ResultsFile:
         figures=tuple(swap(r, place=text, title=text, caption=text, alt=text) for r in made.figures),
         experiments=tuple(swap(r, code=text, inputs={text: text}, error=text) for r in made.experiments),
     )
+
+
+def build(directory: Path) -> Path:
+    """Build the report of the sample in `directory`."""
+    return build_report(results(directory / "figures"), directory / "figures", directory / "index.html")

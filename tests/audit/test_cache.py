@@ -66,6 +66,13 @@ def test_every_dependency_counts_and_is_named(cache: Cache, changed: dict[str, A
     assert dependencies(**changed).key != dependencies().key
 
 
+def test_long_reasons_are_cut_and_say_how_many_there_are(cache: Cache) -> None:
+    cache.store("e", entry())
+    many = {f"lab/{letter}.py": "9" for letter in "abcdef"}
+    reason = cache.lookup("e", dependencies(sources=many, inputs="{}")).reason
+    assert reason == "changed: inputs, lab/a.py, lab/b.py, lab/c.py (new) and 3 more"
+
+
 def test_a_cache_that_is_not_read_still_stores(cache: Cache) -> None:
     blind = Cache(cache.directory, read=False)
     blind.store("e", entry())

@@ -76,6 +76,12 @@ def test_a_corrected_claim_falls_with_its_proof(proof: Proof | None) -> None:
     assert Cause.FORGED in causes(CORRECTED, proof)
 
 
+def test_a_proof_that_failed_does_not_count_even_if_marked_as_holding() -> None:
+    (erratum,) = errata_of(CORRECTED, PROVED).values()
+    problems = check(results_file(CORRECTED, errata=(replace(erratum, error="ValueError: no"),)), None)
+    assert (CORRECTED.id, Cause.FORGED) in [(problem.where, problem.cause) for problem in problems]
+
+
 def test_a_changed_verdict_is_a_problem_and_a_pinned_difference_is_none() -> None:
     (problem,) = check(results_file(replace(OFF, expected_verdict=Verdict.REPRODUCED)), None)
     assert problem.cause is Cause.CHANGED_VERDICT

@@ -82,7 +82,9 @@ def test_list_keeps_the_unit_of_each_entry() -> None:
     assert [str(entry.unit) for entry in parse("(0.1270, -0.0, 2)").entries] == ["1/10000", "1/10", "1"]
 
 
-@pytest.mark.parametrize("text", ["[0.228 0.294; -0.125 0.267]", "[0.228, 0.294; −0.125,0.267]", "[.228 .294;-.125 .267]"])
+@pytest.mark.parametrize(
+    "text", ["[0.228 0.294; -0.125 0.267]", "[0.228, 0.294; −0.125,0.267]", "[.228 .294;-.125 .267]"]
+)
 def test_matrix(text: str) -> None:
     printed = parse(text)
     assert printed.shape == (2, 2)

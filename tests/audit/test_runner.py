@@ -45,6 +45,7 @@ def test_second_run_computes_nothing_and_says_the_same(lab: Lab) -> None:
     assert json.dumps(second["values"]) == json.dumps(first["values"])
 
 
+@pytest.mark.slow
 def test_number_of_jobs_does_not_change_a_byte(lab: Lab) -> None:
     one = lab.audit(jobs=1, read=False, OMP_NUM_THREADS="2")
     two = lab.audit(jobs=2, read=False)
@@ -117,6 +118,7 @@ def test_one_paper_alone(lab: Lab) -> None:
     assert done(lab.audit(), "reused") == {"other2021.half"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize(
     ("planted", "message"),
@@ -149,6 +151,7 @@ def test_a_failing_experiment_is_an_error_of_what_uses_it_alone(
     assert done(lab.audit(jobs=jobs), "failed") == {"toy2020.square"}
 
 
+@pytest.mark.slow
 def test_a_killed_process_is_an_error_of_its_experiment_alone(lab: Lab) -> None:
     lab.edit("toy2020/squares.py", "    solver = ", "    import os\n    os.kill(os.getpid(), 9)\n    solver = ")
     answer = lab.audit(jobs=2)
@@ -173,6 +176,15 @@ def test_a_failing_answer_is_an_error_of_its_claim_alone(
     assert verdicts(answer)["toy2020.wait.patient"] == verdict
     assert words in answer["file"]["claims"][3]["reason"]
     assert verdicts(answer)["toy2020.square.two"] == "reproduced"
+
+
+def test_wrong_arguments_are_told_without_a_line_of_the_machinery(lab: Lab) -> None:
+    lab.edit("toy2020/experiments.py", '"label": "a"', '"lable": "a"')
+    answer = lab.audit()
+    assert "unexpected keyword argument 'lable'" in answer["log"]["toy2020.wait-a"][2]
+    assert "worker.py" not in answer["log"]["toy2020.wait-a"][2]
+    assert "[papers/toy2020/claims.py:" in answer["file"]["claims"][3]["reason"]
+    assert "assemble.py" not in answer["file"]["claims"][3]["reason"]
 
 
 def test_malformed_proofs_and_findings_are_errors(lab: Lab) -> None:
@@ -221,6 +233,7 @@ def start(lab: Lab, jobs: int) -> subprocess.Popen[str]:
     return process
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT])
 def test_an_interrupted_run_resumes(lab: Lab, jobs: int, blow: signal.Signals) -> None:
@@ -235,11 +248,20 @@ def test_an_interrupted_run_resumes(lab: Lab, jobs: int, blow: signal.Signals) -
     assert sorted(path.name for path in (lab.root / ".cache").iterdir()) == sorted(f"{name}.json" for name in ALL)
 
 
-def test_interruption_leaves_no_process_behind(lab: Lab) -> None:
+def alive(group: int) -> list[str]:
+    """The processes of a group; one that has ended and that nobody has waited for yet is listed as Z."""
+    listed = subprocess.run(["ps", "-A", "-o", "pgid=,stat=,args="], capture_output=True, text=True, check=True).stdout
+    lines = [line.split(maxsplit=2) for line in listed.splitlines()]
+    return [arguments for found, state, arguments in lines if int(found) == group and not state.startswith("Z")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("blow", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+def test_no_process_outlives_the_run(lab: Lab, blow: signal.Signals) -> None:
     process = start(lab, 2)
-    os.kill(process.pid, signal.SIGINT)
-    process.communicate(timeout=20)
-    # A process that has ended and that nobody has waited for yet is listed as Z.
-    listed = subprocess.run(["ps", "-A", "-o", "pgid=,stat="], capture_output=True, text=True, check=True).stdout
-    groups = [line.split() for line in listed.splitlines()]
-    assert [state for group, state in groups if group == str(process.pid) and not state.startswith("Z")] == []
+    os.kill(process.pid, blow)
+    process.wait(timeout=20)
+    deadline = time.monotonic() + 20
+    while alive(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert alive(process.pid) == []

@@ -30,6 +30,7 @@ def test_statement_holds_or_not_and_its_margin_agrees(kind: Kind) -> None:
     assert judge(statement_case(kind, False, -0.25)).verdict is Verdict.DIFFERS
     assert judge(statement_case(kind, True)).verdict is Verdict.CONSISTENT
     assert judge(statement_case(kind, False, 0.0)).verdict is Verdict.DIFFERS
+    assert judge(statement_case(kind, True, 0.0)).verdict is Verdict.CONSISTENT
     for contradictory in (statement_case(kind, True, -1e-300), statement_case(kind, False, 1e-300)):
         assert judge(contradictory).verdict is Verdict.ERROR
     assert judge(statement_case(kind, None, 0.25)).verdict is Verdict.ERROR
@@ -60,7 +61,7 @@ def test_statistical(probability: float | None, holds: bool | None, verdict: Ver
 def test_cited_needs_its_reason_and_any_kind_may_be_not_checkable() -> None:
     assert judge(Case(kind=Kind.CITED, reading=Reading())).verdict is Verdict.ERROR
     for kind in Kind:
-        judgement = judge(Case(kind=kind, reading=Reading(), not_checkable="taken from elsewhere"))
+        judgement = judge(Case(kind=kind, reading=Reading(), method="", not_checkable="taken from elsewhere"))
         assert (judgement.verdict, judgement.reason) == (Verdict.NOT_CHECKABLE, "taken from elsewhere")
 
 

@@ -1,0 +1,64 @@
+"""The part of the README that comes from a run: verdicts per paper and what the audit found, between two markers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+from replication.audit.files import write_atomically
+from replication.audit.model import Verdict
+from replication.audit.records import ResultsFile, read_results
+from replication.errors import AuditError
+
+BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results: end -->"
+
+
+def results_block(results: ResultsFile) -> str:
+    """Markdown: a table of verdicts per paper, then the findings of each paper as a list."""
+    return "\n".join([BEGIN, "", *_table(results), "", *_findings(results), END])
+
+
+def replace_block(text: str, block: str) -> str:
+    """`text` with the part between the markers replaced; raises AuditError if the markers are not there once each."""
+    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
+        raise AuditError(f"the README must hold the lines {BEGIN!r} and {END!r} once each, in this order")
+    return text[: text.index(BEGIN)] + block + text[text.index(END) + len(END) :]
+
+
+def update(readme: Path, results: Path) -> None:
+    """Write the results of a run into the README."""
+    text = replace_block(readme.read_text(encoding="utf-8"), results_block(read_results(results)))
+    write_atomically(readme, text.encode())
+
+
+def _table(results: ResultsFile) -> Iterator[str]:
+    shown = [verdict for verdict in Verdict if verdict is not Verdict.ERROR]
+    yield "| Paper | claims | " + " | ".join(shown) + " |"
+    yield "| --- " + "| ---: " * (len(shown) + 1) + "|"
+    for paper in results.papers:
+        counts = Counter(claim.verdict for claim in results.claims if claim.paper == paper.key)
+        numbers = " | ".join(str(counts[verdict]) for verdict in shown)
+        yield f"| {_cell(_short(paper.authors))} ({paper.year}) | {counts.total()} | {numbers} |"
+
+
+def _findings(results: ResultsFile) -> Iterator[str]:
+    for paper in results.papers:
+        yield f"**{_short(paper.authors)} ({paper.year})**"
+        yield ""
+        yield from (f"- {finding}" for finding in paper.findings)
+        yield ""
+
+
+def _short(authors: tuple[str, ...]) -> str:
+    surnames = [author.split()[-1] for author in authors]
+    return surnames[0] + (" et al." if len(surnames) > 2 else f" and {surnames[1]}" if len(surnames) == 2 else "")
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+if __name__ == "__main__":
+    root = Path(__file__).resolve().parents[2]
+    update(root / "README.md", root / "report" / "results.json")

@@ -1,0 +1,202 @@
+"""The report in Chromium: it fits the window, makes no complaint, works without scripts and on paper."""
+
+from __future__ import annotations
+
+import base64
+import os
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote, urlparse
+
+import pytest
+from sample import KEY, build, claims
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+
+from replication.audit.model import Verdict
+from replication.audit.view import anchor
+
+pytestmark = pytest.mark.browser
+
+WIDTHS = (320, 768, 1440)
+SMALLEST_CONTRAST = 4.5
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return build(tmp_path_factory.mktemp("report")).as_uri()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[webdriver.Chrome]:
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        if os.environ.get("CI"):
+            pytest.fail("Chromium or its driver is missing; install both (Debian: chromium chromium-driver)")
+        pytest.skip("Chromium or its driver is missing; the report is tried where they are installed")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"):
+        options.add_argument(argument)
+    started = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    yield started
+    started.quit()
+
+
+@pytest.fixture
+def visit(browser: webdriver.Chrome, address: str) -> Callable[..., webdriver.Chrome]:
+    """Open the report in a window of some width and colour scheme, with or without scripts."""
+
+    def go(width: int = 1440, scheme: str = "light", fragment: str = "", scripts: bool = True) -> webdriver.Chrome:
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        scheme_feature = [{"name": "prefers-color-scheme", "value": scheme}]
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": scheme_feature})
+        browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not scripts})
+        browser.get("about:blank")
+        browser.get(f"{address}{fragment}")
+        return browser
+
+    return go
+
+
+def claim_id(name: str) -> str:
+    return anchor("claim", f"{KEY}.{name}")
+
+
+def shown(browser: webdriver.Chrome) -> list[str]:
+    return [
+        e.get_attribute("id") or "" for e in browser.find_elements(By.CSS_SELECTOR, "tbody.claim") if e.is_displayed()
+    ]
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_fits_the_window_without_complaint(visit: Any, width: int, scheme: str) -> None:
+    page = visit(width, scheme)
+    page.execute_script("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    assert page.execute_script("return document.documentElement.scrollWidth") == width
+    assert page.get_log("browser") == []
+    assert len(shown(page)) == len(claims())
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_what_scrolls_can_be_reached_by_keyboard(visit: Any, width: int) -> None:
+    stuck = """return [...document.querySelectorAll('body *')].filter((e) => getComputedStyle(e).overflowX === 'auto'
+      && e.scrollWidth > e.clientWidth && e.tabIndex < 0).map((e) => e.outerHTML.slice(0, 80))"""
+    assert visit(width).execute_script(stuck) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_has_contrast(visit: Any, scheme: str) -> None:
+    """Contrast of each text colour with the paper and the raised paper, WCAG 2 level AA."""
+    page = visit(scheme=scheme)
+    colours = page.execute_script("""
+      const style = (e) => getComputedStyle(e);
+      const texts = [...document.querySelectorAll('body *')].filter((e) => e.checkVisibility()
+        && [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim()));
+      const raised = style(document.querySelector('pre')).backgroundColor;
+      return [[style(document.body).backgroundColor, raised], [...new Set(texts.map((e) => style(e).color))]];""")
+    papers, inks = ([tuple(map(int, re.findall(r"\d+", colour)[:3])) for colour in group] for group in colours)
+    assert len(inks) > len(Verdict)
+    for paper in papers:
+        for ink in inks:
+            assert contrast(ink, paper) >= SMALLEST_CONTRAST, (ink, paper)
+
+
+def contrast(one: tuple[int, ...], other: tuple[int, ...]) -> float:
+    low, high = sorted(luminance(colour) for colour in (one, other))
+    return (high + 0.05) / (low + 0.05)
+
+
+def luminance(colour: tuple[int, ...]) -> float:
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in (part / 255 for part in colour)]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def test_dark_is_dark_and_figures_follow(visit: Any) -> None:
+    ink = "return getComputedStyle(document.querySelector('svg.figure text')).fill"
+    light, dark = (visit(scheme=scheme).execute_script(ink) for scheme in ("light", "dark"))
+    assert sum(map(int, re.findall(r"\d+", dark))) > 600 > sum(map(int, re.findall(r"\d+", light)))
+
+
+def test_mathml_is_set(visit: Any) -> None:
+    heights = "return [...document.querySelectorAll('math')].map((e) => e.getBoundingClientRect().height)"
+    page = visit()
+    assert all(height > 15 for height in page.execute_script(heights))
+    fraction = "const f = document.querySelector('mfrac'); return f.getBoundingClientRect().height"
+    assert page.execute_script(fraction) > 30
+
+
+def test_everything_is_there_without_scripts(visit: Any) -> None:
+    page = visit(scripts=False)
+    assert len(shown(page)) == len(claims())
+    assert not page.find_element(By.ID, "filter").is_displayed()
+    first = page.find_element(By.CSS_SELECTOR, "tbody.claim summary")
+    evidence = page.find_element(By.CSS_SELECTOR, "tbody.claim .evidence")
+    assert not evidence.is_displayed()
+    first.click()
+    assert evidence.is_displayed()
+
+
+def test_evidence_opens_by_keyboard(visit: Any) -> None:
+    page = visit()
+    summary = page.find_element(By.CSS_SELECTOR, "tbody.claim summary")
+    summary.send_keys(" ")
+    assert page.find_element(By.CSS_SELECTOR, "tbody.claim .evidence").is_displayed()
+
+
+def test_filter_and_its_address(visit: Any) -> None:
+    differing = {anchor("claim", c.id) for c in claims() if c.verdict is Verdict.DIFFERS}
+    page = visit()
+    page.find_element(By.CSS_SELECTOR, "#filter option[value=differs]").click()
+    assert set(shown(page)) == differing
+    assert page.current_url.endswith("#?verdict=differs")
+    page.find_element(By.NAME, "search").send_keys("shorter period")
+    assert shown(page) == [claim_id("shorter-is-better")]
+    page = visit(fragment="#?verdict=differs&search=shorter+period")
+    assert shown(page) == [claim_id("shorter-is-better")]
+    page.find_element(By.CSS_SELECTOR, "#filter button").click()
+    assert len(shown(page)) == len(claims())
+    assert "#" not in page.current_url
+
+
+def test_permalink_opens_its_claim_even_if_it_is_filtered_out(visit: Any) -> None:
+    page = visit(fragment=f"#{claim_id('zero')}")
+    evidence = page.find_element(By.CSS_SELECTOR, f"[id='{claim_id('zero')}'] .evidence")
+    assert evidence.is_displayed()
+    page = visit(fragment="#?verdict=differs")
+    page.execute_script("location.hash = arguments[0]", claim_id("zero"))
+    page.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    assert page.find_element(By.ID, claim_id("zero")).is_displayed()
+
+
+@pytest.mark.parametrize("scripts", [True, False])
+def test_prints_with_all_evidence(visit: Any, scripts: bool, tmp_path: Path) -> None:
+    page = visit(scripts=scripts)
+    pdf = base64.b64decode(page.print_page())
+    assert pdf.startswith(b"%PDF")
+    pages = len(re.findall(rb"/Type\s*/Page\b", pdf))
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    evidence = page.find_elements(By.CSS_SELECTOR, ".evidence")
+    heights = [element.size["height"] for element in evidence]
+    assert len(heights) == len(claims())
+    assert all(height > 0 for height in heights), "closed details open on paper"
+    assert pages > 3
+
+
+def test_figures_have_words_with_numbers_and_data_to_download(visit: Any, address: str) -> None:
+    page = visit()
+    figures = page.find_elements(By.CSS_SELECTOR, "svg.figure")
+    assert figures
+    for figure in figures:
+        assert re.search(r"\d", figure.get_attribute("aria-label") or "")
+    links = page.find_elements(By.CSS_SELECTOR, "a[download]")
+    assert len(links) == 2 * len(figures)
+    for link in links:
+        name, data = link.get_attribute("download"), link.get_attribute("href")
+        written = Path(unquote(urlparse(address).path)).parent / "figures" / name
+        assert unquote(data.partition(",")[2]) == written.read_text(encoding="utf-8")

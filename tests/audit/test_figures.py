@@ -1,0 +1,219 @@
+"""Figures: from results to data to files, the same bytes every time, and one failure leaves the others."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sample import KEY, draw, figure, paper, trace
+
+from replication.audit import style, svg
+from replication.audit.figures import read_csv, to_csv, write_figures
+from replication.audit.model import FigureData
+from replication.errors import AuditError, InvalidInputError
+
+LARGEST_FILE = 150_000
+WHITE, NEAR_BLACK = "#ffffff", "#15181c"
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of an sRGB colour (WCAG 2)."""
+    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def contrast(one: str, other: str) -> float:
+    low, high = sorted((luminance(one), luminance(other)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_files_and_record(tmp_path: Path) -> None:
+    (record,) = write_figures([paper(figure())], {}, tmp_path)
+    assert (record.name, record.paper, record.error) == ("doe1999-fig2", KEY, "")
+    table = tmp_path / "doe1999-fig2.csv"
+    assert hashlib.sha256(table.read_bytes()).hexdigest() == record.csv_sha256
+    assert "501 steps" in record.alt
+    assert (tmp_path / "doe1999-fig2.svg").stat().st_size < LARGEST_FILE
+
+
+def test_same_data_same_bytes(tmp_path: Path) -> None:
+    for run in ("one", "two"):
+        write_figures([paper(figure())], {}, tmp_path / run)
+    for suffix in ("svg", "csv"):
+        one, two = (tmp_path / run / f"doe1999-fig2.{suffix}" for run in ("one", "two"))
+        assert one.read_bytes() == two.read_bytes()
+
+
+def test_a_failing_figure_leaves_the_others_and_no_old_files(tmp_path: Path) -> None:
+    def fail(data: FigureData) -> Any:
+        raise ValueError("no axes")
+
+    write_figures([paper(figure("bad"))], {}, tmp_path)
+    bad, good = write_figures([paper(figure("bad", plot=fail), figure("good"))], {}, tmp_path)
+    assert bad.error == "ValueError: no axes"
+    assert (bad.alt, bad.csv_sha256) == ("", "")
+    assert good.error == ""
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["good.csv", "good.svg"]
+
+
+def test_only_results_in_use_reach_the_figure(tmp_path: Path) -> None:
+    seen: list[dict[str, Any]] = []
+
+    def data(results: Any) -> FigureData:
+        seen.append(dict(results))
+        return trace(results)
+
+    made = figure(uses=("doe1999.a",), data=data)
+    (without,) = write_figures([paper(made)], {"doe1999.b": 1}, tmp_path)
+    assert "no result of doe1999.a" in without.error
+    (record,) = write_figures([paper(made)], {"doe1999.a": 2, "doe1999.b": 1}, tmp_path)
+    assert record.error == ""
+    assert seen == [{"doe1999.a": 2}]
+
+
+@given(
+    st.dictionaries(
+        st.text(st.characters(codec="utf-8", exclude_categories=("Cc", "Cs", "Zl", "Zp")), min_size=1),
+        st.lists(st.floats(allow_nan=False, allow_infinity=False)).map(tuple),
+        min_size=1,
+    ).filter(lambda columns: any(columns.values()))
+)
+def test_csv_reads_back_exactly(
+    tmp_path_factory: pytest.TempPathFactory, columns: dict[str, tuple[float, ...]]
+) -> None:
+    path = tmp_path_factory.mktemp("csv") / "data.csv"
+    path.write_bytes(to_csv(FigureData(columns=columns)))
+    assert read_csv(path).columns == columns
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf])
+def test_csv_refuses_what_is_not_finite(number: float) -> None:
+    with pytest.raises(AuditError, match="column 'x'"):
+        to_csv(FigureData(columns={"x": (1.0, number)}))
+
+
+@pytest.mark.parametrize("columns", [{}, {"x": ()}])
+def test_csv_refuses_no_data(columns: dict[str, tuple[float, ...]]) -> None:
+    with pytest.raises(AuditError, match="no data"):
+        to_csv(FigureData(columns=columns))
+
+
+@pytest.mark.parametrize(("text", "match"), [("x\n", "header"), ("x,y\n1\n", "equal length"), ("x\none\n", "one")])
+def test_read_csv_refuses_other_files(tmp_path: Path, text: str, match: str) -> None:
+    path = tmp_path / "other.csv"
+    path.write_text(text)
+    with pytest.raises(AuditError, match=match):
+        read_csv(path)
+
+
+def test_svg_follows_the_page_and_is_self_contained(tmp_path: Path) -> None:
+    write_figures([paper(figure("one"), figure("two"))], {}, tmp_path)
+    texts = {name: (tmp_path / f"{name}.svg").read_text() for name in ("one", "two")}
+    ids = {name: {element.get("id") for element in ET.fromstring(text).iter()} - {None} for name, text in texts.items()}
+    for name, text in texts.items():
+        assert "currentColor" in text
+        assert style.FOREGROUND not in text
+        assert "<text" in text, "text stays text"
+        assert not re.search(r"\d\.\d{3,}", text), "coordinates are rounded"
+        referred = set(re.findall(r'(?:href="|url\()#([^")]+)', text))
+        assert referred == ids[name]
+    assert not ids["one"] & ids["two"], "two figures fit into one page"
+
+
+def points_of(path: str) -> list[tuple[float, float]]:
+    """Absolute points of a path of lines as `tidy` writes it."""
+    points: list[tuple[float, float]] = []
+    for letter, body in re.findall(r"([Ml])([^Mlz]*)", path):
+        numbers = [float(number) for number in re.findall(r"-?(?:[0-9]+\.?[0-9]*|\.[0-9]+)", body)]
+        for x, y in zip(numbers[::2], numbers[1::2], strict=True):
+            start = points[-1] if letter == "l" else (0.0, 0.0)
+            points.append((start[0] + x, start[1] + y))
+    return points
+
+
+@pytest.mark.parametrize(("count", "error"), [(3, 0.0051), (svg.MANY_POINTS, 0.0051), (500, 0.051)])
+def test_tidied_paths_go_through_the_same_points(count: int, error: float) -> None:
+    points = [(i * 0.7133, 50 * math.sin(i)) for i in range(count + 1)]
+    data = "M " + " \nL ".join(f"{x:.6f} {y:.6f}" for x, y in points)
+    raw = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 10 10"><path d="{data}"/></svg>'
+    body = svg.inner(svg.tidy(raw, "name"))[1]
+    path = re.search(r' d="([^"]*)"', body)
+    assert path is not None
+    assert len(path[1]) < len(data) / 2
+    for tidied, point in zip(points_of(path[1]), points, strict=True):
+        assert tidied == pytest.approx(point, abs=error)
+
+
+def test_other_paths_keep_their_letters() -> None:
+    raw = (
+        '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 10 10"><g id="axes"><path d="M 1.23456 2 \nL 3.001 -4.5 '
+        '\nL -0.0004 6 \nM 7 8 \nL 9 9.999 \nz"/><path d="M 0 0 \nC 1 1 2 2 3 3 \nL 4 4"/></g></svg>'
+    )
+    body = svg.inner(svg.tidy(raw, "name"))[1]
+    assert 'd="M1.23,2l1.77-6.5-3,10.5M7,8l2,2z"' in body
+    assert 'd="M0,0C1,1,2,2,3,3L4,4"' in body
+
+
+def test_groups_that_say_nothing_go_with_their_own_ends() -> None:
+    groups = '<g id="a"><g clip-path="url(#c)"><g id="b"><g opacity="0.5"/><path d="M 0 0"/></g></g></g><g id="d"/>'
+    raw = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><clipPath id="c"/>{groups}</svg>'
+    body = svg.inner(svg.tidy(raw, "name"))[1].replace("\n", "")
+    wanted = '<g clip-path="url(#name-c)"><g opacity="0.5"/><path d="M0,0"/></g>'
+    assert body == f'<clipPath id="name-c"/>{wanted}'
+
+
+@pytest.mark.parametrize(
+    "part", ["<script>1</script>", '<image href="data:,"/>', '<g onload="f()"/>', '<use href="https://a.example/#b"/>']
+)
+def test_svg_that_could_run_or_load_is_refused(part: str) -> None:
+    raw = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1">{part}</svg>'
+    with pytest.raises(AuditError, match="does not take in"):
+        svg.tidy(raw, "name")
+    with pytest.raises(AuditError, match="does not take in"):
+        svg.inner(raw)
+
+
+@pytest.mark.parametrize("text", ["", "<svg></svg>", "<p>no figure</p>"])
+def test_what_is_no_svg_is_refused(text: str) -> None:
+    with pytest.raises(AuditError, match="SVG"):
+        svg.tidy(text, "name")
+    with pytest.raises(AuditError, match="SVG"):
+        svg.inner(text)
+
+
+def test_colours_hold_on_white_and_on_near_black() -> None:
+    for colour in style.COLOURS:
+        assert contrast(colour, WHITE) >= 3
+        assert contrast(colour, NEAR_BLACK) >= 3
+
+
+def test_curves_differ_in_colour_and_line_style() -> None:
+    curves = [style.line(index) for index in range(len(style.COLOURS))]
+    assert len({curve["color"] for curve in curves}) == len(curves)
+    assert len({str(curve["linestyle"]) for curve in curves}) == len(curves)
+
+
+def test_house_style_leaves_the_global_settings_alone() -> None:
+    import matplotlib as mpl
+
+    before = dict(mpl.rcParams)
+    with style.house_style():
+        assert mpl.rcParams["text.color"] == style.FOREGROUND
+        draw(trace({}))
+    assert dict(mpl.rcParams) == before
+
+
+def test_axes_share_the_width_of_the_house() -> None:
+    made, axes = style.new_axes(3, 2, row_height=1.0)
+    assert len(axes) == 6
+    assert made.get_figwidth() == style.WIDTH
+    with pytest.raises(InvalidInputError, match="at least one row"):
+        style.new_axes(0)

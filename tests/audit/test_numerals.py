@@ -1,0 +1,111 @@
+"""How numbers are written, and how they are drawn against what a print stands for."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from replication.audit import numerals
+from replication.audit.drawing import Band, Mark, span_of, strip
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+
+
+def read(text: str) -> float:
+    """The number that a typeset text stands for."""
+    text = text.replace(numerals.MINUS, "-")
+    match = re.fullmatch(r"(.*?)×?10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)", text)
+    if match is None:
+        return float(text)
+    sign = {"": "1", "-": "-1"}.get(match[1], match[1])
+    return float(f"{sign}e{match[2].translate(POWERS)}")
+
+
+@given(FINITE)
+def test_full_reads_back_exactly(number: float) -> None:
+    assert read(numerals.full(number)) == number
+
+
+@given(FINITE)
+def test_short_is_close(number: float) -> None:
+    assert read(numerals.short(number)) == pytest.approx(number, rel=1e-5, abs=1e-320)
+
+
+@given(st.floats(-1e9, 1e9), st.integers(0, 8))
+def test_head_and_tail_are_one_number_cut_at_the_last_printed_place(number: float, places: int) -> None:
+    head, tail = numerals.at_print(number, Fraction(1, 10**places))
+    assert abs(read(head + tail) - number) <= 0.51 * 10.0 ** -(places + numerals.BEYOND) + 1e-15 * abs(number)
+    if places:
+        assert len(head.partition(".")[2]) == places
+        assert len(tail) == numerals.BEYOND
+
+
+@pytest.mark.parametrize(
+    ("number", "unit", "parts"),
+    [
+        (1.32871, Fraction(1, 100), ("1.32", "8710")),
+        (-0.0000123, Fraction(1, 10**4), ("−0.0000", "1230")),
+        (73.0, Fraction(1), ("73", "")),
+        (72.96, Fraction(1), ("72", ".9600")),
+        (66033.5, Fraction(100), ("66033", ".5000")),
+        (1e20, Fraction(1), ("10²⁰", "")),
+    ],
+)
+def test_at_print(number: float, unit: Fraction, parts: tuple[str, str]) -> None:
+    assert numerals.at_print(number, unit) == parts
+
+
+@pytest.mark.parametrize(
+    ("number", "text"), [(0.125, "+0.125"), (-12.34, "−12.3"), (0.0, "0"), (7005.0, "+7005"), (1.5e9, "+1.5×10⁹")]
+)
+def test_signed(number: float, text: str) -> None:
+    assert numerals.signed(number) == text
+
+
+@pytest.mark.parametrize(("number", "text"), [(0.0, "0.00"), (1.234, "1.23"), (0.004, "0.004")])
+def test_seconds(number: float, text: str) -> None:
+    assert numerals.seconds(number) == text
+
+
+def test_layouts_and_exact_fractions() -> None:
+    assert numerals.layout(1.5) == "1.5"
+    assert numerals.layout((1.0, -2.0)) == "(1, −2)"
+    assert numerals.layout(((1.0, 2.0), (3.0, 4.0))) == "[1 2; 3 4]"
+    assert numerals.exact(Fraction(1325, 1000)) == "1.325"
+    assert numerals.exact(Fraction(-1, 20000)) == "−0.00005"
+    assert numerals.short(True) == "yes"
+
+
+BAND = Band(-0.5, 0.5)
+
+
+@given(st.floats(-1.4, 1.4))
+def test_the_dot_lies_in_the_band_exactly_if_the_number_does(units: float) -> None:
+    text = strip([Mark(units)], BAND)
+    band = re.search(r'class="band" x="([\d.]+)" y="2" width="([\d.]+)"', text)
+    dot = re.search(r'class="(in|out)" cx="([\d.]+)"', text)
+    assert band is not None
+    assert dot is not None
+    start, width, place = float(band[1]), float(band[2]), float(dot[2])
+    drawn_inside = start - 0.02 <= place <= start + width + 0.02
+    assert (dot[1] == "in") == (abs(units) <= 0.5)
+    assert drawn_inside or abs(units) > 0.5
+
+
+@pytest.mark.parametrize(("units", "tip"), [(7.0, "M131,"), (-7.0, "M1,")])
+def test_off_the_scale_is_an_arrow(units: float, tip: str) -> None:
+    text = strip([Mark(units)], BAND)
+    assert f'<path class="out" d="{tip}' in text
+    assert "<circle" not in text
+    assert "<circle" in strip([Mark(units)], BAND, span_of([Mark(units)], BAND))
+
+
+def test_a_bracket_decides_and_its_words_say_so() -> None:
+    assert 'aria-label="bracket not within what the print allows"' in strip([Mark(0.4, 0.3, 0.6)], BAND)
+    assert 'aria-label="bracket within what the print allows"' in strip([Mark(0.4, 0.3, 0.5)], BAND)
+    assert 'aria-label="1 of 2 entries within what the print allows"' in strip([Mark(0.4), Mark(0.7)], BAND)

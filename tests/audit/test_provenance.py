@@ -1,0 +1,110 @@
+import hashlib
+import importlib.metadata
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from replication.audit.provenance import git_state, read_environment, run_date, run_record
+from replication.errors import AuditError
+
+
+def git(root: Path, *arguments: str) -> str:
+    identity = ["-c", "user.name=Toy", "-c", "user.email=toy@example.org", "-c", "commit.gpgsign=false"]
+    done = subprocess.run(["git", "-C", str(root), *identity, *arguments], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    root = tmp_path / "project"
+    for name in ("papers/a.py", "report/template.html.j2", "report/results.json", "figures/f.svg", "README.md"):
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text("one\n", encoding="utf-8")
+    git(root.parent, "init", "--quiet", str(root))
+    git(root, "add", ".")
+    git(root, "commit", "--quiet", "-m", "start")
+    return root
+
+
+def test_commit_of_a_clean_tree(project: Path) -> None:
+    assert git_state(project) == (git(project, "rev-parse", "HEAD"), False)
+
+
+@pytest.mark.parametrize("name", ["papers/a.py", "papers/new.py", "report/template.html.j2", "replication/x.py"])
+def test_edited_and_untracked_sources_make_it_dirty(project: Path, name: str) -> None:
+    (project / name).parent.mkdir(exist_ok=True)
+    (project / name).write_text("two\n", encoding="utf-8")
+    assert git_state(project)[1] is True
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "report/results.json",
+        "report/index.html",
+        "report/toy2020/index.html",
+        "figures/f.svg",
+        "figures/new.csv",
+        ".cache/replication/e.json",
+        "benchmarks/results.md",
+    ],
+)
+def test_what_a_run_writes_does_not(project: Path, name: str) -> None:
+    (project / name).parent.mkdir(parents=True, exist_ok=True)
+    (project / name).write_text("two\n", encoding="utf-8")
+    assert git_state(project)[1] is False
+
+
+def test_without_git_nothing_is_claimed(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.rmtree(project / ".git")
+    assert git_state(project) == ("unknown", None)
+    monkeypatch.setenv("PATH", "")
+    assert git_state(project) == ("unknown", None)
+
+
+def test_the_repository_around_an_unpacked_archive_is_not_meant(project: Path) -> None:
+    inner = project / "unpacked"
+    inner.mkdir()
+    assert git_state(inner) == ("unknown", None)
+
+
+def test_date_comes_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+    assert run_date() == "1970-01-02T00:00:00Z"
+    monkeypatch.delenv("SOURCE_DATE_EPOCH")
+    assert run_date() > "2024"
+
+
+@pytest.mark.parametrize("epoch", ["", "soon", "1.5", "9" * 30])
+def test_an_unusable_date_is_refused(monkeypatch: pytest.MonkeyPatch, epoch: str) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+    with pytest.raises(AuditError, match=f"SOURCE_DATE_EPOCH must be whole seconds since 1970, got '{epoch}'"):
+        run_date()
+
+
+def test_environment_names_lock_and_declared_packages(tmp_path: Path) -> None:
+    (tmp_path / "requirements.lock").write_bytes(b"numpy==1\n")
+    (tmp_path / "pyproject.toml").write_text(
+        '[project]\nname = "toy"\ndependencies = ["numpy>=2; python_version>\'3\'", "msgspec"]\n', encoding="utf-8"
+    )
+    environment = read_environment(tmp_path)
+    assert environment.lock_sha256 == hashlib.sha256(b"numpy==1\n").hexdigest()
+    assert environment.packages == {name: importlib.metadata.version(name) for name in ("msgspec", "numpy")}
+
+
+def test_a_declared_package_that_is_missing_is_named(tmp_path: Path) -> None:
+    (tmp_path / "pyproject.toml").write_text(
+        '[project]\nname = "toy"\ndependencies = ["no-such-package-anywhere"]\n', encoding="utf-8"
+    )
+    with pytest.raises(AuditError, match=r"no-such-package-anywhere is not installed.*make"):
+        read_environment(tmp_path)
+
+
+def test_record_of_this_project_is_complete() -> None:
+    record = run_record(Path(__file__).parents[2])
+    assert record.threads == 1
+    assert "openblas" in record.blas.lower() or "mkl" in record.blas.lower() or "accelerate" in record.blas.lower()
+    assert {"numpy", "scipy", "cvxpy", "clarabel", "control"} <= set(record.packages)
+    assert record.cpu and record.platform and len(record.lock_sha256) == 64

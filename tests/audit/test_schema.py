@@ -1,0 +1,142 @@
+"""results.json: the published schema is the derived one, an independent reader accepts a run, and damage is refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import msgspec
+import pytest
+from cases import errata_of, recorded, results_file
+from lab import make_lab
+
+from replication.audit.check import check
+from replication.audit.model import Evidence, Kind, Proof, SolverRecord, Verdict
+from replication.audit.records import ResultsFile, read_results, to_json, write_results
+from replication.audit.schema import schema_text
+from replication.errors import AuditError
+
+PUBLISHED = Path(__file__).parents[2] / "docs" / "results.schema.json"
+WRONG = [["x"]]
+"""A value that no field accepts."""
+
+PROOF = Proof(holds=True, text="it does", quantities={"gap": 0.5})
+SOLVER = SolverRecord(name="s", version="1", status="optimal", options={"tol": 1e-9}, residuals={"primal": 1e-12})
+RECORDS = (
+    recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269, quantities={"n": 2}, solvers=(SOLVER,))),
+    recorded(Evidence(method="m", value=(1.0, (2.0, -3.0))), printed="(1.0, 2.0±3.0i)", id="toy.list"),
+    recorded(
+        Evidence(method="m", value=((1, 2), (3, 4)), as_printed=Evidence(method="m", value=((1, 2), (3, 5)))),
+        PROOF,
+        id="toy.matrix",
+        kind=Kind.MATRIX,
+        printed="[1 2; 3 4]",
+        erratum="toy.e1",
+    ),
+    recorded(Evidence(method="m", holds=True, margin=0.5), id="toy.order", kind=Kind.ORDER),
+)
+FILE = results_file(*RECORDS, errata=tuple(errata_of(RECORDS[2], PROOF).values()))
+Location = tuple[str | int, ...]
+
+
+@pytest.fixture(scope="module")
+def validator() -> jsonschema.Draft202012Validator:
+    schema = json.loads(PUBLISHED.read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+def leaves(value: Any, path: Location = ()) -> Iterator[Location]:
+    """Paths of all numbers, words and nulls, except in the inputs of experiments, which may be anything."""
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            if key != "inputs":
+                yield from leaves(entry, (*path, key))
+    elif isinstance(value, list):
+        for index, entry in enumerate(value):
+            yield from leaves(entry, (*path, index))
+    else:
+        yield path
+
+
+def damaged(path: Location, *, remove: bool) -> Any:
+    content = json.loads(to_json(FILE))
+    place = content
+    for key in path[:-1]:
+        place = place[key]
+    if remove:
+        del place[path[-1]]
+    else:
+        place[path[-1]] = WRONG
+    return content
+
+
+def last_name(path: Location) -> str:
+    """The innermost field of a record on the path: msgspec shows keys of dictionaries and indices as `...`."""
+    names = [key for key in path if isinstance(key, str)]
+    free = [index for index, key in enumerate(names) if key in ("quantities", "packages", "options", "residuals")]
+    return names[free[0]] if free else names[-1]
+
+
+def test_published_schema_is_the_derived_one() -> None:
+    assert PUBLISHED.read_text(encoding="utf-8") == schema_text(), (
+        "run `python -m replication.audit.schema > docs/results.schema.json`"
+    )
+
+
+def test_a_run_is_accepted_by_an_independent_reader(tmp_path: Path, validator: jsonschema.Draft202012Validator) -> None:
+    results = msgspec.convert(make_lab(tmp_path).audit()["file"], ResultsFile)
+    assert {claim.verdict for claim in results.claims} >= {Verdict.REPRODUCED}
+    validator.validate(json.loads(to_json(results)))
+
+
+def test_file_survives_writing_and_reading(tmp_path: Path, validator: jsonschema.Draft202012Validator) -> None:
+    path = tmp_path / "results.json"
+    write_results(path, FILE)
+    assert read_results(path) == FILE
+    assert to_json(read_results(path)) == path.read_bytes()
+    validator.validate(json.loads(path.read_bytes()))
+    assert {problem.cause for problem in check(read_results(path), None)} == {"changed verdict"}
+
+
+@pytest.mark.parametrize("path", list(leaves(json.loads(to_json(FILE)))), ids=lambda path: ".".join(map(str, path)))
+def test_a_damaged_field_is_refused_with_its_path(
+    path: Location, tmp_path: Path, validator: jsonschema.Draft202012Validator
+) -> None:
+    content = damaged(path, remove=False)
+    assert not validator.is_valid(content)
+    file = tmp_path / "results.json"
+    file.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(AuditError) as caught:
+        read_results(file)
+    assert str(file) in str(caught.value)
+    assert last_name(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("where", [(), ("run",), ("claims", 0), ("errata", 0), ("experiments", 0)])
+def test_every_field_is_required(where: Location, tmp_path: Path, validator: jsonschema.Draft202012Validator) -> None:
+    place = json.loads(to_json(FILE))
+    for key in where:
+        place = place[key]
+    for field in place:
+        content = damaged((*where, field), remove=True)
+        assert not validator.is_valid(content)
+        file = tmp_path / "results.json"
+        file.write_text(json.dumps(content), encoding="utf-8")
+        with pytest.raises(AuditError, match=f"`{field}`"):
+            read_results(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"), [(b"", "not a results file"), (b"{", "not a results file"), (b"\xff", "not a results file")]
+)
+def test_what_is_no_json_is_refused(text: bytes, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "results.json"
+    file.write_bytes(text)
+    with pytest.raises(AuditError, match=words):
+        read_results(file)
+    with pytest.raises(AuditError, match="does not exist"):
+        read_results(tmp_path / "absent.json")

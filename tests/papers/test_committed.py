@@ -1,0 +1,68 @@
+"""What is committed for visitors, figures and README, against a fresh run."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from papers import KEYS
+from replication.audit.figures import read_csv, write_figures
+from replication.audit.readme import BEGIN, END, replace_block, results_block
+from replication.audit.runner import Outcome
+from replication.errors import AuditError
+
+ROOT = Path(__file__).resolve().parents[2]
+FIGURE_TOLERANCE = 1e-6
+
+
+@pytest.mark.slow
+def test_figures_hold_the_data_of_a_fresh_run(fresh_run: Outcome, tmp_path: Path) -> None:
+    import papers
+
+    records = write_figures(papers.load(), fresh_run.results_by_experiment, tmp_path)
+    assert [record.error for record in records if record.error] == []
+    for record in records:
+        committed, fresh = (read_csv(folder / f"{record.name}.csv").columns for folder in (ROOT / "figures", tmp_path))
+        assert list(committed) == list(fresh), record.name
+        for column, values in fresh.items():
+            assert committed[column] == pytest.approx(values, abs=FIGURE_TOLERANCE), (record.name, column)
+        assert (ROOT / "figures" / f"{record.name}.svg").is_file()
+
+
+@pytest.mark.slow
+def test_no_figure_is_left_over(fresh_run: Outcome) -> None:
+    import papers
+
+    expected = {figure.name for paper in papers.load() for figure in paper.figures}
+    assert {path.stem for path in (ROOT / "figures").iterdir()} == expected
+
+
+@pytest.mark.slow
+def test_readme_holds_the_results_of_a_fresh_run(fresh_run: Outcome) -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    committed = text[text.index(BEGIN) : text.index(END) + len(END)]
+    assert committed == results_block(fresh_run.results), "write it anew with `make readme`"
+
+
+def test_readme_block_replaces_only_what_stands_between_the_markers() -> None:
+    text = f"before\n{BEGIN}\nold\n{END}\nafter\n"
+    assert replace_block(text, f"{BEGIN}\nnew\n{END}") == f"before\n{BEGIN}\nnew\n{END}\nafter\n"
+    with pytest.raises(AuditError, match="once each"):
+        replace_block("no markers", "block")
+
+
+def test_readme_snippets_run() -> None:
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), flags=re.S)
+    assert blocks
+    for block in blocks:
+        exec(compile(block, "README.md", "exec"), {})
+
+
+def test_readme_names_every_command_that_exists() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = set(re.findall(r"^([a-z-]+):", makefile, flags=re.M))
+    assert set(re.findall(r"`?make ([a-z-]+)", text)) <= targets
+    assert KEYS

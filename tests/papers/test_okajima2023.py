@@ -1,0 +1,131 @@
+"""The audit of the multi-rate paper: verdicts, and that they change when the print or the plant does."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from papers.okajima2023 import PAPER, data
+from papers.okajima2023.claims.levels import counterexamples, longest_gap
+from papers.okajima2023.designs import KEY, pair
+from papers.okajima2023.experiments import design, norm_of_gains
+from papers.okajima2023.simulations import gain_distribution, tail_probability
+from replication.audit.cache import Cache
+from replication.audit.model import Kind, ScopeItem, Verdict
+from replication.audit.runner import Outcome, run
+from replication.audit.verdict import rejudge
+from replication.errors import InvalidInputError
+
+ROOT = Path(__file__).resolve().parents[2]
+AGREEMENT = 1e-8
+NORM_OF_GAINS = 1e-7
+
+
+@pytest.mark.slow
+def test_every_claim_has_its_pinned_verdict(fresh_run: Outcome) -> None:
+    claims = [claim for claim in fresh_run.results.claims if claim.paper == KEY]
+    assert len(claims) == len(PAPER.claims)
+    assert {claim.id: claim.reason for claim in claims if claim.verdict != claim.expected_verdict} == {}
+    assert fresh_run.failures == ()
+
+
+@pytest.mark.slow
+def test_every_erratum_is_proved(fresh_run: Outcome) -> None:
+    errata = [erratum for erratum in fresh_run.results.errata if erratum.paper == KEY]
+    assert len(errata) == len(PAPER.errata)
+    assert [erratum.id for erratum in errata if not erratum.holds or erratum.error] == []
+
+
+@pytest.mark.slow
+def test_three_routes_agree(fresh_run: Outcome) -> None:
+    designs = {n: r for n, r in fresh_run.results_by_experiment.items() if n.startswith(f"{KEY}.design.")}
+    assert len(designs) == 13
+    for name, result in designs.items():
+        assert result["lmi"]["level"] == pytest.approx(result["optimum"], rel=AGREEMENT), name
+        assert result["reduced_lmi"]["level"] == pytest.approx(result["optimum"], rel=AGREEMENT), name
+        for norm in (result["lmi"]["norm"], result["reduced_lmi"]["norm"], result["norm_central"]["value"]):
+            assert result["lower"] * (1 - 1e-12) <= norm <= result["optimum"] * (1 + NORM_OF_GAINS), name
+
+
+@pytest.mark.slow
+def test_one_unit_in_the_last_place_flips_the_verdict(fresh_run: Outcome) -> None:
+    errata = {erratum.id: erratum for erratum in fresh_run.results.errata}
+    flipped = 0
+    for record in fresh_run.results.claims:
+        if record.paper != KEY or record.kind is not Kind.VALUE or record.verdict is not Verdict.REPRODUCED:
+            continue
+        places = len(record.printed.partition(".")[2])
+        for sign in (1, -1):
+            other = f"{float(record.printed) + sign * 10.0**-places:.{places}f}"
+            moved = rejudge(msgspec.structs.replace(record, printed=other), errata)
+            assert moved.verdict is Verdict.DIFFERS, (record.id, other, moved.reason)
+            flipped += 1
+    assert flipped >= 50
+
+
+@pytest.mark.slow
+def test_changed_plant_turns_claims_red(tmp_path: Path) -> None:
+    """The same claims on a plant with one entry of A moved by a twentieth: the levels no longer agree."""
+    plant = copy.deepcopy(data.plant())
+    plant["A"][0][0] -= 0.05
+    wanted = {pair(periods) for periods in data.TABLE_1}
+    changed = tuple(
+        dataclasses.replace(experiment, inputs={**experiment.inputs, "plant": plant})
+        for experiment in PAPER.experiments
+        if experiment.name in wanted
+    )
+    claims = tuple(claim for claim in PAPER.claims if claim.id.startswith(f"{KEY}.table1."))
+    paper = dataclasses.replace(
+        PAPER, experiments=changed, claims=claims, errata=(), figures=(), tables=(), findings=lambda results: (),
+        scope=(ScopeItem(part="Table 1", claims=tuple(claim.id for claim in claims)),),
+    )  # fmt: skip
+    outcome = run([paper], cache=Cache(tmp_path), root=ROOT, jobs=1)
+    assert {record.verdict for record in outcome.results.claims} == {Verdict.DIFFERS}
+
+
+def test_design_refuses_a_plant_that_does_not_fit() -> None:
+    plant = data.plant() | {"C": [[1.0, 0.0]], "D": [[1.0]]}
+    with pytest.raises(InvalidInputError, match="C must have 3 columns"):
+        design(plant, [2], [0], [0])
+
+
+def test_table_entry_that_differs_is_bracketed_away_from_the_print() -> None:
+    result = design(data.plant(), [2, 1], [0, 0], [0, 1])
+    assert result["upper"] < 1.135 < float(data.TABLE_1[2, 1])
+
+
+def test_printed_gains_are_within_a_unit_of_the_optimum() -> None:
+    result = norm_of_gains(data.plant(), [3, 3], [0, 0], data.gains(data.GAINS_38), 0.0005)
+    assert result["optimum"] <= result["norm"]["value"] <= result["optimum"] + result["rounding_spread"]
+
+
+def test_counterexamples_are_found_and_only_those() -> None:
+    def cell(periods: tuple[int, int], level: float) -> dict[str, object]:
+        return {"periods": list(periods), "synchronous": {"lower": level, "upper": level + 1e-6}}
+
+    table = {"cells": [cell((1, 1), 1.0), cell((1, 2), 1.2), cell((2, 1), 0.9), cell((2, 2), 1.3)]}
+    assert [(shorter, longer) for _, shorter, longer in counterexamples(table, "synchronous")] == [([1, 1], [2, 1])]
+
+
+def test_longest_gap_is_cyclic() -> None:
+    assert longest_gap([[0.0], [1.0], [0.0], [0.0]]) == 3
+    assert longest_gap([[1.0], [1.0]]) == 0
+
+
+def test_tail_probability_is_two_sided_and_never_zero() -> None:
+    draws = np.arange(1.0, 100.0)
+    assert tail_probability(draws, 50.0) == 1.0
+    assert tail_probability(draws, -5.0) == pytest.approx(2 / 100)
+    assert tail_probability(draws, 500.0) == tail_probability(draws, -5.0)
+
+
+def test_distribution_depends_on_the_seed_only() -> None:
+    case = {"periods": [3, 3], "offsets": [0, 1], "sensors": [0, 1], "gains": data.gains(data.GAINS_39)}
+    arguments = (data.plant(), {"proposed": case}, "proposed", {"proposed": 0.4}, 0.2, 50, 60, 20)
+    first, again, other = (gain_distribution(*arguments, seed) for seed in (1, 1, 2))
+    assert first == again != other

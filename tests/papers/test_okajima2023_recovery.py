@@ -1,0 +1,231 @@
+"""Recovery of the data behind Sec. IV-C: planted problems, brute force on small grids, and the printed numbers."""
+
+from __future__ import annotations
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+from papers.okajima2023 import data
+from papers.okajima2023.recovery import recover_outputs, recover_poles
+from papers.okajima2023.recovery_inputs import recover_inputs, schedule_of
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.multirate.central_path import central_path
+from replication.estimation.multirate.optimum import kalman_design, optimum
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.norms import l2_gain
+from replication.estimation.validation import Array
+
+A_RECOVERED = [[1.2, 0.5, 0.2], [-0.1, 1.0, -0.2], [0.0, 0.1, 1.0]]
+C_RECOVERED = [[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]
+STATED_POLES = [1.031, [1.085, 0.240]]
+STATED_ERROR_POLES = [0.1270, -0.0000, -0.0002]
+GAINS = data.gains(data.GAINS_42)
+
+A_PLANTED = np.array([[0.7, 0.4, 0.1], [-0.3, 1.3, 0.2], [0.1, -0.2, 1.1]])
+
+
+def planted(B_d: list[float], C: list[list[float]], noise: list[float], periods: tuple[int, ...]) -> MultirateProblem:
+    n = len(B_d)
+    plant = MultiratePlant(A=A_PLANTED[:n, :n], B_d=np.array(B_d)[:, None], C=C, D=np.diag(noise))
+    return MultirateProblem(plant, SensingSchedule(periods))
+
+
+def rounded(values: Array, decimals: int) -> list[list[list[float]]]:
+    return np.round(values, decimals).tolist()
+
+
+# --- poles -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("diagonal", [(0.8, 1.3, 1.1), (0.5, 0.6, 1.5)])
+def test_planted_diagonals_are_found_and_no_other_fit_is_missed(diagonal: tuple[float, ...]) -> None:
+    def with_diagonal(values: tuple[float, ...]) -> Array:
+        return A_PLANTED - np.diag(np.diag(A_PLANTED)) + np.diag(values)
+
+    def printed(values: tuple[float, ...]) -> list[tuple[float, float]]:
+        return sorted((round(p.real, 3), round(p.imag, 3)) for p in np.linalg.eigvals(with_diagonal(values)))
+
+    stated = [list(pole) for pole in printed(diagonal)]
+    found = recover_poles(A_PLANTED.tolist(), stated, 0.1)
+    grid = [tuple(np.round(d, 1)) for d in itertools.product(np.arange(0.5, 1.55, 0.1), repeat=3)]
+    expected = {d for d in grid if printed(d) == printed(diagonal)}
+    assert found["tried"] == len(grid)
+    assert {tuple(fit) for fit in found["fits"]} == expected
+    assert diagonal in expected
+
+
+def test_diagonal_of_section_4c() -> None:
+    found = recover_poles(data.matrix(data.A_41), STATED_POLES, 0.05)
+    assert found["fits"] == [np.diag(A_RECOVERED).tolist()]
+    assert np.round(found["poles_recovered"], 3).tolist() == [[1.031, 0.0], [1.085, 0.240]]
+    assert all(np.hypot(*pole) < 1 for pole in found["poles_printed"])
+    assert json.loads(json.dumps(found)) == found
+
+
+def test_a_pair_may_be_stated_by_both_of_its_poles() -> None:
+    both = [[1.031, 0.0], [1.085, 0.240], [1.085, -0.240]]
+    assert recover_poles(data.matrix(data.A_41), both, 0.1) == recover_poles(data.matrix(data.A_41), STATED_POLES, 0.1)
+
+
+def test_bad_poles_are_named() -> None:
+    with pytest.raises(InvalidInputError, match="stated_poles must be 3 finite poles"):
+        recover_poles(data.matrix(data.A_41), [1.031, 1.085], 0.1)
+    with pytest.raises(InvalidInputError, match="step must be positive"):
+        recover_poles(data.matrix(data.A_41), STATED_POLES, -0.1)
+    with pytest.raises(InfeasibleError, match="smaller step"):
+        recover_poles(data.matrix(data.A_41), [1.033, [1.083, 0.240]], 0.1)
+
+
+# --- outputs ---------------------------------------------------------------------------------------------------------
+
+
+def brute_force_misfits(A: Array, gains: Array, stated: Array, bound: int) -> list[float]:
+    """Misfits of all integer C, by central differences of numpy's characteristic polynomial of a plain product."""
+
+    def coefficients(L: Array, C: Array) -> Array:
+        total = np.eye(len(A))
+        for L_k in L:
+            total = (A - L_k @ C) @ total
+        return np.poly(total)[1:].real
+
+    half = [0.5e-4 if pole.imag == 0 else 0.5e-4 * 2**0.5 for pole in stated]
+    largest = [abs(pole) + moved for pole, moved in zip(stated, half, strict=True)]
+    pole_reach = np.zeros(len(stated))
+    for i, moved in enumerate(half):
+        pole_reach += moved * np.poly([-size for j, size in enumerate(largest) if j != i])
+    entries = [e for e in np.ndindex(gains.shape) if np.any(gains[e[0], :, e[2]])]
+    misfits = []
+    for numbers in itertools.product(range(-bound, bound + 1), repeat=gains.shape[2] * len(A)):
+        C = np.array(numbers, dtype=float).reshape(gains.shape[2], len(A))
+        reach = pole_reach.copy()
+        for entry in entries:
+            shift = np.zeros(gains.shape)
+            shift[entry] = 1e-4
+            reach += np.abs(coefficients(gains + shift, C) - coefficients(gains - shift, C)) / 2e-4 * 0.5e-3
+        misfits.append(float(np.max(np.abs(coefficients(gains, C) - np.poly(stated).real[1:]) / reach)))
+    return misfits
+
+
+def test_planted_outputs_are_found_as_by_brute_force() -> None:
+    C = [[1.0, 0.0, -1.0], [0.0, 1.0, 1.0]]
+    problem = planted([1.0, 0.5, 0.5], C, [1.0, 1.0], (2, 3))
+    gains = kalman_design(problem).gains
+    stated = np.round(np.linalg.eigvals(problem.error_system(gains).monodromy()).astype(complex), 4)
+    pairs = [[pole.real, pole.imag] for pole in stated]
+    found = recover_outputs(A_PLANTED.tolist(), rounded(gains, 3), pairs, 1)
+    misfits = sorted(brute_force_misfits(A_PLANTED, np.round(gains, 3), stated, 1))
+    assert found["C"] == C
+    assert found["tried"] == len(misfits)
+    assert found["fits"] == sum(misfit <= 1 for misfit in misfits)
+    assert [found["best_misfit"], found["second_misfit"]] == pytest.approx(misfits[:2], rel=1e-6)
+    recovered = np.sort_complex([complex(*pole) for pole in found["error_poles"]])
+    # What rounding the gains to three decimals moves: the poles are simple here, so about as much.
+    np.testing.assert_allclose(recovered, np.sort_complex(stated), atol=5e-3)
+    other = brute_force_misfits(A_PLANTED, np.round(gains, 3)[::-1], stated, 1)
+    assert found["reversed_best_misfit"] == pytest.approx(min(other), rel=1e-6)
+    assert found["reversed_fits"] == sum(misfit <= 1 for misfit in other)
+
+
+def test_outputs_of_section_4c() -> None:
+    found = recover_outputs(A_RECOVERED, GAINS, STATED_ERROR_POLES, 3)
+    assert found["tried"] == 7**6
+    assert found["C"] == C_RECOVERED
+    assert found["fits"] == 1
+    assert found["best_misfit"] < 0.5 < 1 < found["second_misfit"]
+    assert found["reversed_fits"] == 0
+    assert found["reversed_best_misfit"] > 1
+    assert np.hypot(*found["error_poles"][0]) < 1 < np.hypot(*found["error_poles_printed_C"][0])
+    assert json.loads(json.dumps(found)) == found
+
+
+def test_a_wrong_state_matrix_leaves_no_output_that_fits() -> None:
+    found = recover_outputs(data.matrix(data.A_41), GAINS, STATED_ERROR_POLES, 2)
+    assert found["fits"] == 0
+    assert found["best_misfit"] > 1
+
+
+def test_bad_gains_are_named() -> None:
+    with pytest.raises(InvalidInputError, match="one shape"):
+        recover_outputs(A_RECOVERED, [*GAINS[:5], [[0.0], [0.0], [0.0]]], STATED_ERROR_POLES, 1)
+    with pytest.raises(InvalidInputError, match="bound must be at least 1"):
+        recover_outputs(A_RECOVERED, GAINS, STATED_ERROR_POLES, 0)
+
+
+# --- inputs ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("B_d", "C", "noise", "periods", "bound"),
+    [
+        ([0.5, 1.0], [[1.0, 0.5]], [1.0], (2,), 1.5),
+        ([1.0, -0.5, 0.5], [[1.0, 0.0, -1.0], [0.0, 1.0, 1.0]], [1.0, 2.0], (2, 3), 1.0),
+        ([0.5, 1.0, 0.0], [[1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]], [1.0, 0.5], (2, 3), 1.0),
+    ],
+)
+def test_planted_inputs_are_found(
+    B_d: list[float], C: list[list[float]], noise: list[float], periods: tuple[int, ...], bound: float
+) -> None:
+    problem = planted(B_d, C, noise, periods)
+    best = optimum(problem).value
+    *_, point = central_path(problem, kalman_design(problem).gains, gap=1e-3 * best**2)
+    found = recover_inputs(problem.plant.A.tolist(), C, rounded(point.gains, 3), bound)
+    assert found["B_d"] == [[b] for b in B_d]
+    assert found["D"] == np.diag(noise).tolist()
+    assert found["optimum"] == pytest.approx(best, rel=1e-9)
+    assert 0 <= found["best_excess"] < found["second_excess"]
+    # Rounding moves the gains by half a unit; the path is followed in steps, so allow one unit in all.
+    assert found["largest_gain_difference"] < 1e-3
+    assert found["second_gain_difference"] > 5e-3
+
+
+def test_no_candidate_with_a_smaller_excess_is_dropped() -> None:
+    """All candidates of a small grid by the exact optimum, without any screening."""
+    problem = planted([0.5, 1.0], [[1.0, 0.5]], [1.0], (3,))
+    gains = np.round(kalman_design(problem).gains, 2)
+    found = recover_inputs(problem.plant.A.tolist(), [[1.0, 0.5]], gains.tolist(), 1.0)
+    values = [-1.0, -0.5, 0.0, 0.5, 1.0]
+    excesses = []
+    for B_d in itertools.product(values, repeat=2):
+        if B_d > (0.0, 0.0):
+            candidate = planted(list(B_d), [[1.0, 0.5]], [1.0], (3,))
+            excesses.append(l2_gain(candidate.error_system(gains)).value / optimum(candidate).value - 1)
+    assert found["tried"] == len(excesses)
+    assert [found["best_excess"], found["second_excess"]] == pytest.approx(sorted(excesses)[:2], rel=1e-6)
+
+
+def test_inputs_of_section_4c() -> None:
+    found = recover_inputs(A_RECOVERED, C_RECOVERED, GAINS)
+    assert found["B_d"] == [[1.0], [1.5], [2.0]]
+    assert found["D"] == [[1.0, 0.0], [0.0, 1.0]]
+    assert found["best_excess"] < 1e-3 < 5e-3 < found["second_excess"]
+    assert found["norm_printed_gains"] / found["optimum"] - 1 == pytest.approx(found["best_excess"])
+    assert found["optimum"] < found["norm_printed_gains"] < found["central_level"]
+    # The gains of a solver stop near the central path, not on it: within two half-units of the print, not within one.
+    assert found["largest_gain_difference"] < 1e-3
+    assert found["second_gain_difference"] > 50e-3
+    assert np.shape(found["gains_central"]) == (6, 3, 2)
+    np.testing.assert_allclose(np.array(found["error_poles_central"])[:, 0], [0.1270, -0.0002, 0.0], atol=3e-4)
+    assert json.loads(json.dumps(found)) == found
+
+
+def test_the_schedule_is_read_off_the_gains() -> None:
+    assert schedule_of(np.array(GAINS)) == SensingSchedule((2, 3))
+    assert schedule_of(np.array(data.gains(data.GAINS_40))) == SensingSchedule((3, 3), (0, 2))
+    uneven = np.array(GAINS)
+    uneven[2] = 0.0
+    with pytest.raises(InvalidInputError, match="not those of periodic sensors"):
+        schedule_of(uneven)
+    with pytest.raises(InvalidInputError, match="not those of periodic sensors"):
+        schedule_of(np.zeros((6, 3, 2)))
+
+
+def test_gains_that_do_not_stabilise_are_refused() -> None:
+    with pytest.raises(InfeasibleError, match="do not stabilise"):
+        recover_inputs(A_RECOVERED, data.matrix(data.C), GAINS)
+    with pytest.raises(InvalidInputError, match="bound must be at least"):
+        recover_inputs(A_RECOVERED, C_RECOVERED, GAINS, bound=0.1)

@@ -1,0 +1,263 @@
+import json
+import os
+import pty
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from lab import Lab, make_lab
+
+HEAVY = ("numpy", "scipy", "matplotlib", "cvxpy", "control", "joblib", "jinja2", "rich", "msgspec")
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Lab:
+    return make_lab(tmp_path / "lab")
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    lab = make_lab(tmp_path_factory.mktemp("finished"))
+    assert lab.cli("run").returncode == 0
+    return lab.root
+
+
+@pytest.fixture
+def ran(finished: Path, tmp_path: Path) -> Lab:
+    """A project after a run, to be changed at will: nothing in it depends on where it lies."""
+    shutil.copytree(finished, tmp_path / "ran")
+    return Lab(tmp_path / "ran")
+
+
+def test_run_writes_everything_and_sums_it_up(lab: Lab) -> None:
+    done = lab.cli("run")
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = done.stdout.splitlines()
+    assert lines[-1] == f"report: {lab.root / 'report' / 'index.html'}"
+    assert "toy2020: 3 claims: 1 reproduced, 1 differs, 1 consistent" in lines
+    assert "experiments: 5 computed, 0 reused, 0 failed" in lines
+    assert any(line.startswith("slowest: toy2020.") or line.startswith("slowest: other2021.") for line in lines)
+    for name in ("report/results.json", "report/index.html", "figures/toy2020-fig1.svg", "figures/toy2020-fig1.csv"):
+        assert (lab.root / name).stat().st_size > 0
+    assert json.loads((lab.root / "report" / "results.json").read_bytes())["run"]["date"] == "1970-01-01T00:00:00Z"
+
+
+def test_progress_is_plain_lines_when_nobody_watches(lab: Lab) -> None:
+    done = lab.cli("run")
+    steps = [line for line in done.stdout.splitlines() if line.startswith("[")]
+    assert len(steps) == 5
+    for number, line in enumerate(steps, start=1):
+        assert re.fullmatch(rf"\[{number}/5\] computed \S+ in \d+\.\d s \(never ran\)", line)
+    assert "\x1b" not in done.stdout
+
+
+def test_progress_is_a_bar_on_a_terminal(lab: Lab) -> None:
+    ours, theirs = pty.openpty()
+    environment = lab.environment(TERM="xterm")
+    command = [sys.executable, "-m", "replication", "run"]
+    process = subprocess.Popen(command, cwd=lab.root, env=environment, stdout=theirs, stderr=subprocess.PIPE)
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            piece = os.read(ours, 4096)
+        except OSError:  # how Linux reports that the other end is closed
+            break
+        if not piece:
+            break
+        shown += piece
+    os.close(ours)
+    assert process.wait(timeout=60) == 0
+    assert "━".encode() in shown and b"5/5" in shown and b"computed toy2020.square" in shown
+    assert b"\x1b[?25h" in shown
+
+
+def test_warm_run_gives_the_same_bytes(ran: Lab) -> None:
+    files = [ran.root / "report" / name for name in ("results.json", "index.html")]
+    first = [file.read_bytes() for file in files]
+    done = ran.cli("run", "--jobs", "1")
+    assert "experiments: 0 computed, 5 reused, 0 failed" in done.stdout
+    assert [file.read_bytes() for file in files] == first
+
+
+def test_report_alone_computes_nothing(ran: Lab) -> None:
+    page = ran.root / "report" / "index.html"
+    before = page.read_bytes()
+    page.unlink()
+    ran.edit("toy2020/squares.py", "    solver = ", "    raise ValueError\n    solver = ")
+    assert ran.cli("report").returncode == 0
+    assert page.read_bytes() == before
+
+
+def test_changed_verdict_is_exit_code_1_and_the_report_is_written(lab: Lab) -> None:
+    lab.edit("toy2020/claims.py", "Verdict.DIFFERS", "Verdict.REPRODUCED")
+    done = lab.cli("run")
+    assert done.returncode == 1
+    assert "changed verdict: toy2020.square.wrong is differs, pinned is reproduced: Computed 4" in done.stdout
+    assert (lab.root / "report" / "index.html").is_file()
+
+
+def test_error_is_exit_code_3_and_the_report_is_written(lab: Lab) -> None:
+    lab.edit("toy2020/squares.py", "    solver = ", "    raise ValueError('planted')\n    solver = ")
+    done = lab.cli("run")
+    assert done.returncode == 3
+    assert "error: experiment toy2020.square: ValueError: planted [papers/toy2020/squares.py:9]" in done.stdout
+    assert "error: claim toy2020.square.two: " in done.stdout
+    assert "error: erratum toy2020.power: " in done.stdout
+    assert "error: figure toy2020-fig1: " in done.stdout
+    assert "error: findings of toy2020: " in done.stdout
+    assert "Traceback" not in done.stdout + done.stderr
+    assert (lab.root / "report" / "index.html").is_file()
+
+
+def test_failing_figure_alone_is_exit_code_3(lab: Lab) -> None:
+    lab.edit("toy2020/claims.py", "    drawing = Drawing()", "    raise ValueError('no ink')")
+    done = lab.cli("run")
+    assert done.returncode == 3
+    assert re.search(r"error: figure toy2020-fig1: .*no ink", done.stdout)
+
+
+def test_run_of_one_paper_leaves_the_report_on_all_alone(ran: Lab) -> None:
+    whole = (ran.root / "report" / "results.json").read_bytes()
+    done = ran.cli("run", "other2021")
+    assert done.returncode == 0
+    assert done.stdout.splitlines()[-1] == f"report: {ran.root / 'report' / 'other2021' / 'index.html'}"
+    assert (ran.root / "report" / "results.json").read_bytes() == whole
+    part = json.loads((ran.root / "report" / "other2021" / "results.json").read_bytes())
+    assert [paper["key"] for paper in part["papers"]] == ["other2021"]
+    assert ran.cli("run", "toy2020", "other2021").stdout.splitlines()[-1].endswith("report/index.html")
+
+
+def test_output_and_figures_go_where_asked(lab: Lab) -> None:
+    done = lab.cli("run", "--output", "elsewhere", "--figures", "drawn", "--no-cache")
+    assert done.returncode == 0
+    assert (lab.root / "elsewhere" / "results.json").is_file()
+    assert (lab.root / "drawn" / "toy2020-fig1.svg").is_file()
+    assert not (lab.root / "report").exists() and not (lab.root / "figures").exists()
+    assert lab.cli("list", "--output", "elsewhere").stdout.count("reproduced") == 2
+    assert "5 computed" in lab.cli("run", "--no-cache").stdout
+
+
+def test_list_knows_verdicts_only_after_a_run(lab: Lab, ran: Lab) -> None:
+    assert "toy2020.square.wrong  -" in lab.cli("list").stdout
+    done = ran.cli("list", "toy2020")
+    assert "toy2020.square.wrong  differs" in done.stdout
+    assert "other2021" not in done.stdout
+
+
+def test_show_gives_the_evidence(ran: Lab) -> None:
+    done = ran.cli("show", "toy2020.square.wrong")
+    assert done.returncode == 0
+    for line in ("statement: Two squared, misprinted.", "printed: 4.1", "computed: 4.0", "verdict: differs"):
+        assert line in done.stdout.splitlines()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("run", "toy2002"), "unknown paper 'toy2002'; did you mean toy2020"),
+        (("run", "zzz"), "unknown paper 'zzz'; there are: other2021, toy2020"),
+        (("list", "ther2021"), "did you mean other2021"),
+        (("show", "toy2020.square.to"), "unknown claim 'toy2020.square.to'; did you mean toy2020.square.two"),
+        (("diff", "no.json", "report/results.json"), "no.json does not exist"),
+        (("run", "--jobs", "0"), "'0' is not a whole number of at least 1"),
+        (("run", "--jobs", "two"), "'two' is not a whole number of at least 1"),
+        (("rum",), "invalid choice: 'rum'"),
+        ((), "the following arguments are required: COMMAND"),
+    ],
+)
+def test_bad_input_is_exit_code_2_with_advice(ran: Lab, arguments: tuple[str, ...], message: str) -> None:
+    done = ran.cli(*arguments)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+
+
+@pytest.mark.parametrize("command", [("show", "toy2020.square.two"), ("check",), ("report",)])
+def test_without_results_the_way_to_make_them_is_named(lab: Lab, command: tuple[str, ...]) -> None:
+    done = lab.cli(*command)
+    assert done.returncode == 2
+    assert "results.json does not exist; make it with `python -m replication run`" in done.stderr
+
+
+def test_check_finds_a_verdict_set_by_hand(ran: Lab) -> None:
+    assert ran.cli("check").returncode == 0
+    path = ran.root / "report" / "results.json"
+    content = json.loads(path.read_bytes())
+    content["claims"][2]["verdict"] = content["claims"][2]["expected_verdict"] = "reproduced"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    done = ran.cli("check")
+    assert done.returncode == 1
+    assert "toy2020.square.wrong" in done.stdout
+
+
+def test_diff_of_two_runs(ran: Lab) -> None:
+    old = ran.root / "old.json"
+    old.write_bytes((ran.root / "report" / "results.json").read_bytes())
+    assert ran.cli("diff", "old.json", "report/results.json").returncode == 0
+    ran.edit("toy2020/arithmetic.py", "left * right", "left * right + 0.06")
+    assert ran.cli("run").returncode == 1
+    done = ran.cli("diff", "old.json", "report/results.json")
+    assert done.returncode == 1
+    assert "toy2020.square.two" in done.stdout and "other2021.half" not in done.stdout
+    listed = json.loads(ran.cli("diff", "--json", "old.json", "report/results.json").stdout)
+    assert {change["claim"] for change in listed} >= {"toy2020.square.two"}
+
+
+def test_interruption_is_exit_code_130_with_one_line(lab: Lab) -> None:
+    lab.edit("toy2020/experiments.py", '"seconds": 0.0, "label": "b"', '"seconds": 60.0, "label": "b"')
+    process = subprocess.Popen(
+        [sys.executable, "-m", "replication", "run"],
+        cwd=lab.root,
+        env=lab.environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    cache = lab.root / ".cache" / "replication"
+    deadline = time.monotonic() + 60
+    while len(list(cache.glob("*.json"))) < 4:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGINT)
+    _, complaint = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert complaint == "replication: interrupted; what was finished is kept, run again to go on from there\n"
+    assert not (lab.root / "report").exists()
+
+
+def test_reader_that_leaves_early_causes_no_complaint(lab: Lab) -> None:
+    command = f"{sys.executable} -m replication list | true"
+    done = subprocess.run(
+        ["bash", "-c", command], cwd=lab.root, env=lab.environment(), capture_output=True, text=True, check=False
+    )
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize("command", ["", "run", "list", "show", "check", "report", "diff"])
+def test_help_is_complete_and_light(lab: Lab, command: str) -> None:
+    arguments = [word for word in (command, "--help") if word]
+    program = (
+        "import sys, replication.cli\ntry:\n    replication.cli.main(sys.argv[1:])\nexcept SystemExit as end:\n"
+        f"    print([name for name in {HEAVY!r} if name in sys.modules], end.code)\n"
+    )
+    done = lab.python("-c", program, *arguments)
+    assert done.stdout.splitlines()[-1] == "[] 0"
+    for code in ("0 ", "1 ", "2 ", "3 ", "130 "):
+        assert re.search(rf"^  {code}", done.stdout, re.MULTILINE)
+    if not command:
+        assert "examples:" in done.stdout
+
+
+def test_a_module_without_a_paper_is_named(lab: Lab) -> None:
+    lab.path("other2021.py").write_text("x = 1\n", encoding="utf-8")
+    done = lab.cli("run")
+    assert done.returncode == 2
+    assert "papers/other2021 must define PAPER" in done.stderr

@@ -1,0 +1,121 @@
+"""The doors between the rooms: which package may import which, by reading every source file and by importing."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+FORBIDDEN = {
+    "replication/estimation": ("papers", "replication.audit", "matplotlib"),
+    "replication/audit": ("papers", "replication.estimation", "control", "cvxpy", "clarabel"),
+}
+"""What the files of each room must not import, anywhere in them."""
+
+
+def imported(tree: ast.AST, package: str) -> Iterator[tuple[int, str]]:
+    """Line and full name of every import in the file, at any depth: statements, and calls with a literal name."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                above = package.split(".")[: len(package.split(".")) - node.level + 1]
+                base = ".".join([*above, base] if base else above)
+            # `from a import b` may import the module a.b.
+            yield from ((node.lineno, f"{base}.{alias.name}") for alias in node.names)
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            if called in ("import_module", "__import__"):
+                yield node.lineno, str(node.args[0].value)
+
+
+def violations(root: Path) -> list[str]:
+    """Every import at `root` through a door that is closed, as `file:line imports name`."""
+    found = []
+    for room, forbidden in FORBIDDEN.items():
+        for path in sorted((root / room).rglob("*.py")):
+            where = path.relative_to(root)
+            package = ".".join(where.parent.parts)
+            for line, name in imported(ast.parse(path.read_text(encoding="utf-8")), package):
+                if any(name == other or name.startswith(f"{other}.") for other in forbidden):
+                    found.append(f"{where.as_posix()}:{line} imports {name}")
+    return found
+
+
+def test_doors_hold() -> None:
+    assert violations(ROOT) == []
+
+
+@pytest.mark.parametrize("room", FORBIDDEN)
+def test_every_room_is_looked_at(room: str) -> None:
+    names = [
+        name
+        for path in (ROOT / room).rglob("*.py")
+        for _, name in imported(ast.parse(path.read_text(encoding="utf-8")), room.replace("/", "."))
+    ]
+    assert any(name.startswith("replication.errors") for name in names)
+
+
+@pytest.mark.parametrize(
+    ("file", "source", "name"),
+    [
+        ("estimation/a.py", "import papers", "papers"),
+        ("estimation/a.py", "import numpy, papers.toy as toy", "papers.toy"),
+        ("estimation/a.py", "from papers import toy", "papers.toy"),
+        ("estimation/a.py", "from replication import audit", "replication.audit"),
+        ("estimation/a.py", "from replication.audit.model import Claim", "replication.audit.model.Claim"),
+        ("estimation/a.py", "from .. import audit", "replication.audit"),
+        ("estimation/a.py", "from ..audit import model", "replication.audit.model"),
+        ("estimation/deep/a.py", "from ...audit.model import Claim", "replication.audit.model.Claim"),
+        ("estimation/deep/__init__.py", "from ...audit import model", "replication.audit.model"),
+        ("estimation/a.py", "def f():\n    import matplotlib.pyplot as plt", "matplotlib.pyplot"),
+        ("estimation/a.py", "try:\n    import papers\nexcept ImportError:\n    pass", "papers"),
+        ("estimation/a.py", "import importlib\nimportlib.import_module('papers.toy')", "papers.toy"),
+        ("estimation/a.py", "__import__('papers')", "papers"),
+        ("audit/a.py", "from replication import estimation", "replication.estimation"),
+        ("audit/a.py", "from ..estimation import validation", "replication.estimation.validation"),
+        ("audit/a.py", "import control", "control"),
+        ("audit/a.py", "import cvxpy as cp", "cvxpy"),
+    ],
+)
+def test_a_planted_violation_is_found(file: str, source: str, name: str, tmp_path: Path) -> None:
+    path = tmp_path / "replication" / file
+    path.parent.mkdir(parents=True)
+    path.write_text(source, encoding="utf-8")
+    assert [text.split(" imports ")[1] for text in violations(tmp_path)] == [name]
+
+
+def test_what_is_allowed_is_not_found(tmp_path: Path) -> None:
+    path = tmp_path / "replication" / "estimation" / "a.py"
+    path.parent.mkdir(parents=True)
+    path.write_text("import papersize\nfrom replication.errors import AuditError\nfrom . import audit\nimport numpy\n")
+    assert violations(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("room", "closed"),
+    [
+        ("replication/estimation", ("papers", "replication.audit")),
+        ("replication/audit", ("papers", "replication.estimation", "control", "cvxpy")),
+    ],
+)
+def test_importing_a_whole_room_opens_no_closed_door(room: str, closed: tuple[str, ...]) -> None:
+    modules = [
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+        for path in sorted((ROOT / room).rglob("*.py"))
+    ]
+    assert len(modules) > 3
+    code = f"import importlib, sys\nfor name in {modules!r}: importlib.import_module(name)\nprint(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    loaded = done.stdout.split()
+    assert modules[-1] in loaded
+    assert [name for name in loaded if any(name == door or name.startswith(f"{door}.") for door in closed)] == []

@@ -1,0 +1,69 @@
+import re
+import shutil
+import subprocess
+import tomllib
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+import replication
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+DECLARED = [Requirement(text) for text in (*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["dev"])]
+LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+PINS = dict(re.findall(r"^([a-z0-9._-]+)==([^\s;\\]+)", LOCK, re.MULTILINE))
+
+
+def make(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["make", *arguments], cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("requirement", DECLARED, ids=str)
+def test_lock_has_what_is_declared_and_it_is_installed(requirement: Requirement) -> None:
+    name = requirement.name.lower()
+    assert name in PINS, "run `make lock`"
+    assert requirement.specifier.contains(PINS[name]), "run `make lock`"
+    assert version(name) == PINS[name], "run `make lint`, which installs what the lock asks for"
+
+
+def test_every_pin_has_its_hash() -> None:
+    blocks = re.split(r"^(?=[a-z0-9._-]+==)", LOCK, flags=re.MULTILINE)[1:]
+    assert len(blocks) >= len(PINS) > 0
+    assert [block.split()[0] for block in blocks if "--hash=sha256:" not in block] == []
+
+
+def test_version_is_the_same_everywhere() -> None:
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert replication.__version__ == PROJECT["version"]
+    assert f"\nversion: {PROJECT['version']}\n" in citation
+
+
+def test_help_lists_every_target() -> None:
+    declared = re.search(r"^\.PHONY: (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert declared is not None
+    done = make(ROOT, "help")
+    assert done.returncode == 0
+    listed = re.findall(r"^  make (\S+)", done.stdout, re.MULTILINE)
+    assert sorted(listed) == sorted(declared[1].split())
+
+
+def test_too_old_a_python_is_named_before_anything_is_installed(tmp_path: Path) -> None:
+    for name in ("Makefile", "requirements.lock", "pyproject.toml"):
+        shutil.copy(ROOT / name, tmp_path)
+    old = tmp_path / "python2.7"
+    old.write_text('#!/bin/sh\n[ "$1" = --version ] && echo "Python 2.7.18" && exit 0\nexit 1\n', encoding="utf-8")
+    old.chmod(0o755)
+    done = make(tmp_path, f"PYTHON={old}")
+    assert done.returncode != 0
+    assert f"Python 3.11 or later is needed, {old} is Python 2.7.18; try: make PYTHON=python3.12" in done.stderr
+    assert not (tmp_path / ".venv").exists()
+
+
+def test_ci_script_is_sound() -> None:
+    script = ROOT / ".ci" / "run"
+    assert script.stat().st_mode & 0o111
+    assert script.read_text(encoding="utf-8").rstrip().endswith("make test")
+    assert subprocess.run(["bash", "-n", str(script)], check=False).returncode == 0
