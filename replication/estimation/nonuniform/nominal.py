@@ -15,12 +15,16 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform.filters import Filter, observer
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.norms import hinf_norm
+from replication.estimation.riccati import RiccatiMap, compose, fixed_point, symmetric
 from replication.estimation.validation import Array, positive_scalar
 
 START = 1e-9
 """P_0 relative to Gamma Gamma': positive definite, because P = 0 is a fixed point that knows the initial state."""
 SETTLED = 1e-13
-"""Relative change of P per doubling of the step count at which the recursion has settled."""
+"""Relative change of P per step at which the recursion has settled."""
+MAX_STEPS = 20_000
+INDEFINITE = 1e-7
+"""Negative eigenvalue of P, relative to its size, that cannot be rounding."""
 CIRCLE = 1e-7
 """Distance of a zero from the unit circle below which the closed form is not trusted: gamma* may jump there."""
 
@@ -72,34 +76,61 @@ def deadbeat_filter(plant: SampledPlant, h: float) -> Filter:
     return observer(plant, h, Phi @ Gamma @ np.linalg.inv(plant.C @ Gamma))
 
 
-def riccati_filter(plant: SampledPlant, h: float, level: float, *, max_steps: int = 200_000) -> NominalDesign | None:
+def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign | None:
     """The central filter with norm below `level` at period h, or None if there is none.
 
     P(k+1) = Phi P Phi' + Gamma Gamma' - S R^-1 S', R = [C; L] P [C; L]' + diag(DD', -level^2 I),
-    S = Phi P [C; L]' + [Gamma D', 0], from a small P(0) > 0; a filter exists iff L P L' < level^2 throughout.
-    Raises SolverError if the recursion neither settles nor fails in `max_steps` steps.
+    S = Phi P [C; L]' + [Gamma D', 0], from a small P(0) > 0; a filter exists iff P settles with L P L' < level^2.
+    Raises SolverError if the recursion neither settles nor fails.
     """
     gamma = positive_scalar("level", level)
     Phi, Gamma = plant.discretise(h)
+    start = START * np.linalg.norm(Gamma @ Gamma.T, 2) * np.eye(plant.order)
+    full_rank = np.linalg.matrix_rank(plant.D) == len(plant.D)
+    P = _doubled(plant, Phi, Gamma, gamma, start) if full_rank else _stepped(plant, Phi, Gamma, gamma, start)
+    # P itself may tend to zero: then the measurements reveal w, and every level is achievable.
+    if P is None or np.linalg.eigvalsh(P)[0] < -INDEFINITE * max(np.linalg.norm(P), np.linalg.norm(start)):
+        return None
+    if np.linalg.eigvalsh(plant.L @ P @ plant.L.T)[-1] >= gamma**2:
+        return None
+    filter_ = observer(plant, h, _central_gain(plant, Phi, Gamma, P, gamma))
+    return NominalDesign(gamma, filter_, P) if filter_.spectral_radius() < 1 else None
+
+
+def _doubled(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start: Array) -> Array | None:
+    """The limit of the recursion from `start` by doubling; needs D D' > 0, which removes the cross term S."""
+    C, D, L = plant.C, plant.D, plant.L
+    noise = np.linalg.inv(D @ D.T)
+    step = RiccatiMap(
+        Phi - Gamma @ D.T @ noise @ C,
+        symmetric(C.T @ noise @ C - L.T @ L / gamma**2),
+        symmetric(Gamma @ (np.eye(D.shape[1]) - D.T @ noise @ D) @ Gamma.T),
+    )
+    # Doubling starts at zero: measure P from `start`.
+    identity, zero = np.eye(plant.order), np.zeros_like(start)
+    shifted = compose(compose(RiccatiMap(identity, zero, start), step), RiccatiMap(identity, zero, -start))
+    limit = fixed_point([shifted])
+    return None if limit is None else start + limit
+
+
+def _stepped(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start: Array) -> Array | None:
+    """The same step by step, for D without full row rank; None as soon as R loses its inertia."""
     r, s = len(plant.C), len(plant.L)
     stacked = np.vstack([plant.C, plant.L])
     cross = np.hstack([Gamma @ plant.D.T, np.zeros((plant.order, s))])
     direct = scipy.linalg.block_diag(plant.D @ plant.D.T, -(gamma**2) * np.eye(s))
-    noise = Gamma @ Gamma.T
-    P = START * np.linalg.norm(noise, 2) * np.eye(plant.order)
-    for _ in range(max_steps):
+    P = start
+    for _ in range(MAX_STEPS):
         R = stacked @ P @ stacked.T + direct
         S = Phi @ P @ stacked.T + cross
-        # A filter exists at this step iff R has r positive and s negative eigenvalues, the order of its blocks.
         if np.linalg.eigvalsh(R[:r, :r])[0] <= 0 or np.linalg.eigvalsh(R[r:, r:])[-1] >= 0:
             return None
-        following = Phi @ P @ Phi.T + noise - S @ np.linalg.solve(R, S.T)
-        following = (following + following.T) / 2
+        following = symmetric(Phi @ P @ Phi.T + Gamma @ Gamma.T - S @ np.linalg.solve(R, S.T))
         change = float(np.linalg.norm(following - P))
         P = following
         if change <= SETTLED * float(np.linalg.norm(P)):
-            return NominalDesign(gamma, observer(plant, h, _central_gain(plant, Phi, Gamma, P, gamma)), P)
-    raise SolverError(f"the Riccati recursion did not settle in {max_steps} steps at level {gamma:.6g}, h = {h:.6g}")
+            return P
+    raise SolverError(f"the Riccati recursion did not settle in {MAX_STEPS} steps at level {gamma:.6g}")
 
 
 def _central_gain(plant: SampledPlant, Phi: Array, Gamma: Array, P: Array, gamma: float) -> Array:

@@ -130,7 +130,8 @@ def _require_hurwitz(A: Array) -> None:
 def _require_observable(A: Array, C: Array) -> None:
     """Raise InvalidInputError unless every mode of A is seen by C (Popov-Belevitch-Hautus test)."""
     scale = float(np.linalg.norm(A, 2))
-    sensor = C * (scale / max(float(np.linalg.norm(C, 2)), np.finfo(float).tiny))
+    size = float(np.linalg.norm(C, 2))
+    sensor = C * (scale / size) if size > 0 else C
     for eigenvalue in np.linalg.eigvals(A):
         pencil = np.vstack([A - eigenvalue * np.eye(len(A)), sensor])
         if np.linalg.svd(pencil, compute_uv=False)[-1] <= OBSERVABILITY_TOLERANCE * scale:
