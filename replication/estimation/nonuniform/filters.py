@@ -69,8 +69,8 @@ def error_step(plant: SampledPlant, filter_: Filter, Phi: Array, Gamma: Array) -
 
 def error_system(plant: SampledPlant, filter_: Filter, h: float, *, per_duration: bool = False) -> Stage:
     """One stage of eq. (5) with period h, state [x; x^]; per_duration scales e by sqrt(h) and w by 1/sqrt(h)."""
-    state, drive = error_step(plant, filter_, *plant.discretise(h))
     output = error_output(plant, filter_)
+    state, drive = error_step(plant, filter_, *plant.discretise(h))
     root = np.sqrt(h) if per_duration else 1.0
     return Stage(state, drive / root, root * output, np.zeros((len(output), drive.shape[1])))
 
