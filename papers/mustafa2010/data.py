@@ -8,6 +8,7 @@ The text names neither year nor venue: its latest reference is of 2010, which th
 from __future__ import annotations
 
 from math import pi
+from typing import Any
 
 from replication.audit.printed import parse
 
@@ -47,8 +48,16 @@ W_SIZE, W_DECAY, W_FREQUENCY = "2", "0.01", "0.02"
 # Section VI: elements of the grid in both examples ("only one element"; a grid of one printed period).
 GRID_SIZE = "1"
 
-# Theorem 3: rows and columns of F as printed, in terms of the sizes of the plant.
-F_PRINTED, F_MEANT = ("r", "n"), ("n", "r")
+# Theorem 3: eq. (10) is printed in two halves, columns 1-4 and columns 5-6; * stands for symmetry.
+LMI_LEFT = (
+    "-Z, -Z, 0, ZΦ",
+    "*, -Y, 0, YΦ+FC+Q",
+    "*, *, -I, L-G",
+    "*, *, *, -Z",
+    "*, *, *, *",
+    "*, *, *, * (last)",
+)
+LMI_RIGHT = ("ZΦ, ZΓ", "YΦ+FC, YΓ+FD", "L, 0", "-Z, 0", "-Z, 0", "-Y, 0", "*, -γ²I")
 
 
 def matrix(printed: str) -> Matrix:
@@ -59,13 +68,13 @@ def matrix(printed: str) -> Matrix:
     return [values[i : i + columns] for i in range(0, len(values), columns)]
 
 
-def example_1() -> dict[str, object]:
+def example_1() -> dict[str, Any]:
     """Plant and range of sampling periods of Example 1 as numbers."""
     plant = {name: matrix(text) for name, text in zip("ABCDL", (A_1, B_1, C_1, D_1, L_1), strict=True)}
     return {"plant": plant, "periods": [float(H_L_1), pi / float(H_U_1_DIVISOR)]}
 
 
-def example_2() -> dict[str, object]:
+def example_2() -> dict[str, Any]:
     """Plant and range of sampling periods of Example 2 as numbers, K_T = K_q = K_theta."""
     b, J, K, R_a, L_a = (float(MOTOR[name]) for name in ("b", "J", "K", "R_a", "L_a"))
     A = [[-b / J, K / J], [-K / L_a, -R_a / L_a]]

@@ -1,4 +1,5 @@
-"""Misprints of the nonuniform-sampling paper: what is printed, what must be meant, and the computation that shows it."""
+"""Misprints of the nonuniform-sampling paper: what is printed, what must be meant, and the computation that shows
+it."""
 
 from __future__ import annotations
 
@@ -30,13 +31,13 @@ def order_of_12(results: Results) -> Proof:
 def case_u3(results: Results) -> Proof:
     """The upper ends of (9) with both logarithmic norms."""
     ends = {e: results[GRIDS[e]]["intervals"] for e in (1, 2)}
-    middle = sum(data.example_2()["periods"]) / 2  # type: ignore[arg-type]
+    middle = sum(data.example_2()["periods"]) / 2
     printed = ends[2]["printed, alpha"]["upper"]
     return Proof(
         holds=printed < middle < ends[2]["corrected, alpha"]["upper"]
         and ends[1]["printed, alpha"]["upper"] > ends[1]["corrected, alpha"]["upper"],
-        text="Lemma 3 bounds Delta(theta) by (e^{mu(A) theta} - 1)/mu(A). In Example 2 the printed upper end lies below "
-        "the middle of the interval; in Example 1 it lies beyond where the bound reaches 1/alpha.",
+        text="Lemma 3 bounds Delta(theta) by (e^{mu(A) theta} - 1)/mu(A). In Example 2 the printed upper end lies "
+        "below the middle of the interval; in Example 1 it lies beyond where the bound reaches 1/alpha.",
         quantities={
             f"upper end, Example {e}, {name}": ends[e][f"{name}, alpha"]["upper"]
             for e in ends for name in ("printed", "corrected")
@@ -49,9 +50,20 @@ def size_of_f(results: Results) -> Proof:
     n, r = len(data.matrix(data.A_F)), len(data.matrix(data.C_2))
     B_f = data.matrix(data.B_F)
     return Proof(
-        holds=n != r and (len(B_f), len(B_f[0])) == (n, r) and results[NOMINAL[2]]["unknowns"] > 0,
+        holds=n != r and (len(B_f), len(B_f[0])) == (n, r),
         text="The printed B_f = -Y^-1 F has n rows and r columns, so F has.",
         quantities={"n": float(n), "r": float(r)},
+    )
+
+
+def repeated_row(results: Results) -> Proof:
+    """The two printed halves of (10) have different numbers of rows; without the repeated one it is the congruence."""
+    left, right = data.LMI_LEFT, data.LMI_RIGHT
+    residual = results[IDENTITIES]["congruence"]
+    return Proof(
+        holds=len(right) == len(left) + 1 and len(set(right)) == len(left) and residual <= EXACT,
+        text="The right half has one row more than the left one, and one row twice. Without it, (10) is the congruence.",
+        quantities={"rows, left": float(len(left)), "rows, right": float(len(right)), "largest residual": residual},
     )
 
 
@@ -98,6 +110,10 @@ ERRATA: tuple[Erratum, ...] = (
     Erratum(
         id=f"{KEY}.size-of-F", place="Theorem 3",
         printed="F of size r × n", meant="F of size n × r", prove=size_of_f, uses=(NOMINAL[2],),
+    ),
+    Erratum(
+        id=f"{KEY}.row", place="Eq. (10)",
+        printed="the row [−Z 0] twice in the right half", meant="once", prove=repeated_row, uses=(IDENTITIES,),
     ),
     Erratum(
         id=f"{KEY}.algorithm", place="Algorithm 1, step 4",

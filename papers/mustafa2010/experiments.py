@@ -1,4 +1,5 @@
-"""The computations behind the audit: nominal optimum, small-gain grids, true worst case, robust designs. JSON in, JSON out."""
+"""The computations behind the audit: nominal optimum, small-gain grids, true worst case, robust designs. JSON in,
+JSON out."""
 
 from __future__ import annotations
 
@@ -195,7 +196,8 @@ def draws(
     plant: Matrices, periods: list[float], printed: Matrices, size: float, decay: float, frequency: float, steps: int,
     seeds: int, seed: int,
 ) -> Json:  # fmt: skip
-    """||e|| / ||w|| of the printed filter for w_k = size exp(-decay k) sin(frequency pi k) over uniform random periods."""
+    """||e|| / ||w|| of the printed filter for w_k = size exp(-decay k) sin(frequency pi k) over uniform random
+    periods."""
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     k = np.arange(steps)

@@ -88,11 +88,14 @@ def describe_curves(figure: FigureData) -> str:
     c = figure.columns
     steps = [b - a for a, b in zip(c["optimum_1"], c["optimum_1"][1:], strict=False)]
     jump = steps.index(max(steps))
-    return "; ".join(
-        f"Example {e}: nominal {c[f'nominal_{e}'][0]:.4f} at {c[f'middle_{e}'][0]:.4f} s, the filter at constant periods "
-        f"up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}"
-        for e in (1, 2)
-    ) + f". In Example 1 the optimum jumps by {max(steps):.4f} near {c['h_1'][jump]:.4f} s."
+    return (
+        "; ".join(
+            f"Example {e}: nominal {c[f'nominal_{e}'][0]:.4f} at {c[f'middle_{e}'][0]:.4f} s, the filter at constant "
+            f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}"
+            for e in (1, 2)
+        )
+        + f". In Example 1 the optimum jumps by {max(steps):.4f} near {c['h_1'][jump]:.4f} s."
+    )
 
 
 def brackets(results: Results) -> FigureData:
@@ -116,13 +119,15 @@ def plot_brackets(figure: FigureData) -> Any:
 def describe_brackets(figure: FigureData) -> str:
     """First and last bracket."""
     c = figure.columns
-    return "; ".join(
-        f"h_u = {c['h_u'][i]:.4f} s: between {c['lower'][i]:.4f} and {c['upper'][i]:.4f}" for i in (0, -1)
-    ) + "."
+    return (
+        "; ".join(f"h_u = {c['h_u'][i]:.4f} s: between {c['lower'][i]:.4f} and {c['upper'][i]:.4f}" for i in (0, -1))
+        + "."
+    )
 
 
 def worst(results: Results) -> FigureData:
-    """The last samples of the worst sequence of Example 1, its disturbance and error, scaled to a disturbance of one."""
+    """The last samples of the worst sequence of Example 1, its disturbance and error, scaled to a disturbance of
+    one."""
     r = results[BRACKET[1]]
     size = max(map(abs, r["w"][-SHOWN:]))
     return FigureData(
@@ -153,8 +158,8 @@ def describe_worst(figure: FigureData) -> str:
     c = figure.columns
     long = sum(h > (min(c["h"]) + max(c["h"])) / 2 for h in c["h"])
     return (
-        f"{long} of {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short ({min(c['h']):.4f} s); "
-        f"with a disturbance of at most 1 the error peaks at {max(map(abs, c['e'])):.3f}."
+        f"{long} of {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short "
+        f"({min(c['h']):.4f} s); with a disturbance of at most 1 the error peaks at {max(map(abs, c['e'])):.3f}."
     )
 
 
@@ -171,7 +176,7 @@ FIGURES = (
     ),
     Figure(
         name=f"{KEY}-levels", place="Beyond Sec. VI", title="What the nominal level is nominal to",
-        caption="Gains at constant periods. The published level is one point; the filter does worse at every other "
+        caption="Gains at constant periods. The published level is one point; the filter does worse away from "
         "period, and worse still when the period varies.",
         published=False, uses=(CURVE[1], CURVE[2], NOMINAL[1], NOMINAL[2]), data=curves, plot=plot_curves,
         alt=describe_curves,

@@ -1,4 +1,5 @@
-"""Identities of the text tested on random plants: Lemma 2, the map below (7), the congruence behind (10), sizes of F."""
+"""Identities of the text tested on random plants: Lemma 2, the map below (7), the congruence behind (10), sizes of
+F."""
 
 from __future__ import annotations
 
@@ -25,7 +26,8 @@ def random_case(rng: np.random.Generator, n: int, m: int, r: int, s: int) -> tup
 
 
 def identities(trials: int, seed: int) -> dict[str, Any]:
-    """Largest relative residuals over `trials` random cases with n = m = s = r = 2, so that the misprinted maps have a value."""
+    """Largest relative residuals over `trials` random cases with n = m = s = r = 2, so that the misprinted maps have
+    a value."""
     rng = np.random.default_rng(seed)
     worst = {"lemma 2": 0.0, "map as printed": np.inf, "map reordered": 0.0, "(12) as printed": np.inf,
              "congruence": 0.0, "lemma 3": -np.inf}  # fmt: skip
@@ -80,7 +82,7 @@ def _congruence(rng: np.random.Generator, plant: SampledPlant, filter_: Filter, 
     root = rng.standard_normal((2 * n, 2 * n))
     P = root @ root.T + np.eye(2 * n)
     inverse = np.linalg.inv(P)
-    X, U, Y, V = P[:n, :n], P[:n, n:], inverse[:n, :n], inverse[:n, n:]
+    X, U, Y, V = P[:n, :n], P[:n, n:], np.asarray(inverse[:n, :n]), inverse[:n, n:]
     A, B = error_step(plant, filter_, *plant.discretise(h))
     C = error_output(plant, filter_)
     six = np.block(
@@ -91,7 +93,7 @@ def _congruence(rng: np.random.Generator, plant: SampledPlant, filter_: Filter, 
             [B.T, np.zeros((m, s)), np.zeros((m, 2 * n)), -delta * np.eye(m)],
         ]
     )
-    Z = np.linalg.inv(X)
+    Z = np.asarray(np.linalg.inv(X))
     J1 = np.block([[Z, Y], [np.zeros((n, n)), V.T]])
     J = np.zeros_like(six)
     position = 0

@@ -105,7 +105,7 @@ def findings(results: Results) -> tuple[str, ...]:
     for e, printed in levels.PRINTED_LEVEL.items():
         r, d = results[BRACKET[e]], results[DURATION[e]]
         told.append(
-            f"Example {e}: the level {printed} is nominal, for the one constant period {results[NOMINAL[e]]['h']:.4f} s. "
+            f"Example {e}: the level {printed} is nominal, for the constant period {results[NOMINAL[e]]['h']:.4f} s. "
             f"Over all sampling sequences in the range the gain of the same filter lies between {r['lower']:.4f} and "
             f"{r['upper']:.4f}, {r['lower'] / float(printed):.1f} times as much or more; weighted by duration, between "
             f"{d['lower']:.4f} and {d['upper']:.4f}."
@@ -115,8 +115,8 @@ def findings(results: Results) -> tuple[str, ...]:
     curve = results[CURVE[1]]
     return (
         *told,
-        f"The one-element grids need the square root of alpha, which the small-gain condition does not allow; the correct "
-        f"algorithm needs {sizes[0]} and {sizes[1]} elements. As printed, it stalls in both examples.",
+        f"The one-element grids need the square root of alpha, which the small-gain condition does not allow; the "
+        f"correct algorithm needs {sizes[0]} and {sizes[1]} elements. As printed, it stalls in both examples.",
         f"A robust design with one Lyapunov function guarantees {robust[0]:.4f} in Example 1 and {robust[1]:.4f} in "
         "Example 2 for every sequence.",
         f"In Example 1 no filter of form (4) does better than {curve['floor']:.4f} (at the constant period "

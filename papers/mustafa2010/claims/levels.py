@@ -49,7 +49,7 @@ def guaranteed(example: int) -> Callable[[Results], Evidence]:
         return Evidence(
             method="Worst-case l2 gain over all sampling sequences: a sequence that is at hand below, a path-dependent "
             "Lyapunov function for the continuum of periods above.",
-            cross_check="The lower end is a simulated ratio; the upper one is checked by eigenvalues without the solver.",
+            cross_check="The lower end is a simulated ratio; the upper one is checked without the solver.",
             lower=r["lower"],
             upper=r["upper"],
             value=r["lower"],
@@ -64,7 +64,7 @@ def guaranteed(example: int) -> Callable[[Results], Evidence]:
                 "duration-weighted, upper": results[DURATION[example]]["upper"],
             },
             solvers=solvers(r),
-            note="The paper says in Sec. V-A that the level is nominal; its abstract and theorem read as if it were robust.",
+            note="The paper says in Sec. V-A that the level is nominal; the abstract reads as if it were robust.",
         )
 
     return true_worst_case
@@ -262,4 +262,3 @@ CLAIMS: tuple[Claim, ...] = (
         answer=attenuated, uses=(DRAWS, BRACKET[2]),
     ),
 )  # fmt: skip
-

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from papers.mustafa2010 import data
 from papers.mustafa2010.claims.levels import solvers
-from papers.mustafa2010.names import CORRECT, EXACT, GRIDS, IDENTITIES, KEY, LITERAL, NOMINAL, ROBUST
+from papers.mustafa2010.names import CORRECT, EXACT, GRIDS, IDENTITIES, KEY, LITERAL, ROBUST
 from replication.audit.model import Claim, Evidence, Kind, Results, Verdict
 
 
@@ -62,7 +63,7 @@ def root_covers(results: Results) -> Evidence:
     """Whether H(h_0, sqrt(alpha)) with U3 corrected covers the range in both examples."""
     found = [results[GRIDS[example]]["intervals"]["corrected, root"] for example in (1, 2)]
     spans = [data.example_1()["periods"], data.example_2()["periods"]]
-    margin = min(item["upper"] - span[1] for item, span in zip(found, spans, strict=True))  # type: ignore[index]
+    margin = min(item["upper"] - span[1] for item, span in zip(found, spans, strict=True))
     return Evidence(
         method="Interval (9) around the middle with sqrt(alpha) for alpha, as in step 4, U3 corrected.",
         holds=all(item["covers"] for item in found),
@@ -92,21 +93,22 @@ def literal_algorithm(example: int) -> Callable[[Results], Evidence]:
 
 
 def u3_covers(results: Results) -> Evidence:
-    """U3 with mu(A), as the proof needs; as printed the upper end is not a number or too large."""
-    r = {example: results[GRIDS[example]]["intervals"] for example in (1, 2)}
-    mu = results[GRIDS[2]]
-    argument = 1 + mu["mu_minus"] / mu["alpha"]
-    reached = {example: r[example]["printed, alpha"]["upper"] - r[example]["corrected, alpha"]["upper"] for example in r}
-    bound = all(r[example]["corrected, alpha"]["upper"] > r[example]["corrected, alpha"]["lower"] for example in r)
+    """U3 with mu(A): the interval holds its own centre, and ends where the bound of Lemma 3 reaches 1/alpha."""
+    r = {example: results[GRIDS[example]] for example in (1, 2)}
+    spans = {1: data.example_1()["periods"], 2: data.example_2()["periods"]}
+    sound = dict.fromkeys(("printed", "corrected"), True)
+    ends = {}
+    for reading in sound:
+        for example, grid in r.items():
+            centre, upper = sum(spans[example]) / 2, grid["intervals"][f"{reading}, alpha"]["upper"]
+            product = grid["alpha"] * math.expm1(grid["mu"] * (upper - centre)) / grid["mu"]
+            sound[reading] &= upper > centre and product <= 1 + EXACT
+            ends[f"alpha times the bound of Lemma 3 at the upper end, {reading}, Example {example}"] = product
     return Evidence(
-        method="Interval (9) around the middle; corrected, the bound of Lemma 3 equals 1/alpha at the upper end.",
-        holds=bound,
-        quantities={"argument of the logarithm as printed, Example 2": argument},
-        as_printed=Evidence(
-            method="U3 as printed.",
-            holds=all(value <= 0 for value in reached.values()) and reached[2] > 0,
-            quantities={f"upper end as printed minus corrected, Example {e}": v for e, v in reached.items()},
-        ),
+        method="Upper end of (9) around the middle of the range: inside it alpha times the bound must not exceed one.",
+        holds=sound["corrected"],
+        quantities=ends,
+        as_printed=Evidence(method="U3 as printed.", holds=sound["printed"]),
     )
 
 
@@ -128,13 +130,14 @@ def same_level_for_both(results: Results) -> Evidence:
 
 
 def lmi_size_of_f(results: Results) -> Evidence:
-    """F multiplies C from the left in (10), so it has n rows and r columns."""
-    right = all(results[NOMINAL[example]]["unknowns"] > 0 for example in (1, 2))
-    n, r = len(data.matrix(data.A_1)), len(data.matrix(data.C_1))
+    """F C is added to an n by n block in (10), and B_f = -Y^-1 F has the size of F."""
+    n, r = len(data.matrix(data.A_F)), len(data.matrix(data.C_2))
+    B_f = data.matrix(data.B_F)
+    size = (len(B_f), len(B_f[0]))
     return Evidence(
-        method="F C must be n by n in (10): F is n by r; B_f = -Y^-1 F of (11) has the same shape.",
-        holds=right and n != r,
-        as_printed=Evidence(method="F as r by n: F C has no value unless r = n.", holds=n == r),
+        method="Size of the printed B_f = -Y^-1 F, against n by r.",
+        holds=size == (n, r),
+        as_printed=Evidence(method="The same against r by n.", holds=size == (r, n)),
     )
 
 
@@ -162,7 +165,7 @@ CLAIMS: tuple[Claim, ...] = (
     _claim("congruence", "Theorem 3, proof", "(10) is the congruence of (6) by diag(J_1, I, J_1, I).",
            identity("congruence", "J'(6)J against (10) for random storage matrices and filters."), (IDENTITIES,)),
     _claim("theorem-3.sizes", "Theorem 3", "The sizes of the unknowns of (10).", lmi_size_of_f,
-           (NOMINAL[1], NOMINAL[2]), "size-of-F"),
+           (), "size-of-F"),
     _claim("u3", "Theorem 1, case U3", "The upper end of the interval that (8) covers.", u3_covers, _BOTH, "u3"),
     *(
         Claim(

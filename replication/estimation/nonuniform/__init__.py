@@ -1,1 +1,2 @@
-"""H-infinity filters for nonuniformly sampled measurements: design, guarantees for every sampling sequence, brackets."""
+"""H-infinity filters for nonuniformly sampled measurements: design, guarantees for every sampling sequence,
+brackets."""

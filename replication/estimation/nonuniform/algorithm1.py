@@ -51,7 +51,8 @@ class Grid:
 
 
 def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = CORRECT, *, limit: int = 64) -> Grid:
-    """Steps 0, 1, 3 and 4 of Algorithm 1; ends when covered, when step 4 leaves the grid as it is, or at `limit` = N_0."""
+    """Steps 0, 1, 3 and 4 of Algorithm 1; ends when covered, when step 4 leaves the grid as it is, or at `limit` =
+    N_0."""
     bound = positive_integer("limit", limit)
     grid = {periods.middle}
     alphas: dict[float, float] = {}
@@ -101,7 +102,8 @@ def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, f
 
 
 def pieces(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, float]]:
-    """The connected parts of (h_l, h_u) united with the intervals, clipped to it: step 4 as printed, without a set-minus.
+    """The connected parts of (h_l, h_u) united with the intervals, clipped to it: step 4 as printed, without a
+    set-minus.
 
     One part only, since (h_l, h_u) is connected; outside it no sampling period occurs, so the parts are clipped.
     """

@@ -39,7 +39,8 @@ def worst_case_gain(
     max_leaves: int,
     per_duration: bool = False,
 ) -> WorstCaseGain:
-    """Both ends; see `guaranteed_level` and `worst_sequence` for the effort each argument buys and the errors raised."""
+    """Both ends; see `guaranteed_level` and `worst_sequence` for the effort each argument buys and the errors
+    raised."""
     guarantee = guaranteed_level(plant, filter_, periods, max_leaves=max_leaves, per_duration=per_duration)
     attack = worst_sequence(
         plant, filter_, periods, horizon=horizon, final_horizon=final_horizon, per_duration=per_duration
@@ -48,6 +49,7 @@ def worst_case_gain(
 
 
 def floor_for_any_filter(plant: SampledPlant, periods: PeriodRange, nodes: int) -> tuple[float, float]:
-    """max over `nodes` periods of gamma*(h), and where: no filter of form (4) is better, for constant h is a sequence."""
+    """max over `nodes` periods of gamma*(h), and where: no filter of form (4) is better, for constant h is a
+    sequence."""
     levels = [(riccati_level(plant, float(h), tolerance=1e-8).level, float(h)) for h in periods.nodes(nodes)]
     return max(levels)

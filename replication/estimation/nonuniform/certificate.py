@@ -1,6 +1,7 @@
 """Proof that storage matrices guarantee a level for every period of every cell, whatever solver they came from.
 
-The inequality of `path_lyapunov` is concave in [Phi(h), Gamma(h)] and h, so it holds on a piece of a cell if it holds at
+The inequality of `path_lyapunov` is concave in [Phi(h), Gamma(h)] and h, so it holds on a piece of a cell if it holds
+at
 the vertices of a hull of that piece. Pieces that ask for more than the target are halved: the hull then hugs the curve.
 Remainder of the hull and rounding are allowed for by a bound that is subtracted from the inequality.
 """
@@ -8,6 +9,7 @@ Remainder of the hull and rounding are allowed for by a bound that is subtracted
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,7 +41,7 @@ def certify(system: ErrorSystem, cells: Cells, tree: ContextTree, P: Array, targ
     """The level that P (leaves, N, N) proves; pieces are halved until it is at most `target`, or HALVINGS times."""
     steps = tree.transitions()
     needs, worst = [], []
-    for letter, (a, b) in enumerate(zip(cells.edges[:-1], cells.edges[1:], strict=True)):
+    for letter, (a, b) in enumerate(pairwise(cells.edges)):
         pairs = np.array([(leaf, following) for leaf, chosen, following in steps if chosen == letter])
         need, period = _cell_need(system, P[pairs[:, 0]], P[pairs[:, 1]], (a, b), (target / system.level) ** 2)
         needs.append(need)

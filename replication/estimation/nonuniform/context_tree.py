@@ -1,6 +1,7 @@
 """Suffix trees of variable depth: which recent sampling periods a path-dependent Lyapunov function remembers.
 
-A leaf is a word of letters (cells of the range of periods), the most recent last. Whatever the sequence, exactly one leaf
+A leaf is a word of letters (cells of the range of periods), the most recent last. Whatever the sequence, exactly one
+leaf
 is a suffix of it, and the leaf after the next letter follows from the leaf before it.
 """
 
@@ -13,7 +14,8 @@ Word = tuple[int, ...]
 
 @dataclass(frozen=True)
 class ContextTree:
-    """leaves: sorted words over the letters 0 ... letters - 1, complete (one is a suffix of every long word) and closed.
+    """leaves: sorted words over the letters 0 ... letters - 1, complete (one is a suffix of every long word) and
+    closed.
 
     Closed means that leaf and next letter determine the next leaf.
     """

@@ -1,4 +1,5 @@
-"""Finite sets of matrices whose convex hull holds [Phi(h), Gamma(h)] for a whole interval of h, up to a bounded remainder.
+"""Finite sets of matrices whose convex hull holds [Phi(h), Gamma(h)] for a whole interval of h, up to a bounded
+remainder.
 
 On a piece [a, a + d] the exponential is a Taylor polynomial in h, which lies in the hull of its Bernstein coefficients,
 plus a remainder of norm at most ||N||^{p+1} d^{p+1} e^{||N|| d} / (p + 1)! ||e^{Na}||.
@@ -19,7 +20,8 @@ DEGREE = 5
 
 @dataclass(frozen=True)
 class Enclosure:
-    """K hulls. vertices (K, DEGREE + 1, n + m, n + m): transition matrices; periods (K, DEGREE + 1): the h of each vertex;
+    """K hulls. vertices (K, DEGREE + 1, n + m, n + m): transition matrices; periods (K, DEGREE + 1): the h of each
+    vertex;
     remainder (K,): bound of the 2-norm of what each hull misses."""
 
     vertices: Array

@@ -25,7 +25,8 @@ from replication.estimation.validation import Array
 SCAN = 129
 """Equally spaced periods at which the violation is looked at before its peaks are polished."""
 VIOLATION = 1e-7
-"""Largest eigenvalue of (10), in normalised coordinates, that counts as satisfied: a few times the solver's accuracy."""
+"""Largest eigenvalue of (10), in normalised coordinates, that counts as satisfied: a few times the solver's
+accuracy."""
 INACTIVE = 1e-3
 """Share of the dual weight below which a period leaves the grid; it comes back if it is violated again."""
 NEIGHBOURS = 0.25

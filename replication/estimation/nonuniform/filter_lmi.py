@@ -1,4 +1,5 @@
-"""Theorem 3: the LMI (10) over a grid of sampling periods, the recovery (11) of the filter, given directly to Clarabel."""
+"""Theorem 3: the LMI (10) over a grid of sampling periods, the recovery (11) of the filter, given directly to
+Clarabel."""
 
 from __future__ import annotations
 
@@ -63,7 +64,8 @@ class Normalised:
 
 
 def normalise(plant: SampledPlant, h: float) -> Normalised:
-    """Coordinates in which the controllability Gramian at period h is about the identity, z in units of its own gain."""
+    """Coordinates in which the controllability Gramian at period h is about the identity, z in units of its own
+    gain."""
     Phi, Gamma = plant.discretise(h)
     gramian = scipy.linalg.solve_discrete_lyapunov(Phi, Gamma @ Gamma.T)
     gramian += 1e-6 * np.trace(gramian) / plant.order * np.eye(plant.order)
@@ -154,10 +156,12 @@ def recover(v: LmiVariables) -> Filter:
     """
     gap = v.Y - v.Z
     if np.linalg.cond(v.Y) > 1e14 or np.linalg.cond(gap) > 1e14:
-        raise SolverError("Y or Y - Z is singular at the solution of (10): the optimum is not attained; use a larger level")
+        raise SolverError(
+            "Y or Y - Z is singular at the solution of (10): the optimum is not attained; use a larger level"
+        )
     # (I - Y^-1 Z)^-1 = (Y - Z)^-1 Y.
     factor = np.linalg.solve(gap, v.Y)
-    return Filter(-np.linalg.solve(v.Y, v.Q) @ factor, -np.linalg.solve(v.Y, v.F), v.G @ factor)
+    return Filter(-np.linalg.solve(v.Y, v.Q) @ factor, np.asarray(-np.linalg.solve(v.Y, v.F)), v.G @ factor)
 
 
 def design_for_periods(
@@ -171,7 +175,8 @@ def design_for_periods(
     """Step 2 of Algorithm 1: minimise delta = gamma^2 subject to (10) at all `periods` (seconds).
 
     The guarantee of the LMI is for these periods only. The status is in the report; evaluate the filter with
-    `periodic_gain`, which shares nothing with this design. Raises InfeasibleError or SolverError by the solver's status.
+    `periodic_gain`, which shares nothing with this design. Raises InfeasibleError or SolverError by the solver's
+    status.
     """
     normalised = at or normalise(plant, float(np.mean(periods)))
     basis = variable_basis(normalised.plant)

@@ -27,7 +27,8 @@ MAX_SAMPLES = 12
 class Guarantee:
     """A level proved for every sampling sequence in [h_l, h_u].
 
-    level: upper bound of the gain; leaves, depth: size of the context tree, longest memory in periods; history: the best
+    level: upper bound of the gain; leaves, depth: size of the context tree, longest memory in periods; history: the
+    best
     level proved with at most so many leaves; cells, tree, P, system: the certificate, which `certify` checks again;
     ended: why the memory grew no further.
     """
@@ -55,13 +56,16 @@ def guaranteed_level(
 ) -> Guarantee:
     """Upper bound of the gain ||e|| / ||w|| over every sequence of periods in the range, continuum included.
 
-    cuts: inner edges of the cells (seconds), by default the middle of the range; max_leaves: 1 gives the common Lyapunov
+    cuts: inner edges of the cells (seconds), by default the middle of the range; max_leaves: 1 gives the common
+    Lyapunov
     function. per_duration weighs both squared norms by the interval lengths. Raises InfeasibleError if A_f is not Schur
     stable (the gain is then infinite), SolverError if no certificate is found.
     """
     error_output(plant, filter_)
     if filter_.spectral_radius() >= 1:
-        raise InfeasibleError(f"A_f has spectral radius {filter_.spectral_radius():.6g} >= 1: the error does not settle")
+        raise InfeasibleError(
+            f"A_f has spectral radius {filter_.spectral_radius():.6g} >= 1: the error does not settle"
+        )
     system, best = _common(plant, filter_, periods, per_duration)
     history = [(1, best.level)]
     edges = (periods.h_l, *(cuts if cuts is not None else (periods.middle,)), periods.h_u)
@@ -106,7 +110,8 @@ def _common(
 def _solve_until_proved(
     system: ErrorSystem, cells: Cells, tree: ContextTree
 ) -> tuple[PathSolution, Cells, Certificate]:
-    """Solve, certify, and add the period that asks for most to each cell until the certificate is as good as the samples."""
+    """Solve, certify, and add the period that asks for most to each cell until the certificate is as good as the
+    samples."""
     while True:
         solution = solve(system, cells, tree)
         target = system.level * float(np.sqrt(solution.delta)) * (1 + LOOSE)

@@ -67,7 +67,9 @@ def closed_form(plant: SampledPlant, h: float) -> float:
 
 def _reject_circle(moduli: Array) -> None:
     if np.any(np.abs(moduli - 1) < CIRCLE):
-        raise InvalidInputError(f"a zero lies on the unit circle (moduli {moduli}); gamma* jumps there, move h a little")
+        raise InvalidInputError(
+            f"a zero lies on the unit circle (moduli {moduli}); gamma* jumps there, move h a little"
+        )
 
 
 def deadbeat_filter(plant: SampledPlant, h: float) -> Filter:
@@ -151,7 +153,9 @@ def riccati_level(plant: SampledPlant, h: float, *, tolerance: float = 1e-10) ->
     low = high * 1e-6
     design = riccati_filter(plant, h, high)
     if design is None:
-        raise SolverError(f"the Riccati recursion rejects the level {high:.6g} that the zero filter attains at h = {h:.6g}")
+        raise SolverError(
+            f"the Riccati recursion rejects the level {high:.6g} that the zero filter attains at h = {h:.6g}"
+        )
     if riccati_filter(plant, h, low) is not None:
         raise InfeasibleError(f"gamma*({h:.6g}) is below {low:.3g}: the infimum is 0 and no filter attains it")
     while high - low > tolerance * high:

@@ -1,7 +1,9 @@
 """Upper bound of the gain over every sampling sequence: a Lyapunov function that remembers recent periods.
 
-V_k = x' P_c x with c the leaf of a context tree that ends h_0 ... h_{k-1}. If for every leaf c, every cell, every h of the
-cell, and the leaf d that follows,  w(h)|e|^2 + x+' P_d x+ <= x' P_c x + w(h) g^2 |w|^2,  then ||e|| <= g ||w|| for every
+V_k = x' P_c x with c the leaf of a context tree that ends h_0 ... h_{k-1}. If for every leaf c, every cell, every h
+of the
+cell, and the leaf d that follows,  w(h)|e|^2 + x+' P_d x+ <= x' P_c x + w(h) g^2 |w|^2,  then ||e|| <= g ||w|| for
+every
 sequence in [h_l, h_u] (w(h) = 1, or h for the duration-weighted gain). Sources: Lee and Dullerud, Automatica 42 (2006);
 Ahmadi, Jungers, Parrilo and Roozbehani, SIAM J. Control Optim. 52 (2014).
 """
@@ -10,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -69,7 +72,7 @@ class Cells:
     @classmethod
     def cut(cls, edges: Sequence[float]) -> Cells:
         """Cells with three samples each: the ends and the middle."""
-        pairs = zip(edges[:-1], edges[1:], strict=True)
+        pairs = pairwise(edges)
         return cls(tuple(edges), tuple(tuple(sorted({a, (a + b) / 2, b})) for a, b in pairs))
 
     def __len__(self) -> int:
@@ -83,7 +86,8 @@ class Cells:
 
 @dataclass(frozen=True)
 class PathSolution:
-    """delta: squared level of the samples; P: stack (leaves, N, N); flux: stored energy through each leaf at the optimum."""
+    """delta: squared level of the samples; P: stack (leaves, N, N); flux: stored energy through each leaf at the
+    optimum."""
 
     delta: float
     P: Array
@@ -92,7 +96,8 @@ class PathSolution:
 
 
 def solve(system: ErrorSystem, cells: Cells, tree: ContextTree) -> PathSolution:
-    """Minimise the squared level over P at the samples of the cells, with SLACK; not yet a bound (see `certificate.certify`)."""
+    """Minimise the squared level over P at the samples of the cells, with SLACK; not yet a bound (see
+    `certificate.certify`)."""
     output, inputs = system.output, system.plant.B.shape[1]
     size = output.shape[1]
     basis = symmetric_basis(size)

@@ -1,4 +1,5 @@
-"""The sampled plant of eqs. (1)-(3): a continuous-time system, its range of sampling periods, its exact discretisation."""
+"""The sampled plant of eqs. (1)-(3): a continuous-time system, its range of sampling periods, its exact
+discretisation."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from replication.estimation.validation import Array, as_matrix, positive_scalar
 HURWITZ_MARGIN = 1e-12
 """An eigenvalue counts as stable if its real part is below minus this times the norm of A."""
 OBSERVABILITY_TOLERANCE = 1e-9
-"""Smallest singular value of the Popov-Belevitch-Hautus matrix, relative to the norm of A, that counts as observable."""
+"""Smallest singular value of the Popov-Belevitch-Hautus matrix, relative to the norm of A, that counts as
+observable."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,8 @@ class PeriodRange:
 class SampledPlant:
     """Eq. (1): x' = Ax + Bw, y = Cx + Dw measured when sampled, z = Lx to be estimated; w is held between samples.
 
-    Shapes: A (n, n), B (n, m), C (r, n), D (r, m), L (s, n). Raises InvalidInputError if a shape does not fit, an entry is
+    Shapes: A (n, n), B (n, m), C (r, n), D (r, m), L (s, n). Raises InvalidInputError if a shape does not fit, an
+    entry is
     not finite, A is not Hurwitz (no filter of form (4) then has a bounded error) or (C, A) is not observable.
     """
 
@@ -106,7 +109,8 @@ class SampledPlant:
         return np.block([[self.A, self.B], [np.zeros((m, n + m))]])
 
     def discretise(self, h: float) -> tuple[Array, Array]:
-        """Phi(h) = e^{hA} (n, n) and Gamma(h) = int_0^h e^{tA} dt B (n, m) of eq. (3), for w held over h > 0 seconds."""
+        """Phi(h) = e^{hA} (n, n) and Gamma(h) = int_0^h e^{tA} dt B (n, m) of eq. (3), for w held over h > 0
+        seconds."""
         period = positive_scalar("h", h, unit="s")
         n = self.order
         whole = self.transition(period)
@@ -123,7 +127,7 @@ def _require_hurwitz(A: Array) -> None:
     worst = max(np.linalg.eigvals(A), key=lambda value: value.real)
     if worst.real >= -HURWITZ_MARGIN * np.linalg.norm(A, 2):
         raise InvalidInputError(
-            f"A must be Hurwitz, but has the eigenvalue {worst:.6g}; a filter of form (4) cannot follow an unstable plant"
+            f"A must be Hurwitz, but has the eigenvalue {worst:.6g}; a filter of form (4) cannot follow such a plant"
         )
 
 

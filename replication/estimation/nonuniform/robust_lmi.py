@@ -1,6 +1,7 @@
 """The robust LMI (13), reconstructed: the text omits it, so it is derived here from (7), with one multiplier per cell.
 
-Cell i has the nominal period h_i; xi = Delta(theta) eta with ||Delta(theta)|| <= delta_i on the cell. With the storage of
+Cell i has the nominal period h_i; xi = Delta(theta) eta with ||Delta(theta)|| <= delta_i on the cell. With the
+storage of
 Theorem 3, V+ - V + |e|^2 - gamma^2 |w|^2 + lambda_i (delta_i^2 |eta|^2 - |xi|^2) < 0 becomes, by the congruence of the
 paper, an LMI in blocks (Z, Y | e | eta | Z, Y | xi | w), linear in all variables and in lambda_i > 0.
 Asking both channels for the same gamma, as the text says, would force gamma >= alpha; the free multiplier does not.
@@ -25,7 +26,7 @@ from replication.estimation.nonuniform.filter_lmi import (
 )
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.sdp import ALMOST, Inequalities, minimise
+from replication.estimation.nonuniform.sdp import ALMOST, Indices, Inequalities, minimise
 from replication.estimation.nonuniform.small_gain import logarithmic_norm, small_gain_alpha
 from replication.estimation.solvers import SolverReport
 from replication.estimation.validation import Array, positive_integer
@@ -95,8 +96,8 @@ def _require_small_gain(centres: Sequence[float], alphas: Sequence[float], radiu
     for h, alpha in zip(centres, alphas, strict=True):
         if alpha * radius >= 1:
             raise InfeasibleError(
-                f"the cell around h = {h:.6g} s has alpha * delta = {alpha * radius:.4g} >= 1, so (13) has no solution; "
-                "use more cells"
+                f"the cell around h = {h:.6g} s has alpha * delta = {alpha * radius:.4g} >= 1, so (13) has no "
+                "solution; use more cells"
             )
 
 
@@ -125,7 +126,7 @@ def lmi13(
     return matrix
 
 
-def _put(matrix: Array, rows: Array, columns: Array, block: Array) -> None:
+def _put(matrix: Array, rows: Indices, columns: Indices, block: Array) -> None:
     """Write an off-diagonal block and its transpose."""
     matrix[..., rows[:, None], columns] = block
     matrix[..., columns[:, None], rows] = np.swapaxes(block, -1, -2)
@@ -137,8 +138,10 @@ def _inequalities(
     """-(13) >= 0 for every cell; the unknowns are those of (10) and then the multipliers."""
     basis = variable_basis(plant)
     unknowns = len(basis.delta) - 1
-    fields = {name: np.concatenate([getattr(basis, name), np.zeros_like(getattr(basis, name)[:1])]) for name in
-              ("Z", "Y", "F", "G", "Q", "delta")}
+    fields = {
+        name: np.concatenate([getattr(basis, name), np.zeros_like(getattr(basis, name)[:1])])
+        for name in ("Z", "Y", "F", "G", "Q", "delta")
+    }
     extended = LmiVariables(**fields)
     multiplier = np.append(np.zeros(unknowns + 1), 1.0)
     stacks = np.array([-lmi13(plant, frame, *plant.discretise(h), radius, extended, multiplier) for h in centres])

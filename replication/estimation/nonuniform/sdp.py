@@ -12,6 +12,8 @@ import scipy.sparse
 from replication.estimation.solvers import SolverReport, clarabel_report, clarabel_settings, raise_unless_solved
 from replication.estimation.validation import Array
 
+Indices = npt.NDArray[np.intp]
+
 SOLVED = ("Solved",)
 ALMOST = ("Solved", "AlmostSolved")
 """For callers that re-evaluate what they get without trusting the solver."""
@@ -26,7 +28,7 @@ class Inequalities:
 
     constant: Array
     coefficients: Array
-    variables: npt.NDArray[np.intp]
+    variables: Indices
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,8 @@ def minimise(
 
 
 def symmetric_basis(size: int) -> Array:
-    """The symmetric unit matrices E_l, stacked (size (size + 1) / 2, size, size), in the order of the upper triangle."""
+    """The symmetric unit matrices E_l, stacked (size (size + 1) / 2, size, size), in the order of the upper
+    triangle."""
     rows, columns = np.triu_indices(size)
     basis = np.zeros((len(rows), size, size))
     basis[np.arange(len(rows)), rows, columns] = 1.0
@@ -72,7 +75,7 @@ def symmetric_basis(size: int) -> Array:
     return basis
 
 
-def _triangle(size: int) -> tuple[Array, Array, Array]:
+def _triangle(size: int) -> tuple[Indices, Indices, Array]:
     """Rows, columns and weights of Clarabel's scaled upper triangle, stacked column by column."""
     columns, rows = np.tril_indices(size)
     return rows, columns, np.where(rows == columns, 1.0, np.sqrt(2.0))
@@ -86,7 +89,7 @@ def _pack(matrices: Array) -> Array:
 def _constraint_rows(group: Inequalities, unknowns: int) -> scipy.sparse.csc_matrix:
     """Rows of A in Clarabel's A x + s = b, s in the cone: minus the packed coefficients."""
     packed = -_pack(group.coefficients)
-    count, terms, length = packed.shape
+    count, _, length = packed.shape
     row = np.arange(count)[:, None, None] * length + np.arange(length)[None, None, :]
     row = np.broadcast_to(row, packed.shape)
     column = np.broadcast_to(group.variables[:, :, None], packed.shape)

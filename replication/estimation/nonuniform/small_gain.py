@@ -1,6 +1,7 @@
 """Lemma 2, Theorem 1 and eq. (9): the sampling periods around h_0 that the small-gain condition (8) covers.
 
-alpha = ||A Phi(h_0) (zI - Phi(h_0))^-1||_inf does not depend on the filter, because Sigma_11 sees the plant's states only.
+alpha = ||A Phi(h_0) (zI - Phi(h_0))^-1||_inf does not depend on the filter, because Sigma_11 sees the plant's states
+only.
 """
 
 from __future__ import annotations
@@ -58,7 +59,8 @@ def delta_block(plant: SampledPlant, theta: float) -> Array:
 
 
 def covered_interval(plant: SampledPlant, h: float, gain: float, upper: UpperEnd = UpperEnd.CORRECTED) -> Interval:
-    """H(h, gain) of eq. (9), cases L1-L3 and U1-U3, intersected with the positive periods; `gain` is alpha or its root."""
+    """H(h, gain) of eq. (9), cases L1-L3 and U1-U3, intersected with the positive periods; `gain` is alpha or its
+    root."""
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
     zero = MU_ZERO * float(np.linalg.norm(plant.A, 2))
     lower = h - _reach(below, below, gain, zero)
@@ -67,7 +69,8 @@ def covered_interval(plant: SampledPlant, h: float, gain: float, upper: UpperEnd
 
 
 def _reach(mu: float, in_logarithm: float, gain: float, zero: float) -> float:
-    """log(1 + mu / gain) / mu, its limit 1 / gain at mu = 0, infinite for mu <= -gain; `in_logarithm` allows a misprint."""
+    """log(1 + mu / gain) / mu, its limit 1 / gain at mu = 0, infinite for mu <= -gain; `in_logarithm` allows a
+    misprint."""
     if abs(mu) <= zero:
         return 1 / gain
     if mu <= -gain:

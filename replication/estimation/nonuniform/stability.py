@@ -1,6 +1,7 @@
 """Exact stability of the error system (5) for every sampling sequence: no grid, no small gain.
 
-A-bar(h) is block triangular with Phi(h) = e^{hA} and the constant A_f. The Phi commute, so a product of them is e^{A tau}
+A-bar(h) is block triangular with Phi(h) = e^{hA} and the constant A_f. The Phi commute, so a product of them is e^{A
+tau}
 with tau the elapsed time; it tends to zero for every sequence iff A is Hurwitz. Hence (5) is (uniformly, exponentially)
 stable for all h_k in [h_l, h_u] iff A is Hurwitz and A_f has its eigenvalues inside the unit circle.
 """

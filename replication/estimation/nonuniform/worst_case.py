@@ -1,6 +1,7 @@
 """Lower bound of the gain over every sampling sequence: the gain of one bad sequence over a finite horizon.
 
-The gain of a given sequence h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to e_1 ... e_K,
+The gain of a given sequence h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to e_1 ...
+e_K,
 found by Lanczos on a sparse triangular system; the bound is ||e|| / ||w|| of the disturbance found, so it is attained.
 """
 
@@ -27,7 +28,8 @@ IMPROVEMENT = 1e-6
 
 @dataclass(frozen=True)
 class BadSequence:
-    """A sampling sequence and its worst disturbance. level: ||e|| / ||w||; periods (K,) in seconds; w (K, m); e (K + 1, s).
+    """A sampling sequence and its worst disturbance. level: ||e|| / ||w||; periods (K,) in seconds; w (K, m); e (K +
+    1, s).
 
     runs: the pattern that was repeated to make the sequence: samples at h_u, at h_l, at h_u, and so on.
     """
@@ -135,8 +137,8 @@ def worst_sequence(
 ) -> BadSequence:
     """Search bursts of h_u between runs of h_l: local search over the two run lengths from several starts.
 
-    Constant sequences, short, medium and endless runs of h_l are among the starts. The level is that of the best pattern over `final_horizon` samples (by
-    default `horizon`), a lower bound of the gain over all sequences; deterministic.
+    Constant sequences, short, medium and endless runs of h_l are among the starts. The level is that of the best
+    pattern over `final_horizon` samples (by default `horizon`), a lower bound of the gain over all sequences.
     """
     known: dict[tuple[int, int], float] = {}
 
@@ -168,7 +170,8 @@ def _climb(runs: tuple[int, int], value: Callable[[tuple[int, int]], float]) -> 
 
 
 def error_ratio(periods: Array, w: Array, e: Array, *, per_duration: bool = False) -> float:
-    """||e|| / ||w|| of a simulation: e (K + 1, s), w (K, m); both norms weighted by interval length if `per_duration`."""
+    """||e|| / ||w|| of a simulation: e (K + 1, s), w (K, m); both norms weighted by interval length if
+    `per_duration`."""
     weights = periods if per_duration else np.ones_like(periods)
     last = np.append(weights[1:], weights[-1])
     return float(np.sqrt(np.sum(last[:, None] * e[1:] ** 2) / np.sum(weights[:, None] * w**2)))

@@ -25,7 +25,11 @@ def random_plant(rng: np.random.Generator, n: int, m: int = 2, r: int = 1, s: in
     A = rng.standard_normal((n, n))
     A = A - (np.max(np.linalg.eigvals(A).real) + 0.3) * np.eye(n)
     return SampledPlant(
-        A, rng.standard_normal((n, m)), rng.standard_normal((r, n)), rng.standard_normal((r, m)), rng.standard_normal((s, n))
+        A,
+        rng.standard_normal((n, m)),
+        rng.standard_normal((r, n)),
+        rng.standard_normal((r, m)),
+        rng.standard_normal((s, n)),
     )
 
 

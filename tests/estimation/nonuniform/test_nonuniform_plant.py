@@ -124,7 +124,8 @@ def test_alpha_is_that_of_the_whole_error_system_whatever_the_filter():
         seen = np.hstack([OSCILLATOR.A @ Phi, np.zeros((2, 2))])
         angles = np.linspace(0, np.pi, 2001)
         gains = [
-            np.linalg.norm(seen @ np.linalg.solve(np.exp(1j * t) * np.eye(4) - stage.A, np.eye(4, 2)), 2) for t in angles
+            np.linalg.norm(seen @ np.linalg.solve(np.exp(1j * t) * np.eye(4) - stage.A, np.eye(4, 2)), 2)
+            for t in angles
         ]
         assert max(gains) <= alpha * (1 + EXACT)
         assert max(gains) >= alpha * (1 - 1e-5)
