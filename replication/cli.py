@@ -77,7 +77,7 @@ def _run(chosen: argparse.Namespace) -> int:
 
     import papers
     from replication.audit.cache import Cache
-    from replication.audit.figures import write_figures
+    from replication.audit.drawn import draw_figures
     from replication.audit.records import write_results
     from replication.audit.report import build_report
     from replication.audit.runner import run
@@ -90,7 +90,7 @@ def _run(chosen: argparse.Namespace) -> int:
     figures = chosen.figures or root / "figures"
     cache = Cache(root / ".cache" / "replication", read=not chosen.no_cache)
     outcome = run(selected, cache=cache, root=root, jobs=chosen.jobs, progress=_progress())
-    drawn = write_figures(selected, outcome.results_by_experiment, figures)
+    drawn = draw_figures(selected, outcome.results_by_experiment, figures, cache=cache, root=root)
     results = msgspec.structs.replace(outcome.results, figures=drawn)
     write_results(output / "results.json", results)
     _say(run_lines(results, outcome.log, outcome.failures))

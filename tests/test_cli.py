@@ -85,6 +85,24 @@ def test_warm_run_gives_the_same_bytes(ran: Lab) -> None:
     assert [file.read_bytes() for file in files] == first
 
 
+def test_figures_are_drawn_again_only_if_they_must_be(ran: Lab) -> None:
+    drawing = ran.root / "figures" / "toy2020-fig1.svg"
+    before = drawing.stat().st_mtime_ns
+    whole = drawing.read_bytes()
+    ran.cli("run")
+    assert drawing.stat().st_mtime_ns == before
+    drawing.write_bytes(whole[:-10])
+    ran.cli("run")
+    assert drawing.read_bytes() == whole
+    ran.edit("toy2020/claims.py", 'title="Squares"', 'title="Fair squares"')
+    assert ran.cli("run").returncode == 0
+    assert drawing.stat().st_mtime_ns > before
+    assert "Fair squares" in (ran.root / "report" / "results.json").read_text(encoding="utf-8")
+    ran.edit("toy2020/arithmetic.py", "left * right", "left * right + 0.01")
+    assert ran.cli("run").returncode == 0
+    assert drawing.read_bytes() != whole
+
+
 def test_report_alone_computes_nothing(ran: Lab) -> None:
     page = ran.root / "report" / "index.html"
     before = page.read_bytes()

@@ -96,6 +96,11 @@ def plant() -> dict[str, list[list[float]]]:
     return {"A": matrix(A), "B_d": matrix(B_D), "C": matrix(C), "D": matrix(D)}
 
 
+def bracketed(rows: list[list[float]]) -> str:
+    """A computed matrix of few digits, written as the printed ones are."""
+    return "[" + "; ".join(" ".join(f"{entry:g}" for entry in row) for row in rows) + "]"
+
+
 def selection_matrix(diagonals: tuple[str, ...]) -> str:
     """The printed S_k of one example, stacked: one row of all diagonals per phase, as a printed matrix."""
     return "[" + "; ".join(" ".join(row) for row in diagonals) + "]"

@@ -10,6 +10,9 @@ from replication.audit.model import Experiment
 
 KEY = "okajima2023"
 
+PERIOD_TABLE = f"{KEY}.period-table"
+"""Name of the experiment that computes the optimum for all periods up to six."""
+
 CASES: dict[str, dict[str, Any]] = {
     "proposed": {"periods": [2, 3], "offsets": [0, 0], "sensors": [0, 1]},
     "A": {"periods": [2], "offsets": [0], "sensors": [0]},

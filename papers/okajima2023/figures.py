@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from papers.okajima2023.claims.levels import PERIOD_TABLE
-from papers.okajima2023.designs import KEY
+from papers.okajima2023.designs import KEY, PERIOD_TABLE
 from replication.audit.model import Figure, FigureData, Results
 from replication.audit.style import COLOURS, FOREGROUND, line, new_axes
 
@@ -208,8 +207,9 @@ def plot_disturbances(figure: FigureData) -> Any:
         ratio = figure.columns[f"ratio_{name}"][0]
         axis.plot(figure.columns["k"], figure.columns[name], label=f"{label}, ratio {ratio:.3f}", **line(index))
     axis.set(xlabel="instant $k$", ylabel="$|e(k)|$", xlim=(0, len(figure.columns["k"])))
-    axis.set_ylim(bottom=0)
-    axis.legend(title=f"norm of the observer {figure.columns['norm'][0]:.3f}")
+    # Room above the curves for the legend.
+    axis.set_ylim(0, 1.5 * max(figure.columns["worst"]))
+    axis.legend(loc="upper right", title=f"norm of the observer {figure.columns['norm'][0]:.3f}")
     return drawing
 
 

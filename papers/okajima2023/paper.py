@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from papers.okajima2023 import data
-from papers.okajima2023.claims import gains, levels, simulation, theory, unstable
-from papers.okajima2023.designs import CASES, GAIN_SETS, HALF_UNIT_OF_GAINS, KEY, experiments, pair
+from papers.okajima2023.claims import gains, levels, orders, simulation, theory, unstable
+from papers.okajima2023.designs import CASES, GAIN_SETS, HALF_UNIT_OF_GAINS, KEY, PERIOD_TABLE, experiments, pair
 from papers.okajima2023.errata import ERRATA
 from papers.okajima2023.experiments import period_table
 from papers.okajima2023.figures import FIGURES
@@ -22,7 +22,7 @@ from papers.okajima2023.simulations import gain_distribution, response, worst_di
 from replication.audit.model import Experiment, Formula, Paper, Results, ScopeItem, Table
 from replication.audit.printed import parse
 
-CLAIMS = (*levels.CLAIMS, *gains.CLAIMS, *simulation.CLAIMS, *unstable.CLAIMS, *theory.CLAIMS)
+CLAIMS = (*levels.CLAIMS, *orders.CLAIMS, *gains.CLAIMS, *simulation.CLAIMS, *unstable.CLAIMS, *theory.CLAIMS)
 
 _NOISE = {"sigma": float(data.SIGMA), "noisy": data.LAST_NOISE, "last": data.LAST_SUMMED}
 _PROPOSED = {**CASES["proposed"], "gains": data.gains(data.GAINS_33)}
@@ -37,8 +37,8 @@ SEEDS, SEED = 2000, 20230302
 """Draws for the distribution of g_sim, and the seed of all simulations."""
 LARGEST_PERIOD = 6
 IDENTITY_TRIALS = 50
-DIAGONAL_STEP, LARGEST_ENTRY = 0.01, 3
-"""Grids of the search behind Sec. IV-C: step of the diagonal of A, largest entry of C."""
+DIAGONAL_STEP, LARGEST_ENTRY, WIDER = 0.01, 3, 5
+"""Grids of the search behind Sec. IV-C: step of the diagonal of A, largest entry of C, and of its possible rivals."""
 WORST_HORIZON = 300
 
 
@@ -80,7 +80,7 @@ EXPERIMENTS = (
         "unstable.recovered", recovered, printed_A=data.matrix(data.A_41), printed_gains=data.gains(data.GAINS_42),
         stated_poles=_stated(data.POLES_A),
         stated_error_poles=[pole[0] for pole in _stated(data.POLES_A_E)], half_unit=HALF_UNIT_OF_GAINS,
-        step=DIAGONAL_STEP, bound=LARGEST_ENTRY,
+        step=DIAGONAL_STEP, bound=LARGEST_ENTRY, wider_bound=WIDER,
     ),
 )  # fmt: skip
 
@@ -151,8 +151,8 @@ SUMMARY = (
 
 def findings(results: Results) -> tuple[str, ...]:
     """What a reader of the paper must know, with the numbers of this run."""
-    table = results[levels.PERIOD_TABLE]
-    counter = levels.counterexamples(table, "synchronous")
+    table = results[PERIOD_TABLE]
+    counter = orders.counterexamples(table, "synchronous")
     recovery = results[f"{KEY}.unstable.recovered"]
     columns = {periods: results[pair(periods)] for periods in data.TABLE_1}
     touching = sum(result["limited_by"] == "noncausal" for result in columns.values())
@@ -171,8 +171,8 @@ def findings(results: Results) -> tuple[str, ...]:
         "with d alone, as printed, each of them lies below every draw.",
         "Section IV-C repeats the stable plant's matrix. The stated poles and gains fit one plant with small integers "
         f"in C, found by search: A with the diagonal {tuple(recovery['state']['fits'][0])}, C = "
-        f"{recovery['outputs']['C']}, B_d = {[row[0] for row in recovery['inputs']['B_d']]}, D = "
-        f"{recovery['inputs']['D']} (an inference; only the ratio of B_d to D is identifiable).",
+        f"{data.bracketed(recovery['outputs']['C'])}, B_d = {data.bracketed(recovery['inputs']['B_d'])}, D = "
+        f"{data.bracketed(recovery['inputs']['D'])} (an inference; only the ratio of B_d to D is identifiable).",
     ]
     if counter:
         excess, shorter, longer = counter[0]

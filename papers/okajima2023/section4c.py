@@ -29,9 +29,11 @@ def recovered(
     half_unit: float,
     step: float,
     bound: int,
+    wider_bound: int,
 ) -> Json:
     """Search A, then C, then B_d and D, and check the plant that comes out by a design of its own.
 
+    bound: largest entry of C in the search that counts; wider_bound: how far it is looked for rivals of its result.
     attained: the smallest change of the gains that makes the poles of A_e the stated ones exactly, beside the half unit
     by which rounding may have changed them.
     """
@@ -39,12 +41,14 @@ def recovered(
     A = np.array(printed_A)
     A[np.diag_indices(len(A))] = state["fits"][0]
     outputs = recover_outputs(A.tolist(), printed_gains, stated_error_poles, bound)
+    wider = recover_outputs(A.tolist(), printed_gains, stated_error_poles, wider_bound)
     inputs = recover_inputs(A.tolist(), outputs["C"], printed_gains)
     plant = {"A": A.tolist(), "B_d": inputs["B_d"], "C": outputs["C"], "D": inputs["D"]}
     change = smallest_change(plant, np.array(printed_gains), np.array(stated_error_poles))
     return {
         "state": state,
         "outputs": outputs,
+        "wider": {key: wider[key] for key in ("bound", "tried", "fits", "C", "best_misfit", "second_misfit")},
         "inputs": inputs,
         "design": design(plant, PERIODS, OFFSETS, [0, 1]),
         "gains": norm_of_gains(plant, PERIODS, OFFSETS, printed_gains, half_unit),

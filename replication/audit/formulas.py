@@ -12,6 +12,14 @@ from replication.errors import AuditError
 _ELEMENT = re.compile(r"\{http://www\.w3\.org/1998/Math/MathML\}m[a-z]+")
 _ATTRIBUTE = re.compile(r"(?!on|href|src)[a-z]+", re.IGNORECASE)
 
+# The converter lets the fences of these matrices stay small, and stretches those after \\left and \\right.
+_FENCED = (
+    (r"\begin{bmatrix}", r"\left[\begin{matrix}"),
+    (r"\end{bmatrix}", r"\end{matrix}\right]"),
+    (r"\begin{pmatrix}", r"\left(\begin{matrix}"),
+    (r"\end{pmatrix}", r"\end{matrix}\right)"),
+)
+
 
 def mathml(latex: str) -> Markup:
     """`latex` as MathML in display style.
@@ -22,8 +30,11 @@ def mathml(latex: str) -> Markup:
     import latex2mathml.converter
     import latex2mathml.exceptions
 
+    source = latex
+    for short, fenced in _FENCED:
+        source = source.replace(short, fenced)
     try:
-        text = latex2mathml.converter.convert(latex, display="block")
+        text = latex2mathml.converter.convert(source, display="block")
         elements = list(ET.fromstring(text).iter())
     except (latex2mathml.exceptions.NoAvailableTokensError, ET.ParseError, ValueError, LookupError, TypeError) as error:
         raise AuditError(f"the formula {latex!r} cannot be set as MathML: {error!r}; simplify its LaTeX") from error

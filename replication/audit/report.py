@@ -24,7 +24,7 @@ from replication.audit.files import write_atomically
 from replication.audit.formulas import mathml
 from replication.audit.model import Verdict
 from replication.audit.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
-from replication.audit.view import ClaimView, anchor, counts, sentence, views
+from replication.audit.view import ClaimView, anchor, caveats, counts, sentence, views
 from replication.errors import AuditError
 
 SOURCES = Path(__file__).resolve().parents[2] / "report"
@@ -103,7 +103,8 @@ def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
             claims_by_id={view.record.id: view for view in views(results.claims)},
             counts=counts(results.claims),
             sentence=sentence(results.claims),
-            proved=sum(claim.proved for claim in results.claims),
+            caveats=caveats(results.claims, results.errata),
+            inferred={erratum.id for erratum in results.errata if erratum.inference},
             tolerances=[claim for claim in results.claims if claim.tolerance is not None],
             unexpected=[claim for claim in results.claims if claim.verdict != claim.expected_verdict],
             style=Markup(_source("style.css")),

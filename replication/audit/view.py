@@ -14,7 +14,7 @@ from markupsafe import Markup
 from replication.audit import drawing, numerals
 from replication.audit.model import Verdict
 from replication.audit.printed import Entry, Printed, decimal_fraction, parse
-from replication.audit.records import ClaimRecord
+from replication.audit.records import ClaimRecord, ErratumRecord
 from replication.errors import AuditError
 
 MOST_ENTRIES = 6
@@ -79,7 +79,7 @@ def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
 
 
 _WORDS = {
-    Verdict.REPRODUCED: ("agrees", "agree", "with the print to its last digit"),
+    Verdict.REPRODUCED: ("agrees", "agree", "with the print"),
     Verdict.REPRODUCED_AFTER_ERRATUM: ("agrees", "agree", "once a documented misprint is corrected"),
     Verdict.DIFFERS: ("differs", "differ", "from the print or its statement"),
     Verdict.CONSISTENT: ("holds", "hold", "as a qualitative or statistical statement"),
@@ -105,6 +105,21 @@ def sentence(claims: Sequence[ClaimRecord]) -> str:
         else "Every verdict is the expected one."
     )
     return f"Of {len(claims)} {'claim' if len(claims) == 1 else 'claims'}, {listed}. {expected}"
+
+
+def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[str, ...]:
+    """What the counts of verdicts do not say by themselves, each in a sentence with its number."""
+    inferred = {erratum.id for erratum in errata if erratum.inference}
+    found = (
+        (
+            [c for c in claims if c.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and c.erratum in inferred],
+            "reproduced after an erratum that is an inference, not a proof",
+        ),
+        ([c for c in claims if c.tolerance is not None], "compared with a tolerance other than half a unit"),
+        ([c for c in claims if not c.cross_check], "without a check by a second method"),
+        ([c for c in claims if c.proved], "with a bracket proved in exact or ball arithmetic"),
+    )
+    return tuple(f"Claims {words}: {len(chosen)} of {len(claims)}." for chosen, words in found if claims)
 
 
 def anchor(kind: str, name: str) -> str:

@@ -57,6 +57,7 @@ def compute(task: Task) -> Answer:
     text, error = None, ""
     try:
         function = _find(task.function)
+        begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
         # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
         with threadpoolctl.threadpool_limits(THREADS):
             text = encode(f"the result of {task.name}", function(**json.loads(task.inputs)))

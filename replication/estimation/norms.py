@@ -9,28 +9,30 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import numpy.typing as npt
-import scipy.optimize
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.periodic import PeriodicSystem, Stage, frequency_response
-from replication.estimation.riccati import RiccatiMap, circle_angles
-from replication.estimation.validation import Array
+from replication.estimation.riccati import RiccatiMap, circle_angles, fixed_point
+from replication.estimation.validation import Array, ComplexArray, as_matrix
 
 UPPER_MARGIN = 1e-9
 """Relative distance from the attained lower bound to the level at which the pencil is tested for the upper bound."""
 CIRCLE_TOLERANCE = 1e-7
 """Eigenvalues nearer than this to the unit circle count as on it: the square root of rounding, for double ones."""
 MAX_ROUNDS = 60
+SAMPLES = tuple(np.linspace(0.0, np.pi, 8)[1:-1].tolist())
+"""Angles at which the response is looked at before a bracket is believed."""
 
 
 @dataclass(frozen=True)
 class GainBracket:
     """Bracket of an induced norm. lower: attained at the lifted angle `angle` (radians per period); upper: no crossing.
 
-    `value` is the lower end: a singular value that was evaluated, so only rounding separates it from the norm.
+    `value` is the lower end: a singular value that was evaluated.
     """
 
     lower: float
@@ -45,7 +47,9 @@ class GainBracket:
 
 def hinf_norm(A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike, D: npt.ArrayLike) -> GainBracket:
     """H-infinity norm of the discrete-time system (A, B, C, D); raises InfeasibleError if A is not Schur stable."""
-    return l2_gain(PeriodicSystem((Stage(*(np.asarray(M, dtype=float) for M in (A, B, C, D))),)))
+    return l2_gain(
+        PeriodicSystem((Stage(*(as_matrix(name, M) for name, M in zip("ABCD", (A, B, C, D), strict=True))),))
+    )
 
 
 def l2_gain(system: PeriodicSystem) -> GainBracket:
@@ -59,18 +63,31 @@ def l2_gain(system: PeriodicSystem) -> GainBracket:
             f"the system is not stable (largest characteristic multiplier has modulus {radius:.6g}), so its gain is "
             "infinite; stabilise it first"
         )
-    lifted = system.lift()
-    if not lifted.B.size or not lifted.C.size:
+    system = balanced(system)
+    lifted = compressed(system.lift())
+    if not lifted.D.size:
         return GainBracket(0.0, 0.0, 0.0)
 
     def largest_singular_value(angle: float) -> float:
-        return float(np.linalg.norm(frequency_response(lifted, angle), 2))
+        return spectral_norm(frequency_response(lifted, angle))
 
     def maps(level: float) -> list[RiccatiMap]:
         return [bounded_real_map(stage, level) for stage in system.stages]
 
-    poles = np.linalg.eigvals(lifted.A)
-    return peak_on_circle(largest_singular_value, maps, np.abs(np.angle(poles)))
+    return peak_on_circle(largest_singular_value, maps, slowest_angle(lifted.A))
+
+
+def spectral_norm(matrix: ComplexArray) -> float:
+    """Largest singular value, from the smaller Gram matrix: as accurate as an SVD for the largest one, and faster."""
+    rows, columns = matrix.shape
+    gram = matrix @ matrix.conj().T if rows <= columns else matrix.conj().T @ matrix
+    return float(np.sqrt(max(np.linalg.eigvalsh(gram)[-1], 0.0))) if len(gram) else 0.0
+
+
+def slowest_angle(A: Array) -> float:
+    """The angle in [0, pi] of the eigenvalue of A with the largest modulus."""
+    poles = np.linalg.eigvals(A)
+    return float(np.abs(np.angle(poles[np.argmax(np.abs(poles))])))
 
 
 def bounded_real_map(stage: Stage, level: float) -> RiccatiMap:
@@ -89,26 +106,29 @@ def bounded_real_map(stage: Stage, level: float) -> RiccatiMap:
 def peak_on_circle(
     value: Callable[[float], float],
     maps: Callable[[float], Sequence[RiccatiMap]],
-    hints: Array,
+    hint: float,
 ) -> GainBracket:
     """Supremum over [0, pi] of `value(angle)`, whose crossings of a level are the circle angles of `maps(level)`.
 
-    hints: angles at which to start beside 0 and pi, for example those of lightly damped poles. Raises SolverError if
-    the rounds run out (they end after a handful: each at least halves the set of angles above the level).
+    hint: an angle at which to start beside 0 and pi, for example that of a lightly damped pole. Raises SolverError if
+    the rounds run out (they end after a handful: the middles of the crossings close in on the peak quadratically).
     """
-    angle = max([0.0, np.pi, *hints.tolist()], key=value)
-    lower = value(angle)
-    if lower == 0.0 and not np.any([value(t) for t in np.linspace(0.1, 3.0, 7)]):
+    value = cache(value)
+    angle = max(0.0, np.pi, hint, key=value)
+    if not any(value(t) > 0.0 for t in (angle, *SAMPLES)):
         return GainBracket(0.0, 0.0, 0.0)
-    lower = max(lower, np.finfo(float).tiny)
     margin = UPPER_MARGIN
     for _ in range(MAX_ROUNDS):
-        crossings = circle_angles(maps(lower * (1 + margin)), CIRCLE_TOLERANCE)
-        if not crossings.size:
-            return GainBracket(lower, lower * (1 + margin), angle)
-        angle_new, lower_new = _climb(value, crossings)
-        if lower_new > lower * (1 + 1e-14):
-            angle, lower = angle_new, lower_new
+        level = max(value(angle), np.finfo(float).tiny) * (1 + margin)
+        crossings = _crossings(maps, level)
+        edges = np.unique([0.0, *crossings, np.pi])
+        middles = (edges[:-1] + edges[1:]) / 2
+        # An all-pass response has no peak to cross, and its pencil is ill-conditioned: samples see it best.
+        best = max([*edges.tolist(), *middles.tolist()] if crossings.size else SAMPLES, key=value)
+        if value(best) > value(angle) * (1 + 1e-14):
+            angle = best
+        elif not crossings.size:
+            return GainBracket(value(angle), level, angle)
         else:
             # Eigenvalues feign a crossing because the peak is flat or the pencil ill-conditioned: test a wider margin.
             margin *= 4
@@ -117,19 +137,36 @@ def peak_on_circle(
     )
 
 
-def _climb(value: Callable[[float], float], crossings: Array) -> tuple[float, float]:
-    """The best angle in or between the crossings of a level, polished by a bounded scalar search around it."""
-    edges = np.unique(np.concatenate([[0.0], crossings, [np.pi]]))
-    candidates = np.concatenate([edges, (edges[:-1] + edges[1:]) / 2])
-    values = [value(float(t)) for t in candidates]
-    best = float(candidates[int(np.argmax(values))])
-    near = edges[np.abs(edges - best) > 0]
-    low = float(np.max(near[near < best], initial=0.0))
-    high = float(np.min(near[near > best], initial=np.pi))
-    if high > low:
-        found = scipy.optimize.minimize_scalar(
-            lambda t: -value(float(t)), bounds=(low, high), method="bounded", options={"xatol": 1e-10}
-        )
-        if -found.fun > max(values):
-            return float(found.x), float(-found.fun)
-    return best, max(values)
+def _crossings(maps: Callable[[float], Sequence[RiccatiMap]], level: float) -> Array:
+    """The angles at which a singular value equals `level`, or a level next to it where the pencil does not compose."""
+    try:
+        return circle_angles(maps(level), CIRCLE_TOLERANCE)
+    except np.linalg.LinAlgError:
+        return circle_angles(maps(level * (1 + UPPER_MARGIN / 10)), CIRCLE_TOLERANCE)
+
+
+def compressed(system: Stage) -> Stage:
+    """The same system with its outputs turned and cut to no more than states and inputs: same gain at all angles."""
+    n, m = system.B.shape
+    if len(system.C) <= n + m:
+        return system
+    both = np.asarray(np.linalg.qr(np.hstack([system.C, system.D]), mode="r"))
+    return Stage(system.A, system.B, both[:, :n], both[:, n:])
+
+
+def balanced(system: PeriodicSystem) -> PeriodicSystem:
+    """A stable system in state units that make reachability and observability alike, whatever the given units were."""
+    lifted = system.lift()
+    reach, sight = _gramian_diagonal(lifted.A, lifted.B), _gramian_diagonal(lifted.A.T, lifted.C.T)
+    with np.errstate(divide="ignore"):
+        # A state without one of the two has no effect; the other alone then sets its unit.
+        units = np.where(sight > 0, np.where(reach > 0, (reach / sight) ** 0.25, sight**-0.5), reach**0.5)
+    units = np.where((units > 0) & np.isfinite(units), units, 1.0)
+    return PeriodicSystem(
+        tuple(Stage(A / units[:, None] * units, B / units[:, None], C * units, D) for A, B, C, D in system.stages)
+    )
+
+
+def _gramian_diagonal(A: Array, B: Array) -> Array:
+    gramian = fixed_point([RiccatiMap(A, np.zeros_like(A), B @ B.T)])
+    return np.ones(len(A)) if gramian is None else np.diag(gramian)

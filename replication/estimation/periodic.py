@@ -34,7 +34,11 @@ class PeriodicSystem:
         """Check the shapes of every stage and freeze its arrays."""
         if not self.stages:
             raise InvalidInputError("a periodic system needs at least one stage (A, B, C, D)")
-        n = np.shape(self.stages[0][0])[0]
+        if any(not isinstance(stage, Sequence) or len(stage) != 4 for stage in self.stages):
+            raise InvalidInputError("each stage must be four matrices (A, B, C, D)")
+        n = as_matrix("A_0", self.stages[0][0]).shape[0]
+        if n == 0:
+            raise InvalidInputError("A_0 must have at least one state, got shape (0, 0)")
         checked = []
         for k, (A, B, C, D) in enumerate(self.stages):
             A = as_matrix(f"A_{k}", A, rows=n, columns=n)

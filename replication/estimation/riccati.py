@@ -28,8 +28,8 @@ class RiccatiMap(NamedTuple):
 
 
 def symmetric(matrix: Array) -> Array:
-    """The symmetric part of a square matrix: removes the rounding that products leave."""
-    return np.asarray((matrix + matrix.T) / 2)
+    """The symmetric part of a square matrix, or of each in a stack: removes the rounding that products leave."""
+    return np.asarray((matrix + matrix.mT) / 2)
 
 
 def apply(stage: RiccatiMap, X: Array) -> Array:
@@ -39,49 +39,82 @@ def apply(stage: RiccatiMap, X: Array) -> Array:
 
 
 def compose(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
-    """The map that applies `first` and then `second`."""
-    size = len(first.A)
+    """The map that applies `first` and then `second`; for stacks (..., n, n), one by one."""
+    size = first.A.shape[-1]
     inner = np.eye(size) + first.H @ second.G
-    solved = np.linalg.solve(inner, np.hstack([first.A, first.H @ second.A.T]))
-    dual = np.linalg.solve(inner.T, second.G @ first.A)
+    solved = np.linalg.solve(inner, np.concatenate([first.A, first.H @ second.A.mT], axis=-1))
+    dual = np.linalg.solve(inner.mT, second.G @ first.A)
     return RiccatiMap(
-        second.A @ solved[:, :size],
-        symmetric(first.G + first.A.T @ dual),
-        symmetric(second.H + second.A @ solved[:, size:]),
+        second.A @ solved[..., :size],
+        symmetric(first.G + first.A.mT @ dual),
+        symmetric(second.H + second.A @ solved[..., size:]),
     )
 
 
 def period_map(stages: Sequence[RiccatiMap]) -> RiccatiMap:
-    """The map over all stages in order."""
-    total = stages[0]
-    for stage in stages[1:]:
-        total = compose(total, stage)
-    return total
+    """The map over all stages in order, by composing neighbours: log2(N) rounds of stacked products.
+
+    Raises numpy.linalg.LinAlgError where a composition does not exist (a recursion that escapes to infinity).
+    """
+    A, G, H = (np.stack(parts) for parts in zip(*stages, strict=True))
+    while (count := len(A)) > 1:
+        even = count - count % 2
+        pairs = compose(
+            RiccatiMap(A[0:even:2], G[0:even:2], H[0:even:2]), RiccatiMap(A[1:even:2], G[1:even:2], H[1:even:2])
+        )
+        A, G, H = (np.concatenate([pair, rest[even:]]) for pair, rest in zip(pairs, (A, G, H), strict=True))
+    return RiccatiMap(A[0], G[0], H[0])
+
+
+def recentre(stages: Sequence[RiccatiMap], states: Sequence[Array]) -> list[RiccatiMap]:
+    """The maps of the deviation X_k - states[k] from a reference of one symmetric matrix per phase.
+
+    Same pencil up to a shear, so the same eigenvalues and solutions; a stabilising reference makes the new A stable.
+    Raises numpy.linalg.LinAlgError where I + states[k] G_k is singular.
+    """
+    A, G, H = (np.stack(parts) for parts in zip(*stages, strict=True))
+    reference = np.stack(list(states))
+    # (I + X G)^-1 from the left, so that A_c = A (I + X G)^-1 and the step from the reference is A_c X A'.
+    closed = np.linalg.solve((np.eye(A.shape[-1]) + reference @ G).mT, A.mT).mT
+    following = np.roll(reference, -1, axis=0)
+    deviation = symmetric(closed @ reference @ A.mT + H - following)
+    weight = symmetric(np.linalg.solve((np.eye(A.shape[-1]) + reference @ G).mT, G))
+    return [RiccatiMap(*parts) for parts in zip(closed, weight, deviation, strict=True)]
 
 
 def fixed_point(stages: Sequence[RiccatiMap]) -> Array | None:
     """The limit of the periodic recursion from X = 0 at phase 0, or None if it does not settle.
 
-    Structured doubling of the period map; the limit is the stabilising solution where one exists. None is an answer,
-    not a failure: below the achievable level the recursion has no limit.
+    Structured doubling of the period map; the limit is the stabilising solution where one exists and the recursion
+    starts in its reach (see `recentre`). None is an answer, not a failure: below the achievable level the recursion
+    has no limit.
     """
-    total = period_map(stages)
     previous = np.inf
-    for _ in range(MAX_DOUBLINGS):
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
-            doubled = compose(total, total)
+            total = period_map(stages)
+            for _ in range(MAX_DOUBLINGS):
+                doubled = compose(total, total)
+                size = float(np.linalg.norm(doubled.H))
+                if not np.isfinite(size):
+                    return None
+                step = float(np.linalg.norm(doubled.H - total.H)) / max(size, np.finfo(float).tiny)
+                total = doubled
+                # Quadratic convergence ends in rounding: accept the first step that is tiny, or small and no shorter.
+                if step <= STAGNATION or (step <= 1e3 * STAGNATION and step >= previous):
+                    return total.H
+                previous = step
         except np.linalg.LinAlgError:
             return None
-        size = float(np.linalg.norm(doubled.H))
-        if not np.isfinite(size):
-            return None
-        step = float(np.linalg.norm(doubled.H - total.H)) / max(size, np.finfo(float).tiny)
-        total = doubled
-        # Quadratic convergence ends in rounding: accept the first step that is tiny, or small and no longer shrinking.
-        if step <= STAGNATION or (step <= 1e3 * STAGNATION and step >= previous):
-            return total.H
-        previous = step
     return None
+
+
+def along_period(stages: Sequence[RiccatiMap], X: Array) -> list[Array]:
+    """The states X_0 = X, X_1, ... X_{N-1} of the recursion over one period."""
+    states = [X]
+    for stage in stages[:-1]:
+        states.append(apply(stage, states[-1]))
+    return states
 
 
 def circle_angles(stages: Sequence[RiccatiMap], tolerance: float) -> Array:

@@ -19,22 +19,43 @@ def as_matrix(name: str, value: Any, *, rows: int | None = None, columns: int | 
     Shapes: (rows, columns), None meaning any. A copy is made: the caller's array is left alone.
     Raises InvalidInputError if it is not numeric, not two-dimensional, not finite or of another shape.
     """
-    try:
-        matrix = np.array(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise InvalidInputError(f"{name} must be a real matrix, got {value!r}: {error}") from None
+    matrix = _real_array(name, value)
     if matrix.ndim != 2:
         raise InvalidInputError(
             f"{name} must have two dimensions, got shape {matrix.shape}; write a column as [[1], [2]]"
         )
-    if not np.all(np.isfinite(matrix)):
-        where = tuple(int(i) for i in np.argwhere(~np.isfinite(matrix))[0])
-        raise InvalidInputError(f"{name} must be finite, entry {where} is {matrix[where]}; remove NaN and infinities")
     for axis, (word, wanted) in enumerate((("rows", rows), ("columns", columns))):
         if wanted is not None and matrix.shape[axis] != wanted:
             raise InvalidInputError(f"{name} must have {wanted} {word}, got shape {matrix.shape}")
     matrix.flags.writeable = False
     return matrix
+
+
+def as_array(name: str, value: Any, shape: tuple[int, ...], *, axes: str = "") -> Array:
+    """Return `value` as a read-only float array of exactly `shape`; a copy, with the errors of `as_matrix`.
+
+    axes: what the axes are, for the message, such as "(N, n, q)".
+    """
+    array = _real_array(name, value)
+    if array.shape != shape:
+        raise InvalidInputError(f"{name} must have shape {axes and f'{axes} = '}{shape}, got shape {array.shape}")
+    array.flags.writeable = False
+    return array
+
+
+def _real_array(name: str, value: Any) -> Array:
+    try:
+        given = np.array(value)
+        # A cast would drop imaginary parts, and read digits out of text, without a word.
+        if given.dtype.kind not in "biufO":
+            raise TypeError(f"its entries are of type {given.dtype}")
+        array = given.astype(float)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{name} must be an array of real numbers, got {value!r}: {error}") from None
+    if not np.all(np.isfinite(array)):
+        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise InvalidInputError(f"{name} must be finite, entry {where} is {array[where]}; remove NaN and infinities")
+    return array
 
 
 def positive_scalar(name: str, value: Any, *, unit: str = "") -> float:

@@ -24,7 +24,7 @@ from replication.audit.model import Kind, Verdict
 from replication.audit.printed import parse
 from replication.audit.records import ResultsFile, TableRecord
 from replication.audit.report import SOURCES, build_report, code_link, render
-from replication.audit.view import WORST_FIRST, anchor, sentence, views
+from replication.audit.view import WORST_FIRST, anchor, caveats, sentence, views
 from replication.errors import AuditError
 
 LARGEST_PAGE = 5_000_000
@@ -214,8 +214,22 @@ def test_sentence_counts_what_is_there() -> None:
     assert sum(counted[1:-1]) == len(made)
     assert counted[-1] == sum(c.verdict != c.expected_verdict for c in made)
     one = [c for c in made if c.verdict is Verdict.REPRODUCED and c.expected_verdict is c.verdict][:1]
-    assert sentence(one) == "Of 1 claim, 1 agrees with the print to its last digit. Every verdict is the expected one."
+    assert sentence(one) == "Of 1 claim, 1 agrees with the print. Every verdict is the expected one."
     assert sentence([]) == "There is no claim to judge."
+
+
+def test_caveats_count_inferences_tolerances_and_missing_checks(made: ResultsFile) -> None:
+    whole = len(made.claims)
+    unchecked = sum(not claim.cross_check for claim in made.claims)
+    proved = sum(claim.proved for claim in made.claims)
+    assert 0 < unchecked < whole
+    assert [re.findall(r"\d+", text) for text in caveats(made.claims, made.errata)] == [
+        [str(number), str(whole)] for number in (0, 1, unchecked, proved)
+    ]
+    guessed = [replace(erratum, inference=True) for erratum in made.errata]
+    assert caveats(made.claims, guessed)[0].endswith(f": 1 of {whole}.")
+    page = render(replace(made, figures=(), errata=tuple(guessed)), Path())
+    assert page.count("</a> (an inference)") == 1
 
 
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
@@ -237,6 +251,7 @@ def test_hostile_strings_stay_text(tmp_path: Path, tree: Any, text: str) -> None
 
 def test_a_latex_formula_cannot_bring_markup() -> None:
     assert mathml(r"\gamma < \text{level}").startswith("<math")
+    assert mathml(r"\begin{bmatrix} a & b \end{bmatrix}").count('stretchy="true"') == 2
     with pytest.raises(AuditError, match="plain LaTeX"):
         mathml(r"\text{<script>alert(1)</script>}")
     with pytest.raises(AuditError, match="formula"):

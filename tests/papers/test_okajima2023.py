@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from papers.okajima2023 import PAPER, data
-from papers.okajima2023.claims.levels import counterexamples, longest_gap
+from papers.okajima2023.claims.orders import counterexamples, longest_gap
 from papers.okajima2023.designs import KEY, pair
 from papers.okajima2023.experiments import design, norm_of_gains
 from papers.okajima2023.simulations import gain_distribution, tail_probability

@@ -141,7 +141,8 @@ def _search_of_the_diagonal(results: Results) -> str:
 def _search_of_the_outputs(results: Results) -> str:
     found = results[RECOVERED]["outputs"]
     return (
-        f"Of {found['tried']} integer matrices C, {found['fits']} explains the stated poles by rounding: {found['C']}; "
+        f"Of {found['tried']} integer matrices C, {found['fits']} explains the stated poles by rounding: "
+        f"{data.bracketed(found['C'])}; "
         f"misfit {found['best_misfit']:.2f} of what rounding allows, the next {found['second_misfit']:.2f}."
     )
 

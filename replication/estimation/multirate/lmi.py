@@ -8,7 +8,7 @@ from typing import Any
 import cvxpy
 import numpy as np
 
-from replication.errors import InfeasibleError
+from replication.errors import InfeasibleError, SolverError
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.reduced_lmi import LmiDesign
 from replication.estimation.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
@@ -108,7 +108,12 @@ def _minimise(gamma_squared: Any, blocks: list[list[list[Any]]], accept: tuple[s
         matrix = cvxpy.bmat(rows) if len(rows) > 1 or len(rows[0]) > 1 else rows[0][0]
         constraints.append((matrix + matrix.T) / 2 >> 0)
     task = cvxpy.Problem(cvxpy.Minimize(gamma_squared), constraints)
-    task.solve(solver=cvxpy.CLARABEL, max_threads=1, **CLARABEL_OPTIONS)
+    try:
+        task.solve(solver=cvxpy.CLARABEL, max_threads=1, **CLARABEL_OPTIONS)
+    except cvxpy.error.SolverError as error:
+        raise SolverError(
+            f"Clarabel through cvxpy failed: {error}; rescale the plant, or use the Riccati route"
+        ) from None
     stats = task.solver_stats
     report = SolverReport(
         name=f"Clarabel {version('clarabel')} through cvxpy",

@@ -12,9 +12,11 @@ import numpy as np
 from replication.errors import InvalidInputError
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
+_NOT_GIVEN = np.zeros((0, 0))
 
-def _empty() -> Array:
-    return np.zeros((0, 0))
+
+def _not_given() -> Array:
+    return _NOT_GIVEN
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,8 +32,8 @@ class MultiratePlant:
     B_d: Array
     C: Array
     D: Array
-    W: Array = field(default_factory=_empty)
-    B_u: Array = field(default_factory=_empty)
+    W: Array = field(default_factory=_not_given)
+    B_u: Array = field(default_factory=_not_given)
     dt: float = 1.0
 
     def __post_init__(self) -> None:
@@ -49,8 +51,8 @@ class MultiratePlant:
             "B_d": as_matrix("B_d", self.B_d, rows=n),
             "C": C,
             "D": as_matrix("D", self.D, rows=C.shape[0]),
-            "W": as_matrix("W", self.W if np.size(self.W) else np.eye(n), columns=n),
-            "B_u": as_matrix("B_u", self.B_u if np.size(self.B_u) else np.zeros((n, 0)), rows=n),
+            "W": np.eye(n) if self.W is _NOT_GIVEN else as_matrix("W", self.W, columns=n),
+            "B_u": np.zeros((n, 0)) if self.B_u is _NOT_GIVEN else as_matrix("B_u", self.B_u, rows=n),
             "dt": positive_scalar("dt", self.dt, unit="seconds"),
         }
         for name, value in checked.items():
@@ -87,7 +89,11 @@ class MultiratePlant:
                 "system must have no feedthrough: set its D to zero, or move the input into the state"
             )
         labels = list(system.input_labels)
+        if isinstance(disturbances, str):
+            raise InvalidInputError(f"disturbances must be a sequence of inputs, got {disturbances!r}; write a list")
         chosen = list(range(len(labels))) if disturbances is None else [_input_index(i, labels) for i in disturbances]
+        if len(set(chosen)) < len(chosen):
+            raise InvalidInputError(f"disturbances must name each input once, got {disturbances!r}")
         others = [i for i in range(len(labels)) if i not in chosen]
         B = np.asarray(system.B, dtype=float)
         return cls(
@@ -95,7 +101,7 @@ class MultiratePlant:
             B_d=B[:, chosen],
             C=system.C,
             D=D,
-            W=_empty() if W is None else W,
+            W=_NOT_GIVEN if W is None else W,
             B_u=B[:, others],
             dt=1.0 if system.dt is True else float(system.dt),
         )
@@ -104,6 +110,6 @@ class MultiratePlant:
 def _input_index(name: int | str, labels: list[str]) -> int:
     if isinstance(name, str) and name in labels:
         return labels.index(name)
-    if isinstance(name, int) and not isinstance(name, bool) and 0 <= name < len(labels):
-        return name
+    if isinstance(name, (int, np.integer)) and not isinstance(name, bool) and 0 <= name < len(labels):
+        return int(name)
     raise InvalidInputError(f"no input {name!r}; the inputs are {', '.join(labels)} (or their indices from 0)")

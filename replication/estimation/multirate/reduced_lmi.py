@@ -15,15 +15,13 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse
 
-from replication.estimation.multirate.optimum import kalman_design, noise_scale
+from replication.estimation.multirate.kalman import state_scales
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.solvers import SolverReport, clarabel_report, clarabel_settings, raise_unless_solved
 from replication.estimation.validation import Array
 
 ACCEPTED = ("Solved",)
 """Clarabel's statuses that count as a solution; a caller may add "AlmostSolved" and then owes the reader that word."""
-SCALING_NOISE = 1e-6
-"""Relative process noise on every state that keeps the covariances used for scaling positive definite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,8 +113,7 @@ class _Layout:
 
 def _state_scales(problem: MultirateProblem) -> list[Array]:
     """Triangular T_k with e(k) = T_k e_scaled(k): Cholesky factors of the Kalman error covariances, one per phase."""
-    design = kalman_design(problem, extra_noise=SCALING_NOISE * noise_scale(problem))
-    return [np.linalg.cholesky(X) for X in design.X]
+    return list(state_scales(problem))
 
 
 def _phase_constraint(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
 from math import lcm
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,10 +29,11 @@ class SensingSchedule:
 
     def __post_init__(self) -> None:
         """Check the periods and offsets."""
-        periods = tuple(positive_integer(f"periods[{i}]", N) for i, N in enumerate(self.periods))
+        given = _as_tuple("periods", self.periods)
+        periods = tuple(positive_integer(f"periods[{i}]", N) for i, N in enumerate(given))
         if not periods:
             raise InvalidInputError("periods must name at least one sensor")
-        offsets = tuple(self.offsets) or (0,) * len(periods)
+        offsets = _as_tuple("offsets", self.offsets) or (0,) * len(periods)
         if len(offsets) != len(periods):
             raise InvalidInputError(f"offsets must have one entry per sensor ({len(periods)}), got {len(offsets)}")
         for i, (N, theta) in enumerate(zip(periods, offsets, strict=True)):
@@ -65,6 +67,12 @@ class SensingSchedule:
     def selection(self, k: int) -> Array:
         """S_k of eq. (4), shape (q, q)."""
         return np.diag(self.mask[k % self.period].astype(float))
+
+
+def _as_tuple(name: str, value: Any) -> tuple[Any, ...]:
+    if not isinstance(value, (Sequence, np.ndarray)) or isinstance(value, str) or np.ndim(value) != 1:
+        raise InvalidInputError(f"{name} must be a sequence with one entry per sensor, got {value!r}")
+    return tuple(value)
 
 
 def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:

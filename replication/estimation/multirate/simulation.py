@@ -10,7 +10,7 @@ import scipy.linalg
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.periodic import PeriodicSystem
 from replication.estimation.riccati import RiccatiMap, apply, fixed_point
-from replication.estimation.validation import Array, as_matrix, positive_integer
+from replication.estimation.validation import Array, as_array, as_matrix, positive_integer
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,9 @@ def simulate(system: PeriodicSystem, inputs: Array, initial_state: Array | None 
     if any(stage.B.shape[1] != v.shape[1] for stage in system.stages):
         widths = sorted({stage.B.shape[1] for stage in system.stages})
         raise InvalidInputError(f"inputs must have as many columns as every stage has inputs ({widths}), got {v.shape}")
-    x = np.zeros(system.order) if initial_state is None else np.array(initial_state, dtype=float).reshape(system.order)
+    x = np.zeros(system.order)
+    if initial_state is not None:
+        x = as_array("initial_state", initial_state, (system.order,))
     outputs = np.zeros((len(v), system.stages[0].C.shape[0]))
     for k, v_k in enumerate(v):
         stage = system.stages[k % system.period]
@@ -61,9 +63,9 @@ def white_noise_variance(system: PeriodicSystem) -> float:
 def worst_case_response(system: PeriodicSystem, horizon: int) -> Response:
     """The input of unit norm over `horizon` instants, from rest, whose output over them is largest, and that output.
 
-    Its ratio is a lower bound of the l2-induced norm and tends to it as the horizon grows. Leading singular vector of the
-    horizon's input-output matrix, formed in full: cost grows with the cube of the horizon. Raises InvalidInputError for
-    a horizon below one, or stages of unequal input width.
+    Its ratio is a lower bound of the l2-induced norm and tends to it as the horizon grows. Leading singular vector of
+    the horizon's input-output matrix, formed in full: cost grows with the cube of the horizon. Raises InvalidInputError
+    for a horizon below one, or stages of unequal input width.
     """
     horizon = positive_integer("horizon", horizon)
     m = system.stages[0].B.shape[1]

@@ -1,0 +1,73 @@
+"""Speed of the exact dual-rate analysis against brute-force simulation, and of the search of readings."""
+
+import time
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from papers.shao import data
+from papers.shao.problem import APO, DESIGN, FREQUENCIES, PMI, READINGS, START, literal_loop
+from papers.shao.search import table_columns
+from replication.estimation.dualrate.counterexample import prove_instability
+from replication.estimation.dualrate.loop import stability_radius
+from replication.estimation.dualrate.search import search_block
+from replication.estimation.dualrate.simulation import simulate
+from replication.estimation.dualrate.tracking import reference, tracking_error_ratio
+
+HALF_UNIT = 0.5 * 10.0 ** -len(data.TABLE_APO[0].split(".")[1])
+"""Half a unit of the last printed place of Table I, percent."""
+SUBSTEPS = 45
+"""A coarse grid that happens to meet the peaks to the printed digits, which flatters the simulation."""
+SETTLING, PERIODS = 150, 520
+"""Slow periods until the transient is below the printed digits, and in all. With σ = 1 rad/s the slow instants come
+back to nearly the same phase after 22 periods, so that it takes 355 to see the largest error to the printed digits."""
+
+
+def lifted_table() -> np.ndarray:
+    return np.array([[100 * tracking_error_ratio(literal_loop(name, f)) for f in FREQUENCIES] for name in (PMI, APO)])
+
+
+def simulated_table() -> np.ndarray:
+    """Largest error after the settling time of a simulation from the printed start, percent."""
+    table = np.empty((2, len(FREQUENCIES)))
+    for row, name in enumerate((PMI, APO)):
+        for column, frequency in enumerate(FREQUENCIES):
+            harmonic = reference(literal_loop(name, frequency))
+            trace = simulate(DESIGN, name, harmonic, START, 0 * START, slow_periods=PERIODS, substeps=SUBSTEPS)
+            errors = np.abs(trace.output - np.sin(frequency * trace.time))
+            table[row, column] = 100 * errors[trace.time >= SETTLING * DESIGN.slow_period].max()
+    return table
+
+
+def test_table_by_the_lifted_form(benchmark: Any) -> None:
+    assert np.all(np.isfinite(benchmark(lifted_table)))
+
+
+def test_table_by_simulation_to_the_same_digits(benchmark: Any) -> None:
+    lifted = min(_seconds(lifted_table) for _ in range(5))
+    table = benchmark.pedantic(simulated_table, rounds=1)
+    ratio = benchmark.stats.stats.median / lifted
+    gap = float(np.abs(table - lifted_table()).max())
+    benchmark.extra_info.update(slow_periods=PERIODS, gap=gap, times_slower=ratio)
+    assert gap <= HALF_UNIT
+    assert ratio >= 200
+
+
+def test_stability_radius(benchmark: Any) -> None:
+    assert benchmark(lambda: stability_radius(literal_loop(APO, 1.0))) < 1
+
+
+def test_one_block_of_the_search(benchmark: Any) -> None:
+    result = benchmark.pedantic(search_block, args=(READINGS, table_columns(40, 2022), 0), rounds=3)
+    benchmark.extra_info.update(readings=sum(result.tried.values()))
+
+
+def test_exact_counterexample(benchmark: Any) -> None:
+    assert benchmark(lambda: prove_instability(5, Fraction(1, 100))).holds
+
+
+def _seconds(function: Any) -> float:
+    start = time.perf_counter()
+    function()
+    return time.perf_counter() - start

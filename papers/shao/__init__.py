@@ -1,0 +1,44 @@
+"""The alternating predictive observer for dual-rate systems, applied to a permanent magnet synchronous motor."""
+
+from papers.shao.claims_compare import COMPARISONS
+from papers.shao.claims_motor import MOTOR_CLAIMS
+from papers.shao.claims_table import ANY_READING, TABLE_CELLS
+from papers.shao.claims_theory import THEORY_CLAIMS
+from papers.shao.errata import ERRATA
+from papers.shao.experiments import EXPERIMENTS
+from papers.shao.figures import FIGURES
+from papers.shao.findings import findings
+from papers.shao.scope import SCOPE
+from papers.shao.tables import FORMULAS, TABLES
+from replication.audit.model import Paper
+
+PAPER = Paper(
+    key="shao",
+    title=("A New Alternating Predictive Observer Approach for Higher Bandwidth Control of Dual-Rate Dynamic Systems"),
+    authors=("Liren Shao", "Jun Yang", "Shihua Li", "Yang Yi"),
+    year=2022,
+    venue="undated manuscript; the year is that of its newest reference",
+    doi="",
+    summary=(
+        "A sensor delivers the output once in M fast periods of the controller. The alternating predictive observer "
+        "feeds its correction with a virtual measurement, predicted by the model, at the instants between. The audit "
+        "analyses the loop exactly as a periodic system, searches the readings of its simulation, and tests the "
+        "stability theorem."
+    ),
+    bibtex=(
+        "@unpublished{shao,\n"
+        "  author = {Shao, Liren and Yang, Jun and Li, Shihua and Yi, Yang},\n"
+        "  title = {A New Alternating Predictive Observer Approach for Higher Bandwidth Control of Dual-Rate Dynamic "
+        "Systems},\n"
+        "  note = {Undated manuscript}\n"
+        "}"
+    ),
+    experiments=EXPERIMENTS,
+    claims=(*THEORY_CLAIMS, *MOTOR_CLAIMS, *COMPARISONS, ANY_READING, *TABLE_CELLS),
+    errata=ERRATA,
+    figures=FIGURES,
+    tables=TABLES,
+    formulas=FORMULAS,
+    scope=SCOPE,
+    findings=findings,
+)

@@ -1,0 +1,89 @@
+"""Misprints of the manuscript, each with the computation behind the correction."""
+
+from __future__ import annotations
+
+from papers.shao import data
+from papers.shao.claims_motor import ROUND_OFF
+from papers.shao.problem import DESIGN
+from replication.audit.model import Erratum, Proof, Results
+
+
+def feedforward_orders(results: Results) -> Proof:
+    """The corrected feedforward is the inverse of the motor, the printed one is not."""
+    gaps = results["shao.motor"]["inverse_gap"]
+    return Proof(
+        holds=gaps["corrected"] < ROUND_OFF < gaps["printed"],
+        text="Only with the orders raised in the first and the last term is the feedforward the inverse of the motor.",
+        quantities={f"{form}: largest |P ȳ_d/y_d − 1|": gap for form, gap in gaps.items()},
+    )
+
+
+def mechanical_speed(results: Results) -> Proof:
+    """The power balance of the motor."""
+    ideal = results["shao.motor"]["torque_constant"]
+    printed = float(data.TORQUE_CONSTANT)
+    return Proof(
+        holds=abs(ideal - printed) < ROUND_OFF,
+        text=(
+            "With K_T = 1.5 p Ψ_f the mechanical power K_T i_q ω equals the electrical power 1.5 (p Ψ_f ω) i_q of the "
+            "back-EMF in (23) only if ω is the mechanical speed."
+        ),
+        quantities={"1.5 p Ψ_f": ideal, "printed K_T": printed},
+    )
+
+
+def third_state(results: Results) -> Proof:
+    """The third state by the printed A."""
+    state = DESIGN.model.state
+    return Proof(
+        holds=bool(state[0, 1] == 1 and state[1, 2] == 1 and abs(state[0]).sum() == 1 and abs(state[1]).sum() == 1),
+        text="The printed A makes the third state the first derivative of the second, so it is dω/dt.",
+        quantities={"A(2,3)": float(state[1, 2])},
+    )
+
+
+def output_rate(results: Results) -> Proof:
+    """The shapes of C and ẏ."""
+    rows, columns = DESIGN.model.output.shape
+    return Proof(
+        holds=rows != columns,
+        text="C multiplies states, and ẏ has as many entries as C has rows, so C ẏ has no meaning.",
+        quantities={"rows of C": rows, "columns of C": columns},
+    )
+
+
+ERRATA = (
+    Erratum(
+        id="shao.feedforward-orders",
+        place="Sec. V, ȳ_d",
+        printed="ÿ_d in the first term and y_d in the last",
+        meant="the third derivative of y_d in the first term and ÿ_d in the last",
+        prove=feedforward_orders,
+        uses=("shao.motor",),
+    ),
+    Erratum(
+        id="shao.mechanical-speed",
+        place="Sec. V, below eq. (23)",
+        printed="θ and ω are electrical",
+        meant="θ and ω are mechanical",
+        prove=mechanical_speed,
+        uses=("shao.motor",),
+        inference=True,
+    ),
+    Erratum(
+        id="shao.third-state",
+        place="Sec. V, x̂",
+        printed="the estimate of d²ω/dt² in the third entry",
+        meant="the estimate of dω/dt",
+        prove=third_state,
+        inference=True,
+    ),
+    Erratum(
+        id="shao.output-rate",
+        place="eq. (13)",
+        printed="|C ẏ| under the integral",
+        meant="|ẏ|",
+        prove=output_rate,
+        inference=True,
+    ),
+)

@@ -1,0 +1,227 @@
+"""Figures on tracking: Figs. 2 and 3, error against frequency, lag of the estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import partial
+from typing import Any
+
+from papers.shao import data
+from papers.shao.problem import APO, FAST, FREQUENCIES, LABELS, PMI, REPAIRED, STATE
+from replication.audit.model import Figure, FigureData, Results
+from replication.audit.style import line, new_axes
+
+SWEPT = (PMI, APO, REPAIRED, FAST, STATE)
+
+
+def columns_of(columns: Mapping[str, Iterable[float]]) -> FigureData:
+    """Columns of plain floats."""
+    return FigureData(columns={name: tuple(float(x) for x in values) for name, values in columns.items()})
+
+
+def responses(sigma: str, results: Results) -> FigureData:
+    """Time, reference, outputs, tracking errors; instants and estimation errors."""
+    found = {name: results["shao.transients"]["responses"][name][sigma] for name in (PMI, APO)}
+    first = found[PMI]
+    columns = {
+        "time_s": first["time"],
+        "reference": [y - e for y, e in zip(first["output"], first["error"], strict=True)],
+        "instant_s": first["instants"],
+    }
+    for short, name in (("pmi", PMI), ("apo", APO)):
+        columns |= {
+            f"output_{short}": found[name]["output"],
+            f"error_{short}": found[name]["error"],
+            f"estimation_error_{short}": found[name]["estimation_error"],
+        }
+    return columns_of(columns)
+
+
+def plot_responses(drawn: FigureData) -> Any:
+    """Three rows: output, tracking error, estimation error."""
+    figure, axes = new_axes(3)
+    c = drawn.columns
+    axes[0].plot(c["time_s"], c["reference"], color="#777777", label="reference")
+    for index, short in enumerate(("pmi", "apo")):
+        label = f"DRC-{short.upper()}"
+        axes[0].plot(c["time_s"], c[f"output_{short}"], label=label, **line(index))
+        axes[1].plot(c["time_s"], c[f"error_{short}"], label=label, **line(index))
+        axes[2].plot(c["instant_s"], c[f"estimation_error_{short}"], label=label, **line(index))
+    for axis, label in zip(axes, ("θ, rad", "e, rad", "θ − θ̂, rad"), strict=True):
+        axis.set_ylabel(label)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    axes[2].set_xlabel("t, s")
+    return figure
+
+
+def describe_responses(drawn: FigureData) -> str:
+    """Largest errors in the second half of the time shown."""
+    half = len(drawn.columns["error_pmi"]) // 2
+    late = {s: max(abs(e) for e in drawn.columns[f"error_{s}"][half:]) for s in ("pmi", "apo")}
+    return (
+        f"Position, tracking error and estimation error over {drawn.columns['time_s'][-1]:.0f} s. In the second half "
+        f"the error reaches {late['pmi']:.3f} rad under DRC-PMI and {late['apo']:.3f} rad under DRC-APO."
+    )
+
+
+def error_curves(results: Results) -> FigureData:
+    """Percent error against σ, and Table I."""
+    found = results["shao.frequencies"]
+    columns = {"frequency_rad_s": found["frequencies"]} | {name: found["ratios"][name] for name in SWEPT}
+    columns |= {
+        "table_frequency_rad_s": FREQUENCIES,
+        "table_pmi": [float(text) for text in data.TABLE_PMI],
+        "table_apo": [float(text) for text in data.TABLE_APO],
+    }
+    return columns_of(columns)
+
+
+def plot_error_curves(drawn: FigureData) -> Any:
+    """Both axes logarithmic."""
+    figure, (axis,) = new_axes(row_height=3.6)
+    c = drawn.columns
+    for index, name in enumerate(SWEPT):
+        axis.loglog(c["frequency_rad_s"], c[name], label=LABELS[name], **line(index))
+    for index, (short, marker) in enumerate((("pmi", "s"), ("apo", "o"))):
+        axis.plot(
+            c["table_frequency_rad_s"],
+            c[f"table_{short}"],
+            marker,
+            color=line(index)["color"],
+            label=f"Table I, DRC-{short.upper()}",
+        )
+    axis.set(xlabel="σ, rad/s", ylabel="tracking error, percent")
+    axis.legend()
+    return figure
+
+
+def describe_error_curves(drawn: FigureData) -> str:
+    """Ends of the curves of the two printed controllers."""
+    c = drawn.columns
+    return (
+        f"Tracking error against frequency from {c['frequency_rad_s'][0]:.2f} to {c['frequency_rad_s'][-1]:.0f} rad/s. "
+        f"At the lowest it is {c[PMI][0]:.2f} percent under DRC-PMI and {c[APO][0]:.2f} under DRC-APO."
+    )
+
+
+def lag_curves(results: Results) -> FigureData:
+    """Mean lag of the estimate against M, with half the hold beside it."""
+    found = results["shao.lags"]
+    halves = [ratio * found["period"] / 2 for ratio in found["ratios"]]
+    return columns_of({"ratio": found["ratios"]} | dict(found["lags"]) | {"half_slow_period_s": halves})
+
+
+def plot_lag_curves(drawn: FigureData) -> Any:
+    """Lag in seconds against M."""
+    figure, (axis,) = new_axes(row_height=3.0)
+    c = drawn.columns
+    for index, name in enumerate((PMI, APO, REPAIRED)):
+        axis.plot(c["ratio"], c[name], marker="osv"[index], label=LABELS[name], **line(index))
+    axis.plot(c["ratio"], c["half_slow_period_s"], ":", color="#777777", label="M T/2")
+    axis.set(xlabel="M", ylabel="lag of the estimate, s")
+    axis.legend()
+    return figure
+
+
+def describe_lag_curves(drawn: FigureData) -> str:
+    """The lags at the largest ratio."""
+    c = drawn.columns
+    return (
+        f"At M = {c['ratio'][-1]:.0f} a slow reference is estimated {c[PMI][-1]:.3f} s late with a held measurement, "
+        f"{c[APO][-1]:.3f} s with the virtual one as printed and {c[REPAIRED][-1]:.3f} s with the repaired predictor; "
+        f"half the slow period is {c['half_slow_period_s'][-1]:.3f} s."
+    )
+
+
+PARAMETERS = {"inertia": "J", "flux": "Ψ_f and K_T", "resistance": "R"}
+
+
+def robustness_curves(results: Results) -> FigureData:
+    """Percent error at σ = 1 rad/s against the factor by which a parameter of the plant is off."""
+    found = results["shao.robustness"]
+    columns: dict[str, list[float]] = {"factor": found["factors"]}
+    for parameter in PARAMETERS:
+        for short, name in (("pmi", PMI), ("apo", APO)):
+            columns[f"{parameter}_{short}"] = [error for _, error in found[parameter][name]]
+    return columns_of(columns)
+
+
+def plot_robustness_curves(drawn: FigureData) -> Any:
+    """One axis per parameter."""
+    figure, axes = new_axes(1, len(PARAMETERS), row_height=2.6)
+    c = drawn.columns
+    for axis, (parameter, symbol) in zip(axes, PARAMETERS.items(), strict=True):
+        for index, short in enumerate(("pmi", "apo")):
+            axis.semilogy(c["factor"], c[f"{parameter}_{short}"], label=f"DRC-{short.upper()}", **line(index))
+        axis.set(title=symbol, xlabel="true over nominal")
+        axis.sharey(axes[0])
+    axes[0].set_ylabel("tracking error, percent")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    return figure
+
+
+def describe_robustness_curves(drawn: FigureData) -> str:
+    """Range of the error over the factors for each parameter under DRC-APO."""
+    ranges = [
+        f"{symbol}: {min(drawn.columns[f'{parameter}_apo']):.2f} to {max(drawn.columns[f'{parameter}_apo']):.2f}"
+        for parameter, symbol in PARAMETERS.items()
+    ]
+    return (
+        f"Percent error of DRC-APO over the factors of a parameter that the model does not know. {'; '.join(ranges)}."
+    )
+
+
+def _published(number: int, index: int) -> Figure:
+    sigma = data.FIGURE_FREQUENCIES[index]
+    return Figure(
+        name=f"shao-fig{number}",
+        place=f"Fig. {number}",
+        title=f"Tracking of sin({sigma} t)",
+        caption="Literal reading, printed initial state, observer started at zero. The published axes carry no numbers "
+        "in the text at hand.",
+        published=True,
+        uses=("shao.transients",),
+        data=partial(responses, sigma),
+        plot=plot_responses,
+        alt=describe_responses,
+    )
+
+
+TRACKING_FIGURES = (
+    _published(2, 0),
+    _published(3, 1),
+    Figure(
+        name="shao-robustness",
+        place="Sec. V",
+        title="Error at 1 rad/s when the plant is not the model",
+        caption="Literal reading. The observer and the feedforward keep the printed parameters.",
+        published=False,
+        uses=("shao.robustness",),
+        data=robustness_curves,
+        plot=plot_robustness_curves,
+        alt=describe_robustness_curves,
+    ),
+    Figure(
+        name="shao-error-frequency",
+        place="Table I",
+        title="Tracking error against frequency",
+        caption="Steady state under the literal reading, with the points of Table I.",
+        published=False,
+        uses=("shao.frequencies",),
+        data=error_curves,
+        plot=plot_error_curves,
+        alt=describe_error_curves,
+    ),
+    Figure(
+        name="shao-lag",
+        place="eqs. (2) and (6)",
+        title="Bias of held and of virtual measurements",
+        caption="Mean lag of the position estimate for a very slow reference. A held measurement is late by half the "
+        "hold on average; (6) has the same lag at frequencies far below its slow rate.",
+        published=False,
+        uses=("shao.lags",),
+        data=lag_curves,
+        plot=plot_lag_curves,
+        alt=describe_lag_curves,
+    ),
+)

@@ -1,0 +1,147 @@
+"""The closed dual-rate loop as a linear M-periodic system over the fast instants, and its monodromy matrix.
+
+State z = (x, o, v): plant, observer, last computed command. With y_d = 0 it is (1), (8) and the observer; a command
+r(k) adds to K x̂(k), and each sensor reading may carry noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import control
+import numpy as np
+import scipy.linalg
+
+from replication.errors import InfeasibleError
+from replication.estimation.dualrate.design import DualRateDesign, Plant
+from replication.estimation.dualrate.observers import Builder, Observer
+from replication.estimation.dualrate.sampled import Harmonic, Held, over_time, sampled_model
+from replication.estimation.periodic import PeriodicSystem, Stage
+from replication.estimation.validation import Array, ComplexArray
+
+
+@dataclass(frozen=True, eq=False)
+class LoopStep:
+    """One phase: z' = state z + command r + noise n + forcing w; applied input u and estimate x̂ of the same form."""
+
+    state: Array
+    command: Array
+    noise: Array
+    forcing: ComplexArray
+    input_state: Array
+    input_command: Array
+    input_noise: Array
+    estimate_state: Array
+    estimate_noise: Array
+
+
+@dataclass(frozen=True, eq=False)
+class DualRateLoop:
+    """A design, the plant that it really drives, and the M steps of the closed loop."""
+
+    design: DualRateDesign
+    plant: Plant
+    harmonic: Harmonic | None
+    steps: tuple[LoopStep, ...]
+
+    @property
+    def size(self) -> int:
+        """Number of states of (x, o, v)."""
+        return len(self.steps[0].state)
+
+
+def close_loop(
+    design: DualRateDesign,
+    builder: Builder,
+    *,
+    plant: Plant | None = None,
+    harmonic: Harmonic | None = None,
+    discrete_gain: bool = False,
+) -> DualRateLoop:
+    """Close the loop of `design` with one of `OBSERVERS`.
+
+    plant: the true plant if it differs from the model. harmonic: the reference, if there is one. discrete_gain: L
+    corrects by steps (see `sampled_model`).
+    """
+    true_plant = plant or design.model
+    model = sampled_model(design, harmonic, discrete_gain=discrete_gain)
+    observer = builder(model)
+    sampled = model.predictor if plant is None else over_time(plant, design.period, harmonic)
+    steps = []
+    for phase in range(design.ratio):
+        computes = phase == 0 or not observer.slow_command
+        steps.append(_step(design, observer, phase, sampled, computes=computes))
+    return DualRateLoop(design, true_plant, harmonic, tuple(steps))
+
+
+def _step(design: DualRateDesign, observer: Observer, phase: int, plant: Held, *, computes: bool) -> LoopStep:
+    """One phase over z = (x, o, v): read the sensor, estimate, compute v = K x̂ + r or keep the last."""
+    o = observer.steps[phase]
+    n, m, size = plant.state.shape[0], plant.input.shape[1], o.transition.shape[0]
+    p = observer.sensed.shape[0]
+    estimate = np.hstack([o.feedthrough @ observer.sensed, o.readout, np.zeros((n, m))])
+    last = np.hstack([np.zeros((m, n + size)), np.eye(m)])
+    computed = (design.feedback @ estimate, np.eye(m), design.feedback @ o.feedthrough)
+    kept = (last, np.zeros((m, m)), np.zeros((m, p)))
+    command = computed if computes else kept
+    drive = np.vstack([plant.input, o.input, np.eye(m)])
+    free = np.zeros((n + size + m, n + size + m))
+    free[:n, :n] = plant.state
+    free[n : n + size, : n + size] = np.hstack([o.injection @ observer.sensed, o.transition])
+    read = np.vstack([np.zeros((n, p)), o.injection, np.zeros((m, p))])
+    return LoopStep(
+        state=free + drive @ command[0],
+        command=drive @ command[1],
+        noise=read + drive @ command[2],
+        forcing=np.concatenate([plant.forcing, o.forcing, np.zeros(m)]),
+        input_state=command[0],
+        input_command=command[1],
+        input_noise=command[2],
+        estimate_state=estimate,
+        estimate_noise=o.feedthrough,
+    )
+
+
+def monodromy(loop: DualRateLoop) -> Array:
+    """Φ = S_{M−1} … S_0, shape (nz, nz): the state transition over one slow period."""
+    total = np.eye(loop.size)
+    for step in loop.steps:
+        total = step.state @ total
+    return total
+
+
+def stability_radius(loop: DualRateLoop) -> float:
+    """Largest modulus of the eigenvalues of the monodromy matrix; the loop is stable iff it is below one."""
+    return float(np.max(np.abs(np.linalg.eigvals(monodromy(loop)))))
+
+
+def lifted_system(loop: DualRateLoop) -> control.StateSpace:
+    """The loop over one slow period, dt = M T: inputs the sensor noises, outputs the plant outputs of all M phases."""
+    rows = len(loop.plant.output)
+    output = np.hstack([loop.plant.output, np.zeros((rows, loop.size - loop.plant.size))])
+    direct = np.zeros((rows, loop.steps[0].noise.shape[1]))
+    lifted = PeriodicSystem(tuple(Stage(step.state, step.noise, output, direct) for step in loop.steps)).lift()
+    return control.StateSpace(lifted.A, lifted.B, lifted.C, lifted.D, loop.design.slow_period)
+
+
+def noise_gain(loop: DualRateLoop) -> float:
+    """Standard deviation of the output per unit standard deviation of white noise on each sensor reading.
+
+    The largest over the fast instants, from the periodic Lyapunov equation P = Φ P Φᵀ + Q of the monodromy matrix.
+    Raises InfeasibleError if the loop is unstable.
+    """
+    radius = stability_radius(loop)
+    if radius >= 1.0:
+        raise InfeasibleError(
+            f"the loop is unstable (monodromy radius {radius:.6g} ≥ 1): its noise grows without bound"
+        )
+    added = np.zeros((loop.size, loop.size))
+    for step in loop.steps:
+        added = step.state @ added @ step.state.T + step.noise @ step.noise.T
+    covariance = scipy.linalg.solve_discrete_lyapunov(monodromy(loop), added)
+    variances = []
+    for step in loop.steps:
+        output = covariance[: loop.plant.size, : loop.plant.size]
+        variances.append(np.max(np.diag(loop.plant.output @ output @ loop.plant.output.T)))
+        covariance = step.state @ covariance @ step.state.T + step.noise @ step.noise.T
+    return float(np.sqrt(max(variances)))

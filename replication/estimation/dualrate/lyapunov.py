@@ -1,0 +1,116 @@
+"""The sufficient condition (18) of the stability theorem, the inequality (15) it rests on, and the true slow rates.
+
+The theorem says that the loop with the virtual measurement (6) converges if A + B K and A − L C are Hurwitz and
+α₄ λ_max(P) T < 1, whatever the ratio M.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+from scipy.optimize import linear_sum_assignment
+
+from replication.errors import InfeasibleError
+from replication.estimation.dualrate.design import DualRateDesign
+from replication.estimation.dualrate.loop import close_loop, monodromy
+from replication.estimation.dualrate.observers import Builder
+from replication.estimation.validation import Array, ComplexArray
+
+
+@dataclass(frozen=True, eq=False)
+class TheoremConstants:
+    """P (2n, 2n) of ÃᵀP + P Ã = −I, its extreme eigenvalues, α₁ … α₄, and α₄ λ_max(P) T of (18) for the design."""
+
+    P: Array
+    smallest: float
+    largest: float
+    alpha: tuple[float, float, float, float]
+    condition: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether (18) holds."""
+        return self.condition < 1.0
+
+
+def hurwitz_margins(design: DualRateDesign) -> tuple[float, float]:
+    """Largest real parts of the eigenvalues of A + B K and of A − L C, 1/s; negative means Hurwitz."""
+    model = design.model
+    return _growth(model.state + model.input @ design.feedback), _growth(model.state - design.injection @ model.output)
+
+
+def theorem_constants(design: DualRateDesign) -> TheoremConstants:
+    """Evaluate (12) to (18) with spectral norms; raises InfeasibleError unless A + B K and A − L C are Hurwitz."""
+    margins = hurwitz_margins(design)
+    if max(margins) >= 0.0:
+        raise InfeasibleError(
+            f"the theorem needs A + B K and A − L C Hurwitz; largest real parts are {margins[0]:g} and {margins[1]:g}"
+        )
+    A, B, C = design.model.state, design.model.input, design.model.output
+    K, L = design.feedback, design.injection
+    guided = A - L @ C
+    joint = np.block([[A + B @ K, -B @ K], [np.zeros_like(A), guided]])
+    P = scipy.linalg.solve_continuous_lyapunov(joint.T, -np.eye(2 * len(A)))
+    P = (P + P.T) / 2
+    eigenvalues = np.linalg.eigvalsh(P)
+    smallest, largest = float(eigenvalues[0]), float(eigenvalues[-1])
+    root = float(np.sqrt(smallest))
+    alpha1 = (_norm(C @ A) + 2 * _norm(C @ B @ K)) / root
+    alpha2 = (2 * _norm(K @ guided) + 2 * _norm(K @ B @ K) + _norm(K @ L @ C)) / root
+    alpha3 = _norm(C @ A) / root
+    total = alpha2 * _norm(B) + _norm(L) * alpha1 + _norm(B) * alpha3 * _norm(K @ L) + alpha3 * _norm(L)
+    alpha4 = 2 * total * largest / root
+    return TheoremConstants(
+        P, smallest, largest, (alpha1, alpha2, alpha3, alpha4), float(alpha4 * largest * design.period)
+    )
+
+
+def prediction_gap(design: DualRateDesign) -> tuple[float, float]:
+    """Both sides of (15) for V = 1: the worst |y_p(t_k) − y(t_k)|, and α₃ T, the printed bound at its largest.
+
+    By (5) and (6), y_p(t_k) − y(t_k) = −C e^{AT} ξ(t_{k−1}) exactly, so that the left side tends to
+    (C [P⁻¹]_ξξ Cᵀ)^½ as T → 0 and not to zero. Here V(χ(t_{k−1})) = 1 with the worst ξ for x = 0 left free.
+    """
+    constants = theorem_constants(design)
+    row = np.hstack([np.zeros_like(design.model.output), _predicted_output(design)])
+    worst = np.sqrt(np.max(np.diag(row @ np.linalg.solve(constants.P, row.T))))
+    return float(worst), float(constants.alpha[2] * design.period)
+
+
+def slow_rates(design: DualRateDesign, builder: Builder) -> ComplexArray:
+    """ln(λ)/(M T) of the 2n largest eigenvalues λ of the monodromy matrix, 1/s: the continuous rates it stands for."""
+    eigenvalues = np.linalg.eigvals(monodromy(close_loop(design, builder))).astype(complex)
+    order = np.argsort(-np.abs(eigenvalues), kind="stable")[: 2 * design.model.size]
+    return np.asarray(np.log(eigenvalues[order]) / design.slow_period)
+
+
+def slow_rate_gap(design: DualRateDesign, builder: Builder, *, period: float, share: float) -> float:
+    """Largest distance from `slow_rates` at the given period to eig(A + B K) ∪ eig(A − share · L C), matched, 1/s.
+
+    As T → 0 it vanishes like T for share = 1/M with the virtual measurement (6), and for share = 1 with the running
+    prediction or a fast sensor.
+    """
+    model = design.model
+    rates = slow_rates(replace(design, period=period), builder)
+    limits = np.concatenate(
+        [
+            np.linalg.eigvals(model.state + model.input @ design.feedback),
+            np.linalg.eigvals(model.state - share * design.injection @ model.output),
+        ]
+    )
+    distances = np.abs(rates[:, None] - limits[None, :])
+    return float(np.max(distances[linear_sum_assignment(distances)]))
+
+
+def _predicted_output(design: DualRateDesign) -> Array:
+    return np.asarray(design.model.output @ scipy.linalg.expm(design.model.state * design.period))
+
+
+def _growth(matrix: Array) -> float:
+    return float(np.max(np.linalg.eigvals(matrix).real))
+
+
+def _norm(matrix: Array) -> float:
+    return float(np.linalg.norm(matrix, 2))

@@ -1,0 +1,202 @@
+"""Observers of a dual-rate loop behind one interface: eq. (2), eqs. (3) to (7), and those to compare them with.
+
+Each is a linear M-periodic recursion over the fast instants, o(k+1) = transition o(k) + input u(k) + injection m(k),
+with the estimate x̂(k) = readout o(k) + feedthrough m(k), where m = sensed x is the measurement. A slow sensor is one
+whose injection and feedthrough vanish except at phase 0. The first n entries of o are the observer's own state ζ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from replication.estimation.dualrate.sampled import SampledModel
+from replication.estimation.validation import Array, ComplexArray
+
+
+@dataclass(frozen=True, eq=False)
+class ObserverStep:
+    """The recursion at one phase; `forcing` is the effect of a command that acts continuously (see `Harmonic`)."""
+
+    transition: Array
+    input: Array
+    injection: Array
+    forcing: ComplexArray
+    readout: Array
+    feedthrough: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Observer:
+    """`steps` has one entry per phase 0 … M−1. `slow_command`: the controller, too, acts at phase 0 only."""
+
+    sensed: Array
+    steps: tuple[ObserverStep, ...]
+    slow_command: bool = False
+
+
+Builder = Callable[[SampledModel], Observer]
+
+
+def fast_sensor(model: SampledModel) -> Observer:
+    """(7) with a true measurement at every fast instant: what a virtual measurement tries to replace."""
+    return _observer(model, [_corrected(model, phase=0)] * model.ratio)
+
+
+def single_correction(model: SampledModel) -> Observer:
+    """(7) at phase 0, then the model alone until the next measurement."""
+    free = _Draft(model.predictor.state, model.predictor.input, model.H * 0, model.predictor.forcing)
+    return _observer(model, [_corrected(model, phase=0)] + [free] * (model.ratio - 1))
+
+
+def held_measurement(model: SampledModel) -> Observer:
+    """(2) with u changing every T and the last measurement held over M T. State (ζ, y held)."""
+    return _observer(model, [_holding(model, phase) for phase in range(model.ratio)])
+
+
+def single_rate(model: SampledModel) -> Observer:
+    """Observer (2) and controller both updated every M T: F, G, H at M T, written over the fast instants."""
+    return _observer(model, [_holding(model, phase) for phase in range(model.ratio)], slow_command=True)
+
+
+def model_interpolation(model: SampledModel) -> Observer:
+    """`held_measurement` read at phase 0 only, the model carrying the estimate between. State (ζ, y held, x̂)."""
+    return _observer(model, [_interpolating(model, phase) for phase in range(model.ratio)])
+
+
+def slow_input_interpolation(model: SampledModel) -> Observer:
+    """`model_interpolation` whose observer takes the input of phase 0 for the whole M T. State (ζ, y held, x̂, u₀)."""
+    return _observer(model, [_interpolating(model, phase, slow_input=True) for phase in range(model.ratio)])
+
+
+def alternating_predictive(model: SampledModel) -> Observer:
+    """The alternating predictive observer as printed: (7) with the virtual measurement (6). State (ζ, y_p)."""
+    return _observer(model, [_virtual(model, phase, running=False) for phase in range(model.ratio)])
+
+
+def running_prediction(model: SampledModel) -> Observer:
+    """The repaired predictor: y_p(k) = ȳ(k−1) + C[(Ā − I) ζ(k−1) + B̄ u(k−1)], restarted at each measurement."""
+    return _observer(model, [_virtual(model, phase, running=True) for phase in range(model.ratio)])
+
+
+def open_loop_prediction(model: SampledModel) -> Observer:
+    """(7) with y_p = C ζ_p, where ζ_p starts at ζ at phase 0 and follows the model alone. State (ζ, ζ_p)."""
+    n = model.F.shape[0]
+    steps = []
+    for phase in range(model.ratio):
+        draft = _corrected(model, phase)
+        own = np.hstack([draft.transition, model.H @ model.output * (phase > 0)])
+        chain = np.hstack([model.predictor.state * (phase == 0), model.predictor.state * (phase > 0)])
+        steps.append(
+            _Draft(
+                np.vstack([own, chain]),
+                np.vstack([draft.input, model.predictor.input]),
+                np.vstack([draft.injection, np.zeros((n, model.H.shape[1]))]),
+                np.concatenate([draft.forcing, model.predictor.forcing]),
+            )
+        )
+    return _observer(model, steps)
+
+
+def state_feedback(model: SampledModel) -> Observer:
+    """No observer: the controller reads the full state at every fast instant."""
+    n, m = model.G.shape
+    step = ObserverStep(
+        np.zeros((0, 0)), np.zeros((0, m)), np.zeros((0, n)), np.zeros(0, complex), np.zeros((n, 0)), np.eye(n)
+    )
+    return Observer(np.eye(n), (step,) * model.ratio)
+
+
+OBSERVERS: Mapping[str, Builder] = {
+    builder.__name__: builder
+    for builder in (
+        single_rate,
+        held_measurement,
+        model_interpolation,
+        single_correction,
+        slow_input_interpolation,
+        alternating_predictive,
+        open_loop_prediction,
+        running_prediction,
+        fast_sensor,
+        state_feedback,
+    )
+}
+
+
+@dataclass(frozen=True, eq=False)
+class _Draft:
+    """An `ObserverStep` before its readout is known."""
+
+    transition: Array
+    input: Array
+    injection: Array
+    forcing: ComplexArray
+    reads: int = 0  # first column of the state block that is the estimate
+
+
+def _observer(model: SampledModel, drafts: list[_Draft], *, slow_command: bool = False) -> Observer:
+    n = model.F.shape[0]
+    steps = []
+    for draft in drafts:
+        readout = np.zeros((n, draft.transition.shape[0]))
+        readout[:, draft.reads : draft.reads + n] = np.eye(n)
+        direct = np.zeros((n, model.output.shape[0]))
+        steps.append(ObserverStep(draft.transition, draft.input, draft.injection, draft.forcing, readout, direct))
+    return Observer(model.output, tuple(steps), slow_command)
+
+
+def _corrected(model: SampledModel, phase: int) -> _Draft:
+    """(7) with the measurement of this phase, which only phase 0 has."""
+    return _Draft(model.F, model.G, model.H * (phase == 0), model.forcing)
+
+
+def _holding(model: SampledModel, phase: int) -> _Draft:
+    """State (ζ, y held): ζ follows (7) with the measurement of phase 0."""
+    n, p = model.H.shape
+    fresh = phase == 0
+    transition = np.block([[model.F, model.H * (not fresh)], [np.zeros((p, n)), np.eye(p) * (not fresh)]])
+    return _Draft(
+        transition,
+        np.vstack([model.G, np.zeros((p, model.G.shape[1]))]),
+        np.vstack([model.H, np.eye(p)]) * fresh,
+        np.concatenate([model.forcing, np.zeros(p)]),
+    )
+
+
+def _interpolating(model: SampledModel, phase: int, *, slow_input: bool = False) -> _Draft:
+    """State (ζ, y held, x̂, u₀): x̂ follows the model from ζ at phase 0; u₀ is used only with `slow_input`."""
+    holding = _holding(model, phase)
+    (n, m), h = model.G.shape, holding.transition.shape[0]
+    fresh = phase == 0
+    transition = np.zeros((h + n + m, h + n + m))
+    transition[:h, :h] = holding.transition
+    transition[h : h + n, (slice(0, n) if fresh else slice(h, h + n))] = model.predictor.state
+    transition[h + n :, h + n :] = np.eye(m) * (not fresh)
+    known = np.vstack([holding.input, model.predictor.input, np.eye(m) * fresh])
+    if slow_input and not fresh:
+        transition[:n, h + n :] = model.G
+        known[:n] = 0.0
+    return _Draft(
+        transition,
+        known,
+        np.vstack([holding.injection, np.zeros((n + m, model.H.shape[1]))]),
+        np.concatenate([holding.forcing, model.predictor.forcing, np.zeros(m)]),
+        reads=0 if fresh else h,
+    )
+
+
+def _virtual(model: SampledModel, phase: int, *, running: bool) -> _Draft:
+    """State (ζ, y_p): ζ follows (7) with y at phase 0 and y_p elsewhere; y_p is (6), or `running` from ȳ."""
+    n, p = model.H.shape
+    fresh, C = phase == 0, model.output
+    step = model.predictor.state - np.eye(n) * running
+    carried = np.eye(p) * running
+    return _Draft(
+        np.block([[model.F, model.H * (not fresh)], [C @ step, carried * (not fresh)]]),
+        np.vstack([model.G, C @ model.predictor.input]),
+        np.vstack([model.H, carried]) * fresh,
+        np.concatenate([model.forcing, C @ model.predictor.forcing]),
+    )

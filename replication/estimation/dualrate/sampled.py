@@ -1,0 +1,115 @@
+"""Exact discretisation between fast instants: Ā, B̄ of eq. (5) and F, G, H of eq. (7), each from one exponential."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.linalg import expm, matrix_balance
+
+from replication.errors import InvalidInputError
+from replication.estimation.dualrate.design import DualRateDesign, Plant
+from replication.estimation.validation import Array, ComplexArray
+
+
+@dataclass(frozen=True, eq=False)
+class Harmonic:
+    """Reference y_d(t) = Im exp(jσt) and the command r(t) = Im(amplitude exp(jσt)) that is added to K ζ.
+
+    frequency: σ in rad/s. amplitude: one complex number per input. continuous: r(t) acts between the fast instants
+    too; otherwise it is held over T, like the rest of the input.
+    """
+
+    frequency: float
+    amplitude: ComplexArray
+    continuous: bool = False
+
+    @property
+    def exponent(self) -> complex:
+        """s = jσ."""
+        return 1j * self.frequency
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """x(τ) = state x(0) + input u for an input held over τ, plus forcing · w(0) if w' = s w acts continuously."""
+
+    state: Array
+    input: Array
+    forcing: ComplexArray
+
+
+def held(state: Array, inputs: Array, time: float, forced: ComplexArray | None = None, s: complex = 0) -> Held:
+    """e^{Aτ}, ∫₀^τ e^{Aν}dν B and ∫₀^τ e^{A(τ−ν)} e^{sν} dν · forced, as blocks of one matrix exponential.
+
+    The state is balanced first, which keeps the accuracy when a mode is fast in the units of the plant.
+    Shapes: state (n, n), inputs (n, m), forced (n,). Raises InvalidInputError if the exponential overflows.
+    """
+    n, m = inputs.shape
+    scale = matrix_balance(state, permute=False, separate=True)[1][0]
+    state, inputs = state * scale / scale[:, None], inputs / scale[:, None]
+    block = np.zeros((n + m, n + m))
+    block[:n, :n], block[:n, n:] = state, inputs
+    power = _exponential(block * time)
+    forcing = np.zeros(n, dtype=complex)
+    if forced is not None:
+        wide = np.zeros((n + 1, n + 1), dtype=complex)
+        wide[:n, :n], wide[:n, n], wide[n, n] = state, forced / scale, s
+        forcing = _exponential(wide * time)[:n, n]
+    return Held(power[:n, :n] * scale[:, None] / scale, power[:n, n:] * scale[:, None], forcing * scale)
+
+
+def over_time(plant: Plant, time: float, harmonic: Harmonic | None) -> Held:
+    """`held` of a plant, with the forcing of the harmonic's command on its first inputs if that acts continuously."""
+    if harmonic is None:
+        return held(plant.state, plant.input, time)
+    commanded = plant.input[:, : len(harmonic.amplitude)]
+    forced = commanded @ harmonic.amplitude if harmonic.continuous else None
+    return held(plant.state, plant.input, time, forced, harmonic.exponent)
+
+
+@dataclass(frozen=True, eq=False)
+class SampledModel:
+    """What an observer may use over one fast period.
+
+    predictor: Ā, B̄ of (5). F (n, n), G (n, m), H (n, p) of (7), forcing (n,) beside them. output: C. ratio: M.
+    """
+
+    predictor: Held
+    F: Array
+    G: Array
+    H: Array
+    forcing: ComplexArray
+    output: Array
+    ratio: int
+
+
+def sampled_model(
+    design: DualRateDesign, harmonic: Harmonic | None = None, *, discrete_gain: bool = False
+) -> SampledModel:
+    """Sample the model of `design`. With `discrete_gain`, L corrects by steps: F = Ā − L C, G = B̄, H = L."""
+    model, gain = design.model, design.injection
+    predictor = over_time(model, design.period, harmonic)
+    if discrete_gain:
+        F, G, H, forcing = predictor.state - gain @ model.output, predictor.input, gain, predictor.forcing
+    else:
+        guided = Plant(model.state - gain @ model.output, np.hstack([model.input, gain]), model.output)
+        inputs = model.input.shape[1]
+        observer = over_time(guided, design.period, harmonic)
+        F, G, H, forcing = observer.state, observer.input[:, :inputs], observer.input[:, inputs:], observer.forcing
+    return SampledModel(predictor, F, G, H, forcing, model.output, design.ratio)
+
+
+def without_correction(model: SampledModel, *, discrete_gain: bool) -> SampledModel:
+    """The same model with H = 0, and with F = Ā if the gain is discrete."""
+    F = model.predictor.state if discrete_gain else model.F
+    return replace(model, F=F, H=np.zeros_like(model.H))
+
+
+def _exponential(matrix: Any) -> Any:
+    with np.errstate(over="ignore", invalid="ignore"):
+        power = expm(matrix)
+    if not np.all(np.isfinite(power)):
+        raise InvalidInputError("exp(A T) overflows: the plant grows too fast for this period; choose a shorter period")
+    return power

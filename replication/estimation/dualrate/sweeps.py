@@ -1,0 +1,59 @@
+"""Sweeps of a dual-rate design: the stable sets of the period T and of the ratio M.
+
+The stable set of T need not be an interval: sampling folds a fast mode of the plant, so it is searched on a grid and
+its ends are refined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from replication.errors import InvalidInputError
+from replication.estimation.dualrate.design import DualRateDesign
+from replication.estimation.dualrate.loop import close_loop, stability_radius
+from replication.estimation.dualrate.observers import Builder
+from replication.estimation.validation import Array, positive_integer
+
+Interval = tuple[float, float]
+
+
+def radii_over_periods(design: DualRateDesign, builder: Builder, periods: Sequence[float]) -> Array:
+    """Monodromy radius for each fast period T (s), at the ratio M of the design."""
+    return np.array([_radius(design, builder, period) for period in periods])
+
+
+def radii_over_ratios(design: DualRateDesign, builder: Builder, ratios: Sequence[int]) -> Array:
+    """Monodromy radius for each ratio M, at the fast period of the design."""
+    checked = [positive_integer("rate ratio M", ratio) for ratio in ratios]
+    return np.array([stability_radius(close_loop(replace(design, ratio=ratio), builder)) for ratio in checked])
+
+
+def stable_periods(
+    design: DualRateDesign, builder: Builder, periods: Sequence[float], *, tolerance: float = 1e-9
+) -> tuple[Interval, ...]:
+    """Intervals of T (s) with a stable loop, between the first and the last of the increasing grid `periods`.
+
+    Two ends closer together than the grid may be missed. Raises InvalidInputError unless the grid increases from a
+    positive start.
+    """
+    grid = np.asarray(periods, dtype=float)
+    if grid.ndim != 1 or grid.size < 2 or grid[0] <= 0 or np.any(np.diff(grid) <= 0):
+        raise InvalidInputError("the periods must be an increasing sequence of positive numbers, at least two")
+    excess = radii_over_periods(design, builder, list(grid)) - 1.0
+    ends = [float(grid[0])] if excess[0] < 0 else []
+    for k in range(grid.size - 1):
+        if (excess[k] < 0) != (excess[k + 1] < 0):
+            ends.append(
+                float(brentq(lambda t: _radius(design, builder, t) - 1.0, grid[k], grid[k + 1], xtol=tolerance))
+            )
+    if excess[-1] < 0:
+        ends.append(float(grid[-1]))
+    return tuple(zip(ends[::2], ends[1::2], strict=True))
+
+
+def _radius(design: DualRateDesign, builder: Builder, period: float) -> float:
+    return stability_radius(close_loop(replace(design, period=period), builder))

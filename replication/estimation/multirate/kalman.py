@@ -1,0 +1,139 @@
+"""The steady-state multi-rate Kalman filter, and state scales taken from its error covariance.
+
+The filter is the limit of every recursion here at an infinite level, and a lower bound of it at a finite one: the
+stabilising solution at any level is no smaller. So the other recursions start from it, which is right also for unstable
+modes that nothing disturbs; from zero they would never learn of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from replication.errors import InfeasibleError, SolverError
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
+from replication.estimation.riccati import RiccatiMap, along_period, fixed_point, recentre
+from replication.estimation.validation import Array
+
+SCALING_NOISE = 1e-6
+"""Process noise on every state, in its unit, that keeps the covariances used for scaling positive definite."""
+STABILITY_MARGIN = 1e-9
+"""A multiplier closer than this to the unit circle, or outside, counts as not stable; as in the detectability test."""
+
+
+@dataclass(frozen=True, eq=False)
+class RiccatiDesign:
+    """Gains (N, n, q) for one guaranteed `level`; X: the stabilising solution at each phase (N, n, n)."""
+
+    gains: Array
+    X: Array
+    level: float
+
+
+@dataclass(frozen=True, eq=False)
+class KalmanCentre:
+    """The scaled problem and the stabilising solution X_k at an infinite level, in scaled coordinates (N, n, n)."""
+
+    scaled: ScaledProblem
+    states: Array
+
+    @property
+    def floor(self) -> float:
+        """sqrt(max_k lambda_max(W X_k W')): no observer, at no level, has a smaller gain."""
+        return float(np.sqrt(largest_weighted(self.scaled, self.states)))
+
+
+def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> RiccatiDesign:
+    """The steady-state periodic Kalman filter (white d, w of unit intensity): the infinite level.
+
+    extra_noise: intensity of process noise added on every state. Raises InfeasibleError if the recursion does not
+    settle on stabilising gains: with detectable sensors, an undisturbed mode on the unit circle. Add noise to it then.
+    """
+    centre = kalman_centre(problem, extra_noise=extra_noise)
+    scaled, states = centre.scaled, centre.states
+    corrected = scaled.corrected(states, scaled.maps())
+    return RiccatiDesign(scaled.gains(corrected), scaled.unscaled(states), np.inf)
+
+
+def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> KalmanCentre:
+    """The stabilising solution at an infinite level; errors as in `kalman_design`."""
+    scaled = scaled_problem(problem, state_scales(problem))
+    maps = scaled.maps(extra_noise=extra_noise)
+    states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
+    if states is None or not stabilises(scaled, states, maps):
+        raise InfeasibleError(
+            "the Kalman recursion has no stabilising limit: a mode on the unit circle is not disturbed, so its "
+            "estimator never settles; give it process noise in B_d (or pass extra_noise), as little as you like"
+        )
+    return KalmanCentre(scaled, states)
+
+
+def state_scales(problem: MultirateProblem, noise: float = SCALING_NOISE) -> Array:
+    """T_k (N, n, n), Cholesky factors of the error covariances of a Kalman filter with process noise on every state.
+
+    noise: its intensity, relative to the square of `state_units`. Raises SolverError if rounding spoils the recursion.
+    """
+    units = np.diag(state_units(problem))
+    scaled = scaled_problem(problem, np.stack([units] * problem.schedule.period))
+    identity = np.eye(problem.plant.order)
+    maps = [RiccatiMap(stage.A, stage.G, stage.H + noise * identity) for stage in scaled.maps()]
+    covariance = fixed_point(maps)
+    try:
+        if covariance is not None:
+            return np.asarray(units @ np.linalg.cholesky(np.stack(along_period(maps, covariance))))
+    except np.linalg.LinAlgError:
+        covariance = None
+    raise SolverError(
+        "the error covariances used to scale the states were lost in rounding: modes of the plant are hardly seen or "
+        "grow by many orders of magnitude between measurements; measure more often or remove such modes"
+    )
+
+
+def state_units(problem: MultirateProblem) -> Array:
+    """A natural unit per state (n,): one over the square root of the information about it, with unit sensor noise.
+
+    A change of units of the plant changes it in proportion. States that no sensor ever sees take the size that the
+    disturbance gives them, or 1.
+    """
+    scaled = scaled_problem(problem, np.stack([np.eye(problem.plant.order)] * problem.schedule.period))
+    A, n = problem.plant.A, problem.plant.order
+    # Growing modes are discounted: the unit is one of the near past, not of the far one.
+    step = A / max(1.0, float(np.max(np.abs(np.linalg.eigvals(A)))))
+    seen, driven = np.zeros(n), np.zeros(n)
+    back, forth = np.eye(n), problem.plant.B_d
+    for k in range(problem.schedule.period + n):
+        seen += np.sum((scaled.C[k % len(scaled.C)] @ back) ** 2, axis=0)
+        driven += np.sum(forth**2, axis=1)
+        back, forth = step @ back, step @ forth
+    unit = np.sqrt(np.where(driven > 0, driven, 1.0))
+    return np.where(seen > 0, 1 / np.sqrt(np.where(seen > 0, seen, 1.0)), unit)
+
+
+def stationary(maps: list[RiccatiMap], reference: Array) -> Array | None:
+    """The solution (N, n, n) that the recursion reaches from the states of `reference`, or None."""
+    try:
+        around = recentre(maps, list(reference))
+        deviation = fixed_point(around)
+        return None if deviation is None else np.asarray(reference + np.stack(along_period(around, deviation)))
+    except np.linalg.LinAlgError:
+        return None
+
+
+def stabilises(scaled: ScaledProblem, states: Array, maps: list[RiccatiMap]) -> bool:
+    """Whether the states are positive semidefinite and their gains stabilise the error system."""
+    eigenvalues = np.linalg.eigvalsh(states)
+    if np.any(eigenvalues[:, 0] < -1e-9 * eigenvalues[:, -1].max()):
+        return False
+    total = np.eye(states.shape[-1])
+    for step in scaled.closed_loop(scaled.corrected(states, maps)):
+        total = step @ total
+    return bool(np.max(np.abs(np.linalg.eigvals(total))) < 1 - STABILITY_MARGIN)
+
+
+def largest_weighted(scaled: ScaledProblem, states: Array) -> float:
+    """max_k lambda_max(W X_k W')."""
+    if not scaled.W.shape[1]:
+        return 0.0
+    return float(np.max(np.linalg.eigvalsh(scaled.W @ states @ scaled.W.mT)))

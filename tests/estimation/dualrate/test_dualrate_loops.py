@@ -1,0 +1,256 @@
+"""Closed dual-rate loops: every observer against single-rate limits, textbook loops and products of steps."""
+
+from dataclasses import replace
+
+import control
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.signal
+from dualrate_examples import MOTOR, MOTOR_DESIGN, START, motor_loop, random_design
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.current import current
+from replication.estimation.dualrate.design import dual_rate_design, make_plant, plant_of
+from replication.estimation.dualrate.loop import close_loop, lifted_system, monodromy, noise_gain, stability_radius
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.sampled import Harmonic
+from replication.estimation.dualrate.tracking import steady_state, tracking_error_ratio
+
+ROUND_OFF = 1e-9
+TRUE_OBSERVERS = [name for name in OBSERVERS if name != "state_feedback"]
+
+
+def test_all_observers_coincide_with_the_single_rate_loop_at_ratio_one() -> None:
+    design = replace(MOTOR_DESIGN, ratio=1)
+    eigenvalues = {}
+    for name in TRUE_OBSERVERS:
+        values = np.linalg.eigvals(monodromy(close_loop(design, OBSERVERS[name])))
+        eigenvalues[name] = np.sort(np.abs(values))[::-1][:6]
+        np.testing.assert_allclose(eigenvalues[name], eigenvalues["single_rate"], atol=ROUND_OFF)
+    ratios = [tracking_error_ratio(motor_loop(name, 1.5, design=design)) for name in TRUE_OBSERVERS]
+    np.testing.assert_allclose(ratios, ratios[0], rtol=ROUND_OFF)
+
+
+def test_single_rate_loop_is_the_textbook_sampled_data_loop() -> None:
+    """x' = Φx − ..., observer discretised at M T, all with scipy's zero-order hold."""
+    A, B, C = MOTOR.state, MOTOR.input, MOTOR.output
+    K, L = MOTOR_DESIGN.feedback, MOTOR_DESIGN.injection
+    slow = MOTOR_DESIGN.slow_period
+    Ad, Bd = scipy.signal.cont2discrete((A, B, C, np.zeros((1, 1))), slow)[:2]
+    guided = (A - L @ C, np.hstack([B, L]), C, np.zeros((1, 2)))
+    F, GH = scipy.signal.cont2discrete(guided, slow)[:2]
+    textbook = np.block([[Ad, Bd @ K], [GH[:, 1:] @ C, F + GH[:, :1] @ K]])
+    ours = np.linalg.eigvals(monodromy(close_loop(MOTOR_DESIGN, OBSERVERS["single_rate"])))
+    expected = np.linalg.eigvals(textbook)
+    leading = ours[np.argsort(-np.abs(ours), kind="stable")][: len(expected)]
+    np.testing.assert_allclose(np.sort(np.abs(leading)), np.sort(np.abs(expected)), atol=1e-7)
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_monodromy_is_the_product_of_one_step_maps_on_unit_starts(name: str) -> None:
+    loop = close_loop(MOTOR_DESIGN, OBSERVERS[name])
+    columns = []
+    for start in np.eye(loop.size):
+        z = start
+        for step in loop.steps:
+            z = step.state @ z
+        columns.append(z)
+    np.testing.assert_allclose(monodromy(loop), np.array(columns).T, atol=ROUND_OFF)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10**6), ratio=st.integers(1, 4), name=st.sampled_from(sorted(OBSERVERS)))
+def test_radius_does_not_depend_on_the_coordinates(seed: int, ratio: int, name: str) -> None:
+    design = random_design(np.random.default_rng(seed), ratio)
+    V = np.random.default_rng(seed + 1).normal(size=(3, 3)) + 3 * np.eye(3)
+    W = np.linalg.inv(V)
+    moved = dual_rate_design(
+        make_plant(V @ design.model.state @ W, V @ design.model.input, design.model.output @ W),
+        feedback=design.feedback @ W,
+        injection=V @ design.injection,
+        period=design.period,
+        ratio=ratio,
+    )
+    first, second = (np.poly(monodromy(close_loop(d, OBSERVERS[name]))) for d in (design, moved))
+    np.testing.assert_allclose(first, second, atol=1e-6 * max(1.0, np.abs(first).max()))
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6), factor=st.floats(0.1, 10))
+def test_radius_depends_on_the_product_of_rates_and_time_only(seed: int, factor: float) -> None:
+    """Time scaling: (A, B, L) times f with T / f is the same loop."""
+    design = random_design(np.random.default_rng(seed), 3)
+    model = design.model
+    scaled = dual_rate_design(
+        make_plant(model.state * factor, model.input * factor, model.output),
+        feedback=design.feedback,
+        injection=design.injection * factor,
+        period=design.period / factor,
+        ratio=3,
+    )
+    for name in OBSERVERS:
+        assert stability_radius(close_loop(scaled, OBSERVERS[name])) == pytest.approx(
+            stability_radius(close_loop(design, OBSERVERS[name])), rel=1e-6
+        )
+
+
+FRESH = ("single_correction", "alternating_predictive", "open_loop_prediction", "running_prediction", "fast_sensor")
+
+
+def estimation_error(name: str, *, discrete_gain: bool) -> float:
+    """Largest entry of x − x̂ over four slow periods from x̂(0) = x(0), with a perfect model."""
+    loop = close_loop(MOTOR_DESIGN, OBSERVERS[name], discrete_gain=discrete_gain)
+    z = np.zeros(loop.size)
+    z[:3] = z[3:6] = START
+    worst = 0.0
+    for step in loop.steps * 4:
+        worst = max(worst, float(np.abs(z[:3] - step.estimate_state @ z).max()))
+        z = step.state @ z
+    return worst
+
+
+@pytest.mark.parametrize("name", FRESH)
+def test_zero_initial_error_stays_zero_if_no_measurement_is_stale(name: str) -> None:
+    assert estimation_error(name, discrete_gain=True) < ROUND_OFF
+
+
+@pytest.mark.parametrize(("name", "discrete_gain"), [("held_measurement", True), ("alternating_predictive", False)])
+def test_a_stale_measurement_disturbs_a_perfect_estimate(name: str, discrete_gain: bool) -> None:
+    """Held over M T, or, with the continuous gain of (3), over T."""
+    assert estimation_error(name, discrete_gain=discrete_gain) > 1e-3
+
+
+def test_discrete_gain_and_running_prediction_separate_exactly() -> None:
+    """The radius is the larger one of the state feedback and of the error (Ā − L C) at the fast rate."""
+    running = monodromy(close_loop(MOTOR_DESIGN, OBSERVERS["running_prediction"], discrete_gain=True))
+    feedback = monodromy(close_loop(MOTOR_DESIGN, OBSERVERS["state_feedback"]))
+    values = np.linalg.eigvals(running)
+    for target in np.linalg.eigvals(feedback):
+        assert np.min(np.abs(values - target)) < 1e-7
+
+
+def test_noise_gain_is_the_standard_deviation_of_a_long_simulation() -> None:
+    loop = close_loop(MOTOR_DESIGN, OBSERVERS["alternating_predictive"])
+    rng = np.random.default_rng(5)
+    z = np.zeros((loop.size, 4000))
+    squares = np.zeros(MOTOR_DESIGN.ratio)
+    settle, keep = 120, 60
+    for k in range(settle + keep):
+        for phase, step in enumerate(loop.steps):
+            if k >= settle:
+                squares[phase] += np.mean(z[0] ** 2) / keep
+            z = step.state @ z + step.noise @ rng.normal(size=(1, 4000))
+    assert np.sqrt(squares.max()) == pytest.approx(noise_gain(loop), rel=0.02)
+
+
+def test_lifted_system_carries_the_same_noise() -> None:
+    """Energy of its impulse response per output: the variances at the phases, the largest of which is the gain."""
+    loop = close_loop(MOTOR_DESIGN, OBSERVERS["running_prediction"])
+    system = lifted_system(loop)
+    assert system.dt == MOTOR_DESIGN.slow_period
+    np.testing.assert_array_equal(system.A, monodromy(loop))
+    energy = np.sum(system.D**2, axis=1)
+    power = system.B
+    for _ in range(200):
+        energy = energy + np.sum((system.C @ power) ** 2, axis=1)
+        power = system.A @ power
+    assert np.sqrt(energy.max()) == pytest.approx(noise_gain(loop), rel=1e-9)
+
+
+def test_input_arrays_are_left_alone() -> None:
+    A, K = np.array(MOTOR.state), np.array(MOTOR_DESIGN.feedback)
+    for name in OBSERVERS:
+        stability_radius(close_loop(MOTOR_DESIGN, OBSERVERS[name]))
+    np.testing.assert_array_equal(A, MOTOR.state)
+    np.testing.assert_array_equal(K, MOTOR_DESIGN.feedback)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"ratio": 0}, "rate ratio M must be at least 1"),
+        ({"ratio": 2.5}, "rate ratio M must be a whole number, got 2.5"),
+        ({"ratio": True}, "rate ratio M must be a whole number"),
+        ({"period": 0.0}, "period T must be positive"),
+        ({"period": -0.2}, "period T must be positive"),
+        ({"period": float("nan")}, "period T must be positive"),
+        ({"feedback": [[-20, -0.1]]}, "feedback gain K must have 3 columns"),
+        ({"injection": [[0.45, 0.9, 0.9]]}, "observer gain L must have 3 rows"),
+        ({"injection": [[float("inf")], [0], [0]]}, "observer gain L must be finite"),
+    ],
+)
+def test_bad_input_is_named_before_anything_is_computed(change: dict[str, object], words: str) -> None:
+    arguments = {"feedback": MOTOR_DESIGN.feedback, "injection": MOTOR_DESIGN.injection, "period": 0.2, "ratio": 5}
+    with pytest.raises(InvalidInputError, match=words):
+        dual_rate_design(MOTOR, **{**arguments, **change})
+
+
+def test_lost_modes_are_named() -> None:
+    gains = {"feedback": [[0, 0]], "injection": [[0], [0]], "period": 0.1, "ratio": 2}
+    with pytest.raises(InvalidInputError, match="not stabilisable: no input moves the unstable mode 1"):
+        dual_rate_design(make_plant([[1, 0], [0, -1]], [[0], [1]], [[1, 0]]), **gains)
+    with pytest.raises(InvalidInputError, match="not detectable: the output does not see the unstable mode 1"):
+        dual_rate_design(make_plant([[1, 0], [0, -1]], [[1], [0]], [[0, 1]]), **gains)
+    with pytest.raises(InvalidInputError, match="hides the unstable mode"):
+        oscillator = make_plant([[0, np.pi], [-np.pi, 0]], [[0], [1]], [[1, 0]])
+        dual_rate_design(oscillator, **{**gains, "period": 0.5})
+
+
+def test_unstable_loops_have_no_steady_state_and_no_noise_gain() -> None:
+    with pytest.raises(InfeasibleError, match=r"unstable .* no steady state"):
+        steady_state(motor_loop("single_rate", 1.0))
+    with pytest.raises(InfeasibleError, match="noise grows without bound"):
+        noise_gain(close_loop(MOTOR_DESIGN, OBSERVERS["single_rate"]))
+
+
+def test_tracking_needs_a_reference_and_one_output() -> None:
+    with pytest.raises(InvalidInputError, match="no reference"):
+        tracking_error_ratio(close_loop(MOTOR_DESIGN, OBSERVERS["fast_sensor"]))
+    wide = make_plant([[-1, 0], [0, -2]], [[1], [1]], [[1, 0], [0, 1]])
+    design = dual_rate_design(wide, feedback=[[0, 0]], injection=np.eye(2), period=0.1, ratio=2)
+    with pytest.raises(InvalidInputError, match="one output, the plant has 2"):
+        tracking_error_ratio(close_loop(design, OBSERVERS["fast_sensor"], harmonic=Harmonic(1.0, np.zeros(1, complex))))
+
+
+def test_plants_come_from_continuous_strictly_proper_systems() -> None:
+    system = control.StateSpace([[-1.0]], [[1.0]], [[1.0]], [[0.0]])
+    assert plant_of(system).size == 1
+    with pytest.raises(InvalidInputError, match="continuous in time"):
+        plant_of(control.StateSpace([[0.5]], [[1.0]], [[1.0]], [[0.0]], 0.1))
+    with pytest.raises(InvalidInputError, match="strictly proper"):
+        plant_of(control.StateSpace([[-1.0]], [[1.0]], [[1.0]], [[1.0]]))
+    with pytest.raises(InvalidInputError, match="overflows"):
+        close_loop(
+            replace(
+                MOTOR_DESIGN,
+                model=make_plant([[1e6]], [[1]], [[1]]),
+                feedback=np.array([[-1.0]]),
+                injection=np.array([[1.0]]),
+            ),
+            OBSERVERS["fast_sensor"],
+        )
+
+
+def test_current_form_with_a_discrete_gain_is_the_textbook_current_observer() -> None:
+    """x̂ = ζ + L(y − Cζ), ζ' = Āx̂ + B̄u at every fast instant."""
+    model, L, K = MOTOR_DESIGN.model, MOTOR_DESIGN.injection, MOTOR_DESIGN.feedback
+    Ad, Bd = scipy.signal.cont2discrete((model.state, model.input, model.output, [[0]]), MOTOR_DESIGN.period)[:2]
+    gap = np.eye(3) - L @ model.output
+    # x' = Ad x + Bd K x̂, ζ' = Ad x̂ + Bd K x̂ with x̂ = LC x + (I − LC) ζ
+    estimate = np.hstack([L @ model.output, gap])
+    textbook = np.vstack([np.hstack([Ad, np.zeros((3, 3))]) + Bd @ K @ estimate, (Ad + Bd @ K) @ estimate])
+    design = replace(MOTOR_DESIGN, ratio=1)
+    ours = monodromy(close_loop(design, current(OBSERVERS["fast_sensor"], discrete_gain=True), discrete_gain=True))
+    expected = np.sort(np.abs(np.linalg.eigvals(textbook)))
+    np.testing.assert_allclose(np.sort(np.abs(np.linalg.eigvals(ours)))[-6:], expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", TRUE_OBSERVERS)
+def test_current_forms_coincide_at_ratio_one_and_differ_from_the_predictor(name: str) -> None:
+    design = replace(MOTOR_DESIGN, ratio=1)
+    radii = [stability_radius(close_loop(design, current(OBSERVERS[other]))) for other in (name, "fast_sensor")]
+    assert radii[0] == pytest.approx(radii[1], rel=1e-8)
+    assert abs(radii[0] - stability_radius(close_loop(design, OBSERVERS[name]))) > 1e-3

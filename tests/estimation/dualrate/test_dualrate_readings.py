@@ -1,0 +1,112 @@
+"""Readings and their search: rows mean what they say, planted columns are found, blocks merge in any order."""
+
+import numpy as np
+import pytest
+from dualrate_examples import MOTOR_DESIGN, PMSM, START, motor_loop
+
+from replication.errors import InvalidInputError
+from replication.estimation.dualrate.readings import (
+    STRUCTURES,
+    Reading,
+    ReadingSpace,
+    Start,
+    Structure,
+    error_ratios,
+    ratio_of,
+)
+from replication.estimation.dualrate.response import time_response
+from replication.estimation.dualrate.search import (
+    Column,
+    chance,
+    decoy_columns,
+    merge,
+    reading_of,
+    search,
+    search_block,
+)
+from replication.estimation.dualrate.tracking import Points, tracking_error_ratio
+
+SPACE = ReadingSpace(PMSM, MOTOR_DESIGN, tuple(START), (0.5, 1.5, 3.0), horizon=12, substeps=5)
+APO, PMI = "alternating_predictive", "held_measurement"
+
+
+def planted(reading: Reading, observers: tuple[str, ...], rng: np.random.Generator) -> Column:
+    values = np.array([ratio_of(SPACE, reading, f) for f in SPACE.frequencies])
+    rising = np.linspace(0.1, 0.5, len(values))
+    return Column(observers, values, np.full(3, 5e-5), decoy_columns(rising, 5, rng))
+
+
+def test_the_literal_reading_is_the_default_and_the_first_row() -> None:
+    assert SPACE.reading(APO, STRUCTURES[0], 0) == Reading(observer=APO)
+    assert STRUCTURES[0] == Structure()
+    expected = [tracking_error_ratio(motor_loop(APO, f)) for f in SPACE.frequencies]
+    np.testing.assert_allclose(error_ratios(SPACE, APO, Structure())[0], expected, rtol=1e-12)
+
+
+def test_rows_count_and_mean_what_the_reading_says() -> None:
+    rng = np.random.default_rng(3)
+    for structure in (STRUCTURES[0], STRUCTURES[7], STRUCTURES[11], STRUCTURES[15]):
+        values = error_ratios(SPACE, APO, structure)
+        assert values.shape == (SPACE.rows, 3)
+        for row in rng.integers(0, SPACE.rows, 12):
+            reading = SPACE.reading(APO, structure, int(row))
+            assert ratio_of(SPACE, reading, 1.5) == pytest.approx(values[row, 1], rel=1e-9)
+
+
+def test_a_window_is_the_maximum_of_the_time_response() -> None:
+    reading = Reading(observer=PMI, start=Start.TRUE, points=Points.BETWEEN, window=(2, 7))
+    response = time_response(motor_loop(PMI, 1.5), START, START, slow_periods=12, substeps=5)
+    inside = (response.time >= 2 - 1e-9) & (response.time < 7 - 1e-9)
+    assert ratio_of(SPACE, reading, 1.5) == pytest.approx(np.abs(response.error[inside]).max(), rel=1e-10)
+
+
+def test_structures_are_all_different() -> None:
+    assert len(set(STRUCTURES)) == len(STRUCTURES) == 24
+
+
+def test_planted_columns_are_found_and_hit() -> None:
+    rng = np.random.default_rng(8)
+    structure = STRUCTURES[5]
+    wanted = {
+        "pmi": Reading(observer=PMI, structure=structure, start=Start.TRUE, window=(3, 9)),
+        "apo": Reading(observer=APO, structure=structure, start=Start.TRUE, window=(3, 9)),
+    }
+    columns = {name: planted(reading, (reading.observer,), rng) for name, reading in wanted.items()}
+    blocks = [search_block(SPACE, columns, index) for index in (4, 5)]
+    result = merge(blocks)
+    assert result.joint_distance < 1e-9
+    assert result.joint_hits >= 1
+    for name, reading in wanted.items():
+        assert result.nearest[name].distance < 1e-9
+        assert reading_of(SPACE, result.joint[name]).structure == reading.structure
+        assert result.hits[name] >= 1
+
+
+def test_search_is_deterministic_resumable_and_merges_in_any_order() -> None:
+    rng = np.random.default_rng(2)
+    columns = {"apo": planted(Reading(observer=APO, window=(0, 3)), (APO, "running_prediction"), rng)}
+    whole = list(search(SPACE, columns, [0, 1, 2, 3]))
+    resumed = list(search(SPACE, columns, [2, 3])) + list(search(SPACE, columns, [0, 1]))
+    assert merge(whole) == merge(resumed)
+    assert merge(whole).tried["apo"] > 0
+
+
+def test_unstable_readings_are_counted_only_where_they_exist() -> None:
+    rng = np.random.default_rng(2)
+    column = planted(Reading(observer=APO), ("slow_input_interpolation",), rng)
+    result = search_block(SPACE, {"pmi": column}, 0)
+    assert result.tried["pmi"] == SPACE.rows - len(Points)
+
+
+def test_decoys_increase_smoothly_and_need_a_column_that_does() -> None:
+    decoys = decoy_columns(np.array([0.02, 0.1, 0.3]), 50, np.random.default_rng(0))
+    assert decoys.shape == (50, 3)
+    assert np.all(np.diff(decoys, axis=1) > 0)
+    np.testing.assert_array_equal(decoys, decoy_columns(np.array([0.02, 0.1, 0.3]), 50, np.random.default_rng(0)))
+    with pytest.raises(InvalidInputError, match="columns that increase"):
+        decoy_columns(np.array([0.3, 0.1]), 5, np.random.default_rng(0))
+
+
+def test_chance_counts_the_printed_column_itself() -> None:
+    assert chance(0.1, [0.2, 0.3, 0.4]) == 0.25
+    assert chance(0.5, [0.2, 0.3, 0.4]) == 1.0

@@ -1,0 +1,138 @@
+"""Steady state and time response against brute force, against each other, and the plant's own inverse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from dualrate_examples import MOTOR_DESIGN, START, motor_loop
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming
+from replication.estimation.dualrate.response import time_response
+from replication.estimation.dualrate.simulation import SIMULATED, simulate
+from replication.estimation.dualrate.tracking import (
+    Points,
+    bandwidth,
+    estimation_error_ratio,
+    estimation_lag,
+    steady_state,
+    tracking_error_ratio,
+)
+
+AGREEMENT = 1e-10
+STABLE = [name for name in SIMULATED if name != "single_rate"]
+
+
+@pytest.mark.parametrize("name", STABLE)
+@pytest.mark.parametrize("frequency", [0.5, 3.0])
+def test_lifted_and_brute_force_responses_agree_with_their_transients(name: str, frequency: float) -> None:
+    loop = motor_loop(name, frequency)
+    lifted = time_response(loop, START, np.zeros(3), slow_periods=40, substeps=7)
+    brute = simulate(MOTOR_DESIGN, name, loop.harmonic, START, np.zeros(3), slow_periods=40, substeps=7)
+    np.testing.assert_allclose(lifted.time, brute.time, atol=AGREEMENT)
+    np.testing.assert_allclose(lifted.output, brute.output, rtol=0, atol=AGREEMENT)
+    np.testing.assert_allclose(lifted.estimate[:, 0], brute.estimate[:, 0], rtol=0, atol=AGREEMENT)
+    np.testing.assert_allclose(lifted.input, brute.input, rtol=0, atol=AGREEMENT)
+
+
+def test_the_unstable_single_rate_response_agrees_relatively() -> None:
+    loop = motor_loop("single_rate", 1.5)
+    lifted = time_response(loop, START, np.zeros(3), slow_periods=10, substeps=4)
+    brute = simulate(MOTOR_DESIGN, "single_rate", loop.harmonic, START, np.zeros(3), slow_periods=10, substeps=4)
+    assert np.abs(lifted.output).max() > 1e4
+    np.testing.assert_allclose(lifted.output, brute.output, atol=AGREEMENT * np.abs(brute.output).max())
+
+
+@pytest.mark.parametrize("name", STABLE)
+def test_steady_state_is_what_a_long_simulation_settles_to(name: str) -> None:
+    loop = motor_loop(name, 1.5)
+    periods, substeps = 400, 40
+    brute = simulate(MOTOR_DESIGN, name, loop.harmonic, START, np.zeros(3), slow_periods=periods, substeps=substeps)
+    late = brute.time >= 0.6 * brute.time[-1]
+    largest = np.abs(brute.output - np.sin(1.5 * brute.time))[late].max()
+    ratio = tracking_error_ratio(loop)
+    assert largest <= ratio * (1 + 1e-9)
+    assert largest == pytest.approx(ratio, rel=2e-3)
+
+
+@pytest.mark.parametrize("timing", ReferenceTiming)
+def test_the_response_from_the_steady_state_stays_in_it(timing: ReferenceTiming) -> None:
+    # The slow instants must fill the circle evenly: a golden-section share of a turn per slow period.
+    loop = motor_loop("alternating_predictive", np.pi * (3 - np.sqrt(5)), timing=timing)
+    start = np.imag(steady_state(loop).states[0])
+    response = time_response(loop, start[:3], start[3:6], slow_periods=300, substeps=100)
+    assert np.abs(response.error).max() == pytest.approx(tracking_error_ratio(loop), rel=1e-3)
+
+
+def test_exact_feedforward_that_acts_continuously_tracks_exactly_under_state_feedback() -> None:
+    """Continuous r with the held feedback K x̂ leaves an error of the hold alone: it vanishes with the period."""
+    errors = [
+        tracking_error_ratio(
+            motor_loop(
+                "state_feedback",
+                1.0,
+                design=replace(MOTOR_DESIGN, period=period),
+                form=Feedforward.CORRECTED,
+                timing=ReferenceTiming.CONTINUOUS,
+            )
+        )
+        for period in (2e-3, 1e-3, 5e-4)
+    ]
+    assert errors[0] / errors[1] == pytest.approx(2, rel=0.05)
+    assert errors[1] / errors[2] == pytest.approx(2, rel=0.05)
+
+
+@pytest.mark.parametrize("frequency", [0.5, 1.5, 3.0])
+def test_the_refined_peak_is_above_a_much_finer_grid(frequency: float) -> None:
+    loop = motor_loop("held_measurement", frequency)
+    start = np.imag(steady_state(loop).states[0])
+    fine = time_response(loop, start[:3], start[3:6], slow_periods=50, substeps=2000)
+    assert np.abs(fine.error).max() <= tracking_error_ratio(loop) * (1 + 1e-12)
+
+
+def test_errors_at_fewer_points_are_never_larger() -> None:
+    loop = motor_loop("held_measurement", 2.5)
+    between, fast, slow = (tracking_error_ratio(loop, points) for points in Points)
+    assert between >= fast >= slow > 0
+
+
+def test_preview_shifts_the_command_by_one_period() -> None:
+    held, early = (motor_loop("fast_sensor", 1.0, timing=timing).harmonic for timing in list(ReferenceTiming)[:2])
+    np.testing.assert_allclose(early.amplitude, held.amplitude * np.exp(0.2j), rtol=1e-14)
+
+
+def test_a_held_measurement_is_late_by_half_the_hold() -> None:
+    """Far below the loop's rates; also (6), whose gain acts once per slow period on a prediction that it trusts."""
+    for name, hold in (("held_measurement", 1.0), ("alternating_predictive", 1.0), ("running_prediction", 0.2)):
+        assert estimation_lag(motor_loop(name, 1e-3)) == pytest.approx(hold / 2, rel=0.05)
+    assert estimation_error_ratio(motor_loop("state_feedback", 1.0)) == 0.0
+
+
+def test_estimation_error_is_that_of_the_time_response() -> None:
+    loop = motor_loop("alternating_predictive", np.pi * (3 - np.sqrt(5)))
+    response = time_response(loop, START, START, slow_periods=600, substeps=1)
+    late = np.abs(response.state - response.estimate)[1000:, 0].max()
+    assert late == pytest.approx(estimation_error_ratio(loop), rel=1e-3)
+
+
+def test_bandwidth_is_where_the_error_reaches_the_level() -> None:
+    sigma = bandwidth(lambda f: motor_loop("alternating_predictive", f), 0.1, list(np.linspace(0.1, 6, 60)))
+    assert tracking_error_ratio(motor_loop("alternating_predictive", sigma)) == pytest.approx(0.1, abs=1e-8)
+    with pytest.raises(InfeasibleError, match="stays below"):
+        bandwidth(lambda f: motor_loop("alternating_predictive", f), 0.9, [0.1, 0.2])
+    with pytest.raises(InfeasibleError, match="start lower"):
+        bandwidth(lambda f: motor_loop("held_measurement", f), 0.1, [2.0, 3.0])
+
+
+def test_bad_starts_and_unknown_simulations_are_named() -> None:
+    loop = motor_loop("alternating_predictive", 1.0)
+    with pytest.raises(InvalidInputError, match=r"x\(0\) must be 3 finite numbers"):
+        time_response(loop, [0, 0], START, slow_periods=2, substeps=2)
+    with pytest.raises(InvalidInputError, match=r"ζ\(0\) must be 3 finite numbers"):
+        time_response(loop, START, [0, np.nan, 0], slow_periods=2, substeps=2)
+    with pytest.raises(InvalidInputError, match="number of slow periods"):
+        time_response(loop, START, START, slow_periods=0, substeps=2)
+    with pytest.raises(InvalidInputError, match="cannot simulate 'kalman'"):
+        simulate(MOTOR_DESIGN, "kalman", loop.harmonic, START, START, slow_periods=2, substeps=2)
+    with pytest.raises(InvalidInputError, match="inertia must be positive"):
+        Motor(resistance=1, flux=1, inductance=1, pole_pairs=1, friction=1, inertia=-1, torque_constant=1)

@@ -1,0 +1,101 @@
+"""The stability theorem: its constants, the exact counter-example, the limit of the slow rates, stable sets."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from dualrate_examples import MOTOR_DESIGN, random_design
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.counterexample import (
+    allowed_periods,
+    characteristic_at_one,
+    exponential_bounds,
+    prove_instability,
+)
+from replication.estimation.dualrate.design import dual_rate_design, make_plant
+from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
+from replication.estimation.dualrate.lyapunov import prediction_gap, slow_rate_gap, theorem_constants
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.sweeps import radii_over_periods, radii_over_ratios, stable_periods
+
+SCALAR = dual_rate_design(make_plant([[1]], [[1]], [[1]]), feedback=[[-2]], injection=[[2]], period=1e-3, ratio=5)
+APO = OBSERVERS["alternating_predictive"]
+RUNNING = OBSERVERS["running_prediction"]
+
+
+@pytest.mark.parametrize("ratio", [1, 2, 3, 5, 7])
+@pytest.mark.parametrize("period", [1e-3, 0.05, 0.3])
+def test_exact_polynomial_is_the_characteristic_polynomial_of_the_loop(ratio: int, period: float) -> None:
+    h = np.expm1(period)
+    exact = sum(c * h**k for k, c in enumerate(characteristic_at_one(ratio))) / (1 + h) ** (3 * ratio)
+    loop = close_loop(replace(SCALAR, period=period, ratio=ratio), APO)
+    assert np.linalg.det(np.eye(loop.size) - monodromy(loop)) == pytest.approx(exact, rel=1e-6)
+
+
+def test_every_period_allowed_by_the_theorem_is_unstable() -> None:
+    proof = prove_instability(5, Fraction(1, 100))
+    assert proof.holds
+    constants = theorem_constants(SCALAR)
+    assert float(proof.allowed_period_below) <= 1e-3 / constants.condition <= float(proof.allowed_period_above)
+    for period in np.geomspace(1e-5, float(proof.allowed_period_above), 8):
+        design = replace(SCALAR, period=float(period))
+        assert theorem_constants(design).condition < 1.001
+        assert stability_radius(close_loop(design, APO)) > 1
+        assert stability_radius(close_loop(design, RUNNING)) < 1
+
+
+def test_no_proof_where_the_loop_is_stable() -> None:
+    """At M = 1 every measurement is real and the loop is stable: the same argument must fail."""
+    assert not prove_instability(1, Fraction(1, 100)).unstable
+    assert stability_radius(close_loop(replace(SCALAR, ratio=1), APO)) < 1
+
+
+def test_exponential_is_enclosed() -> None:
+    lower, upper = exponential_bounds(Fraction(1, 3), terms=6)
+    assert lower < Fraction.from_float(np.exp(1 / 3)) < upper
+    assert upper - lower < Fraction(1, 10**5)
+    below, above = allowed_periods()
+    assert 0 < above - below < Fraction(1, 10**12)
+
+
+def test_lyapunov_equation_and_constants_of_the_scalar_loop() -> None:
+    constants = theorem_constants(SCALAR)
+    np.testing.assert_allclose(constants.P, [[0.5, 0.5], [0.5, 1.5]], atol=1e-12)
+    root = np.sqrt(constants.smallest)
+    np.testing.assert_allclose(np.array(constants.alpha[:3]) * root, [5, 16, 1], rtol=1e-12)
+    assert constants.holds
+    with pytest.raises(InfeasibleError, match="needs A \\+ B K and A − L C Hurwitz"):
+        theorem_constants(replace(SCALAR, feedback=np.array([[0.5]])))
+
+
+def test_prediction_error_does_not_vanish_with_the_period() -> None:
+    gaps = [prediction_gap(replace(SCALAR, period=period)) for period in (1e-3, 1e-4, 1e-5)]
+    assert gaps[2][0] == pytest.approx(gaps[1][0], rel=1e-3)
+    assert gaps[2][1] == pytest.approx(gaps[1][1] / 10)
+    assert gaps[2][0] > 100 * gaps[2][1]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_slow_rates_tend_to_a_fraction_of_the_observer_gain(seed: int) -> None:
+    """With (6) the gain acts once in M periods; with the running prediction it acts in full."""
+    design = random_design(np.random.default_rng(seed), 4)
+    for builder, share in ((APO, 1 / 4), (RUNNING, 1.0), (OBSERVERS["fast_sensor"], 1.0)):
+        near, nearer = (slow_rate_gap(design, builder, period=period, share=share) for period in (1e-3, 5e-4))
+        assert nearer == pytest.approx(near / 2, rel=0.1)
+    assert slow_rate_gap(design, APO, period=1e-4, share=1.0) > 0.01
+
+
+def test_stable_sets_bound_what_the_radii_say() -> None:
+    grid = list(np.linspace(0.002, 0.3, 150))
+    intervals = stable_periods(MOTOR_DESIGN, APO, grid)
+    assert len(intervals) > 1, "sampling folds the fast mode"
+    for first, last in intervals:
+        assert stability_radius(close_loop(replace(MOTOR_DESIGN, period=(first + last) / 2), APO)) < 1
+    inner = [end for interval in intervals for end in interval][1:]
+    np.testing.assert_allclose(radii_over_periods(MOTOR_DESIGN, APO, inner), 1.0, atol=1e-5)
+    ratios = radii_over_ratios(MOTOR_DESIGN, APO, [1, 5])
+    assert ratios[1] == stability_radius(close_loop(MOTOR_DESIGN, APO))
+    with pytest.raises(InvalidInputError, match="increasing"):
+        stable_periods(MOTOR_DESIGN, APO, [0.2, 0.1])
