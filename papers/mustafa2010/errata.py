@@ -62,7 +62,7 @@ def repeated_row(results: Results) -> Proof:
     residual = results[IDENTITIES]["congruence"]
     return Proof(
         holds=len(right) == len(left) + 1 and len(set(right)) == len(left) and residual <= EXACT,
-        text="The right half has one row more than the left one, and one row twice. Without it, (10) is the congruence.",
+        text="The right half has one row more than the left one, and one row twice. Without it (10) is the congruence.",
         quantities={"rows, left": float(len(left)), "rows, right": float(len(right)), "largest residual": residual},
     )
 

@@ -37,7 +37,7 @@ EXAMPLES: dict[int, dict[str, Any]] = {1: data.example_1(), 2: data.example_2()}
 _PRINTED: dict[int, Any] = {1: None, 2: data.printed_filter()}
 _EFFORT = {
     1: {"horizon": 600, "final_horizon": 4000, "leaves": 84},
-    2: {"horizon": 1500, "final_horizon": 4000, "leaves": 23},
+    2: {"horizon": 1500, "final_horizon": 4000, "leaves": 20},
 }
 _DURATION_EFFORT = {
     1: {"horizon": 200, "final_horizon": 1000, "leaves": 30},
@@ -66,7 +66,7 @@ EXPERIMENTS = (
     *_of_example(2),
     Experiment(
         name=RANGE, function=experiments.against_range,
-        inputs={"plant": EXAMPLES[1]["plant"], "h_l": EXAMPLES[1]["periods"][0], "ends": _ENDS, "horizon": 300,
+        inputs={"plant": EXAMPLES[1]["plant"], "h_l": EXAMPLES[1]["periods"][0], "ends": _ENDS, "horizon": 200,
                 "leaves": 12},
     ),
     Experiment(

@@ -21,6 +21,8 @@ GROWTH = 0.15
 LOOSE = 1e-3
 """Relative distance of the certified level from that of the samples above which another sample is added."""
 MAX_SAMPLES = 12
+EXCHANGES = 2
+"""Times that a tree is solved again with more samples."""
 
 
 @dataclass(frozen=True)
@@ -112,14 +114,16 @@ def _solve_until_proved(
 ) -> tuple[PathSolution, Cells, Certificate]:
     """Solve, certify, and add the period that asks for most to each cell until the certificate is as good as the
     samples."""
-    while True:
+    for attempt in range(EXCHANGES + 1):
         solution = solve(system, cells, tree)
         target = system.level * float(np.sqrt(solution.delta)) * (1 + LOOSE)
         proof = certify(system, cells, tree, solution.P, target)
         denser = cells.with_samples(proof.worst)
-        if proof.level <= target or denser == cells or max(len(s) for s in denser.samples) > MAX_SAMPLES:
-            return solution, cells, proof
+        full = max(len(s) for s in denser.samples) > MAX_SAMPLES
+        if proof.level <= target or denser == cells or full or attempt == EXCHANGES:
+            break
         cells = denser
+    return solution, cells, proof
 
 
 def _guarantee(
