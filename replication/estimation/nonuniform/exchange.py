@@ -22,7 +22,7 @@ from replication.estimation.nonuniform.filter_lmi import (
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array
 
-SCAN = 129
+SCAN = 65
 """Equally spaced periods at which the violation is looked at before its peaks are polished."""
 VIOLATION = 1e-7
 """Largest eigenvalue of (10), in normalised coordinates, that counts as satisfied: a few times the solver's
@@ -92,6 +92,15 @@ def condensed(design: FilterDesign, periods: PeriodRange) -> list[float]:
     return [sum(h * w for h, w in c) / sum(w for _, w in c) if len(c) > 1 else c[0][0] for c in clusters]
 
 
+def halfway(grid: list[float], h: float, periods: PeriodRange) -> float:
+    """The middle between `h` and an inner period of the grid beside it, where both estimate the same active period."""
+    inner = [g for g in grid if periods.h_l < g < periods.h_u]
+    nearest = min(inner, key=lambda g: abs(g - h), default=None)
+    if nearest is None or abs(nearest - h) > NEIGHBOURS / 4 * (periods.h_u - periods.h_l):
+        return h
+    return (nearest + h) / 2
+
+
 def robust_design(
     plant: SampledPlant, periods: PeriodRange, *, nodes: int | None = None, max_rounds: int = 40
 ) -> RobustDesign:
@@ -102,7 +111,7 @@ def robust_design(
     """
     normalised = normalise(plant, periods.middle)
     candidates = periods.nodes(nodes or SCAN)
-    transitions = normalised.plant.transitions(candidates)
+    transitions = _equally_spaced(normalised.plant, candidates)
     working = sorted({periods.h_l, periods.middle, periods.h_u})
     for round_ in range(1, max_rounds + 1):
         design = design_for_periods(plant, working, at=normalised)
@@ -110,8 +119,18 @@ def robust_design(
         new = [h for value, h in peaks if value > VIOLATION and h not in working]
         if not new:
             return RobustDesign(design, round_, peaks[0][0])
-        working = sorted([*condensed(design, periods), new[0]])
+        grid = condensed(design, periods)
+        working = sorted({*grid, halfway(grid, new[0], periods)})
     raise SolverError(f"the exchange method added periods for {max_rounds} rounds, violation {peaks[0][0]:.3g} is left")
+
+
+def _equally_spaced(plant: SampledPlant, periods: Array) -> Array:
+    """`plant.transitions` for equally spaced periods by repeated products: two exponentials in place of one each."""
+    step = plant.transition(float(periods[1] - periods[0]))
+    stack = [plant.transition(float(periods[0]))]
+    for _ in periods[1:]:
+        stack.append(stack[-1] @ step)
+    return np.array(stack)
 
 
 def dense_design(plant: SampledPlant, periods: PeriodRange, nodes: int) -> FilterDesign:
