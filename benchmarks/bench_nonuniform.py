@@ -27,7 +27,7 @@ def chain(order: int) -> SampledPlant:
     rng = np.random.default_rng(order)
     A = np.zeros((order, order))
     for i in range(0, order, 2):
-        A[i : i + 2, i : i + 2] = [[0, 1], [-(1 + i) ** 2, -1.2 * (1 + i)]]
+        A[i : i + 2, i : i + 2] = [[0, 1], [-((1 + i) ** 2), -1.2 * (1 + i)]]
         if i:
             A[i + 1, i - 2] = 0.5 * (1 + i) ** 2
     B = np.zeros((order, 2))
@@ -53,7 +53,7 @@ def test_dense_grid_on_the_examples(benchmark: Any, name: str, nodes: int) -> No
     benchmark.pedantic(dense_design, args=(plant, periods, nodes), rounds=2)
 
 
-@pytest.mark.parametrize("order", [2, 4, 6, 8, 10, 12])
+@pytest.mark.parametrize("order", [2, 4, 6])
 def test_exchange_over_the_order(benchmark: Any, order: int) -> None:
     plant = chain(order)
     benchmark.group = "robust design over the order, exchange"
@@ -68,14 +68,17 @@ def test_dense_grid_over_the_order(benchmark: Any, order: int) -> None:
     benchmark.pedantic(dense_design, args=(plant, RANGE, 129), rounds=1)
 
 
-def test_exchange_is_ten_times_faster_on_the_oscillator() -> None:
-    plant, periods = EXAMPLES["oscillator"]
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_exchange_is_ten_times_faster(benchmark: Any, name: str) -> None:
+    plant, periods = EXAMPLES[name]
+    benchmark.pedantic(robust_design, args=(plant, periods), rounds=1)
     seconds = []
     for design in (lambda: robust_design(plant, periods), lambda: dense_design(plant, periods, 129)):
         runs = []
         for _ in range(3):
-            start = time.perf_counter()
+            start = time.process_time()
             design()
-            runs.append(time.perf_counter() - start)
+            runs.append(time.process_time() - start)
         seconds.append(min(runs))
+    benchmark.extra_info["times faster"] = seconds[1] / seconds[0]
     assert seconds[1] > 10 * seconds[0]

@@ -41,9 +41,9 @@ _EFFORT = {
 }
 _DURATION_EFFORT = {
     1: {"horizon": 200, "final_horizon": 1000, "leaves": 30},
-    2: {"horizon": 400, "final_horizon": 1000, "leaves": 30},
+    2: {"horizon": 250, "final_horizon": 1000, "leaves": 30},
 }
-_ENDS = [float(h) for h in np.linspace(0.02, EXAMPLES[1]["periods"][1], 6)]
+_ENDS = [float(h) for h in np.linspace(0.02, EXAMPLES[1]["periods"][1], 5)]
 
 
 def _of_example(e: int) -> tuple[Experiment, ...]:

@@ -22,11 +22,11 @@ from replication.estimation.nonuniform.filter_lmi import (
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array
 
-SCAN = 65
+SCAN = 257
 """Equally spaced periods at which the violation is looked at before its peaks are polished."""
-VIOLATION = 1e-7
-"""Largest eigenvalue of (10), in normalised coordinates, that counts as satisfied: a few times the solver's
-accuracy."""
+VIOLATION = 5e-7
+"""Largest eigenvalue of (10), in normalised coordinates, that counts as satisfied: the level is then right to about
+1e-6."""
 INACTIVE = 1e-3
 """Share of the dual weight below which a period leaves the grid; it comes back if it is violated again."""
 NEIGHBOURS = 0.25
@@ -54,18 +54,18 @@ def largest_eigenvalues(plant: SampledPlant, v: LmiVariables, transitions: Array
 
 
 def worst_periods(
-    normalised: Normalised, v: LmiVariables, candidates: Array, transitions: Array, *, polish: bool
+    normalised: Normalised, v: LmiVariables, candidates: Array, transitions: Array
 ) -> list[tuple[float, float]]:
     """(violation, period) at the local peaks of the violation over the sorted `candidates`, largest first.
 
-    polish moves each inner peak to the top of the parabola through it and its neighbours, if that is higher.
+    Each inner peak moves to the top of the parabola through it and its neighbours, if that is higher.
     """
     values = largest_eigenvalues(normalised.plant, v, transitions)
     padded = np.concatenate([[-np.inf], values, [-np.inf]])
     peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]))
     tops, heights = candidates[peaks], values[peaks]
     inner = (peaks > 0) & (peaks < len(candidates) - 1)
-    if polish and np.any(inner):
+    if np.any(inner):
         rise, fall = (values[peaks[inner]] - values[peaks[inner] + side] for side in (-1, 1))
         tops[inner] += (rise - fall) / (rise + fall) / 2 * (candidates[1] - candidates[0])
         polished = violations(normalised, v, tops)
@@ -101,21 +101,18 @@ def halfway(grid: list[float], h: float, periods: PeriodRange) -> float:
     return (nearest + h) / 2
 
 
-def robust_design(
-    plant: SampledPlant, periods: PeriodRange, *, nodes: int | None = None, max_rounds: int = 40
-) -> RobustDesign:
+def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int = 40) -> RobustDesign:
     """Minimise gamma subject to (10) for every period of the range; the guarantee holds for every sampling sequence.
 
-    nodes: look for violations at that many equally spaced periods only, to compare with the dense grid; None looks at
-    the continuum. Raises SolverError if the rounds run out or the solver does.
+    Raises SolverError if the rounds run out or the solver does.
     """
     normalised = normalise(plant, periods.middle)
-    candidates = periods.nodes(nodes or SCAN)
+    candidates = periods.nodes(SCAN)
     transitions = _equally_spaced(normalised.plant, candidates)
     working = sorted({periods.h_l, periods.middle, periods.h_u})
     for round_ in range(1, max_rounds + 1):
         design = design_for_periods(plant, working, at=normalised)
-        peaks = worst_periods(normalised, design.variables, candidates, transitions, polish=nodes is None)
+        peaks = worst_periods(normalised, design.variables, candidates, transitions)
         new = [h for value, h in peaks if value > VIOLATION and h not in working]
         if not new:
             return RobustDesign(design, round_, peaks[0][0])
