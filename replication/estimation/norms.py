@@ -158,7 +158,7 @@ def balanced(system: PeriodicSystem) -> PeriodicSystem:
     """A stable system in state units that make reachability and observability alike, whatever the given units were."""
     lifted = system.lift()
     reach, sight = _gramian_diagonal(lifted.A, lifted.B), _gramian_diagonal(lifted.A.T, lifted.C.T)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         # A state without one of the two has no effect; the other alone then sets its unit.
         units = np.where(sight > 0, np.where(reach > 0, (reach / sight) ** 0.25, sight**-0.5), reach**0.5)
     units = np.where((units > 0) & np.isfinite(units), units, 1.0)

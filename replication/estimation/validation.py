@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import scipy.linalg
 
 from replication.errors import InvalidInputError
 
@@ -84,6 +85,9 @@ def undetectable_mode(state: Array, output: Array, *, discrete: bool, tolerance:
     Shapes: state (n, n), output (p, n). Stable means inside the unit circle (discrete) or the left half-plane.
     """
     size = state.shape[0]
+    # Balancing undoes units of the states that would make every other mode look lost beside the largest entries.
+    state, (units, _) = scipy.linalg.matrix_balance(state, permute=False, separate=True)
+    output = output * units
     scale = 1.0 + np.linalg.norm(state, 2)
     # Rows are normalised so that a large unit of measurement does not hide, nor a small one feign, a lost mode.
     norms = np.linalg.norm(output, axis=1, keepdims=True)

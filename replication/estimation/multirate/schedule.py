@@ -80,7 +80,7 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
     For two sensors these are theta_2 = 0 ... gcd(N_1, N_2) - 1. Raises InvalidInputError for a period not whole.
     """
-    reference = SensingSchedule(tuple(periods))
+    reference = SensingSchedule(_as_tuple("periods", periods))
     seen: set[tuple[int, ...]] = set()
     for tail in product(*(range(N) for N in reference.periods[1:])):
         offsets = (0, *tail)
