@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from papers.mustafa2010 import data, experiments
-from papers.mustafa2010.claims import levels, method
-from papers.mustafa2010.errata import ERRATA
-from papers.mustafa2010.figures import FIGURES
-from papers.mustafa2010.identities import identities
-from papers.mustafa2010.names import (
+from papers.mustafa import data, experiments
+from papers.mustafa.claims import levels, method
+from papers.mustafa.errata import ERRATA
+from papers.mustafa.figures import FIGURES
+from papers.mustafa.identities import identities
+from papers.mustafa.names import (
     BRACKET,
     CORRECT,
     CURVE,
@@ -161,11 +161,11 @@ PAPER = Paper(
     key=KEY,
     title="Robust H∞ Filtering for Nonuniformly Sampled Systems",
     authors=("Ghulam Mustafa", "Tongwen Chen", "Hisaya Fujioka"),
-    year=2010,
-    venue="venue and year not stated in the text; its latest reference is of 2010",
+    year=None,
+    venue="manuscript; its latest reference is of 2010",
     doi="",
     summary=SUMMARY,
-    bibtex="""@misc{mustafa2010,
+    bibtex="""@misc{mustafa,
   author = {Mustafa, Ghulam and Chen, Tongwen and Fujioka, Hisaya},
   title  = {Robust $\\mathcal{H}_\\infty$ Filtering for Nonuniformly Sampled Systems},
   note   = {Year and venue are not stated in the text; the latest reference is of 2010}

@@ -5,10 +5,10 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from papers.mustafa2010 import PAPER, data
-from papers.mustafa2010.experiments import grids, nominal
-from papers.mustafa2010.identities import identities
-from papers.mustafa2010.names import BRACKET, CORRECT, KEY, LITERAL, NOMINAL, ROBUST
+from papers.mustafa import PAPER, data
+from papers.mustafa.experiments import grids, nominal
+from papers.mustafa.identities import identities
+from papers.mustafa.names import BRACKET, CORRECT, KEY, LITERAL, NOMINAL, ROBUST
 from replication.audit.model import Kind, Verdict
 from replication.audit.runner import Outcome
 from replication.audit.verdict import rejudge

@@ -1,6 +1,6 @@
 """Names of the experiments, shared by claims, errata and figures."""
 
-KEY = "mustafa2010"
+KEY = "mustafa"
 
 NOMINAL = {1: f"{KEY}.nominal.1", 2: f"{KEY}.nominal.2"}
 GRIDS = {1: f"{KEY}.grids.1", 2: f"{KEY}.grids.2"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.mustafa2010.names import BRACKET, CURVE, DRAWS, KEY, NOMINAL, RANGE
+from papers.mustafa.names import BRACKET, CURVE, DRAWS, KEY, NOMINAL, RANGE
 from replication.audit.model import Figure, FigureData, Results
 from replication.audit.style import COLOURS, line, new_axes
 

@@ -3,8 +3,8 @@ it."""
 
 from __future__ import annotations
 
-from papers.mustafa2010 import data
-from papers.mustafa2010.names import CORRECT, EXACT, GRIDS, IDENTITIES, KEY, LITERAL, NOMINAL
+from papers.mustafa import data
+from papers.mustafa.names import CORRECT, EXACT, GRIDS, IDENTITIES, KEY, LITERAL, NOMINAL
 from replication.audit.model import Erratum, Proof, Results
 
 

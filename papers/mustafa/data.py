@@ -2,7 +2,7 @@
 
 Periods and times are in seconds. The first plant is an academic example taken over from an earlier paper, the second a
 DC motor; the unit printed for its inertia and the two names of its motor constant are not consistent (see the errata).
-The text names neither year nor venue: its latest reference is of 2010, which the key of this module stands for.
+The text names neither year nor venue: its latest reference is of 2010.
 """
 
 from __future__ import annotations

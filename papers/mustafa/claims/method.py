@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from papers.mustafa2010 import data
-from papers.mustafa2010.claims.levels import solvers
-from papers.mustafa2010.names import CORRECT, EXACT, GRIDS, IDENTITIES, KEY, LITERAL, ROBUST
+from papers.mustafa import data
+from papers.mustafa.claims.levels import solvers
+from papers.mustafa.names import CORRECT, EXACT, GRIDS, IDENTITIES, KEY, LITERAL, ROBUST
 from replication.audit.model import Claim, Evidence, Kind, Results, Verdict
 
 

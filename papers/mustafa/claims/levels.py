@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from papers.mustafa2010 import data
-from papers.mustafa2010.names import BRACKET, DRAWS, DURATION, KEY, NOMINAL, ROBUST
+from papers.mustafa import data
+from papers.mustafa.names import BRACKET, DRAWS, DURATION, KEY, NOMINAL, ROBUST
 from replication.audit.model import Claim, Evidence, Kind, Results, SolverRecord, Verdict
 
 PRINTED_LEVEL = {1: data.GAMMA_1, 2: data.GAMMA_2}
