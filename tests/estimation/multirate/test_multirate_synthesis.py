@@ -9,6 +9,7 @@ from multirate_examples import PAPER, PUBLISHED, only_sensor, problem
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.multirate import lmi, reduced_lmi
 from replication.estimation.multirate.lmi import (
+    cyclic_lmi_design,
     cyclic_size,
     lmi_analysis,
     lmi_design,
@@ -84,6 +85,15 @@ def test_the_printed_inequality_holds_at_what_the_solver_returned() -> None:
     for k in range(published.schedule.period):
         theta = np.block(theorem2_matrix(published, design.P, Y, k, design.level**2))
         assert smallest_eigenvalue((theta + theta.T) / 2) > -ACHIEVED
+
+
+@pytest.mark.parametrize("name", ["table (1, 2)", "table (3, 1)", "case A", "case 2"])
+def test_the_cyclic_inequality_has_the_same_optimum(name: str) -> None:
+    published = PUBLISHED[name]
+    design, best = cyclic_lmi_design(published, accept=("optimal", "optimal_inaccurate")), optimum(published)
+    assert design.level == pytest.approx(best.value, rel=ACHIEVED)
+    achieved = l2_gain(published.error_system(design.gains))
+    assert achieved.value == pytest.approx(best.value, rel=ACHIEVED)
 
 
 def test_gains_of_sensors_that_are_not_measured_are_zero_and_without_effect() -> None:
