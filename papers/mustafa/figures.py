@@ -109,7 +109,7 @@ def plot_brackets(figure: FigureData) -> Any:
     c = figure.columns
     drawing, (axis,) = new_axes(1, row_height=2.6)
     axis.fill_between(c["h_u"], c["lower"], c["upper"], color=COLOURS[0], alpha=0.25, linewidth=0)
-    axis.plot(c["h_u"], c["upper"], label="proved for every sequence", **line(0))
+    axis.plot(c["h_u"], c["upper"], label="guaranteed for every sequence", **line(0))
     axis.plot(c["h_u"], c["lower"], label="attained by one sequence", **line(1))
     axis.set(xlabel="longest period $h_u$ (s)", ylabel="worst-case gain")
     axis.legend()
