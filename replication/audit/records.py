@@ -23,6 +23,8 @@ class Reading(msgspec.Struct, frozen=True, kw_only=True):
     upper: Numbers | None = None
     holds: bool | None = None
     margin: float | None = None
+    threshold: float | None = None
+    threshold_reason: str = ""
     probability: float | None = None
 
 
@@ -62,6 +64,8 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True):
     as_printed: Reading | None
     holds: bool | None
     margin: float | None
+    threshold: float | None
+    threshold_reason: str
     probability: float | None
     quantities: dict[str, float]
     solvers: tuple[SolverRecord, ...]
