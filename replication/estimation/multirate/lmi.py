@@ -78,13 +78,15 @@ def lmi_analysis(problem: MultirateProblem, gains: Array, *, accept: tuple[str, 
     return LmiDesign(_root(gamma_squared), np.array(gains, dtype=float), np.array([_value(P_k) for P_k in P]), report)
 
 
-def lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
+def lmi_design(problem: MultirateProblem, *, one_matrix: bool = False, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
     """Theorem 2 as printed: minimise gamma^2 subject to eq. (30), all columns of Y_k kept; gains by eq. (31).
+
+    one_matrix: the same P at every phase, a more conservative condition, for comparison.
 
     Raises InfeasibleError or SolverError unless the solver's status is one of `accept`.
     """
     N, n, q = problem.schedule.period, problem.plant.order, problem.plant.sensors
-    P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(N)]
+    P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(1 if one_matrix else N)] * (N if one_matrix else 1)
     Y = [cvxpy.Variable((n, q)) for _ in range(N)]
     gamma_squared = cvxpy.Variable()
     blocks = [theorem2_matrix(problem, P, Y, k, gamma_squared) for k in range(N)]
