@@ -61,7 +61,7 @@ def test_generated_problems_in_any_units_are_bracketed(generated: MultirateProbl
 
 
 @pytest.mark.slow
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(problems(max_n=8, max_period=9))
 def test_many_generated_problems_with_long_periods_are_bracketed(generated: MultirateProblem) -> None:
     check_bracket(generated, ILL_CONDITIONED)
