@@ -60,9 +60,10 @@ def setting(results: Results) -> Proof:
         text=(
             f"Of {outputs['tried']} integer matrices C with entries up to {outputs['bound']}, one explains the stated "
             f"poles of A_e within the rounding of the gains: {data.bracketed(outputs['C'])}. With entries up to "
-            f"{wider['bound']} there are {wider['fits']}, and this one stays the nearest. Of {inputs['tried']} pairs, B_d = {data.bracketed(inputs['B_d'])} with D = {data.bracketed(inputs['D'])} "
-            "makes the printed gains nearest to optimal; all 15 entries are then near those of one design. Only the "
-            "ratio of B_d to D is identifiable."
+            f"{wider['bound']} there are {wider['fits']}, and this one stays the nearest. Of {inputs['tried']} pairs, "
+            f"B_d = {data.bracketed(inputs['B_d'])} with D = {data.bracketed(inputs['D'])} makes the printed gains "
+            "nearest to optimal; all 15 entries are then near those of one design. Only the ratio of B_d to D is "
+            "identifiable."
         ),
         quantities={
             "misfit of the poles, best C": outputs["best_misfit"],

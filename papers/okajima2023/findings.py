@@ -20,8 +20,8 @@ def findings(results: Results) -> tuple[str, ...]:
     return (
         *_table_1(results),
         f"Of {len(READINGS)} readings of eq. (34) only one makes the four simulated ratios possible: a denominator "
-        "over d and both sensor noises. With d alone, as printed, each of them lies below every draw. An inference, from "
-        "one draw each, and from our own gains where none are printed.",
+        "over d and both sensor noises. With d alone, as printed, each of them lies below every draw. An inference, "
+        "from one draw each, and from our own gains where none are printed.",
         _recovered_plant(results[RECOVERED]),
         *_periods(results),
         _detectability(results[SAMPLED]),

@@ -101,6 +101,8 @@ def gains_near_optimal(results: Results) -> Evidence:
         ),
         holds=excess < achieved["rounding_spread"],
         margin=achieved["rounding_spread"] - excess,
+        threshold=achieved["rounding_spread"],
+        threshold_reason="What rounding the 15 printed entries to three decimals can cost, linearised.",
         quantities={
             "norm of the printed gains": achieved["norm"]["value"],
             "optimum": achieved["optimum"],
@@ -124,6 +126,8 @@ def designable(results: Results) -> Evidence:
         method="Exact norm of the gains of Theorem 2 (reduced form) relative to the exact optimum, recovered plant.",
         holds=excess < allowed,
         margin=allowed - excess,
+        threshold=allowed,
+        threshold_reason="Relative distance from the optimum at which a design counts as optimal.",
         solvers=tuple(SolverRecord(**record) for record in result["solvers"]),
         quantities={"optimum": result["optimum"], "norm of the gains": result["reduced_lmi"]["norm"]},
         note="The plant as printed is stable, so the statement has no printed reading.",
