@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from replication.errors import InfeasibleError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.periodic import PeriodicSystem, Stage, frequency_response
 from replication.estimation.riccati import RiccatiMap, circle_angles, fixed_point
 from replication.estimation.validation import Array, ComplexArray, as_matrix
@@ -55,8 +55,10 @@ def hinf_norm(A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike, D: npt.Array
 def l2_gain(system: PeriodicSystem) -> GainBracket:
     """The l2-induced norm sup ||z|| / ||v|| of a stable periodic system, with bracket.
 
-    Raises InfeasibleError if the system is not stable (the norm is then infinite).
+    Raises InvalidInputError for another type, InfeasibleError if the system is not stable (its norm is infinite).
     """
+    if not isinstance(system, PeriodicSystem):
+        raise InvalidInputError(f"system must be a PeriodicSystem, got {type(system).__name__}; see hinf_norm for one")
     radius = system.spectral_radius()
     if radius >= 1.0:
         raise InfeasibleError(

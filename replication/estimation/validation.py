@@ -22,9 +22,8 @@ def as_matrix(name: str, value: Any, *, rows: int | None = None, columns: int | 
     """
     matrix = _real_array(name, value)
     if matrix.ndim != 2:
-        raise InvalidInputError(
-            f"{name} must have two dimensions, got shape {matrix.shape}; write a column as [[1], [2]]"
-        )
+        advice = "write a column as [[1], [2]]" if matrix.ndim else f"write a single number as [[{matrix}]]"
+        raise InvalidInputError(f"{name} must have two dimensions, got shape {matrix.shape}; {advice}")
     for axis, (word, wanted) in enumerate((("rows", rows), ("columns", columns))):
         if wanted is not None and matrix.shape[axis] != wanted:
             raise InvalidInputError(f"{name} must have {wanted} {word}, got shape {matrix.shape}")
@@ -50,6 +49,8 @@ def _real_array(name: str, value: Any) -> Array:
         # A cast would drop imaginary parts, and read digits out of text, without a word.
         if given.dtype.kind not in "biufO":
             raise TypeError(f"its entries are of type {given.dtype}")
+        if any(entry is None for entry in given.flat):
+            raise TypeError("None is not a number")
         array = given.astype(float)
     except (TypeError, ValueError) as error:
         raise InvalidInputError(f"{name} must be an array of real numbers, got {value!r}: {error}") from None

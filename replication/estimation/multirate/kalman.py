@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
 from replication.estimation.riccati import RiccatiMap, along_period, fixed_point, recentre
 from replication.estimation.validation import Array, positive_scalar
@@ -59,6 +59,7 @@ def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Ric
 
 def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> KalmanCentre:
     """The stabilising solution at an infinite level; errors as in `kalman_design`."""
+    require_problem(problem)
     if extra_noise:
         extra_noise = positive_scalar("extra_noise", extra_noise)
     scaled = scaled_problem(problem, state_scales(problem))

@@ -10,7 +10,7 @@ import cvxpy
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.reduced_lmi import LmiDesign
 from replication.estimation.periodic import PeriodicSystem, Stage, block_diagonal
 from replication.estimation.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
@@ -67,6 +67,7 @@ def lmi_analysis(problem: MultirateProblem, gains: Array, *, accept: tuple[str, 
     Raises InvalidInputError for gains of another shape, InfeasibleError if the error system is not stable, SolverError
     unless the solver's status is one of `accept`.
     """
+    require_problem(problem)
     radius = problem.error_system(gains).spectral_radius()
     if radius >= 1:
         raise InfeasibleError(f"the gains do not stabilise the error system (multiplier of modulus {radius:.6g})")
@@ -85,6 +86,7 @@ def lmi_design(problem: MultirateProblem, *, one_matrix: bool = False, accept: t
 
     Raises InfeasibleError or SolverError unless the solver's status is one of `accept`.
     """
+    require_problem(problem)
     N, n, q = problem.schedule.period, problem.plant.order, problem.plant.sensors
     P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(1 if one_matrix else N)] * (N if one_matrix else 1)
     Y = [cvxpy.Variable((n, q)) for _ in range(N)]
@@ -104,6 +106,7 @@ def cyclic_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = AC
     is, so the mean over these turns solves it too: of P its diagonal blocks, of Y those from phase k to phase k + 1.
     Same optimum as Theorem 2, far more unknowns (`cyclic_size`). Raises as `lmi_design`.
     """
+    require_problem(problem)
     plant, N, n, q = problem.plant, problem.schedule.period, problem.plant.order, problem.plant.sensors
     selected = [problem.schedule.selection(k) for k in range(N)]
     plant_stages = [Stage(plant.A, plant.B_d, S @ plant.C, np.zeros((q, plant.B_d.shape[1]))) for S in selected]

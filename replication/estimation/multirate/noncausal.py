@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from replication.estimation.multirate.kalman import state_scales
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
 from replication.estimation.norms import GainBracket, compressed, peak_on_circle, slowest_angle, spectral_norm
 from replication.estimation.periodic import PeriodicSystem, Stage, frequency_response
@@ -25,6 +25,7 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
     Evaluated on a stabilised error system instead, so that unstable plants and poles on the circle do no harm: with
     E from (d, w) to W e and V to the innovations, it is the norm of E on the kernel of V.
     """
+    require_problem(problem)
     scaled = scaled_problem(problem, state_scales(problem, NOISE))
     # In these coordinates the covariance of the filter is the identity at every phase.
     reference = np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape)

@@ -15,10 +15,12 @@ from multirate_examples import PAPER, problem
 
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError
 from replication.estimation.multirate import kalman, lmi, optimum, reduced_lmi
+from replication.estimation.multirate.central_path import central_path
 from replication.estimation.multirate.optimum import kalman_design, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.norms import l2_gain
 
 GOOD: dict[str, Any] = {
     "A": [[0.9, 0.2], [0, 1.1]],
@@ -80,6 +82,8 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"dt": 0}, "dt must be positive"),
     ({"dt": float("nan")}, "dt must be positive"),
     ({"periods": (2, 0)}, "at least 1"),
+    ({"periods": (1, 10**30)}, "repeat together only every 10{30} instants, more than 100000"),
+    ({"periods": (10**6, 10**6 + 3)}, "repeat together only every 1000003000000 instants"),
     ({"periods": (2, 2.5)}, "whole number"),
     ({"periods": (2,)}, "the schedule has 1 sensors, the plant has 2"),
     ({"offsets": (0, 3)}, "from 0 to 2"),
@@ -201,6 +205,39 @@ def test_the_same_input_gives_the_same_bits() -> None:
             assert first == second
         else:
             np.testing.assert_array_equal(first.gains, second.gains)
+
+
+@pytest.mark.usefixtures("no_solver")
+@pytest.mark.parametrize("given", [None, PAPER, SensingSchedule((2, 3))], ids=["none", "plant", "schedule"])
+def test_what_is_not_a_problem_is_named(given: Any) -> None:
+    others: dict[str, Callable[[Any], Any]] = {
+        "achievable": lambda it: optimum.achievable(it, 1.0),
+        "noncausal": optimum.noncausal_bound,
+        "analysis": lambda it: lmi.lmi_analysis(it, np.zeros((6, 3, 2))),
+        "cyclic": lmi.cyclic_lmi_design,
+        "path": lambda it: central_path(it, np.zeros((6, 3, 2)), gap=1e-3),
+    }
+    for design in {**DESIGNS, **others}.values():
+        with pytest.raises(InvalidInputError, match=r"problem must be a MultirateProblem, got .*; build it by"):
+            design(given)
+    with pytest.raises(InvalidInputError, match="system must be a PeriodicSystem, got"):
+        l2_gain(given)
+
+
+def test_a_problem_is_made_of_a_plant_and_a_schedule() -> None:
+    system: Any = control.ss(np.eye(2) / 2, np.eye(2), np.eye(2), 0, 1)
+    schedule: Any = (2, 3)
+    with pytest.raises(InvalidInputError, match=r"plant must be a MultiratePlant, got StateSpace; .*from_statespace"):
+        MultirateProblem(system, SensingSchedule((2, 3)))
+    with pytest.raises(InvalidInputError, match=r"schedule must be a SensingSchedule, got tuple"):
+        MultirateProblem(PAPER, schedule)
+
+
+def test_none_stands_for_what_is_not_given() -> None:
+    nothing: Any = None
+    plant = MultiratePlant(**{**GOOD, "W": nothing, "B_u": nothing})
+    np.testing.assert_array_equal(plant.W, np.eye(2))
+    assert plant.B_u.shape == (2, 0)
 
 
 class TestFromStateSpace:
