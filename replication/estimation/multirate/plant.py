@@ -25,7 +25,8 @@ class MultiratePlant:
 
     Shapes: A (n, n), B_d (n, m_d), C (q, n), D (q, q_w), W (n_z, n), B_u (n, m_u). W is the identity and B_u empty
     unless given (or if None). `dt` is the base period in seconds (1.0 if it does not matter). The noise is scaled so
-    that d and w are the signals whose l2 norm counts. Raises InvalidInputError if an entry is not finite or the shapes do not fit.
+    that d and w are the signals whose l2 norm counts. Raises InvalidInputError if an entry is not finite or the shapes
+    do not fit.
     """
 
     A: Array
