@@ -21,6 +21,9 @@ from replication.errors import AuditError
 
 SMALLEST_PROBABILITY = 0.01
 """A statistical claim is consistent if a draw at least as extreme as the printed one is at least this probable."""
+SMALLEST_PROBABILITY_REASON = (
+    "A single draw can only be contradicted by being improbable; at this level one true print in a hundred would be."
+)
 
 AGREES = (Verdict.REPRODUCED, Verdict.CONSISTENT)
 NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
