@@ -141,10 +141,15 @@ def peak_on_circle(
 
 def _crossings(maps: Callable[[float], Sequence[RiccatiMap]], level: float) -> Array:
     """The angles at which a singular value equals `level`, or a level next to it where the pencil does not compose."""
-    try:
-        return circle_angles(maps(level), CIRCLE_TOLERANCE)
-    except np.linalg.LinAlgError:
-        return circle_angles(maps(level * (1 + UPPER_MARGIN / 10)), CIRCLE_TOLERANCE)
+    for attempt in (level, level * (1 + UPPER_MARGIN / 10)):
+        try:
+            return circle_angles(maps(attempt), CIRCLE_TOLERANCE)
+        except np.linalg.LinAlgError:
+            continue
+    raise SolverError(
+        f"the pencil of the level {level:.6g} is lost in rounding: modes grow or decay by too many orders of magnitude "
+        "over the period; shorten it, or rescale the states"
+    )
 
 
 def compressed(system: Stage) -> Stage:

@@ -85,6 +85,14 @@ def undetectable_mode(state: Array, output: Array, *, discrete: bool, tolerance:
 
     Shapes: state (n, n), output (p, n). Stable means inside the unit circle (discrete) or the left half-plane.
     """
+    for mode in hidden_modes(state, output, tolerance=tolerance):
+        if abs(mode) >= 1.0 - tolerance if discrete else mode.real >= -tolerance:
+            return mode
+    return None
+
+
+def hidden_modes(state: Array, output: Array, *, tolerance: float) -> list[complex]:
+    """The eigenvalues of `state` (n, n) that `output` (p, n) does not see; of (A', B') those that B does not move."""
     size = state.shape[0]
     # Balancing undoes units of the states that would make every other mode look lost beside the largest entries.
     state, (units, _) = scipy.linalg.matrix_balance(state, permute=False, separate=True)
@@ -93,10 +101,9 @@ def undetectable_mode(state: Array, output: Array, *, discrete: bool, tolerance:
     # Rows are normalised so that a large unit of measurement does not hide, nor a small one feign, a lost mode.
     norms = np.linalg.norm(output, axis=1, keepdims=True)
     rows = np.divide(output, norms, out=np.zeros_like(output), where=norms > 0) * scale
+    modes = []
     for eigenvalue in np.linalg.eigvals(state):
-        unstable = abs(eigenvalue) >= 1.0 - tolerance if discrete else eigenvalue.real >= -tolerance
-        if unstable:
-            pencil = np.vstack([state - eigenvalue * np.eye(size), rows])
-            if np.linalg.svd(pencil, compute_uv=False)[-1] <= tolerance * scale:
-                return complex(eigenvalue)
-    return None
+        pencil = np.vstack([state - eigenvalue * np.eye(size), rows])
+        if np.linalg.svd(pencil, compute_uv=False)[-1] <= tolerance * scale:
+            modes.append(complex(eigenvalue))
+    return modes

@@ -59,7 +59,7 @@ def plain_step(given_problem: MultirateProblem, k: int, X: Array) -> Array:
 def test_the_covariance_of_a_generated_problem_repeats_after_one_period(generated: MultirateProblem) -> None:
     try:
         design = kalman_design(generated)
-    except InfeasibleError as error:
+    except InvalidInputError as error:
         assert "not disturbed" in str(error)
         return
     X = design.X[0]
@@ -89,7 +89,7 @@ def test_extra_noise_is_noise_on_every_state() -> None:
 
 def test_a_sensor_bias_needs_a_little_noise_to_be_tracked() -> None:
     bias = problem(MultiratePlant(A=np.diag([1.0, 0.5]), B_d=[[0], [1]], C=[[1, 1]], D=[[1]]), (2,))
-    with pytest.raises(InfeasibleError, match="extra_noise"):
+    with pytest.raises(InvalidInputError, match="extra_noise"):
         kalman_design(bias)
     gains = kalman_design(bias, extra_noise=1e-6).gains
     assert bias.error_system(gains).spectral_radius() < 1

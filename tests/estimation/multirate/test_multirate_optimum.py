@@ -15,6 +15,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.multirate.lmi import lmi_design
 from replication.estimation.multirate.optimum import (
     achievable,
+    kalman_design,
     noncausal_bound,
     optimal_design,
     optimum,
@@ -331,14 +332,60 @@ def test_what_rounding_spoils_is_refused() -> None:
         optimum(problem(replace(PAPER, D=1e-12 * PAPER.D), (2, 3)))
 
 
-def test_an_undisturbed_mode_on_the_circle_has_no_steady_observer() -> None:
-    bias = MultiratePlant(A=np.diag([1.0, 0.5]), B_d=[[0], [1]], C=[[1, 1]], D=[[1]])
-    with pytest.raises(InfeasibleError, match="not disturbed"):
-        optimum(problem(bias, (2,)))
+BIAS = MultiratePlant(A=[[1, 0.1, 0], [0, 0.9, 0.1], [0, 0, 1]], B_d=[[0], [1], [0]], C=[[1, 0, 0]], D=[[1]])
+"""Its third state is a constant that nothing disturbs."""
 
 
 @pytest.mark.parametrize(
-    "plant", [replace(PAPER, B_d=0 * PAPER.B_d), replace(PAPER, W=0 * PAPER.W)], ids=["no disturbance", "no weight"]
+    "plant",
+    [
+        BIAS,
+        MultiratePlant(A=np.diag([1.0, 0.5]), B_d=[[0], [1]], C=[[1, 1]], D=[[1]]),
+        MultiratePlant(A=[[0, 1], [-1, 0]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
+    ],
+    ids=["bias", "diagonal", "rotation"],
+)
+def test_an_undisturbed_mode_on_the_circle_is_named(plant: MultiratePlant) -> None:
+    marginal = problem(plant, (3,))
+    for design in (optimum, optimal_design, kalman_design, lambda it: riccati_design(it, 100.0)):
+        with pytest.raises(InvalidInputError, match=r"the mode .* on the unit circle is not disturbed"):
+            design(marginal)
+    assert kalman_design(marginal, extra_noise=1e-2).gains.shape == (3, plant.order, 1)
+
+
+def test_the_advice_for_an_undisturbed_mode_holds() -> None:
+    """Gains for a plant with one more disturbance achieve no more in the plant without it."""
+    disturbed = replace(BIAS, B_d=np.array([[0.0, 0], [1, 0], [0, 1e-3]]))
+    design = optimal_design(problem(disturbed, (3,)))
+    achieved = l2_gain(problem(BIAS, (3,)).error_system(design.gains))
+    assert achieved.upper <= design.level * (1 + BRACKET)
+    printed = lmi_design(problem(BIAS, (3,)), accept=("optimal", "optimal_inaccurate"))
+    assert achieved.value == pytest.approx(printed.level, rel=ILL_CONDITIONED)
+
+
+@pytest.mark.parametrize("period", [28, 30, 60])
+def test_a_mode_that_outgrows_rounding_between_measurements_is_no_undisturbed_one(period: int) -> None:
+    with pytest.raises(SolverError, match="lost in rounding"):
+        optimum(scalar(2.0, 1.0, period=period))
+    assert optimum(scalar(2.0, 1.0, period=20)).value > 1e6
+
+
+@pytest.mark.parametrize(
+    "plant",
+    [
+        replace(PAPER, B_d=0 * PAPER.B_d),
+        replace(PAPER, W=0 * PAPER.W),
+        MultiratePlant(A=[[0.9, 0.2], [0, 0.8]], B_d=[[0], [0]], C=np.eye(2), D=np.eye(2)),
+        MultiratePlant(A=np.diag([0.5, 0.8]), B_d=[[1], [0]], C=np.eye(2), D=np.eye(2), W=[[0, 1]]),
+        MultiratePlant(A=np.diag([1.5, 0.8]), B_d=[[0], [0]], C=np.eye(2), D=np.eye(2), W=[[0, 1]]),
+    ],
+    ids=[
+        "no disturbance",
+        "no weight",
+        "no disturbance of two",
+        "weight on the quiet one",
+        "weight beside the growing",
+    ],
 )
 def test_nothing_to_minimise_is_said(plant: MultiratePlant) -> None:
     with pytest.raises(InvalidInputError, match="nothing to minimise"):
