@@ -33,7 +33,7 @@ EXIT_CODES = """exit codes:
 """
 EXAMPLES = """examples:
   replication run                        audit all papers, write report/ and figures/
-  replication run okajima2023 --jobs 1   one paper, in this process
+  replication run okajima2023 --jobs 1   one paper, one experiment at a time
   replication list                       papers and claims with their verdicts
   replication show CLAIM                 all the evidence for one claim
   replication diff old.json new.json     what changed between two runs, and why
