@@ -9,7 +9,6 @@ Heavy packages are imported by the commands that need them, so that `--help` ans
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -51,14 +50,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen = _parser().parse_args(arguments)
     try:
         code: int = chosen.command(chosen)
-        sys.stdout.flush()
     except ReplicationError as error:
         print(f"replication: {error}", file=sys.stderr)
         return BAD_INPUT
-    except BrokenPipeError:
-        # The reader (`head`, a pager) has seen enough; keep Python from complaining when it closes stdout.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FINE
+    except OSError as error:
+        # A file that cannot be read or written; what fails inside an experiment is part of the results instead.
+        path = error.filename2 or error.filename
+        print(f"replication: {f'{path}: ' if path else ''}{error.strerror or error}", file=sys.stderr)
+        return BAD_INPUT
     except KeyboardInterrupt:
         print("replication: interrupted; what was finished is kept, run again to go on from there", file=sys.stderr)
         return INTERRUPTED
@@ -78,6 +77,7 @@ def _run(chosen: argparse.Namespace) -> int:
     import papers
     from replication.audit.cache import Cache
     from replication.audit.drawn import draw_figures
+    from replication.audit.files import require_writable
     from replication.audit.records import write_results
     from replication.audit.report import build_report
     from replication.audit.runner import run
@@ -88,6 +88,8 @@ def _run(chosen: argparse.Namespace) -> int:
     whole = len(selected) == len(papers.KEYS)
     output = chosen.output or root / "report" / ("" if whole else "+".join(paper.key for paper in selected))
     figures = chosen.figures or root / "figures"
+    require_writable(output, "--output")
+    require_writable(figures, "--figures")
     cache = Cache(root / ".cache" / "replication", read=not chosen.no_cache)
     outcome = run(selected, cache=cache, root=root, jobs=chosen.jobs, progress=_progress())
     drawn = draw_figures(selected, outcome.results_by_experiment, figures, cache=cache, root=root)
@@ -104,7 +106,8 @@ def _list(chosen: argparse.Namespace) -> int:
     from replication.audit.summary import list_lines
 
     path = _results_path(chosen)
-    claims = read_results(path).claims if path.is_file() else ()
+    # Without a run there are no verdicts yet; in a directory that was asked for they must be there.
+    claims = read_results(path).claims if chosen.output or path.is_file() else ()
     _say(list_lines(papers.load(chosen.papers or papers.KEYS), {claim.id: claim for claim in claims}))
     return FINE
 
@@ -189,8 +192,10 @@ def _progress() -> Progress:
 
 
 def _say(lines: Iterable[str]) -> None:
+    from replication.audit.progress import say
+
     for line in lines:
-        print(line)
+        say(line, sys.stdout)
 
 
 def _jobs(text: str) -> int:
