@@ -45,6 +45,12 @@ depend on are unchanged. The report goes to report/; a run of some papers only g
 """
 
 
+CHECK_NOTES = """The verdicts must follow from the numbers of the file; the numbers are taken as they stand. Whether
+they are what the computations give is for a new run: `replication run --no-cache`, then `replication diff`.
+
+"""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; errors of this package go to stderr without a traceback."""
     chosen = _parser().parse_args(arguments)
@@ -247,7 +253,9 @@ def _parser() -> argparse.ArgumentParser:
     show.add_argument("claim", metavar="CLAIM", help="id of the claim, as `list` prints it")
     output(show, "where results.json is")
 
-    check = add("check", _check, "derive every verdict of results.json again and compare with the claims as they stand")
+    check = add(
+        "check", _check, "derive every verdict of results.json again and compare its texts with the code", CHECK_NOTES
+    )
     output(check, "where results.json is")
 
     report = add("report", _report, "build index.html from results.json, without computing anything")
