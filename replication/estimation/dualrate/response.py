@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from replication.errors import InvalidInputError
+from replication.estimation.dualrate.arguments import finite_vector
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy
 from replication.estimation.dualrate.tracking import output_rows, period_response, reference
 from replication.estimation.validation import Array, positive_integer
@@ -65,22 +65,20 @@ def time_response(loop: DualRateLoop, start: Any, estimate: Any, *, slow_periods
         reference=np.sin(harmonic.frequency * time).ravel(),
         instants=fast.ravel(),
         state=x.reshape(-1, n),
-        estimate=xhat.reshape(-1, n),
+        estimate=xhat.reshape(fast.size, -1),
         input=u.reshape(fast.size, -1),
     )
 
 
 def start_state(loop: DualRateLoop, start: Any, estimate: Any) -> Array:
-    """z(0) of the loop from x(0) and ζ(0), both of length n; raises InvalidInputError."""
-    n = loop.plant.size
+    """z(0) of the loop from x(0) and ζ(0), of the orders of the plant and of the model; raises InvalidInputError."""
+    n, order = loop.plant.size, loop.design.model.size
     z = np.zeros(loop.size)
     has_observer = loop.size > n + loop.plant.input.shape[1]
-    for name, value, where in (("x(0)", start, slice(0, n)), ("ζ(0)", estimate, slice(n, 2 * n))):
-        vector = np.asarray(value, dtype=float)
-        if vector.shape != (n,) or not np.all(np.isfinite(vector)):
-            raise InvalidInputError(f"{name} must be {n} finite numbers, got {value!r}")
-        if where.start == 0 or has_observer:
-            z[where] = vector
+    z[:n] = finite_vector("x(0)", start, n)
+    zeta = finite_vector("ζ(0)", estimate, order)
+    if has_observer:
+        z[n : n + order] = zeta
     return z
 
 

@@ -12,9 +12,10 @@ import numpy as np
 from scipy.linalg import matrix_balance
 
 from replication.errors import InvalidInputError
+from replication.estimation.dualrate.arguments import finite_vector
 from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, positive_integer
 
 SIMULATED = (
     "single_rate",
@@ -50,11 +51,13 @@ def simulate(
     """Simulate one of `SIMULATED` with commands held over T; raises InvalidInputError for others."""
     if observer not in SIMULATED or harmonic.continuous:
         raise InvalidInputError(f"cannot simulate {observer!r} here; use one of {SIMULATED}, held r")
+    positive_integer("number of slow periods", slow_periods)
+    positive_integer("number of sub-steps", substeps)
     A, B, C, L = design.model.state, design.model.input, design.model.output, design.injection
     width = design.period / substeps
     free, plant_drive = _hold(A, B, width)
     guided, observer_drive = _hold(A - L @ C, np.hstack([B, L]), width)
-    x, zeta, model = np.array(start), np.array(estimate), np.array(estimate)
+    x, zeta, model = finite_vector("x(0)", start, len(A)), *(finite_vector("ζ(0)", estimate, len(A)),) * 2
     used, predicted, u = np.zeros(1), np.zeros(1), np.zeros(B.shape[1])
     outputs, estimates, inputs = [], [], []
     for k in range(slow_periods * design.ratio):

@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from replication.errors import InvalidInputError
+from replication.estimation.dualrate.arguments import increasing_grid
 from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import Builder
-from replication.estimation.validation import Array, positive_integer
+from replication.estimation.validation import Array
 
 Interval = tuple[float, float]
 
@@ -28,8 +28,7 @@ def radii_over_periods(design: DualRateDesign, builder: Builder, periods: Sequen
 
 def radii_over_ratios(design: DualRateDesign, builder: Builder, ratios: Sequence[int]) -> Array:
     """Monodromy radius for each ratio M, at the fast period of the design."""
-    checked = [positive_integer("rate ratio M", ratio) for ratio in ratios]
-    return np.array([stability_radius(close_loop(replace(design, ratio=ratio), builder)) for ratio in checked])
+    return np.array([stability_radius(close_loop(replace(design, ratio=ratio), builder)) for ratio in ratios])
 
 
 def stable_periods(
@@ -40,9 +39,7 @@ def stable_periods(
     Two ends closer together than the grid may be missed. Raises InvalidInputError unless the grid increases from a
     positive start.
     """
-    grid = np.asarray(periods, dtype=float)
-    if grid.ndim != 1 or grid.size < 2 or grid[0] <= 0 or np.any(np.diff(grid) <= 0):
-        raise InvalidInputError("the periods must be an increasing sequence of positive numbers, at least two")
+    grid = increasing_grid("periods", periods)
     excess = radii_over_periods(design, builder, list(grid)) - 1.0
     ends = [float(grid[0])] if excess[0] < 0 else []
     for k in range(grid.size - 1):
