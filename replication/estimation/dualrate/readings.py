@@ -55,7 +55,7 @@ class Structure:
 class Reading:
     """One way to read the text; the defaults, with no window (steady state), are the literal one."""
 
-    observer: str
+    observer: str = "alternating_predictive"
     structure: Structure = Structure()
     start: Start = Start.ZERO
     points: Points = Points.BETWEEN

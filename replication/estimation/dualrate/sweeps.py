@@ -1,4 +1,4 @@
-"""Sweeps of a dual-rate design: the stable sets of the period T and of the ratio M.
+"""Sweeps of a dual-rate design: the stable sets of the period T and of the ratio M, and plants that differ from it.
 
 The stable set of T need not be an interval: sampling folds a fast mode of the plant, so it is searched on a grid and
 its ends are refined.
@@ -9,13 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import control
 import numpy as np
 from scipy.optimize import brentq
 
 from replication.estimation.dualrate.arguments import increasing_grid
-from replication.estimation.dualrate.design import DualRateDesign
-from replication.estimation.dualrate.loop import close_loop, stability_radius
+from replication.estimation.dualrate.design import DualRateDesign, Plant
+from replication.estimation.dualrate.loop import MARGINAL, DualRateLoop, close_loop, stability_radius
 from replication.estimation.dualrate.observers import Builder
+from replication.estimation.dualrate.tracking import reference, tracking_error_ratio
 from replication.estimation.validation import Array
 
 Interval = tuple[float, float]
@@ -50,6 +52,22 @@ def stable_periods(
     if excess[-1] < 0:
         ends.append(float(grid[-1]))
     return tuple(zip(ends[::2], ends[1::2], strict=True))
+
+
+def over_plants(
+    nominal: DualRateLoop, builder: Builder, plants: Sequence[control.StateSpace | Plant]
+) -> list[tuple[float, float | None]]:
+    """(radius, tracking error ratio or None if there is no steady state) of the nominal loop around each true plant.
+
+    The observer, the gains and the command stay those of the model. Raises InvalidInputError for a plant that does
+    not fit, or a loop without a reference.
+    """
+    harmonic, found = reference(nominal), []
+    for plant in plants:
+        loop = close_loop(nominal.design, builder, plant=plant, harmonic=harmonic)
+        radius = stability_radius(loop)
+        found.append((radius, tracking_error_ratio(loop) if radius < 1.0 - MARGINAL else None))
+    return found
 
 
 def _radius(design: DualRateDesign, builder: Builder, period: float) -> float:
