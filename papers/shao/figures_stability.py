@@ -76,7 +76,7 @@ def plot_eigenvalues(drawn: FigureData) -> Any:
         axis.semilogx(c["period_s"], c[name], label=f"{LABELS[name]}, largest", linewidth=1.0, **line(index))
     axis.axvline(DESIGN.period, linestyle=":", color="#777777", label="printed T")
     axis.set(xlabel="T, s", ylabel="modulus", ylim=(0, 1.5))
-    figure.legend(loc="outside upper center", ncols=3)
+    figure.legend(loc="outside upper center", ncols=2)
     return figure
 
 

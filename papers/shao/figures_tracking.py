@@ -154,7 +154,7 @@ def robustness_curves(results: Results) -> FigureData:
 
 def plot_robustness_curves(drawn: FigureData) -> Any:
     """One axis per parameter."""
-    figure, axes = new_axes(1, len(PARAMETERS), row_height=2.6)
+    figure, axes = new_axes(1, len(PARAMETERS), row_height=3.0)
     c = drawn.columns
     for axis, (parameter, symbol) in zip(axes, PARAMETERS.items(), strict=True):
         for index, name in enumerate(DISTURBED):
@@ -162,7 +162,7 @@ def plot_robustness_curves(drawn: FigureData) -> Any:
         axis.set(title=symbol, xlabel="true over nominal")
         axis.sharey(axes[0])
     axes[0].set_ylabel("tracking error, percent")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
     return figure
 
 

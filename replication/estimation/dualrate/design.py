@@ -101,6 +101,13 @@ def as_plant(system: control.StateSpace | Plant) -> Plant:
     return system if isinstance(system, Plant) else plant_of(system)
 
 
+def row_of_output(plant: Plant, output: int) -> int:
+    """`output` if the plant has an output of that number, counted from 0; raises InvalidInputError."""
+    if output not in range(len(plant.output)):
+        raise InvalidInputError(f"output must be a number from 0 to {len(plant.output) - 1}, got {output!r}")
+    return output
+
+
 def dual_rate_design(
     plant: control.StateSpace | Plant, *, feedback: Any, injection: Any, period: float, ratio: int
 ) -> DualRateDesign:

@@ -62,11 +62,16 @@ def reference(loop: DualRateLoop) -> Harmonic:
     return loop.harmonic
 
 
-def output_rows(loop: DualRateLoop, substeps: int) -> OutputRows:
-    """The output map at τ = 0, T/q, …, (q−1)T/q for q = substeps, from one exponential of the sub-step."""
+def command(loop: DualRateLoop) -> Harmonic:
+    """What drives the loop: its reference, or the command zero if it has none."""
+    return loop.harmonic or Harmonic(0.0, np.zeros(loop.plant.input.shape[1], complex))
+
+
+def output_rows(loop: DualRateLoop, substeps: int, output: int = 0) -> OutputRows:
+    """The map to one output at τ = 0, T/q, …, (q−1)T/q for q = substeps, from one exponential of the sub-step."""
     positive_integer("number of sub-steps", substeps)
     width, plant = loop.design.period / substeps, loop.plant
-    s, step = reference(loop).exponent, over_time(plant, width, loop.harmonic)
+    s, step = command(loop).exponent, over_time(plant, width, loop.harmonic)
     n, m = plant.input.shape
     joint = np.eye(n + m + 1, dtype=complex)  # x, the held input and w = exp(st) over one sub-step
     joint[:n] = np.hstack([step.state, step.input, step.forcing[:, None]])
@@ -74,14 +79,14 @@ def output_rows(loop: DualRateLoop, substeps: int) -> OutputRows:
     powers = np.eye(n + m + 1, dtype=complex)[None]
     while len(powers) < substeps:
         powers = np.concatenate([powers, powers @ np.linalg.matrix_power(joint, len(powers))])
-    rows = np.tensordot(powers[:substeps, :n], plant.output[0], axes=(1, 0))
+    rows = np.tensordot(powers[:substeps, :n], plant.output[output], axes=(1, 0))
     offsets = np.arange(substeps, dtype=float) * width
     return OutputRows(offsets, rows[:, :n].real, rows[:, n : n + m].real, rows[:, -1])
 
 
 def period_response(loop: DualRateLoop, start: ComplexArray) -> SteadyState:
     """States at phases 0 … M (M + 1 rows) and inputs at phases 0 … M−1, for z = start at t = 0 and w = exp(st)."""
-    harmonic = reference(loop)
+    harmonic = command(loop)
     states, inputs = [start], []
     for phase, step in enumerate(loop.steps):
         w = np.exp(harmonic.exponent * phase * loop.design.period)
