@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import os
 import platform
 import resource
@@ -44,16 +43,17 @@ BYTES_LIMIT = 10 * 10**9
 class Cell:
     """One run of a cell: seconds by the clock and of the processor, peak memory [GB], and what came out.
 
-    load is the machine's load average when the run ended: with more load than processors, only CPU seconds compare.
+    A run that failed or was stopped has no CPU seconds, peak and γ. load is the machine's load average when the run
+    ended: with more load than processors, only CPU seconds compare.
     """
 
     states: int
     delays: int
     equalities: int
     seconds: float
-    cpu_seconds: float
-    peak: float
-    gamma: float
+    cpu_seconds: float | None
+    peak: float | None
+    gamma: float | None
     outcome: str
     threads: int
     load: float
@@ -120,7 +120,7 @@ def isolated(states: int, delays: int, threads: int) -> Cell:
         failure = f"failed with exit code {answer.returncode}: {said}"
     equalities = scaling.cost_program(states, delays, scaling.level_of(states, delays)).a.shape[0]
     seconds = time.perf_counter() - start
-    return Cell(states, delays, equalities, seconds, math.nan, math.nan, math.nan, failure, **_conditions(threads))
+    return Cell(states, delays, equalities, seconds, None, None, None, failure, **_conditions(threads))
 
 
 def recorded() -> list[Cell]:
@@ -131,7 +131,11 @@ def recorded() -> list[Cell]:
 
 def solved(cells: list[Cell]) -> list[Cell]:
     """The cells that came to an end and are large enough for the exponent."""
-    return [cell for cell in cells if not math.isnan(cell.gamma) and cell.states * cell.delays >= FROM_PRODUCT]
+    return [cell for cell in cells if cell.gamma is not None and cell.states * cell.delays >= FROM_PRODUCT]
+
+
+def _text(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
 
 
 def table(cells: list[Cell]) -> str:
@@ -146,8 +150,8 @@ def table(cells: list[Cell]) -> str:
         "|--:|--:|--:|--:|--:|--:|--:|--:|:--|--:|--:|:--|",
     ]
     lines += [
-        f"| {c.states} | {c.delays} | {c.equalities} | {c.seconds:.2f} | {c.cpu_seconds:.2f}"
-        f" | {data.seconds(c.states, c.delays)} | {c.peak:.2f} | {c.gamma:.2e} | {c.outcome} | {c.threads}"
+        f"| {c.states} | {c.delays} | {c.equalities} | {c.seconds:.2f} | {_text(c.cpu_seconds, '.2f')}"
+        f" | {data.seconds(c.states, c.delays)} | {_text(c.peak, '.2f')} | {_text(c.gamma, '.2e')} | {c.outcome} | {c.threads}"
         f" | {c.load:.1f} | {c.date} |"
         for c in cells
     ]
@@ -155,7 +159,7 @@ def table(cells: list[Cell]) -> str:
     lines += ["", f"Machine: {'; '.join(machines)}."]
     chosen = solved(cells)
     if len({c.states * c.delays for c in chosen}) > 1:
-        cpu = exponent([(c.states * c.delays, c.cpu_seconds) for c in chosen])
+        cpu = exponent([(c.states * c.delays, c.cpu_seconds) for c in chosen if c.cpu_seconds is not None])
         clock = exponent([(c.states * c.delays, c.seconds) for c in chosen])
         printed = exponent([(c.states * c.delays, float(data.seconds(c.states, c.delays))) for c in chosen])
         lines.append(
