@@ -14,6 +14,7 @@ from multirate_examples import PAPER, PUBLISHED, TABLE, problem, problems
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.multirate.lmi import lmi_design
 from replication.estimation.multirate.optimum import (
+    DESIGN_MARGIN,
     achievable,
     kalman_design,
     noncausal_bound,
@@ -390,6 +391,14 @@ def test_a_mode_that_outgrows_rounding_between_measurements_is_no_undisturbed_on
 def test_nothing_to_minimise_is_said(plant: MultiratePlant) -> None:
     with pytest.raises(InvalidInputError, match="nothing to minimise"):
         optimum(problem(plant, (2, 3)))
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_the_gain_of_the_optimal_design_lies_between_the_optimum_and_its_level(name: str) -> None:
+    best, design = optimum(PUBLISHED[name]), optimal_design(PUBLISHED[name])
+    assert design.level == pytest.approx((1 + DESIGN_MARGIN) * best.upper, rel=ROUNDING)
+    achieved = l2_gain(PUBLISHED[name].error_system(design.gains))
+    assert best.lower * (1 - ROUNDING) <= achieved.value <= design.level * (1 + ROUNDING)
 
 
 def test_the_margin_of_the_design_is_kept() -> None:
