@@ -8,7 +8,8 @@ from fractions import Fraction
 from replication.audit.model import Numbers
 
 BEYOND = 4
-"""Digits shown beyond the last printed place."""
+CROWDED = 1
+"""Digits shown beyond the last printed place; the second where several numbers stand in a line."""
 
 MINUS = "\N{MINUS SIGN}"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -41,19 +42,19 @@ def seconds(number: float) -> str:
     return f"{number:.2f}" if number >= 0.01 or number == 0 else short(number, 1)
 
 
-def at_print(number: float, unit: Fraction) -> tuple[str, str]:
+def at_print(number: float, unit: Fraction, beyond: int = BEYOND) -> tuple[str, str]:
     """`number` cut at the last printed place `unit` (a power of ten): the digits up to there, and those beyond.
 
-    The number is rounded `BEYOND` digits further on, and not at the cut, so that both parts read on as one number.
+    The number is rounded `beyond` digits further on, and not at the cut, so that both parts read on as one number.
     """
     decimals = max(0, len(str(unit.denominator)) - 1)
     if abs(number) >= 10.0**_LONGEST:
         return short(number), ""
     if not decimals and float(number).is_integer():
         return _typeset(f"{number:.0f}"), ""
-    text = _typeset(f"{number:.{decimals + BEYOND}f}")
+    text = _typeset(f"{number:.{decimals + beyond}f}")
     # Beyond a whole last place the point belongs to the muted part.
-    cut = len(text) - BEYOND - (0 if decimals else 1)
+    cut = len(text) - beyond - (0 if decimals else 1)
     return text[:cut], text[cut:]
 
 
