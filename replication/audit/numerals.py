@@ -11,6 +11,12 @@ BEYOND = 4
 CROWDED = 1
 """Digits shown beyond the last printed place; the second where several numbers stand in a line."""
 
+NEGLIGIBLE = 1e-6
+"""Units of the last printed place below which a deviation is shown as zero."""
+
+SMALLEST = 5
+"""Zeros after which a small number is written with a power of ten."""
+
 MINUS = "\N{MINUS SIGN}"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _LONGEST = 15
@@ -32,7 +38,12 @@ def full(number: float) -> str:
 
 
 def signed(number: float) -> str:
-    """`number` to three significant digits, or whole ones, with its sign also when it is positive; zero has none."""
+    """`number` to three significant digits, or whole ones, with its sign also when it is positive.
+
+    Zero has no sign, and what is below `NEGLIGIBLE` is zero: rounding, not a deviation.
+    """
+    if abs(number) < NEGLIGIBLE:
+        return "0"
     text = _typeset(f"{number:.0f}") if 100 <= abs(number) < 10**6 else short(number, 3)
     return text if number <= 0 else f"+{text}"
 
@@ -63,6 +74,12 @@ def exact(number: Fraction) -> str:
     with localcontext() as context:
         context.prec = 60
         return _typeset(f"{(Decimal(number.numerator) / Decimal(number.denominator)).normalize():f}")
+
+
+def decimal(number: Decimal) -> str:
+    """`number` in all its digits, with a power of ten only where it is very large or small."""
+    plain = number.normalize()
+    return _typeset(f"{plain:f}" if not plain or -SMALLEST <= plain.adjusted() < _LONGEST else f"{plain:e}")
 
 
 def layout(numbers: Numbers) -> str:

@@ -262,7 +262,7 @@ def test_tolerances_list_every_allowance_with_its_reason_and_its_claims(
         assert all(text in text_of(section) for text in (allowed, reason, *users))
     assert "there is no other tolerance" not in page
     identity = next(claim for claim in made.claims if claim.id == f"{KEY}.identity")
-    assert identity.reason == "The statement holds. Residual 5e-15, allowed 1e-12."
+    assert identity.reason == "The statement holds. Residual 5×10⁻¹⁵, allowed 10⁻¹²."
     shifted = replace(identity, as_printed=Reading(holds=False, margin=-1.0, threshold=1e-9, threshold_reason="why"))
     assert [item.allowed for item in allowances([shifted, identity])] == ["≤ 10⁻¹²", "≤ 10⁻⁹"]
     assert [len(item.claims) for item in allowances([shifted, identity])] == [2, 1]
