@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from papers.mustafa import data
 from papers.mustafa.claims.levels import solvers
@@ -17,10 +18,20 @@ def identity(name: str, method: str) -> Callable[[Results], Evidence]:
     def residual(results: Results) -> Evidence:
         worst = results[IDENTITIES][name]
         return Evidence(
-            method=method, holds=worst <= EXACT, quantities={"largest relative residual": worst},
+            method=method, quantities={"largest relative residual": worst}, **_up_to_rounding(worst),
         )  # fmt: skip
 
     return residual
+
+
+def _up_to_rounding(residual: float) -> dict[str, Any]:
+    """The fields of the evidence for an identity that holds in exact arithmetic."""
+    return {
+        "holds": residual <= EXACT,
+        "margin": EXACT - residual,
+        "threshold": EXACT,
+        "threshold_reason": "An identity holds up to the rounding of sums and products, relative to their size.",
+    }
 
 
 def misprinted(name: str, method: str) -> Callable[[Results], Evidence]:
@@ -30,10 +41,10 @@ def misprinted(name: str, method: str) -> Callable[[Results], Evidence]:
         r = results[IDENTITIES]
         right = Evidence(
             method=method,
-            holds=r["map reordered"] <= EXACT,
+            **_up_to_rounding(r["map reordered"]),
             quantities={"largest residual, reordered": r["map reordered"]},
             as_printed=Evidence(
-                method="The same, as printed.", holds=r[name] <= EXACT, quantities={"least residual": r[name]}
+                method="The same, as printed.", quantities={"least residual": r[name]}, **_up_to_rounding(r[name])
             ),
         )
         return right
