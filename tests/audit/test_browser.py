@@ -6,6 +6,7 @@ import base64
 import os
 import re
 import shutil
+from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -200,3 +201,15 @@ def test_figures_have_words_with_numbers_and_data_to_download(visit: Any, addres
         name, data = link.get_attribute("download"), link.get_attribute("href")
         written = Path(unquote(urlparse(address).path)).parent / "figures" / name
         assert unquote(data.partition(",")[2]) == written.read_text(encoding="utf-8")
+
+
+def test_counts_of_all_verdicts_fit_a_narrow_window(visit: Any) -> None:
+    page = visit(320)
+    edges = (
+        "return [...document.querySelectorAll('.counts td')].filter((e) => e.checkVisibility())"
+        ".map((e) => [e.dataset.label, e.textContent, e.getBoundingClientRect().right])"
+    )
+    shown_counts = page.execute_script(edges)
+    found = Counter(str(claim.verdict) for claim in claims())
+    assert {label: int(number) for label, number, _ in shown_counts} == {**found, "all": len(claims())}
+    assert all(right <= 320 for _, _, right in shown_counts)
