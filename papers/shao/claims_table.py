@@ -68,7 +68,7 @@ def any_reading(results: Results) -> Evidence:
             "share of columns as near, DRC-APO": chance(found.nearest["apo"].distance, found.decoys["apo"]),
             "hits of one column": sum(found.hits.values()),
         },
-        note=f"It comes out under none of the readings searched. {NOT_SEARCHED}",
+        note=f"They come out under {found.joint_hits} of the readings searched. {NOT_SEARCHED}",
     )
 
 

@@ -29,7 +29,7 @@ sin(5t/2) - 33.85 16.73
 sin(3t) - 42.03 25.92
 """
 CLAIMS = {claim.id: claim for claim in PAPER.claims}
-FINDINGS_USE = ("shao.theorem", "shao.table", "shao.transients", "shao.orderings")
+FINDINGS_USE = ("shao.bounds", "shao.theorem", "shao.table", "shao.transients", "shao.orderings")
 EXPERIMENTS = {experiment.name: experiment for experiment in PAPER.experiments}
 
 

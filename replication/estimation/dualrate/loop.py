@@ -15,7 +15,7 @@ import scipy.linalg
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.design import DualRateDesign, Plant, as_plant
 from replication.estimation.dualrate.observers import Builder, ObserverStep
-from replication.estimation.dualrate.sampled import Harmonic, Held, over_time, sampled_model
+from replication.estimation.dualrate.sampled import Harmonic, Held, check_fit, over_time, sampled_model
 from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, ComplexArray
 
@@ -70,9 +70,13 @@ def close_loop(
     if not callable(builder):
         raise InvalidInputError(f"the observer must be one of OBSERVERS, such as OBSERVERS[{builder!r}]")
     true_plant = design.model if plant is None else as_plant(plant)
+    check_fit(design.model, true_plant, harmonic)
     model = sampled_model(design, harmonic, discrete_gain=discrete_gain)
     observer = builder(model)
-    _check_fit(design.model, true_plant, harmonic, full_state=observer.full_state)
+    if observer.full_state and true_plant.size != design.model.size:
+        raise InvalidInputError(
+            f"state feedback needs a true plant with the {design.model.size} states of the model, got {true_plant.size}"
+        )
     sampled = model.predictor if plant is None else over_time(true_plant, design.period, harmonic)
     sensed = np.eye(true_plant.size) if observer.full_state else true_plant.output
     steps = []
@@ -80,23 +84,6 @@ def close_loop(
         computes = phase == 0 or not observer.slow_command
         steps.append(_step(design.feedback, observer.steps[phase], sampled, sensed, computes=computes))
     return DualRateLoop(design, true_plant, harmonic, tuple(steps))
-
-
-def _check_fit(model: Plant, plant: Plant, harmonic: Harmonic | None, *, full_state: bool) -> None:
-    inputs, outputs = model.input.shape[1], len(model.output)
-    if plant.input.shape[1] != inputs or len(plant.output) != outputs:
-        raise InvalidInputError(
-            f"the true plant must have the {inputs} inputs and {outputs} outputs of the model, got "
-            f"{plant.input.shape[1]} and {len(plant.output)}"
-        )
-    if full_state and plant.size != model.size:
-        raise InvalidInputError(
-            f"state feedback needs a true plant with the {model.size} states of the model, got {plant.size}"
-        )
-    if harmonic is not None and len(harmonic.amplitude) != inputs:
-        raise InvalidInputError(
-            f"the harmonic needs one amplitude for each of the {inputs} inputs, got {len(harmonic.amplitude)}"
-        )
 
 
 def _step(K: Array, o: ObserverStep, plant: Held, sensed: Array, *, computes: bool) -> LoopStep:

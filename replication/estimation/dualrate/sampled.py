@@ -82,6 +82,20 @@ def over_time(plant: Plant, time: float, harmonic: Harmonic | None) -> Held:
     return held(plant.state, plant.input, time, forced, harmonic.exponent)
 
 
+def check_fit(model: Plant, plant: Plant, harmonic: Harmonic | None) -> None:
+    """Raise InvalidInputError unless the true plant and the command have the inputs and outputs of the model."""
+    inputs, outputs = model.input.shape[1], len(model.output)
+    if plant.input.shape[1] != inputs or len(plant.output) != outputs:
+        raise InvalidInputError(
+            f"the true plant must have the {inputs} inputs and {outputs} outputs of the model, got "
+            f"{plant.input.shape[1]} and {len(plant.output)}"
+        )
+    if harmonic is not None and len(harmonic.amplitude) != inputs:
+        raise InvalidInputError(
+            f"the harmonic needs one amplitude for each of the {inputs} inputs, got {len(harmonic.amplitude)}"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class SampledModel:
     """What an observer may use over one fast period.

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import control
 import numpy as np
 from scipy.linalg import matrix_balance
 
 from replication.errors import InvalidInputError
 from replication.estimation.dualrate.arguments import finite_vector
-from replication.estimation.dualrate.design import DualRateDesign, Plant, row_of_output
-from replication.estimation.dualrate.sampled import Harmonic
+from replication.estimation.dualrate.design import DualRateDesign, Plant, as_plant, row_of_output
+from replication.estimation.dualrate.sampled import Harmonic, check_fit
 from replication.estimation.validation import Array, positive_integer
 
 SIMULATED = (
@@ -47,7 +48,7 @@ def simulate(
     *,
     slow_periods: int,
     substeps: int,
-    plant: Plant | None = None,
+    plant: control.StateSpace | Plant | None = None,
     output: int = 0,
 ) -> Trace:
     """Simulate one of `SIMULATED` with commands held over T; raises InvalidInputError for others.
@@ -59,7 +60,10 @@ def simulate(
     positive_integer("number of slow periods", slow_periods)
     positive_integer("number of sub-steps", substeps)
     A, B, C, L = design.model.state, design.model.input, design.model.output, design.injection
-    plant = plant or design.model
+    plant = design.model if plant is None else as_plant(plant)
+    check_fit(design.model, plant, harmonic)
+    if observer == "state_feedback" and plant.size != design.model.size:
+        raise InvalidInputError(f"state feedback needs the {design.model.size} states of the model, got {plant.size}")
     row = plant.output[row_of_output(plant, output)]
     width = design.period / substeps
     free, model_drive = _hold(A, B, width)

@@ -155,6 +155,10 @@ def test_observers_and_commands_that_do_not_fit_are_named() -> None:
         close_loop(MOTOR_DESIGN, "alternating_predictive")
     with pytest.raises(InvalidInputError, match="one amplitude for each of the 1 inputs, got 2"):
         close_loop(MOTOR_DESIGN, APO, harmonic=Harmonic(1.0, np.zeros(2)))
+    with pytest.raises(InvalidInputError, match="one amplitude for each of the 1 inputs, got 5"):
+        close_loop(MOTOR_DESIGN, APO, harmonic=Harmonic(1.0, np.zeros(5), continuous=True))
+    with pytest.raises(InvalidInputError, match="one amplitude for each of the 1 inputs, got 2"):
+        simulate(MOTOR_DESIGN, "fast_sensor", Harmonic(1.0, np.zeros(2)), START, START, slow_periods=2, substeps=2)
     with pytest.raises(InvalidInputError, match=r"frequency σ .* must be finite"):
         Harmonic(float("nan"), np.zeros(1))
     with pytest.raises(InvalidInputError, match="list of finite numbers, one per input"):
