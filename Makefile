@@ -31,7 +31,7 @@ test-fast: $(STAMP) ## the tests that take no more than a few seconds and need n
 
 bench: $(STAMP) ## the benchmarks, and benchmarks/results.md from their times
 	mkdir -p .benchmarks
-	$(BIN)/python -m pytest benchmarks --benchmark-only --benchmark-json=.benchmarks/latest.json
+	$(BIN)/python -m pytest benchmarks/bench_*.py --benchmark-only --benchmark-json=.benchmarks/latest.json
 	$(BIN)/python benchmarks/table.py .benchmarks/latest.json benchmarks/results.md
 
 lint: $(STAMP) ## style and types

@@ -6,13 +6,10 @@ from papers.okajima2023 import data
 from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, DISTRIBUTION
 from papers.okajima2023.claims.theory import schedule
 from papers.okajima2023.claims.unstable import DIAGONAL, PRINTED, RECOVERED, SETTING, USES
-from papers.okajima2023.designs import KEY, case
+from papers.okajima2023.designs import KEY
 from papers.okajima2023.simulations import READINGS
 from replication.audit.model import Erratum, Proof, Results
 from replication.audit.verdict import SMALLEST_PROBABILITY
-
-ORDERS = f"{KEY}.product-orders"
-SAMPLED = f"{KEY}.observable-not-detectable"
 
 
 def denominator(results: Results) -> Proof:
@@ -62,12 +59,11 @@ def setting(results: Results) -> Proof:
         and attained["largest_change"] < attained["half_unit"],
         text=(
             f"Of {outputs['tried']} integer matrices C with entries up to {outputs['bound']}, one explains the stated "
-            f"poles of A_e within the rounding of the gains: "
-            f"{data.bracketed(outputs['C'])}. Up to {wider['bound']}, {wider['fits']} do, and it stays the nearest. Of "
-            f"{inputs['tried']} pairs, B_d = {data.bracketed(inputs['B_d'])} with D = {data.bracketed(inputs['D'])} "
-            "makes the printed gains nearest to optimal. "
-            "The 15 gain entries then lie near one point of the path that interior-point methods follow. Only the "
-            "ratio of B_d to D is identifiable."
+            f"poles of A_e within the rounding of the gains: {data.bracketed(outputs['C'])}. With entries up to "
+            f"{wider['bound']} there are {wider['fits']}, and this one stays the nearest. Of {inputs['tried']} pairs, "
+            f"B_d = {data.bracketed(inputs['B_d'])} with D = {data.bracketed(inputs['D'])} makes the printed gains "
+            "nearest to optimal; all 15 entries are then near those of one design. Only the ratio of B_d to D is "
+            "identifiable."
         ),
         quantities={
             "misfit of the poles, best C": outputs["best_misfit"],
@@ -87,47 +83,6 @@ def sensor_index(results: Results) -> Proof:
         holds=columns == sensors and columns != states,
         text="S_k multiplies C and y, which have one row per sensor; the example has fewer sensors than states.",
         quantities={"sensors": sensors, "states": states, "entries of the diagonal of S_k in Sec. IV-A": columns},
-    )
-
-
-def product_order(results: Results) -> Proof:
-    """Spectra of the three products that the notation admits; only the order of time is the error's."""
-    orders = results[ORDERS]
-    shifted = max(abs(a - b) for a, b in zip(orders["descending"], orders["shifted"], strict=True))
-    ascending = max(abs(a - b) for a, b in zip(orders["descending"], orders["ascending"], strict=True))
-    return Proof(
-        holds=shifted < 1e-12 < ascending,
-        text=(
-            "The text spells the order out, later factors to the left. Starting at 1 or at 0 gives the same poles; the "
-            "product sign read from left to right gives others. Gains and conditions are numbered from 0 elsewhere."
-        ),
-        quantities={
-            "difference of the poles if the start is shifted": shifted,
-            "difference of the poles if the order is reversed": ascending,
-        },
-    )
-
-
-def observability(results: Results) -> Proof:
-    """A pair that is observable at every instant, and not detectable at the instants of measurement."""
-    found = results[SAMPLED]
-    return Proof(
-        holds=found["rank_every_instant"] == 2 and found["rank_sampled"] == 1 and found["unseen_mode"] > 1,
-        text=(
-            "Two growing states that change places each instant, one of them measured every second instant: (C, A) is "
-            "observable, yet one growing mode is never seen, and no gains stabilise the error."
-        ),
-        quantities={key.replace("_", " "): float(value) for key, value in found.items()},
-    )
-
-
-def positive_definite(results: Results) -> Proof:
-    """The inequality (30) forces P_k > W'W, which is more than the P_k > 0 that the theorems state."""
-    smallest = results[case("proposed")]["smallest_eigenvalue_P"]
-    return Proof(
-        holds=smallest > 1,
-        text="The second diagonal block of eq. (30) is P − WᵀW, so P_k > WᵀW follows; P_k > 0 is implied.",
-        quantities={"smallest eigenvalue of all P_k in Sec. IV-A (W = I)": smallest},
     )
 
 
@@ -166,29 +121,5 @@ ERRATA = (
         meant="It runs to s_q(k), one entry per sensor, as the blog has it.",
         prove=sensor_index,
         uses=(schedule("sec-4a"),),
-    ),
-    Erratum(
-        id=f"{KEY}.product-order",
-        place="After eq. (16), eq. (21), Theorem 2",
-        printed="A_e is a product over k = 1, …, N, and gains are counted from 1 to N.",
-        meant="A product over one period in the order of time; gains and conditions count from 0 to N − 1.",
-        prove=product_order,
-        uses=(ORDERS,),
-    ),
-    Erratum(
-        id=f"{KEY}.observability",
-        place="Sec. II-A, assumption on (C, A)",
-        printed="(C, A) observable is the standing assumption.",
-        meant="The sampled pair must be detectable over the period; observability of (C, A) does not ensure it.",
-        prove=observability,
-        uses=(SAMPLED,),
-    ),
-    Erratum(
-        id=f"{KEY}.positive-definite",
-        place="Theorems 1 and 2, condition (ii)",
-        printed="P_k > 0.",
-        meant="P_k > WᵀW, which the inequalities force.",
-        prove=positive_definite,
-        uses=(case("proposed"),),
     ),
 )

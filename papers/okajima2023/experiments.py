@@ -6,28 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from papers.okajima2023.problem import Json, Matrix, bracket_json, build, optimum_json
 from replication.estimation.multirate.lmi import cyclic_size, lmi_analysis, lmi_design, theorem2_size
-from replication.estimation.multirate.optimum import Optimum, kalman_design, optimal_design, optimum
-from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.reduced_lmi import LmiDesign, reduced_lmi_design
-from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import white_noise_variance
-from replication.estimation.multirate.timing import search_timing
-from replication.estimation.norms import GainBracket, l2_gain
-
-Json = dict[str, Any]
-Matrix = list[list[float]]
+from replication.estimation.norms import l2_gain
 
 INACCURATE = ("optimal", "optimal_inaccurate")
 """Theorem 1 is only a cross-check of the exact norm here: an inaccurate solution is shown with its status."""
-
-
-def build(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sensors: list[int]) -> MultirateProblem:
-    """The problem of `plant` seen by some of its sensors; noise of sensors that are left out is left out too."""
-    C, D = np.array(plant["C"])[sensors], np.array(plant["D"])[np.ix_(sensors, sensors)]
-    system = MultiratePlant(A=np.array(plant["A"]), B_d=np.array(plant["B_d"]), C=C, D=D)
-    return MultirateProblem(system, SensingSchedule(tuple(periods), tuple(offsets)))
 
 
 def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sensors: list[int]) -> Json:
@@ -38,9 +26,9 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
     variables, rows = theorem2_size(problem)
     cyclic_variables, cyclic_rows = cyclic_size(problem)
     return {
-        **_optimum(best),
+        **optimum_json(best),
         "gains": central.gains.tolist(),
-        "norm_central": _bracket(l2_gain(problem.error_system(central.gains))),
+        "norm_central": bracket_json(l2_gain(problem.error_system(central.gains))),
         "reduced_lmi": _lmi(problem, reduced),
         "lmi": _lmi(problem, printed),
         "smallest_eigenvalue_P": float(min(np.linalg.eigvalsh(P)[0] for P in printed.P)),
@@ -60,6 +48,18 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
     }
 
 
+def constant_matrix(plant: dict[str, Matrix], periods: list[int], offsets: list[int]) -> Json:
+    """Level of Theorem 2 if all P_k must be one matrix, beside the level with P_k of their own."""
+    problem = build(plant, periods, offsets, list(range(len(plant["C"]))))
+    constant, periodic = lmi_design(problem, one_matrix=True), lmi_design(problem)
+    return {
+        "constant": constant.level,
+        "norm_constant": l2_gain(problem.error_system(constant.gains)).value,
+        "periodic": periodic.level,
+        "solvers": [constant.report.to_dict(), periodic.report.to_dict()],
+    }
+
+
 def norm_of_gains(
     plant: dict[str, Matrix], periods: list[int], offsets: list[int], gains: list[Matrix], rounding: float
 ) -> Json:
@@ -73,33 +73,13 @@ def norm_of_gains(
     exact = l2_gain(system)
     analysis = lmi_analysis(problem, L, accept=INACCURATE)
     return {
-        "norm": _bracket(exact),
+        "norm": bracket_json(exact),
         "optimum": optimum(problem).value,
         "theorem1": analysis.level,
         "spectral_radius": system.spectral_radius(),
         "rounding_spread": _rounding_spread(problem, L, rounding),
         "solvers": [analysis.report.to_dict()],
     }
-
-
-def period_table(plant: dict[str, Matrix], largest: int) -> Json:
-    """Smallest achievable gain for N_1, N_2 = 1 ... largest, all sensors at instant 0 and with the best offsets."""
-    system = build(plant, [1, 1], [0, 0], [0, 1]).plant
-    cells = []
-    for first in range(1, largest + 1):
-        for second in range(1, largest + 1):
-            search = search_timing(system, (first, second))
-            best = search.optima[search.best]
-            cells.append(
-                {
-                    "periods": [first, second],
-                    "synchronous": _optimum(search.synchronous),
-                    "best": _optimum(best),
-                    "best_offset": search.best[1],
-                    "by_offset": [search.optima[offsets].value for offsets in sorted(search.optima)],
-                }
-            )
-    return {"cells": cells}
 
 
 def _rounding_spread(problem: MultirateProblem, gains: np.ndarray[Any, Any], half_unit: float) -> float:
@@ -116,20 +96,6 @@ def _rounding_spread(problem: MultirateProblem, gains: np.ndarray[Any, Any], hal
                     shifted.append(l2_gain(problem.error_system(moved)).value)
                 total += abs(shifted[0] - shifted[1]) / (2 * step) * half_unit
     return float(total)
-
-
-def _optimum(best: Optimum) -> Json:
-    return {
-        "optimum": best.value,
-        "lower": best.lower,
-        "upper": best.upper,
-        "limited_by": best.limited_by,
-        "noncausal": _bracket(best.noncausal),
-    }
-
-
-def _bracket(gain: GainBracket) -> Json:
-    return {"value": gain.value, "lower": gain.lower, "upper": gain.upper, "angle": gain.angle}
 
 
 def _lmi(problem: MultirateProblem, solution: LmiDesign) -> Json:

@@ -6,18 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from papers.okajima2023.experiments import Json, Matrix, build
+from papers.okajima2023.problem import Json, Matrix, build
 from replication.estimation.multirate.lmi import theorem1_matrix, theorem2_matrix
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import simulate
-
-
-def selections(periods: list[int], offsets: list[int]) -> Json:
-    """The diagonals of S_0 ... S_{N-1}, eq. (4), one row per phase."""
-    schedule = SensingSchedule(tuple(periods), tuple(offsets))
-    return {"period": schedule.period, "diagonals": schedule.mask.astype(float).tolist()}
 
 
 def identities(trials: int, seed: int) -> Json:

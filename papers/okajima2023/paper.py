@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from papers.okajima2023 import data
 from papers.okajima2023.claims import gains, levels, orders, simulation, theory, unstable
-from papers.okajima2023.designs import CASES, GAIN_SETS, HALF_UNIT_OF_GAINS, KEY, PERIOD_TABLE, experiments, pair
+from papers.okajima2023.designs import CASES, GAIN_SETS, HALF_UNIT_OF_GAINS, KEY, experiments
 from papers.okajima2023.errata import ERRATA
-from papers.okajima2023.experiments import period_table
+from papers.okajima2023.experiments import constant_matrix
 from papers.okajima2023.figures import FIGURES
+from papers.okajima2023.findings import findings
 from papers.okajima2023.identities import (
     identities,
     observability,
     observable_but_not_detectable,
     product_orders,
-    selections,
 )
+from papers.okajima2023.period_table import period_table
+from papers.okajima2023.schedules import selections
+from papers.okajima2023.scope import scope
 from papers.okajima2023.section4c import as_printed, recovered
 from papers.okajima2023.simulations import gain_distribution, response, worst_disturbance
-from replication.audit.model import Experiment, Formula, Paper, Results, ScopeItem, Table
+from replication.audit.model import Experiment, Formula, Paper, Table
 from replication.audit.printed import parse
 
 CLAIMS = (*levels.CLAIMS, *orders.CLAIMS, *gains.CLAIMS, *simulation.CLAIMS, *unstable.CLAIMS, *theory.CLAIMS)
@@ -59,6 +60,7 @@ EXPERIMENTS = (
     ),
     _experiment("schedule.dual-rate", selections, periods=[6, 6], offsets=[0, 0]),
     _experiment("period-table", period_table, plant=data.plant(), largest=LARGEST_PERIOD),
+    _experiment("constant-matrix", constant_matrix, plant=data.plant(), periods=[2, 1], offsets=[0, 0]),
     _experiment("identities", identities, trials=IDENTITY_TRIALS, seed=SEED),
     _experiment("observability", observability, plant=data.plant()),
     _experiment("observable-not-detectable", observable_but_not_detectable),
@@ -149,77 +151,6 @@ SUMMARY = (
 )
 
 
-def findings(results: Results) -> tuple[str, ...]:
-    """What a reader of the paper must know, with the numbers of this run."""
-    table = results[PERIOD_TABLE]
-    counter = orders.counterexamples(table, "synchronous")
-    recovery = results[f"{KEY}.unstable.recovered"]
-    columns = {periods: results[pair(periods)] for periods in data.TABLE_1}
-    touching = sum(result["limited_by"] == "noncausal" for result in columns.values())
-    wrong = {periods: printed for periods, printed in data.TABLE_1.items() if _rounded(columns[periods]) != printed}
-    sentences = [
-        *(
-            f"Table 1 prints {printed} for the periods {periods}; the optimum lies between "
-            f"{columns[periods]['lower']:.9f} and {columns[periods]['upper']:.9f} and rounds to "
-            f"{_rounded(columns[periods])}."
-            for periods, printed in wrong.items()
-        ),
-        f"The other {len(columns) - len(wrong)} columns of Table 1 are reproduced. In {touching} of the {len(columns)} "
-        "columns the optimum sits on the non-causal bound: there not even a smoother would do better, and the optimal "
-        "gains are not unique.",
-        "The four simulated ratios are possible only if the denominator of eq. (34) sums d and both sensor noises; "
-        "with d alone, as printed, each of them lies below every draw.",
-        "Section IV-C repeats the stable plant's matrix. The stated poles and gains fit one plant with small integers "
-        f"in C, found by search: A with the diagonal {tuple(recovery['state']['fits'][0])}, C = "
-        f"{data.bracketed(recovery['outputs']['C'])}, B_d = {data.bracketed(recovery['inputs']['B_d'])}, D = "
-        f"{data.bracketed(recovery['inputs']['D'])} (an inference; only the ratio of B_d to D is identifiable).",
-    ]
-    if counter:
-        excess, shorter, longer = counter[0]
-        sentences.append(
-            "A shorter period is not always better: with all sensors starting at instant 0, the periods "
-            f"{tuple(shorter)} have an optimum {excess:.2g} above that of {tuple(longer)}."
-        )
-    return tuple(sentences)
-
-
-def _rounded(result: Mapping[str, float]) -> str:
-    """The optimum with the digits of Table 1."""
-    return f"{result['optimum']:.2f}"
-
-
-def _ids(*prefixes: str) -> tuple[str, ...]:
-    return tuple(claim.id for claim in CLAIMS if any(claim.id.startswith(f"{KEY}.{prefix}") for prefix in prefixes))
-
-
-def _figures(*numbers: int) -> tuple[str, ...]:
-    return tuple(f"{KEY}-fig{number}" for number in numbers)
-
-
-SCOPE = (
-    ScopeItem(part="Sec. I, size of the earlier design", claims=_ids("size.cyclic")),
-    ScopeItem(part="Sec. I, related work", reason="Statements about other papers; their texts are not at hand."),
-    ScopeItem(part="Sec. II, plant, schedules, observer, error system",
-              claims=_ids("schedule.", "theory.observable", "theory.error-system", "theory.dual-rate")),
-    ScopeItem(part="Fig. 1, block diagram", reason="A drawing without data; its schedules are audited."),
-    ScopeItem(part="Sec. III, Theorems 1 and 2",
-              claims=_ids("theory.dissipation", "theory.schur", "theory.theorem", "theory.gains", "theory.stable")),
-    ScopeItem(part="Sec. IV-A, levels, gains (33), size of the inequality",
-              claims=(*_ids("gamma.", "gains.eq33", "gains.unmeasured", "size.variables", "size.rows"),
-                      f"{KEY}.order.proposed-best")),
-    ScopeItem(part="Sec. IV-A, simulation, eq. (34), Figs. 2-5", claims=_ids("gsim.", "simulation."),
-              figures=(*_figures(2, 3, 4, 5), f"{KEY}-worst")),
-    ScopeItem(part="Table 1", claims=_ids("table1.", "order.shorter"), figures=(f"{KEY}-periods",)),
-    ScopeItem(part="Sec. IV-B, timing, gains (38)-(40), Figs. 6-8",
-              claims=_ids("timing.", "gains.eq38", "gains.eq39", "gains.eq40", "gains.depend", "order.timing"),
-              figures=(*_figures(6, 7, 8), f"{KEY}-timing")),
-    ScopeItem(part="Sec. IV-C, unstable plant, gains (42)", claims=_ids("unstable.")),
-    ScopeItem(part="Blog post: levels, tables, reasons", claims=_ids("blog.")),
-    ScopeItem(part="Computing times, and the solver mincx itself", reason="None are printed; the solver is closed."),
-    ScopeItem(part="Input matrix B_u",
-              reason="It cancels in the error system, as the check of eq. (16) with a random B_u shows."),
-)  # fmt: skip
-
 PAPER = Paper(
     key=KEY,
     title="State Observer Under Multi-Rate Sensing Environment and Its Design Using l₂-Induced Norm",
@@ -243,6 +174,6 @@ PAPER = Paper(
     figures=FIGURES,
     tables=TABLES,
     formulas=FORMULAS,
-    scope=SCOPE,
+    scope=scope(CLAIMS),
     findings=findings,
 )

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from papers.okajima2023.experiments import Json, Matrix, build, design, norm_of_gains
+from papers.okajima2023.experiments import design, norm_of_gains
+from papers.okajima2023.problem import Json, Matrix, build
 from papers.okajima2023.recovery import recover_outputs, recover_poles
 from papers.okajima2023.recovery_inputs import recover_inputs
 

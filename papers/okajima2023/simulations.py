@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from papers.okajima2023.experiments import Json, Matrix, build
+from papers.okajima2023.problem import Json, Matrix, build
 from replication.estimation.multirate.optimum import optimal_design
 from replication.estimation.multirate.simulation import simulate, worst_case_response
 from replication.estimation.norms import l2_gain
 from replication.estimation.periodic import PeriodicSystem
 
-READINGS = ("d", "w", "d, w when measured", "d, w of sensors used", "d, all w")
-"""What the denominator of eq. (34) may sum: the first is the print, the others bring in the sensor noise."""
+READINGS = ("d", "d, simulated without w", "w", "d, w when measured", "d, w of sensors used", "d, all w")
+"""What eq. (34) may mean: the first is the print, the second takes the sensors as noiseless, the others count w."""
 PERCENTILES = (0.0, 2.5, 50.0, 97.5, 100.0)
 
 
@@ -42,7 +42,7 @@ def gain_distribution(
     seeds: int,
     seed: int,
 ) -> Json:
-    """g_sim of eq. (34) over independent draws, under five readings of its denominator, for several observers at once.
+    """g_sim of eq. (34) over independent draws, under all readings of its denominator, for several observers at once.
 
     Returns per case and reading percentiles and the two-sided probability of a draw at least as extreme as the printed
     one; the effect of the tail that the sums leave out; how often the `reference` case has the smaller error energy.
@@ -54,6 +54,8 @@ def gain_distribution(
         system = _system(plant, case)
         error, final = _error_energy(system, np.concatenate([d, w[:, :, case["sensors"]]], axis=2))
         ratios = {reading: np.sqrt(error / energy) for reading, energy in _energies(d, w, case).items()}
+        noiseless, _ = _error_energy(system, np.concatenate([d, 0 * w[:, :, case["sensors"]]], axis=2))
+        ratios["d, simulated without w"] = np.sqrt(noiseless / (d**2).sum(axis=(1, 2)))
         # After the noise ends the error decays at least this fast, up to a factor that a geometric tail bounds.
         decay = system.spectral_radius() ** (2 / system.period)
         found[name] = {
@@ -116,7 +118,13 @@ def _energies(d: np.ndarray[Any, Any], w: np.ndarray[Any, Any], case: Json) -> d
     )
     used = sensor[:, case["sensors"]].sum(axis=1)
     total = sensor.sum(axis=1)
-    return dict(zip(READINGS, (process, total, process + when, process + used, process + total), strict=True))
+    return {
+        "d": process,
+        "w": total,
+        "d, w when measured": process + when,
+        "d, w of sensors used": process + used,
+        "d, all w": process + total,
+    }
 
 
 def _error_energy(

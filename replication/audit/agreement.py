@@ -135,6 +135,16 @@ def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
     return repr(value)
 
 
+def apart(first: Fraction, second: Fraction, least: int = 6) -> tuple[str, str]:
+    """Two numbers in `least` significant digits, or in as many as it takes to show which one is larger."""
+    values = _as_float(first), _as_float(second)
+    for count in range(least, 18):
+        texts = f"{values[0]:.{count}g}", f"{values[1]:.{count}g}"
+        if _side(Fraction(texts[0]), Fraction(texts[1])) == _side(first, second):
+            return texts
+    return repr(values[0]), repr(values[1])
+
+
 def _decimal(number: Fraction) -> str:
     """A fraction that comes from decimals, in all its digits."""
     return str(Decimal(number.numerator) / Decimal(number.denominator))

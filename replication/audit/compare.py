@@ -13,8 +13,8 @@ from replication.audit.records import ClaimRecord, ResultsFile
 
 TEXT = ("printed", "statement", "place", "kind", "expected_verdict", "tolerance", "tolerance_reason", "erratum")
 NUMBERS = (
-    "computed", "lower", "upper", "proved", "holds", "margin", "probability", "as_printed", "not_checkable",
-    "quantities",
+    "computed", "lower", "upper", "proved", "holds", "margin", "threshold", "threshold_reason", "probability",
+    "as_printed", "not_checkable", "quantities",
 )  # fmt: skip
 
 

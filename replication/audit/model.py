@@ -43,7 +43,7 @@ class Verdict(StrEnum):
     ERROR = "error"
 
 
-class SolverRecord(msgspec.Struct, frozen=True, kw_only=True):
+class SolverRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a numerical solver said of itself: never an answer, always shown beside one."""
 
     name: str
@@ -54,12 +54,14 @@ class SolverRecord(msgspec.Struct, frozen=True, kw_only=True):
     iterations: int | None = None
 
 
-class Evidence(msgspec.Struct, frozen=True, kw_only=True):
+class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What was computed for a claim, how, and how that was checked.
 
     value: the computed quantity, in the layout of the printed value (`Numbers`).
     lower, upper: a bracket of the true quantity, same layout as `value`; `proved` only if checked in exact arithmetic.
     holds, margin: for order and feasible claims, whether the statement holds and by how much (positive if it holds).
+    threshold: for those, the number that `holds` compares a residual with, if the statement holds up to rounding, a
+    printed digit or the like; the residual is then threshold − margin. threshold_reason: why that much is allowed.
     probability: for statistical claims, the two-sided probability of a draw at least as extreme as the printed one.
     quantities: named numbers that stand behind the answer and are shown with it.
     as_printed: for a claim with an erratum, the evidence for the text as printed (`value` is then the corrected one).
@@ -74,6 +76,8 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True):
     proved: bool = False
     holds: bool | None = None
     margin: float | None = None
+    threshold: float | None = None
+    threshold_reason: str = ""
     probability: float | None = None
     quantities: dict[str, float] = {}
     solvers: tuple[SolverRecord, ...] = ()
@@ -118,7 +122,7 @@ class Claim:
     erratum: str | None = None
 
 
-class Proof(msgspec.Struct, frozen=True, kw_only=True):
+class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The computation behind an erratum: whether it bears the correction out, and the numbers that say so."""
 
     holds: bool
@@ -165,7 +169,7 @@ class Figure:
     alt: Callable[[FigureData], str]
 
 
-class ScopeItem(msgspec.Struct, frozen=True, kw_only=True):
+class ScopeItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One part of the paper: audited by `claims` (ids) and `figures` (names), or left out for `reason`."""
 
     part: str

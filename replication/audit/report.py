@@ -20,11 +20,13 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from replication.audit import numerals, svg
+from replication.audit.allowances import allowances
 from replication.audit.files import write_atomically
 from replication.audit.formulas import mathml
+from replication.audit.headline import caveats, counts, sentence
 from replication.audit.model import Verdict
 from replication.audit.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
-from replication.audit.view import ClaimView, anchor, caveats, counts, sentence, views
+from replication.audit.view import ClaimView, anchor, views
 from replication.errors import AuditError
 
 SOURCES = Path(__file__).resolve().parents[2] / "report"
@@ -105,7 +107,7 @@ def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
             sentence=sentence(results.claims),
             caveats=caveats(results.claims, results.errata),
             inferred={erratum.id for erratum in results.errata if erratum.inference},
-            tolerances=[claim for claim in results.claims if claim.tolerance is not None],
+            allowances=allowances(results.claims),
             unexpected=[claim for claim in results.claims if claim.verdict != claim.expected_verdict],
             style=Markup(_source("style.css")),
             script=Markup(script),

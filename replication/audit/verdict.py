@@ -12,7 +12,7 @@ from fractions import Fraction
 
 import msgspec
 
-from replication.audit.agreement import Judgement, digits, judge_bound, judge_value
+from replication.audit.agreement import Judgement, apart, digits, judge_bound, judge_value
 from replication.audit.evidence import plain, require_finite
 from replication.audit.model import Claim, Evidence, Kind, Proof, Verdict
 from replication.audit.printed import decimal_fraction, parse
@@ -21,6 +21,9 @@ from replication.errors import AuditError
 
 SMALLEST_PROBABILITY = 0.01
 """A statistical claim is consistent if a draw at least as extreme as the printed one is at least this probable."""
+SMALLEST_PROBABILITY_REASON = (
+    "A single draw can only be contradicted by being improbable; at this level one true print in a hundred would be."
+)
 
 AGREES = (Verdict.REPRODUCED, Verdict.CONSISTENT)
 NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
@@ -95,6 +98,8 @@ def case_of(record: ClaimRecord, proof_holds: bool | None) -> Case:
             upper=record.upper,
             holds=record.holds,
             margin=record.margin,
+            threshold=record.threshold,
+            threshold_reason=record.threshold_reason,
             probability=record.probability,
         ),
         method=record.method,
@@ -155,7 +160,22 @@ def _compare(case: Case) -> Judgement:
         raise AuditError(f"a claim of kind {case.kind} has no tolerance, got {case.tolerance}; leave it out")
     if case.kind in NUMERIC and not case.printed:
         raise AuditError(f"a claim of kind {case.kind} needs its printed value")
+    _require_reasoned_threshold(case)
     return _COMPARISONS[case.kind](case)
+
+
+def _require_reasoned_threshold(case: Case) -> None:
+    threshold, reason = case.reading.threshold, case.reading.threshold_reason
+    if threshold is None and not reason:
+        return
+    if threshold is None:
+        raise AuditError(f"the evidence has a threshold_reason and no threshold: {reason!r}; give the number too")
+    if not reason:
+        raise AuditError(f"the threshold {threshold!r} has no threshold_reason; say in words why that much is allowed")
+    if case.kind in NUMERIC:
+        raise AuditError(f"a claim of kind {case.kind} has no threshold, got {threshold!r}; it may have a tolerance")
+    if case.reading.holds is None or case.reading.margin is None:
+        raise AuditError(f"the threshold {threshold!r} needs holds and margin, which is threshold minus residual")
 
 
 def _value(case: Case) -> Judgement:
@@ -181,6 +201,9 @@ def _statement(case: Case) -> Judgement:
         if margin != 0 and holds != (margin > 0):
             raise AuditError(f"the evidence contradicts itself: holds is {holds} and the margin is {margin!r}")
         by = f", by a margin of {digits(Fraction(margin), Fraction(0))}"
+    if margin is not None and case.reading.threshold is not None:
+        allowed = Fraction(case.reading.threshold)
+        by = ". Residual {}, allowed {}".format(*apart(allowed - Fraction(margin), allowed, least=3))
     words = "The statement holds" if holds else "The statement does not hold"
     return Judgement(Verdict.CONSISTENT if holds else Verdict.DIFFERS, None, f"{words}{by}.")
 
@@ -248,6 +271,8 @@ def _draft(claim: Claim, paper_key: str, evidence: Evidence, code: str, seconds:
         else Reading(**{name: getattr(printed, name) for name in Reading.__struct_fields__}),
         holds=evidence.holds,
         margin=evidence.margin,
+        threshold=evidence.threshold,
+        threshold_reason=evidence.threshold_reason,
         probability=evidence.probability,
         quantities=evidence.quantities,
         solvers=evidence.solvers,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -14,7 +13,7 @@ from markupsafe import Markup
 from replication.audit import drawing, numerals
 from replication.audit.model import Verdict
 from replication.audit.printed import Entry, Printed, decimal_fraction, parse
-from replication.audit.records import ClaimRecord, ErratumRecord
+from replication.audit.records import ClaimRecord
 from replication.errors import AuditError
 
 MOST_ENTRIES = 6
@@ -66,60 +65,16 @@ class ClaimView:
         """Whether the row lists all entries."""
         return 0 < len(self.entries) <= MOST_ENTRIES
 
+    @property
+    def residual(self) -> float | None:
+        """What the threshold of a statement is compared with; None without a threshold."""
+        threshold, margin = self.record.threshold, self.record.margin
+        return None if threshold is None or margin is None else threshold - margin
+
 
 def views(claims: Iterable[ClaimRecord]) -> tuple[ClaimView, ...]:
     """The claims of one paper, worst first: by verdict, then by deviation, then as they stand in the paper."""
     return tuple(sorted(map(_view, claims), key=_badness))
-
-
-def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
-    """How many claims have each verdict, in the order of `Verdict`; zeros included."""
-    found = Counter(claim.verdict for claim in claims)
-    return {verdict: found[verdict] for verdict in Verdict}
-
-
-_WORDS = {
-    Verdict.REPRODUCED: ("agrees", "agree", "with the print"),
-    Verdict.REPRODUCED_AFTER_ERRATUM: ("agrees", "agree", "once a documented misprint is corrected"),
-    Verdict.DIFFERS: ("differs", "differ", "from the print or its statement"),
-    Verdict.CONSISTENT: ("holds", "hold", "as a qualitative or statistical statement"),
-    Verdict.NOT_CHECKABLE: ("cannot", "cannot", "be checked"),
-    Verdict.ERROR: ("ended", "ended", "in an error"),
-}
-
-
-def sentence(claims: Sequence[ClaimRecord]) -> str:
-    """The verdict on all claims in words, computed from them."""
-    if not claims:
-        return "There is no claim to judge."
-    parts = [
-        f"{number} {_WORDS[verdict][number != 1]} {_WORDS[verdict][2]}"
-        for verdict, number in counts(claims).items()
-        if number
-    ]
-    listed = " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
-    changed = sum(claim.verdict != claim.expected_verdict for claim in claims)
-    expected = (
-        f"{changed} {'verdict is' if changed == 1 else 'verdicts are'} not as expected."
-        if changed
-        else "Every verdict is the expected one."
-    )
-    return f"Of {len(claims)} {'claim' if len(claims) == 1 else 'claims'}, {listed}. {expected}"
-
-
-def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[str, ...]:
-    """What the counts of verdicts do not say by themselves, each in a sentence with its number."""
-    inferred = {erratum.id for erratum in errata if erratum.inference}
-    found = (
-        (
-            [c for c in claims if c.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and c.erratum in inferred],
-            "reproduced after an erratum that is an inference, not a proof",
-        ),
-        ([c for c in claims if c.tolerance is not None], "compared with a tolerance other than half a unit"),
-        ([c for c in claims if not c.cross_check], "without a check by a second method"),
-        ([c for c in claims if c.proved], "with a bracket proved in exact or ball arithmetic"),
-    )
-    return tuple(f"Claims {words}: {len(chosen)} of {len(claims)}." for chosen, words in found if claims)
 
 
 def anchor(kind: str, name: str) -> str:

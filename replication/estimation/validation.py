@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import scipy.linalg
 
 from replication.errors import InvalidInputError
 
@@ -21,9 +22,8 @@ def as_matrix(name: str, value: Any, *, rows: int | None = None, columns: int | 
     """
     matrix = _real_array(name, value)
     if matrix.ndim != 2:
-        raise InvalidInputError(
-            f"{name} must have two dimensions, got shape {matrix.shape}; write a column as [[1], [2]]"
-        )
+        advice = "write a column as [[1], [2]]" if matrix.ndim else f"write a single number as [[{matrix}]]"
+        raise InvalidInputError(f"{name} must have two dimensions, got shape {matrix.shape}; {advice}")
     for axis, (word, wanted) in enumerate((("rows", rows), ("columns", columns))):
         if wanted is not None and matrix.shape[axis] != wanted:
             raise InvalidInputError(f"{name} must have {wanted} {word}, got shape {matrix.shape}")
@@ -49,6 +49,8 @@ def _real_array(name: str, value: Any) -> Array:
         # A cast would drop imaginary parts, and read digits out of text, without a word.
         if given.dtype.kind not in "biufO":
             raise TypeError(f"its entries are of type {given.dtype}")
+        if any(entry is None for entry in given.flat):
+            raise TypeError("None is not a number")
         array = given.astype(float)
     except (TypeError, ValueError) as error:
         raise InvalidInputError(f"{name} must be an array of real numbers, got {value!r}: {error}") from None
@@ -83,15 +85,25 @@ def undetectable_mode(state: Array, output: Array, *, discrete: bool, tolerance:
 
     Shapes: state (n, n), output (p, n). Stable means inside the unit circle (discrete) or the left half-plane.
     """
+    for mode in hidden_modes(state, output, tolerance=tolerance):
+        if abs(mode) >= 1.0 - tolerance if discrete else mode.real >= -tolerance:
+            return mode
+    return None
+
+
+def hidden_modes(state: Array, output: Array, *, tolerance: float) -> list[complex]:
+    """The eigenvalues of `state` (n, n) that `output` (p, n) does not see; of (A', B') those that B does not move."""
     size = state.shape[0]
+    # Balancing undoes units of the states that would make every other mode look lost beside the largest entries.
+    state, (units, _) = scipy.linalg.matrix_balance(state, permute=False, separate=True)
+    output = output * units
     scale = 1.0 + np.linalg.norm(state, 2)
     # Rows are normalised so that a large unit of measurement does not hide, nor a small one feign, a lost mode.
     norms = np.linalg.norm(output, axis=1, keepdims=True)
     rows = np.divide(output, norms, out=np.zeros_like(output), where=norms > 0) * scale
+    modes = []
     for eigenvalue in np.linalg.eigvals(state):
-        unstable = abs(eigenvalue) >= 1.0 - tolerance if discrete else eigenvalue.real >= -tolerance
-        if unstable:
-            pencil = np.vstack([state - eigenvalue * np.eye(size), rows])
-            if np.linalg.svd(pencil, compute_uv=False)[-1] <= tolerance * scale:
-                return complex(eigenvalue)
-    return None
+        pencil = np.vstack([state - eigenvalue * np.eye(size), rows])
+        if np.linalg.svd(pencil, compute_uv=False)[-1] <= tolerance * scale:
+            modes.append(complex(eigenvalue))
+    return modes

@@ -118,6 +118,16 @@ def claims() -> tuple[ClaimRecord, ...]:
             statement="A shorter period never makes the guaranteed level worse.",
         ),
         claim("feasible", Kind.FEASIBLE, Verdict.CONSISTENT, "", Evidence(method="Exact LDL", holds=True, margin=1e-9)),
+        claim(
+            "identity",
+            Kind.ORDER,
+            Verdict.CONSISTENT,
+            "",
+            Evidence(
+                method=direct, holds=True, margin=1e-12 - 5e-15, threshold=1e-12, threshold_reason="Rounding of sums."
+            ),
+            statement="Both ways to write the error system are the same.",
+        ),
         claim("random", Kind.STATISTICAL, Verdict.CONSISTENT, "0.85", Evidence(method="Draws", probability=0.3125)),
         claim("cited", Kind.CITED, Verdict.NOT_CHECKABLE, "12.5", Evidence(method="none", not_checkable="Cited.")),
         claim(

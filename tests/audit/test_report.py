@@ -19,12 +19,15 @@ from msgspec.structs import replace
 from sample import HOSTILE, KEY, build, claims, hostile_results, results
 
 from replication.audit import numerals
+from replication.audit.allowances import allowances
 from replication.audit.formulas import mathml
+from replication.audit.headline import caveats, sentence
 from replication.audit.model import Kind, Verdict
 from replication.audit.printed import parse
-from replication.audit.records import ResultsFile, TableRecord
+from replication.audit.records import Reading, ResultsFile, TableRecord
 from replication.audit.report import SOURCES, build_report, code_link, render
-from replication.audit.view import WORST_FIRST, anchor, caveats, sentence, views
+from replication.audit.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
+from replication.audit.view import WORST_FIRST, anchor, views
 from replication.errors import AuditError
 
 LARGEST_PAGE = 5_000_000
@@ -210,12 +213,53 @@ def test_sentence_counts_what_is_there() -> None:
     made = claims()
     text = sentence(made)
     assert text.startswith(f"Of {len(made)} claims, ")
-    counted = [int(number) for number in re.findall(r"\d+", text)]
+    counted = [int(number) for number in re.findall(r"\d+", re.sub(r"\(.*?\)", "", text))]
     assert sum(counted[1:-1]) == len(made)
     assert counted[-1] == sum(c.verdict != c.expected_verdict for c in made)
     one = [c for c in made if c.verdict is Verdict.REPRODUCED and c.expected_verdict is c.verdict][:1]
-    assert sentence(one) == "Of 1 claim, 1 agrees with the print. Every verdict is the expected one."
+    assert (
+        sentence(one) == "Of 1 claim, 1 agrees with the print (1 in printed digits). Every verdict is the expected one."
+    )
     assert sentence([]) == "There is no claim to judge."
+
+
+def test_sentence_tells_agreement_of_digits_from_statements_and_draws(made: ResultsFile) -> None:
+    noise = next(claim for claim in made.claims if claim.verdict is Verdict.REPRODUCED_AFTER_ERRATUM)
+    statement = replace(noise, kind=Kind.ORDER)
+    draw = replace(noise, kind=Kind.STATISTICAL, probability=0.5)
+    text = sentence([noise, statement, draw, draw, replace(draw, probability=None, holds=True)])
+    assert (
+        "5 agree once a documented misprint is corrected (1 in printed digits, 2 as statements, 2 as random draws)"
+        in text
+    )
+
+
+def test_tolerances_list_every_allowance_with_its_reason_and_its_claims(
+    made: ResultsFile, page: str, tree: Any
+) -> None:
+    listed = {(item.allowed, item.reason): [claim.id for claim in item.claims] for item in allowances(made.claims)}
+    assert listed == {
+        ("≤ 10⁻¹²", "Rounding of sums."): [f"{KEY}.identity"],
+        ("≥ 0.01", SMALLEST_PROBABILITY_REASON): [f"{KEY}.random"],
+        ("≤ 0.01", "Read off a figure with ticks at every 0.01."): [f"{KEY}.loose"],
+    }
+    assert SMALLEST_PROBABILITY == 0.01
+    section = next(part for part in tree.iter(f"{HTML}section") if part.get("id") == "tolerances")
+    for (allowed, reason), users in listed.items():
+        assert all(text in text_of(section) for text in (allowed, reason, *users))
+    assert "there is no other tolerance" not in page
+    identity = next(claim for claim in made.claims if claim.id == f"{KEY}.identity")
+    assert identity.reason == "The statement holds. Residual 5e-15, allowed 1e-12."
+    shifted = replace(identity, as_printed=Reading(holds=False, margin=-1.0, threshold=1e-9, threshold_reason="why"))
+    assert [item.allowed for item in allowances([shifted, identity])] == ["≤ 10⁻¹²", "≤ 10⁻⁹"]
+    assert [len(item.claims) for item in allowances([shifted, identity])] == [2, 1]
+
+
+def test_without_allowances_the_report_says_so(made: ResultsFile) -> None:
+    plain = tuple(c for c in made.claims if c.kind is Kind.VALUE and c.tolerance is None)
+    papers = tuple(replace(paper, tables=(), scope=()) for paper in made.papers)
+    page = render(replace(made, claims=plain, papers=papers, figures=()), Path())
+    assert "there is no other tolerance" in page
 
 
 def test_caveats_count_inferences_tolerances_and_missing_checks(made: ResultsFile) -> None:
@@ -224,7 +268,7 @@ def test_caveats_count_inferences_tolerances_and_missing_checks(made: ResultsFil
     proved = sum(claim.proved for claim in made.claims)
     assert 0 < unchecked < whole
     assert [re.findall(r"\d+", text) for text in caveats(made.claims, made.errata)] == [
-        [str(number), str(whole)] for number in (0, 1, unchecked, proved)
+        [str(number), str(whole)] for number in (0, 1, 1, 1, unchecked, proved)
     ]
     guessed = [replace(erratum, inference=True) for erratum in made.errata]
     assert caveats(made.claims, guessed)[0].endswith(f": 1 of {whole}.")

@@ -152,6 +152,42 @@ def test_another_tolerance_is_used_and_its_reason_shown() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("holds", "margin", "words"),
+    [
+        (True, 1e-12 - 5e-15, "The statement holds. Residual 5e-15, allowed 1e-12."),
+        (False, 1e-12 - 3.25, "The statement does not hold. Residual 3.25, allowed 1e-12."),
+        (True, 1e-22, "Residual 9.999999999e-13, allowed 1e-12."),
+    ],
+)
+def test_a_threshold_is_told_with_the_residual(holds: bool, margin: float, words: str) -> None:
+    reading = Reading(holds=holds, margin=margin, threshold=1e-12, threshold_reason="rounding")
+    judgement = judge(Case(kind=Kind.ORDER, reading=reading))
+    assert judgement.verdict is (Verdict.CONSISTENT if holds else Verdict.DIFFERS)
+    assert judgement.reason.endswith(words)
+
+
+@pytest.mark.parametrize(
+    ("kind", "reading", "words"),
+    [
+        (Kind.ORDER, Reading(holds=True, margin=0.1, threshold=0.2), "no threshold_reason"),
+        (Kind.ORDER, Reading(holds=True, margin=0.1, threshold_reason="why"), "no threshold"),
+        (Kind.ORDER, Reading(holds=True, threshold=0.2, threshold_reason="why"), "needs holds and margin"),
+        (Kind.STATISTICAL, Reading(probability=0.5, threshold=0.2, threshold_reason="why"), "needs holds and margin"),
+        (Kind.VALUE, Reading(value=1.33, threshold=0.2, threshold_reason="why"), "has no threshold"),
+    ],
+)
+def test_a_threshold_needs_a_reason_and_something_to_compare(kind: Kind, reading: Reading, words: str) -> None:
+    good = Reading(holds=True, margin=0.1, value=1.33)
+    for case in (
+        Case(kind=kind, reading=reading, printed="1.33"),
+        Case(kind=kind, reading=good, as_printed=reading, printed="1.33", erratum="toy.e1", proof_holds=True),
+    ):
+        judgement = judge(case)
+        assert judgement.verdict is Verdict.ERROR
+        assert words in judgement.reason
+
+
 # Records.
 
 
@@ -215,6 +251,8 @@ EVIDENCE = st.builds(
     upper=ANY_FLOAT,
     holds=st.none() | st.booleans(),
     margin=ANY_FLOAT,
+    threshold=ANY_FLOAT,
+    threshold_reason=st.sampled_from(["", "why"]),
     probability=ANY_FLOAT,
     not_checkable=st.sampled_from(["", "", "", "cited"]),
     note=st.sampled_from(["", "n"]),

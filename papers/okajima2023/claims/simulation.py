@@ -97,6 +97,8 @@ def truncation(results: Results) -> Evidence:
         method="Geometric bound of the tail from e(601) and the spectral radius, largest over cases and draws.",
         holds=effect < half_unit,
         margin=half_unit - effect,
+        threshold=half_unit,
+        threshold_reason="Half a unit in the last place of the printed ratios, which the tail must not reach.",
         quantities={f"largest |e(601)|, {WHO[name]}": found["largest_final_error"] for name, found in cases.items()},
     )
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.reduced_lmi import _Layout, _phase_constraint, _state_scales
 from replication.estimation.solvers import SolverReport
 from replication.estimation.validation import Array, positive_scalar
@@ -60,6 +60,7 @@ def central_path(
     that is not above 1, and InfeasibleError if the gains do not stabilise; SolverError, on the way, if Newton's method
     does not reach a centre.
     """
+    require_problem(problem)
     gap, factor = positive_scalar("gap", gap), positive_scalar("factor", factor)
     if factor <= 1:
         raise InvalidInputError(f"factor must be above 1, got {factor!r}: the gap is divided by it from point to point")

@@ -11,16 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.errors import InfeasibleError, SolverError
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.errors import InvalidInputError, ReplicationError, SolverError
+from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
 from replication.estimation.riccati import RiccatiMap, along_period, fixed_point, recentre
-from replication.estimation.validation import Array, positive_scalar
+from replication.estimation.validation import Array, hidden_modes, positive_scalar
 
 SCALING_NOISE = 1e-6
 """Process noise on every state, in its unit, that keeps the covariances used for scaling positive definite."""
 STABILITY_MARGIN = 1e-9
 """A multiplier closer than this to the unit circle, or outside, counts as not stable; as in the detectability test."""
+CIRCLE_TOLERANCE = 1e-6
+"""Where the recursion fails, an undisturbed mode this close to the unit circle is the cause: defective ones are blurred
+by the square root of rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +51,9 @@ class KalmanCentre:
 def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> RiccatiDesign:
     """The steady-state periodic Kalman filter (white d, w of unit intensity): the infinite level.
 
-    extra_noise: intensity >= 0 of process noise added on every state. Raises InfeasibleError if the recursion does not
-    settle on stabilising gains: with detectable sensors, an undisturbed mode on the unit circle. Add noise to it then.
+    extra_noise: intensity >= 0 of process noise added on every state. Raises InvalidInputError if a mode on the unit
+    circle is not disturbed: its gains tend to zero and never settle on stabilising ones; disturb it then. Raises
+    SolverError if rounding hides the limit of the recursion.
     """
     centre = kalman_centre(problem, extra_noise=extra_noise)
     scaled, states = centre.scaled, centre.states
@@ -59,18 +63,32 @@ def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Ric
 
 def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> KalmanCentre:
     """The stabilising solution at an infinite level; errors as in `kalman_design`."""
+    require_problem(problem)
     if extra_noise:
         extra_noise = positive_scalar("extra_noise", extra_noise)
     scaled = scaled_problem(problem, state_scales(problem))
     maps = scaled.maps(extra_noise=extra_noise)
     states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
     if states is None or not semidefinite(states) or not stabilises(scaled, states, maps):
-        raise InfeasibleError(
-            "the Kalman recursion has no stabilising limit: a mode on the unit circle is not disturbed, so its "
-            "estimator never settles (or one grows so fast between measurements that rounding hides the limit); "
-            "give it a little process noise in B_d, or pass extra_noise"
-        )
+        raise _no_limit(problem)
     return KalmanCentre(scaled, states)
+
+
+def _no_limit(problem: MultirateProblem) -> ReplicationError:
+    """Why the Kalman recursion of a detectable problem has no stabilising limit: its plant, or else rounding."""
+    A = problem.plant.A
+    for mode in hidden_modes(A.T, problem.plant.B_d.T, tolerance=CIRCLE_TOLERANCE):
+        if abs(abs(mode) - 1) <= CIRCLE_TOLERANCE:
+            return InvalidInputError(
+                f"the mode {mode:.6g} on the unit circle is not disturbed, so its estimator never settles, and the "
+                "Riccati route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve "
+                "no more in this one (`kalman_design` also takes extra_noise)"
+            )
+    growth = float(np.max(np.abs(np.linalg.eigvals(A)))) ** problem.schedule.period
+    return SolverError(
+        "the stabilising limit of the Kalman recursion was lost in rounding: the fastest mode grows by a factor of "
+        f"{growth:.3g} over the period of {problem.schedule.period} instants; measure more often"
+    )
 
 
 def state_scales(problem: MultirateProblem, noise: float = SCALING_NOISE) -> Array:

@@ -10,8 +10,9 @@ import cvxpy
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.reduced_lmi import LmiDesign
+from replication.estimation.periodic import PeriodicSystem, Stage, block_diagonal
 from replication.estimation.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
 from replication.estimation.validation import Array
 
@@ -66,6 +67,7 @@ def lmi_analysis(problem: MultirateProblem, gains: Array, *, accept: tuple[str, 
     Raises InvalidInputError for gains of another shape, InfeasibleError if the error system is not stable, SolverError
     unless the solver's status is one of `accept`.
     """
+    require_problem(problem)
     radius = problem.error_system(gains).spectral_radius()
     if radius >= 1:
         raise InfeasibleError(f"the gains do not stabilise the error system (multiplier of modulus {radius:.6g})")
@@ -77,13 +79,16 @@ def lmi_analysis(problem: MultirateProblem, gains: Array, *, accept: tuple[str, 
     return LmiDesign(_root(gamma_squared), np.array(gains, dtype=float), np.array([_value(P_k) for P_k in P]), report)
 
 
-def lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
+def lmi_design(problem: MultirateProblem, *, one_matrix: bool = False, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
     """Theorem 2 as printed: minimise gamma^2 subject to eq. (30), all columns of Y_k kept; gains by eq. (31).
+
+    one_matrix: the same P at every phase, a more conservative condition, for comparison.
 
     Raises InfeasibleError or SolverError unless the solver's status is one of `accept`.
     """
+    require_problem(problem)
     N, n, q = problem.schedule.period, problem.plant.order, problem.plant.sensors
-    P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(N)]
+    P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(1 if one_matrix else N)] * (N if one_matrix else 1)
     Y = [cvxpy.Variable((n, q)) for _ in range(N)]
     gamma_squared = cvxpy.Variable()
     blocks = [theorem2_matrix(problem, P, Y, k, gamma_squared) for k in range(N)]
@@ -92,6 +97,38 @@ def lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = ACCEPTED)
     # Y_k on sensors that are not measured is arbitrary in the theorem and without effect in the observer.
     gains *= problem.schedule.mask[:, None, :]
     return LmiDesign(_root(gamma_squared), gains, np.array([_value(P_k) for P_k in P]), report)
+
+
+def cyclic_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
+    """The single inequality of the cyclic reformulation: eq. (30) at N = 1 for the cyclic plant, one P and one Y.
+
+    P (N n, N n) and Y (N n, N q) are full. Turning the phases by the N-th roots of unity leaves the inequality as it
+    is, so the mean over these turns solves it too: of P its diagonal blocks, of Y those from phase k to phase k + 1.
+    Same optimum as Theorem 2, far more unknowns (`cyclic_size`). Raises as `lmi_design`.
+    """
+    require_problem(problem)
+    plant, N, n, q = problem.plant, problem.schedule.period, problem.plant.order, problem.plant.sensors
+    selected = [problem.schedule.selection(k) for k in range(N)]
+    plant_stages = [Stage(plant.A, plant.B_d, S @ plant.C, np.zeros((q, plant.B_d.shape[1]))) for S in selected]
+    A, B, C, _ = PeriodicSystem(tuple(plant_stages)).cyclic()
+    D, W = block_diagonal([S @ plant.D for S in selected]), block_diagonal([plant.W] * N)
+    P, Y = cvxpy.Variable((N * n, N * n), symmetric=True), cvxpy.Variable((N * n, N * q))
+    gamma_squared = cvxpy.Variable()
+    closed, process, sensor = P @ A - Y @ C, P @ B, -Y @ D
+    m, q_w = B.shape[1], D.shape[1]
+    matrix = [
+        [P, closed, process, sensor],
+        [closed.T, P - W.T @ W, np.zeros((N * n, m)), np.zeros((N * n, q_w))],
+        [process.T, np.zeros((m, N * n)), gamma_squared * np.eye(m), np.zeros((m, q_w))],
+        [sensor.T, np.zeros((q_w, N * n)), np.zeros((q_w, m)), gamma_squared * np.eye(q_w)],
+    ]
+    report = _minimise(gamma_squared, [matrix], accept)
+    # The blocks of phase k act on the state at phase k + 1.
+    ahead = [(k + 1) % N for k in range(N)]
+    P_k = np.array([_value(P)[n * j : n * (j + 1), n * j : n * (j + 1)] for j in ahead])
+    Y_k = np.array([_value(Y)[n * j : n * (j + 1), q * k : q * (k + 1)] for k, j in enumerate(ahead)])
+    gains = np.linalg.solve(P_k, Y_k) * problem.schedule.mask[:, None, :]
+    return LmiDesign(_root(gamma_squared), gains, P_k, report)
 
 
 def _value(variable: Any) -> Array:

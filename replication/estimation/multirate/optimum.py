@@ -70,7 +70,7 @@ class Optimum:
 def riccati_design(problem: MultirateProblem, level: float) -> RiccatiDesign:
     """The central observer whose gain is below `level`.
 
-    Raises InfeasibleError if no observer reaches it, or an undisturbed mode is on the unit circle (`kalman_design`).
+    Raises InfeasibleError if no observer reaches it; otherwise as `kalman_design`.
     """
     level = positive_scalar("level", level)
     centre = kalman_centre(problem)
@@ -94,8 +94,8 @@ def achievable(problem: MultirateProblem, level: float) -> bool:
 def optimum(problem: MultirateProblem) -> Optimum:
     """The smallest achievable gain: the non-causal bound where it is achieved, else the root of the Riccati condition.
 
-    Raises InvalidInputError if nothing disturbs z = W e (the optimum is zero then), InfeasibleError if an undisturbed
-    mode is on the unit circle, SolverError if rounding spoils the recursion.
+    Raises InvalidInputError if nothing disturbs z = W e (the optimum is zero then) or an undisturbed mode is on the
+    unit circle (`kalman_design`), SolverError if rounding spoils the recursion.
     """
     centre, noncausal = kalman_centre(problem), noncausal_bound(problem)
     # The square root of rounding in X_k; where disturbances reach z, the non-causal bound is not zero.

@@ -24,8 +24,9 @@ class MultiratePlant:
     """A discrete-time plant with process noise d and sensor noise w.
 
     Shapes: A (n, n), B_d (n, m_d), C (q, n), D (q, q_w), W (n_z, n), B_u (n, m_u). W is the identity and B_u empty
-    unless given. `dt` is the base period in seconds (1.0 if it does not matter). The noise is scaled so that d and w
-    are the signals whose l2 norm counts. Raises InvalidInputError if an entry is not finite or the shapes do not fit.
+    unless given (or if None). `dt` is the base period in seconds (1.0 if it does not matter). The noise is scaled so
+    that d and w are the signals whose l2 norm counts. Raises InvalidInputError if an entry is not finite or the shapes
+    do not fit.
     """
 
     A: Array
@@ -46,13 +47,14 @@ class MultiratePlant:
         C = as_matrix("C", self.C, columns=n)
         if not C.shape[0]:
             raise InvalidInputError("C must have at least one row: a plant without sensors cannot be observed")
+        W, B_u = (None if given is _NOT_GIVEN else given for given in (self.W, self.B_u))
         checked: dict[str, Any] = {
             "A": A,
             "B_d": as_matrix("B_d", self.B_d, rows=n),
             "C": C,
             "D": as_matrix("D", self.D, rows=C.shape[0]),
-            "W": np.eye(n) if self.W is _NOT_GIVEN else as_matrix("W", self.W, columns=n),
-            "B_u": np.zeros((n, 0)) if self.B_u is _NOT_GIVEN else as_matrix("B_u", self.B_u, rows=n),
+            "W": np.eye(n) if W is None else as_matrix("W", W, columns=n),
+            "B_u": np.zeros((n, 0)) if B_u is None else as_matrix("B_u", B_u, rows=n),
             "dt": positive_scalar("dt", self.dt, unit="seconds"),
         }
         if not checked["B_d"].shape[1] or not checked["W"].shape[0]:
@@ -105,7 +107,7 @@ class MultiratePlant:
             B_d=B[:, chosen],
             C=system.C,
             D=D,
-            W=_NOT_GIVEN if W is None else W,
+            W=W,
             B_u=B[:, others],
             dt=1.0 if system.dt is True else float(system.dt),
         )

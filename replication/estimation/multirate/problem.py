@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +20,8 @@ RANK_TOLERANCE = 1e-10
 class MultirateProblem:
     """Design gains L_k for `plant` under `schedule` so that the gain from (d, w) to z = W e is small.
 
-    Raises InvalidInputError if the schedule has another number of sensors than the plant, D has no full row rank on the
-    rows that are measured together (a sensor without noise), or an unstable mode is never seen.
+    Raises InvalidInputError if plant or schedule are of another type, they have different numbers of sensors, D has no
+    full row rank on the rows that are measured together (a sensor without noise), or an unstable mode is never seen.
     """
 
     plant: MultiratePlant
@@ -29,6 +30,8 @@ class MultirateProblem:
     def __post_init__(self) -> None:
         """Check that the plant and the schedule make a well-posed problem."""
         plant, schedule = self.plant, self.schedule
+        _of_type("plant", plant, MultiratePlant, "MultiratePlant(...) or MultiratePlant.from_statespace(...)")
+        _of_type("schedule", schedule, SensingSchedule, "SensingSchedule(periods, offsets)")
         if schedule.sensors != plant.sensors:
             raise InvalidInputError(f"the schedule has {schedule.sensors} sensors, the plant has {plant.sensors}")
         for rows in sorted({schedule.measured(k) for k in range(schedule.period)}):
@@ -69,6 +72,16 @@ class MultirateProblem:
             B = np.hstack([plant.B_d, -gain @ plant.D[rows]])
             stages.append(Stage(plant.A - gain @ plant.C[rows], B, plant.W, np.zeros((plant.W.shape[0], B.shape[1]))))
         return PeriodicSystem(tuple(stages))
+
+
+def require_problem(problem: Any) -> None:
+    """Raise InvalidInputError unless `problem` is a MultirateProblem."""
+    _of_type("problem", problem, MultirateProblem, "MultirateProblem(plant, schedule)")
+
+
+def _of_type(name: str, value: Any, wanted: type, how: str) -> None:
+    if not isinstance(value, wanted):
+        raise InvalidInputError(f"{name} must be a {wanted.__name__}, got {type(value).__name__}; build it by {how}")
 
 
 def _full_row_rank(D: Array) -> bool:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 import scipy.sparse
 
 from replication.estimation.multirate.kalman import state_scales
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.solvers import SolverReport, clarabel_report, clarabel_settings, raise_unless_solved
 from replication.estimation.validation import Array
 
@@ -49,6 +49,7 @@ def reduced_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = A
 
     Raises InfeasibleError or SolverError unless Clarabel's status is one of `accept`; it stays in the report.
     """
+    require_problem(problem)
     layout = _Layout(problem)
     scales = _state_scales(problem)
     blocks = [_phase_constraint(problem, layout, scales, k) for k in range(layout.period)]

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.riccati import RiccatiMap
@@ -66,7 +65,7 @@ class ScaledProblem:
         gains = np.zeros((len(self.A), self.A.shape[-1], self.sensors))
         for k, gain in enumerate(self.whitened_gains(corrected)):
             following = self.T[(k + 1) % len(self.T)]
-            gains[k][:, self.rows[k]] = following @ scipy.linalg.solve_triangular(self.roots[k], gain.T).T
+            gains[k][:, self.rows[k]] = following @ np.linalg.solve(self.roots[k], gain.T).T
         return gains
 
     def unscaled(self, states: Array) -> Array:
@@ -81,7 +80,7 @@ def scaled_problem(problem: MultirateProblem, T: Array) -> ScaledProblem:
     # The triangular factor of D_k' avoids forming D_k D_k', which would square its condition number.
     distinct = dict.fromkeys(rows)
     roots: dict[tuple[int, ...], Array] = {r: np.asarray(np.linalg.qr(plant.D[list(r)].T, mode="r")) for r in distinct}
-    whitened = {r: scipy.linalg.solve_triangular(roots[r], plant.C[list(r)], trans="T") for r in roots}
+    whitened = {r: np.linalg.solve(roots[r].T, plant.C[list(r)]) for r in roots}
     C = tuple(whitened[r] @ T_k for r, T_k in zip(rows, T, strict=True))
     return ScaledProblem(
         T=T,

@@ -15,13 +15,17 @@ import numpy.typing as npt
 from replication.errors import InvalidInputError
 from replication.estimation.validation import Array, positive_integer
 
+MAX_PERIOD = 100_000
+"""Instants after which a schedule must repeat: all methods keep matrices for each of them."""
+
 
 @dataclass(frozen=True)
 class SensingSchedule:
     """Sensor i measures at the instants k with (k - offsets[i]) mod periods[i] == 0.
 
     periods: N_i >= 1, in base periods. offsets: 0 <= theta_i < N_i, zeros unless given. Raises InvalidInputError for a
-    period that is not a whole positive number, an offset out of range, or lengths that do not match.
+    period that is not a whole positive number, an offset out of range, lengths that do not match, or periods whose
+    least common multiple exceeds MAX_PERIOD.
     """
 
     periods: tuple[int, ...]
@@ -33,6 +37,11 @@ class SensingSchedule:
         periods = tuple(positive_integer(f"periods[{i}]", N) for i, N in enumerate(given))
         if not periods:
             raise InvalidInputError("periods must name at least one sensor")
+        if lcm(*periods) > MAX_PERIOD:
+            raise InvalidInputError(
+                f"periods {periods} repeat together only every {lcm(*periods)} instants, more than {MAX_PERIOD}; "
+                "choose periods with common factors, or a longer base period"
+            )
         offsets = _as_tuple("offsets", self.offsets) or (0,) * len(periods)
         if len(offsets) != len(periods):
             raise InvalidInputError(f"offsets must have one entry per sensor ({len(periods)}), got {len(offsets)}")
@@ -80,7 +89,7 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
     For two sensors these are theta_2 = 0 ... gcd(N_1, N_2) - 1. Raises InvalidInputError for a period not whole.
     """
-    reference = SensingSchedule(tuple(periods))
+    reference = SensingSchedule(_as_tuple("periods", periods))
     seen: set[tuple[int, ...]] = set()
     for tail in product(*(range(N) for N in reference.periods[1:])):
         offsets = (0, *tail)

@@ -1,0 +1,156 @@
+"""Multi-rate designs: Theorem 2 through cvxpy and directly, the single cyclic inequality, and the Riccati route.
+
+Each benchmark notes the word with which its solver ended and how far its level is from the optimum: a solver that
+stopped early is listed with that word, and one that failed with its error. Random plants are seeded by their order.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from joblib import Parallel, delayed
+
+from papers.okajima2023 import data
+from replication.errors import InfeasibleError, SolverError
+from replication.estimation.multirate.lmi import cyclic_lmi_design, cyclic_size, lmi_design, theorem2_size
+from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum, riccati_design
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.reduced_lmi import reduced_lmi_design
+from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.simulation import white_noise_variance
+from replication.estimation.multirate.timing import search_timing
+from replication.estimation.norms import l2_gain
+
+PLANT = MultiratePlant(
+    **{name: np.array(value) for name, value in data.plant().items() if name in ("A", "B_d", "C", "D")}
+)
+SCHEDULES = ((2, 3), (4, 5), (5, 7), (8, 9))
+ORDERS = (3, 6, 10, 15, 20)
+RANDOM_SCHEDULE = (2, 3)
+SEVERAL, ONCE = 5, 1
+
+ACCEPT = ("Solved", "AlmostSolved", "optimal", "optimal_inaccurate")
+Outcome = tuple[str, float | None]
+"""The word with which the solver ended, and the level it gave."""
+
+
+def outcome(design: Callable[..., Any]) -> Callable[[MultirateProblem], Outcome]:
+    def run(problem: MultirateProblem) -> Outcome:
+        try:
+            found = design(problem, accept=ACCEPT)
+        except (InfeasibleError, SolverError) as error:
+            return type(error).__name__, None
+        return found.report.status, found.level
+
+    return run
+
+
+def riccati(problem: MultirateProblem) -> Outcome:
+    """Optimum and gains."""
+    best = optimum(problem)
+    riccati_design(problem, best.upper * (1 + 1e-8))
+    return f"{best.limited_by} limit", best.value
+
+
+ROUTES: dict[str, Callable[[MultirateProblem], Outcome]] = {
+    "cvxpy": outcome(lmi_design),
+    "Clarabel": outcome(reduced_lmi_design),
+    "Riccati": riccati,
+}
+
+
+def random_problem(n: int) -> MultirateProblem:
+    rng = np.random.default_rng(n)
+    A = rng.normal(size=(n, n))
+    plant = MultiratePlant(
+        A=0.95 * A / np.max(np.abs(np.linalg.eigvals(A))),
+        B_d=rng.normal(size=(n, 1)),
+        C=rng.normal(size=(2, n)),
+        D=np.eye(2),
+    )
+    return MultirateProblem(plant, SensingSchedule(RANDOM_SCHEDULE))
+
+
+def compare(
+    benchmark: Any, problem: MultirateProblem, route: Callable[[MultirateProblem], Outcome], rounds: int
+) -> None:
+    status, level = benchmark.pedantic(route, args=(problem,), rounds=rounds, warmup_rounds=int(rounds > 1))
+    benchmark.extra_info.update(status=status)
+    if level is not None and route is not riccati:
+        benchmark.extra_info.update(excess=level / optimum(problem).value - 1)
+
+
+@pytest.mark.parametrize("route", ROUTES)
+@pytest.mark.parametrize("periods", SCHEDULES, ids=str)
+def test_schedule(benchmark: Any, periods: tuple[int, int], route: str) -> None:
+    problem = MultirateProblem(PLANT, SensingSchedule(periods))
+    benchmark.group = "Multi-rate observer by schedule (N1, N2), the plant of the paper"
+    benchmark.extra_info.update(row=str(periods), column=route, size=problem.schedule.period, unit="period N")
+    compare(benchmark, problem, ROUTES[route], SEVERAL)
+
+
+@pytest.mark.parametrize("route", ROUTES)
+@pytest.mark.parametrize("n", ORDERS)
+def test_order(benchmark: Any, n: int, route: str) -> None:
+    problem = random_problem(n)
+    benchmark.group = f"Multi-rate observer by order n, random plants, periods {RANDOM_SCHEDULE}"
+    benchmark.extra_info.update(row=str(n), column=route, size=n, unit="order n")
+    compare(benchmark, problem, ROUTES[route], ONCE if n > 10 and route != "Riccati" else SEVERAL)
+
+
+@pytest.mark.parametrize("route", ["cyclic", "periodic"])
+@pytest.mark.parametrize("periods", [(1, 2), (1, 3), (2, 3)], ids=str)
+def test_cyclic(benchmark: Any, periods: tuple[int, int], route: str) -> None:
+    problem = MultirateProblem(PLANT, SensingSchedule(periods))
+    design, size = {"cyclic": (cyclic_lmi_design, cyclic_size), "periodic": (lmi_design, theorem2_size)}[route]
+    benchmark.group = "Single cyclic inequality against Theorem 2, both through cvxpy"
+    benchmark.extra_info.update(row=str(periods), column=route, size=problem.schedule.period, unit="period N")
+    benchmark.extra_info.update(unknowns=size(problem)[0])
+    compare(benchmark, problem, outcome(design), SEVERAL)
+
+
+def test_riccati_is_twenty_times_as_fast_at_order_15(benchmark: Any) -> None:
+    problem = random_problem(15)
+    status, _ = benchmark.pedantic(riccati, args=(problem,), rounds=SEVERAL, warmup_rounds=1)
+    start = time.perf_counter()
+    ROUTES["Clarabel"](problem)
+    ratio = (time.perf_counter() - start) / benchmark.stats.stats.median
+    benchmark.extra_info.update(status=status, times_faster_than_Clarabel=ratio)
+    assert ratio >= 20
+
+
+def test_all_timings_up_to_period_6_within_15_seconds(benchmark: Any) -> None:
+    """The table of best timings for all (N1, N2) up to (6, 6), in two processes, which are started beforehand."""
+    pairs = list(product(range(1, 7), repeat=2))
+    with Parallel(n_jobs=2) as workers:
+        workers(delayed(search_timing)(PLANT, (1, 1)) for _ in range(2))
+
+        def table() -> list[float]:
+            searches = workers(delayed(search_timing)(PLANT, pair) for pair in pairs)
+            return [search.optima[search.best].value for search in searches]
+
+        assert len(benchmark.pedantic(table, rounds=1)) == len(pairs)
+    assert benchmark.stats.stats.max <= 15
+
+
+def test_periods_8_and_9_with_all_checks_within_2_seconds(benchmark: Any) -> None:
+    """Optimum, gains and their exact norm, the direct inequality and its norm, Kalman filter and its variance."""
+
+    def check() -> tuple[str, float, float]:
+        problem = MultirateProblem(PLANT, SensingSchedule((8, 9)))
+        central, direct = optimal_design(problem), reduced_lmi_design(problem, accept=ACCEPT)
+        achieved, also = (l2_gain(problem.error_system(design.gains)).value for design in (central, direct))
+        white_noise_variance(problem.error_system(kalman_design(problem).gains))
+        return direct.report.status, achieved / central.level - 1, also / central.level - 1
+
+    status, achieved, also = benchmark.pedantic(check, rounds=3)
+    benchmark.extra_info.update(status=status, gain_over_level=achieved, gain_of_direct_over_level=also)
+    assert benchmark.stats.stats.median <= 2
+    assert abs(achieved) <= 1e-7
+    assert abs(also) <= 1e-7

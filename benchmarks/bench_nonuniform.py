@@ -1,0 +1,84 @@
+"""Robust design for a range of sampling periods: the exchange method against dense grids, over grid size and order."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+
+from replication.estimation.nonuniform.exchange import dense_design, robust_design
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+
+SAME = 1e-6
+"""Relative distance of the levels of both methods."""
+OSCILLATOR = SampledPlant([[0, 1], [-16, -4.8]], [[0], [16]], [[1, 0]], [[0.1]], [[1, 0]])
+MOTOR = SampledPlant([[-10, 1], [-0.02, -2]], [[2], [2]], [[1, 0]], [[0]], [[0, 1]])
+EXAMPLES = {
+    "oscillator": (OSCILLATOR, PeriodRange(0.01, np.pi / 25)),
+    "motor": (MOTOR, PeriodRange(0.001, 0.099)),
+}
+RANGE = PeriodRange(0.05, 0.3)
+
+
+def chain(order: int) -> SampledPlant:
+    """Damped oscillators in a row, half as many as states; the first is measured, the last to be estimated."""
+    rng = np.random.default_rng(order)
+    A = np.zeros((order, order))
+    for i in range(0, order, 2):
+        A[i : i + 2, i : i + 2] = [[0, 1], [-((1 + i) ** 2), -1.2 * (1 + i)]]
+        if i:
+            A[i + 1, i - 2] = 0.5 * (1 + i) ** 2
+    B = np.zeros((order, 2))
+    B[1, 0] = 1.0
+    C, L = np.zeros((1, order)), np.zeros((1, order))
+    C[0, order - 2] = L[0, 0] = 1.0
+    return SampledPlant(A, B + 0.01 * rng.standard_normal((order, 2)), C, np.array([[0.0, 0.1]]), L)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_exchange_on_the_examples(benchmark: Any, name: str) -> None:
+    plant, periods = EXAMPLES[name]
+    benchmark.group = f"robust design, {name}"
+    found = benchmark(robust_design, plant, periods)
+    assert found.design.level == pytest.approx(dense_design(plant, periods, 129).level, rel=SAME)
+
+
+@pytest.mark.parametrize("nodes", [9, 33, 129])
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_dense_grid_on_the_examples(benchmark: Any, name: str, nodes: int) -> None:
+    plant, periods = EXAMPLES[name]
+    benchmark.group = f"robust design, {name}"
+    benchmark.pedantic(dense_design, args=(plant, periods, nodes), rounds=2)
+
+
+@pytest.mark.parametrize("order", [2, 4, 6])
+def test_exchange_over_the_order(benchmark: Any, order: int) -> None:
+    plant = chain(order)
+    benchmark.group = "robust design over the order, exchange"
+    found = benchmark.pedantic(robust_design, args=(plant, RANGE), rounds=1)
+    benchmark.extra_info["solver calls"] = found.rounds
+
+
+@pytest.mark.parametrize("order", [2, 4, 6])
+def test_dense_grid_over_the_order(benchmark: Any, order: int) -> None:
+    plant = chain(order)
+    benchmark.group = "robust design over the order, 129 nodes"
+    benchmark.pedantic(dense_design, args=(plant, RANGE, 129), rounds=1)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_exchange_is_ten_times_faster(benchmark: Any, name: str) -> None:
+    plant, periods = EXAMPLES[name]
+    benchmark.pedantic(robust_design, args=(plant, periods), rounds=1)
+    seconds = []
+    for design in (lambda: robust_design(plant, periods), lambda: dense_design(plant, periods, 129)):
+        runs = []
+        for _ in range(3):
+            start = time.process_time()
+            design()
+            runs.append(time.process_time() - start)
+        seconds.append(min(runs))
+    benchmark.extra_info["times faster"] = seconds[1] / seconds[0]
+    assert seconds[1] > 10 * seconds[0]

@@ -1,0 +1,1 @@
+"""The claims of the nonuniform-sampling paper, by subject."""

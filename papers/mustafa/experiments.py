@@ -1,0 +1,221 @@
+"""The computations behind the audit: nominal optimum, small-gain grids, true worst case, robust designs. JSON in,
+JSON out."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from replication.estimation.nonuniform.algorithm1 import Reading, build_grid
+from replication.estimation.nonuniform.bracket import WorstCaseGain, floor_for_any_filter, worst_case_gain
+from replication.estimation.nonuniform.exchange import dense_design, robust_design
+from replication.estimation.nonuniform.filter_lmi import FilterDesign, design_for_periods, lmi_size
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
+from replication.estimation.nonuniform.guarantee import guaranteed_level
+from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.printed_lmi import printed_design
+from replication.estimation.nonuniform.robust_lmi import robust_lmi_design
+from replication.estimation.nonuniform.small_gain import (
+    UpperEnd,
+    covered_interval,
+    logarithmic_norm,
+    small_gain_alpha,
+)
+from replication.estimation.nonuniform.stability import stability
+from replication.estimation.nonuniform.worst_case import error_ratio, simulate_error
+
+Json = dict[str, Any]
+Matrices = dict[str, list[list[float]]]
+
+ABOVE = 1e-8
+"""Relative distance from gamma* at which the nominal filter of Example 1 is taken; gamma* itself is a limit."""
+
+
+def problem(plant: Matrices, periods: list[float]) -> tuple[SampledPlant, PeriodRange]:
+    """Plant and range from JSON values."""
+    return SampledPlant(**{name: np.array(value) for name, value in plant.items()}), PeriodRange(*periods)
+
+
+def subject(plant: SampledPlant, periods: PeriodRange, printed: Matrices | None) -> Filter:
+    """The printed filter, or where none is printed the nominally optimal one at the middle of the range."""
+    if printed is not None:
+        return Filter(np.array(printed["A"]), np.array(printed["B"]), np.array(printed["C"]))
+    design = riccati_filter(plant, periods.middle, closed_form(plant, periods.middle) * (1 + ABOVE))
+    assert design is not None
+    return design.filter
+
+
+def nominal(plant: Matrices, periods: list[float]) -> Json:
+    """gamma* at the middle of the range by formula, Riccati and LMI (two modellers); exact norms of their filters."""
+    system, span = problem(plant, periods)
+    h = span.middle
+    riccati = riccati_level(system, h)
+    direct, printed = design_for_periods(system, [h]), printed_design(system, [h])
+    unknowns, order = lmi_size(system)
+    return {
+        "h": h,
+        "formula": closed_form(system, h),
+        "riccati": riccati.level,
+        "riccati_norm": periodic_gain(system, riccati.filter, [h]).upper,
+        "lmi": _design(system, direct, h),
+        "printed_lmi": _design(system, printed, h),
+        "filter": {"A": riccati.filter.A.tolist(), "B": riccati.filter.B.tolist(), "C": riccati.filter.C.tolist()},
+        "Phi": system.discretise(h)[0].tolist(),
+        "unknowns": unknowns,
+        "order": order,
+        "solvers": [direct.report.to_dict(), printed.report.to_dict()],
+    }
+
+
+def _design(plant: SampledPlant, design: FilterDesign, h: float) -> Json:
+    norm = periodic_gain(plant, design.filter, [h])
+    return {"level": design.level, "norm": norm.value, "status": design.report.status}
+
+
+def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
+    """alpha, the intervals (9) around the middle for alpha and its root and both readings of U3, and Algorithm 1."""
+    system, span = problem(plant, periods)
+    alpha = small_gain_alpha(system, span.middle)
+    intervals, runs = {}, {}
+    for upper in UpperEnd:
+        for root in (False, True):
+            found = covered_interval(system, span.middle, float(np.sqrt(alpha)) if root else alpha, upper)
+            intervals[f"{upper.name.lower()}, {'root' if root else 'alpha'}"] = {
+                "lower": found.lower, "upper": found.upper, "covers": found.covers(span.h_l, span.h_u),
+            }  # fmt: skip
+            for union in (False, True):
+                grid = build_grid(system, span, Reading(upper, root, union), limit=limit)
+                name = f"{upper.name.lower()}, {'root' if root else 'alpha'}, {'union' if union else 'set-minus'}"
+                runs[name] = {"end": grid.end.name, "size": len(grid.periods), "periods": list(grid.periods),
+                              "rounds": grid.rounds}  # fmt: skip
+    return {
+        "alpha": alpha,
+        "mu": logarithmic_norm(system.A),
+        "mu_minus": logarithmic_norm(-system.A),
+        "intervals": intervals,
+        "algorithm": runs,
+    }
+
+
+def bracket(
+    plant: Matrices,
+    periods: list[float],
+    printed: Matrices | None,
+    per_duration: bool,
+    horizon: int,
+    final_horizon: int,
+    leaves: int,
+) -> Json:
+    """The true worst-case gain of the paper's filter from both sides, its stability, and its norm at each end."""
+    system, span = problem(plant, periods)
+    filter_ = subject(system, span, printed)
+    found = worst_case_gain(
+        system, filter_, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves,
+        per_duration=per_duration,
+    )  # fmt: skip
+    stable = stability(system, filter_)
+    return {
+        "nominal": periodic_gain(system, filter_, [span.middle]).value,
+        "constant": {"h_l": periodic_gain(system, filter_, [span.h_l]).value,
+                     "h_u": periodic_gain(system, filter_, [span.h_u]).value},
+        "plant_abscissa": stable.plant_abscissa,
+        "filter_radius": stable.filter_radius,
+        **_bracket(found),
+    }  # fmt: skip
+
+
+def _bracket(found: WorstCaseGain) -> Json:
+    guarantee, attack = found.guarantee, found.attack
+    return {
+        "lower": found.lower,
+        "upper": found.upper,
+        "runs": list(attack.runs),
+        "periods": attack.periods.tolist(),
+        "w": attack.w[:, 0].tolist(),
+        "e": attack.e[:, 0].tolist(),
+        "leaves": guarantee.leaves,
+        "depth": guarantee.depth,
+        "history": [list(pair) for pair in guarantee.history],
+        "common": guarantee.history[0][1],
+        "solvers": [guarantee.report.to_dict()],
+    }
+
+
+def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None, nodes: int) -> Json:
+    """gamma*(h) by formula where there is one, the norm of the paper's filter at h, and the floor for any filter."""
+    system, span = problem(plant, periods)
+    filter_ = subject(system, span, printed)
+    h = span.nodes(nodes)
+    floor, where = floor_for_any_filter(system, PeriodRange(span.middle, span.h_u), 3)
+    return {
+        "h": h.tolist(),
+        "optimum": [closed_form(system, float(t)) for t in h],
+        "filter": [periodic_gain(system, filter_, [float(t)]).value for t in h],
+        "middle": span.middle,
+        "floor": floor,
+        "floor_at": where,
+    }
+
+
+def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Json:
+    """Robust designs: one Lyapunov function by exchange and by a dense grid, and the reconstructed LMI (13)."""
+    system, span = problem(plant, periods)
+    exchanged, dense = robust_design(system, span), dense_design(system, span, nodes)
+    restored = robust_lmi_design(system, span, cells)
+    common = guaranteed_level(system, exchanged.design.filter, span, max_leaves=1)
+    return {
+        "exchange": exchanged.design.level,
+        "periods": list(exchanged.design.periods),
+        "rounds": exchanged.rounds,
+        "dense": dense.level,
+        "guaranteed": common.level,
+        "lmi13": restored.level,
+        "lmi13_alpha": max(restored.alphas),
+        "lmi13_small_gain": max(a * d for a, d in zip(restored.alphas, restored.radii, strict=True)),
+        "alpha": small_gain_alpha(system, span.middle),
+        "solvers": [exchanged.design.report.to_dict(), restored.report.to_dict()],
+    }
+
+
+def against_range(plant: Matrices, h_l: float, ends: list[float], horizon: int, leaves: int) -> Json:
+    """The bracket for [h_l, h_u] with the filter that is nominally optimal at the middle of the last range."""
+    system, whole = problem(plant, [h_l, ends[-1]])
+    filter_ = subject(system, whole, None)
+    rows = []
+    for end in ends:
+        found = worst_case_gain(
+            system, filter_, PeriodRange(h_l, end), horizon=horizon, final_horizon=2 * horizon, max_leaves=leaves
+        )
+        rows.append([end, found.lower, found.upper])
+    return {"rows": rows}
+
+
+def draws(
+    plant: Matrices, periods: list[float], printed: Matrices, size: float, decay: float, frequency: float, steps: int,
+    seeds: int, seed: int,
+) -> Json:  # fmt: skip
+    """||e|| / ||w|| of the printed filter for w_k = size exp(-decay k) sin(frequency pi k) over uniform random
+    periods."""
+    system, span = problem(plant, periods)
+    filter_ = subject(system, span, printed)
+    k = np.arange(steps)
+    w = (size * np.exp(-decay * k) * np.sin(frequency * np.pi * k))[:, None]
+    rng = np.random.default_rng(seed)
+    sequences = [rng.uniform(span.h_l, span.h_u, steps) for _ in range(seeds)]
+    errors = np.array([simulate_error(system, filter_, h, w)[:, 0] for h in sequences])
+    ratios = [error_ratio(h, w, e[:, None]) for h, e in zip(sequences, errors, strict=True)]
+    worst = int(np.argmax(ratios))
+    return {
+        "k": k.tolist(),
+        "w": w[:, 0].tolist(),
+        "e": errors[0, :steps].tolist(),
+        "periods": sequences[0].tolist(),
+        "band_low": errors.min(axis=0)[:steps].tolist(),
+        "band_high": errors.max(axis=0)[:steps].tolist(),
+        "ratios": ratios,
+        "worst": ratios[worst],
+        "shown": ratios[0],
+        "seeds": seeds,
+    }

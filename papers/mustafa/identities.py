@@ -1,0 +1,104 @@
+"""Identities of the text tested on random plants: Lemma 2, the map below (7), the congruence behind (10), sizes of
+F."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from replication.estimation.nonuniform.filter_lmi import LmiVariables, lmi10
+from replication.estimation.nonuniform.filters import Filter, error_output, error_step
+from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.nonuniform.small_gain import delta_block
+from replication.estimation.validation import Array
+
+
+def random_case(rng: np.random.Generator, n: int, m: int, r: int, s: int) -> tuple[SampledPlant, Filter]:
+    """A stable plant and a stable filter with the given sizes."""
+    A = rng.standard_normal((n, n))
+    A -= (float(np.max(np.linalg.eigvals(A).real)) + 0.3) * np.eye(n)
+    shapes = ((n, m), (r, n), (r, m), (s, n))
+    B, C, D, L = (rng.standard_normal(shape) for shape in shapes)
+    A_f = rng.standard_normal((n, n))
+    A_f *= 0.8 / np.max(np.abs(np.linalg.eigvals(A_f)))
+    return SampledPlant(A, B, C, D, L), Filter(A_f, rng.standard_normal((n, r)), rng.standard_normal((s, n)))
+
+
+def identities(trials: int, seed: int) -> dict[str, Any]:
+    """Largest relative residuals over `trials` random cases with n = m = s = r = 2, so that the misprinted maps have
+    a value."""
+    rng = np.random.default_rng(seed)
+    worst = {"lemma 2": 0.0, "map as printed": np.inf, "map reordered": 0.0, "(12) as printed": np.inf,
+             "congruence": 0.0, "lemma 3": -np.inf}  # fmt: skip
+    for _ in range(trials):
+        plant, filter_ = random_case(rng, 2, 2, 2, 2)
+        h, theta = rng.uniform(0.2, 0.6), rng.uniform(-0.15, 0.3)
+        worst["lemma 2"] = max(worst["lemma 2"], _lemma_2(plant, h, theta))
+        printed, reordered, twelve = _maps(plant, filter_, h, theta)
+        worst["map as printed"] = min(worst["map as printed"], printed)
+        worst["map reordered"] = max(worst["map reordered"], reordered)
+        worst["(12) as printed"] = min(worst["(12) as printed"], twelve)
+        worst["congruence"] = max(worst["congruence"], _congruence(rng, plant, filter_, h))
+        mu = np.linalg.eigvalsh((plant.A + plant.A.T) / 2)[-1]
+        worst["lemma 3"] = max(worst["lemma 3"], float(np.linalg.norm(plant.discretise(h)[0], 2) / np.exp(mu * h) - 1))
+    return worst
+
+
+def _relative(got: Array, want: Array) -> float:
+    return float(np.linalg.norm(got - want) / np.linalg.norm(want))
+
+
+def _lemma_2(plant: SampledPlant, h: float, theta: float) -> float:
+    Phi, Gamma = plant.discretise(h)
+    Delta = delta_block(plant, theta)
+    moved = np.hstack(plant.discretise(h + theta))
+    return _relative(np.hstack([Phi + Delta @ plant.A @ Phi, Gamma + Delta @ (plant.A @ Gamma + plant.B)]), moved)
+
+
+def _maps(plant: SampledPlant, filter_: Filter, h: float, theta: float) -> tuple[float, float, float]:
+    """Residuals at z = 1.1 of the map as printed, of the linear fractional map in the right order, and of (12)."""
+    n, nf, z = plant.order, len(filter_.A), 1.1
+    Phi, Gamma = plant.discretise(h)
+    A, B = error_step(plant, filter_, Phi, Gamma)
+    C = error_output(plant, filter_)
+    B1, C1 = np.eye(n + nf, n), np.hstack([plant.A @ Phi, np.zeros((n, nf))])
+    resolvent = np.linalg.inv(z * np.eye(n + nf) - A)
+    S11, S12 = C1 @ resolvent @ B1, plant.A @ Gamma + plant.B + C1 @ resolvent @ B
+    S21, S22 = C @ resolvent @ B1, C @ resolvent @ B
+    Delta, identity = delta_block(plant, theta), np.eye(n)
+    A_h, B_h = error_step(plant, filter_, *plant.discretise(h + theta))
+    truth = C @ np.linalg.solve(z * np.eye(n + nf) - A_h, B_h)
+    reordered = S22 + S21 @ Delta @ np.linalg.solve(identity - S11 @ Delta, S12)
+    inner = identity - S11 @ Delta
+    printed = np.linalg.solve(S22 + S12 @ Delta @ inner, S21)
+    twelve = S22 + S12 @ Delta @ np.linalg.solve(inner, S21)
+    return _relative(printed, truth), _relative(reordered, truth), _relative(twelve, truth)
+
+
+def _congruence(rng: np.random.Generator, plant: SampledPlant, filter_: Filter, h: float) -> float:
+    """Residual of J' (6) J = (10) for a random P-bar."""
+    n, m, s, delta = plant.order, plant.B.shape[1], len(plant.L), 1.7
+    root = rng.standard_normal((2 * n, 2 * n))
+    P = root @ root.T + np.eye(2 * n)
+    inverse = np.linalg.inv(P)
+    X, U, Y, V = P[:n, :n], P[:n, n:], np.asarray(inverse[:n, :n]), inverse[:n, n:]
+    A, B = error_step(plant, filter_, *plant.discretise(h))
+    C = error_output(plant, filter_)
+    six = np.block(
+        [
+            [-P, np.zeros((2 * n, s)), A @ P, B],
+            [np.zeros((s, 2 * n)), -np.eye(s), C @ P, np.zeros((s, m))],
+            [(A @ P).T, (C @ P).T, -P, np.zeros((2 * n, m))],
+            [B.T, np.zeros((m, s)), np.zeros((m, 2 * n)), -delta * np.eye(m)],
+        ]
+    )
+    Z = np.asarray(np.linalg.inv(X))
+    J1 = np.block([[Z, Y], [np.zeros((n, n)), V.T]])
+    J = np.zeros_like(six)
+    position = 0
+    for block in (J1, np.eye(s), J1, np.eye(m)):
+        J[position : position + len(block), position : position + len(block)] = block
+        position += len(block)
+    v = LmiVariables(Z, Y, V @ filter_.B, filter_.C @ U.T @ Z, V @ filter_.A @ U.T @ Z, np.array(delta))
+    return _relative(J.T @ six @ J, lmi10(plant, *plant.discretise(h), v))

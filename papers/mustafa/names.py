@@ -1,0 +1,18 @@
+"""Names of the experiments, shared by claims, errata and figures."""
+
+KEY = "mustafa"
+
+NOMINAL = {1: f"{KEY}.nominal.1", 2: f"{KEY}.nominal.2"}
+GRIDS = {1: f"{KEY}.grids.1", 2: f"{KEY}.grids.2"}
+BRACKET = {1: f"{KEY}.bracket.1", 2: f"{KEY}.bracket.2"}
+DURATION = {1: f"{KEY}.bracket-duration.1", 2: f"{KEY}.bracket-duration.2"}
+CURVE = {1: f"{KEY}.curve.1", 2: f"{KEY}.curve.2"}
+ROBUST = {1: f"{KEY}.robust.1", 2: f"{KEY}.robust.2"}
+RANGE = f"{KEY}.against-range"
+DRAWS = f"{KEY}.draws"
+IDENTITIES = f"{KEY}.identities"
+
+LITERAL = "printed, root, union"
+CORRECT = "corrected, alpha, set-minus"
+EXACT = 1e-10
+"""Relative residual below which an identity counts as one."""

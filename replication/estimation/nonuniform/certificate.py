@@ -1,0 +1,107 @@
+"""Proof that storage matrices guarantee a level for every period of every cell, whatever solver they came from.
+
+The inequality of `path_lyapunov` is concave in [Phi(h), Gamma(h)] and h, so it holds on a piece of a cell if it holds
+at
+the vertices of a hull of that piece. Pieces that ask for more than the target are halved: the hull then hugs the curve.
+Remainder of the hull and rounding are allowed for by a bound that is subtracted from the inequality.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from replication.estimation.nonuniform.context_tree import ContextTree
+from replication.estimation.nonuniform.enclosure import Enclosure, enclose
+from replication.estimation.nonuniform.path_lyapunov import Cells, ErrorSystem
+from replication.estimation.validation import Array
+
+ROUNDING = 64 * np.finfo(float).eps
+"""Relative size of what rounding can do to a product of a few small matrices."""
+UNPROVED = 1e9
+"""Squared levels from here on, in units of the common one, count as no level."""
+PIECES = 4
+"""Pieces of a cell at the start."""
+HALVINGS = 14
+MAX_HALVED = 64
+"""If more pieces than this ask for more than the target, the storage matrices are at fault, not the hulls."""
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """level: proved for every sequence, inf if P proves none; worst: in each cell, the period that asks for most."""
+
+    level: float
+    worst: tuple[float, ...]
+
+
+def certify(system: ErrorSystem, cells: Cells, tree: ContextTree, P: Array, target: float) -> Certificate:
+    """The level that P (leaves, N, N) proves; pieces are halved until it is at most `target`, or HALVINGS times."""
+    steps = tree.transitions()
+    needs, worst = [], []
+    for letter, (a, b) in enumerate(pairwise(cells.edges)):
+        pairs = np.array([(leaf, following) for leaf, chosen, following in steps if chosen == letter])
+        need, period = _cell_need(system, P[pairs[:, 0]], P[pairs[:, 1]], (a, b), (target / system.level) ** 2)
+        needs.append(need)
+        worst.append(period)
+    # Above UNPROVED the need is only a measure of how far P is from proving anything.
+    proved = np.linalg.eigvalsh(P).min() > 0 and max(needs) < UNPROVED
+    level = system.level * float(np.sqrt(max(needs) * (1 + 1e-9))) if proved else float("inf")
+    return Certificate(level, tuple(worst))
+
+
+def _cell_need(
+    system: ErrorSystem, P: Array, P_next: Array, ends: tuple[float, float], target: float
+) -> tuple[float, float]:
+    """The largest squared level that a piece of the cell asks for in any transition, and the period where."""
+    edges = np.linspace(*ends, PIECES + 1)
+    start, stop = edges[:-1], edges[1:]
+    done = (-np.inf, ends[0])
+    for halving in range(HALVINGS + 1):
+        hull = enclose(system.plant, start, stop)
+        need = _needed(system, P, P_next, hull)
+        top = need.max(axis=1)
+        halve = (top > target) & (halving < HALVINGS)
+        if np.sum(halve) > MAX_HALVED:
+            halve[:] = False
+        for i in np.flatnonzero(~halve):
+            done = max(done, (float(top[i]), float(hull.periods[i, int(np.argmax(need[i]))])))
+        if not np.any(halve):
+            return done
+        middle = (start[halve] + stop[halve]) / 2
+        start, stop = np.concatenate([start[halve], middle]), np.concatenate([middle, stop[halve]])
+    return done
+
+
+def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Array:
+    """The squared level that each vertex of each piece asks for in the worst transition, of shape (K, DEGREE + 1)."""
+    shape = hull.periods.shape
+    steps = system.steps(hull.vertices.reshape(-1, *hull.vertices.shape[2:]))
+    weights = system.weights(hull.periods.ravel())
+    output = system.output
+    size = output.shape[1]
+    remainder = np.repeat(hull.remainder, shape[1])
+    worst = np.full(len(steps), -np.inf)
+    for current, following in zip(P, P_next, strict=True):
+        allowance = _allowance(system, steps, following, remainder)
+        gram = np.swapaxes(steps, 1, 2) @ following @ steps
+        left = current - gram[:, :size, :size] - weights[:, None, None] * (output.T @ output)
+        left -= allowance[:, None, None] * np.eye(size)
+        smallest = np.linalg.eigvalsh(left)[:, 0]
+        good = smallest > 0
+        need = UNPROVED * (1 - smallest)
+        cross = gram[good, :size, size:]
+        inner = gram[good, size:, size:] + np.swapaxes(cross, 1, 2) @ np.linalg.solve(left[good], cross)
+        need[good] = (np.linalg.eigvalsh(inner)[:, -1] + allowance[good]) / weights[good]
+        worst = np.maximum(worst, need)
+    return worst.reshape(shape)
+
+
+def _allowance(system: ErrorSystem, steps: Array, P: Array, remainder: Array) -> Array:
+    """Bound of the norm of what the remainder of the hull and rounding can add to M'PM, of shape (V,)."""
+    T_norm, inverse_norm = np.linalg.norm(system.T, 2), np.linalg.norm(np.linalg.inv(system.T), 2)
+    missed = remainder * T_norm * max(float(inverse_norm), 1.0)
+    step, storage = np.linalg.norm(steps, axis=(1, 2)), float(np.linalg.norm(P, 2))
+    return np.asarray(storage * (2 * step * missed + missed**2) + ROUNDING * (storage * (1 + step**2) + 1) * len(P))

@@ -1,0 +1,191 @@
+"""Theorem 3: the LMI (10) over a grid of sampling periods, the recovery (11) of the filter, given directly to
+Clarabel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from replication.errors import SolverError
+from replication.estimation.nonuniform.filters import Filter
+from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.nonuniform.sdp import ALMOST, Inequalities, minimise, symmetric_basis
+from replication.estimation.norms import hinf_norm
+from replication.estimation.solvers import SolverReport
+from replication.estimation.validation import Array
+
+
+@dataclass(frozen=True)
+class LmiVariables:
+    """The unknowns of (10): Z, Y symmetric (n, n), F (n, r), G (s, n), Q (n, n), delta = gamma^2 (scalar).
+
+    Every array may carry leading axes: the inequality is then formed for each entry of the stack.
+    """
+
+    Z: Array
+    Y: Array
+    F: Array
+    G: Array
+    Q: Array
+    delta: Array
+
+
+@dataclass(frozen=True)
+class FilterDesign:
+    """level: gamma of the LMI; filter: recovered by (11); variables: in the normalised coordinates of `Normalised`.
+
+    periods: the grid; weights: trace of the dual of each period's inequality, 0 if it could be left out;
+    report: what the solver said.
+    """
+
+    level: float
+    filter: Filter
+    variables: LmiVariables
+    periods: tuple[float, ...]
+    weights: tuple[float, ...]
+    report: SolverReport
+
+
+@dataclass(frozen=True)
+class Normalised:
+    """`plant` with state T x and output z / scale, so that all unknowns of the LMI are of the order of one."""
+
+    plant: SampledPlant
+    T: Array
+    scale: float
+
+    def restore(self, filter_: Filter) -> Filter:
+        """The filter for the original plant; its state estimates the original state."""
+        inverse = np.linalg.inv(self.T)
+        return Filter(inverse @ filter_.A @ self.T, inverse @ filter_.B, self.scale * filter_.C @ self.T)
+
+
+def normalise(plant: SampledPlant, h: float) -> Normalised:
+    """Coordinates in which the controllability Gramian at period h is about the identity, z in units of its own
+    gain."""
+    Phi, Gamma = plant.discretise(h)
+    gramian = scipy.linalg.solve_discrete_lyapunov(Phi, Gamma @ Gamma.T)
+    gramian += 1e-6 * np.trace(gramian) / plant.order * np.eye(plant.order)
+    T = np.linalg.inv(np.linalg.cholesky(gramian))
+    scale = hinf_norm(Phi, Gamma, plant.L, np.zeros((len(plant.L), Gamma.shape[1]))).value or 1.0
+    moved = plant.in_coordinates(T)
+    return Normalised(SampledPlant(moved.A, moved.B, moved.C, moved.D, moved.L / scale), T, scale)
+
+
+def lmi10(plant: SampledPlant, Phi: Array, Gamma: Array, v: LmiVariables) -> Array:
+    """The matrix of (10), order 4n + s + m, blocks (Z, Y | e | Z, Y | w); negative definite iff (6) is solvable.
+
+    Phi (n, n) and Gamma (n, m) belong to one period h; either they or `v` may be a stack.
+    """
+    C, D, L = plant.C, plant.D, plant.L
+    n, m, s = plant.order, Gamma.shape[-1], len(L)
+    first = np.concatenate([v.Z @ Phi, v.Z @ Phi, v.Z @ Gamma], axis=-1)
+    second = np.concatenate([v.Y @ Phi + v.F @ C + v.Q, v.Y @ Phi + v.F @ C, v.Y @ Gamma + v.F @ D], axis=-1)
+    output = np.concatenate([L - v.G, np.broadcast_to(L, v.G.shape), np.zeros((*v.G.shape[:-2], s, m))], axis=-1)
+    output = np.broadcast_to(output, (*first.shape[:-2], s, 2 * n + m))
+    corner = np.concatenate([first, second, output], axis=-2)
+    left = _diagonal(_pair(v.Z, v.Y), np.eye(s))
+    right = _diagonal(_pair(v.Z, v.Y), np.asarray(v.delta)[..., None, None] * np.eye(m))
+    transposed = np.swapaxes(corner, -1, -2)
+    stack = corner.shape[:-2]
+    left, right = (np.broadcast_to(block, (*stack, *block.shape[-2:])) for block in (left, right))
+    return np.concatenate(
+        [np.concatenate([-left, corner], axis=-1), np.concatenate([transposed, -right], axis=-1)], axis=-2
+    )
+
+
+def _pair(Z: Array, Y: Array) -> Array:
+    """[[Z, Z], [Z, Y]]: the congruence J1' P J1 of the paper's proof."""
+    return np.concatenate([np.concatenate([Z, Z], axis=-1), np.concatenate([Z, Y], axis=-1)], axis=-2)
+
+
+def _diagonal(first: Array, second: Array) -> Array:
+    """diag(first, second) over a stack."""
+    second = np.broadcast_to(second, (*first.shape[:-2], *second.shape[-2:]))
+    corner = np.zeros((*first.shape[:-1], second.shape[-1]))
+    return np.concatenate(
+        [np.concatenate([first, corner], axis=-1), np.concatenate([np.swapaxes(corner, -1, -2), second], axis=-1)],
+        axis=-2,
+    )
+
+
+def lmi_size(plant: SampledPlant) -> tuple[int, int]:
+    """Number of scalar unknowns of (10), delta included, and order of its matrix."""
+    n, m, r, s = plant.order, plant.B.shape[1], len(plant.C), len(plant.L)
+    return n * (n + 1) + n * r + s * n + n * n + 1, 4 * n + s + m
+
+
+def variable_basis(plant: SampledPlant) -> LmiVariables:
+    """The unit directions of all unknowns as a stack, preceded by the zero point; the order is delta, Z, Y, F, G, Q."""
+    n, r, s = plant.order, len(plant.C), len(plant.L)
+    symmetric = symmetric_basis(n)
+    blocks = [("delta", np.ones(1)), ("Z", symmetric), ("Y", symmetric)]
+    blocks += [(name, np.eye(a * b).reshape(-1, a, b)) for name, a, b in (("F", n, r), ("G", s, n), ("Q", n, n))]
+    total = 1 + sum(len(block) for _, block in blocks)
+    fields, start = {}, 1
+    for name, block in blocks:
+        stack = np.zeros((total, *block.shape[1:]))
+        stack[start : start + len(block)] = block
+        fields[name] = stack
+        start += len(block)
+    return LmiVariables(**fields)
+
+
+def combine(basis: LmiVariables, x: Array) -> LmiVariables:
+    """The unknowns with coordinates x in `basis`."""
+    parts = {name: np.tensordot(x, getattr(basis, name)[1:], axes=1) for name in ("Z", "Y", "F", "G", "Q", "delta")}
+    return LmiVariables(**parts)
+
+
+def inequalities(plant: SampledPlant, periods: Sequence[float], basis: LmiVariables) -> Inequalities:
+    """-(10) >= 0 for every period, as affine functions of the coordinates in `basis`."""
+    stacks = np.array([-lmi10(plant, *plant.discretise(h), basis) for h in periods])
+    constant = stacks[:, 0]
+    count, unknowns = len(periods), stacks.shape[1] - 1
+    variables = np.broadcast_to(np.arange(unknowns), (count, unknowns))
+    return Inequalities(constant, stacks[:, 1:] - constant[:, None], variables)
+
+
+def recover(v: LmiVariables) -> Filter:
+    """Eq. (11): A_f = -Y^-1 Q (I - Y^-1 Z)^-1, B_f = -Y^-1 F, C_f = G (I - Y^-1 Z)^-1.
+
+    Raises SolverError if Y or Y - Z is numerically singular, as at an optimum that no filter attains.
+    """
+    gap = v.Y - v.Z
+    if np.linalg.cond(v.Y) > 1e14 or np.linalg.cond(gap) > 1e14:
+        raise SolverError(
+            "Y or Y - Z is singular at the solution of (10): the optimum is not attained; use a larger level"
+        )
+    # (I - Y^-1 Z)^-1 = (Y - Z)^-1 Y.
+    factor = np.linalg.solve(gap, v.Y)
+    return Filter(-np.linalg.solve(v.Y, v.Q) @ factor, np.asarray(-np.linalg.solve(v.Y, v.F)), v.G @ factor)
+
+
+def design_for_periods(
+    plant: SampledPlant,
+    periods: Sequence[float],
+    *,
+    accept: tuple[str, ...] = ALMOST,
+    at: Normalised | None = None,
+    gap: float | None = None,
+) -> FilterDesign:
+    """Step 2 of Algorithm 1: minimise delta = gamma^2 subject to (10) at all `periods` (seconds).
+
+    The guarantee of the LMI is for these periods only. The status is in the report; evaluate the filter with
+    `periodic_gain`, which shares nothing with this design. Raises InfeasibleError or SolverError by the solver's
+    status.
+    """
+    normalised = at or normalise(plant, float(np.mean(periods)))
+    basis = variable_basis(normalised.plant)
+    group = inequalities(normalised.plant, periods, basis)
+    cost = np.zeros(group.coefficients.shape[1])
+    cost[0] = 1.0
+    solution = minimise(cost, (group,), accept=accept, gap=gap)
+    variables = combine(basis, solution.x)
+    level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))
+    filter_ = normalised.restore(recover(variables))
+    weights = np.trace(solution.duals[0], axis1=1, axis2=2)
+    return FilterDesign(level, filter_, variables, tuple(periods), tuple(weights.tolist()), solution.report)

@@ -1,0 +1,87 @@
+"""Filters of form (4), the error system (5) that they make with the plant, and its exact gain for given periods."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import control
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.norms import GainBracket, l2_gain
+from replication.estimation.periodic import PeriodicSystem, Stage
+from replication.estimation.validation import Array, as_matrix
+
+
+@dataclass(frozen=True)
+class Filter:
+    """Eq. (4): x^(k+1) = A x^(k) + B y(k), z^(k) = C x^(k); A (nf, nf), B (nf, r), C (s, nf).
+
+    Raises InvalidInputError if the shapes do not fit or an entry is not finite.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+
+    def __post_init__(self) -> None:
+        """Check and freeze the matrices."""
+        A = as_matrix("A_f", self.A)
+        A = as_matrix("A_f", A, rows=A.shape[0], columns=A.shape[0])
+        object.__setattr__(self, "A", A)
+        object.__setattr__(self, "B", as_matrix("B_f", self.B, rows=A.shape[0]))
+        object.__setattr__(self, "C", as_matrix("C_f", self.C, columns=A.shape[0]))
+
+    def to_statespace(self, dt: float | bool = True) -> control.StateSpace:
+        """The filter as a discrete-time `control.StateSpace` from y to z^; dt True means an unspecified period."""
+        return control.StateSpace(self.A, self.B, self.C, np.zeros((len(self.C), self.B.shape[1])), dt)
+
+    def spectral_radius(self) -> float:
+        """Largest modulus of the eigenvalues of A_f."""
+        return float(np.max(np.abs(np.linalg.eigvals(self.A))))
+
+
+def observer(plant: SampledPlant, h: float, K: Array) -> Filter:
+    """The filter x^(k+1) = Phi(h) x^(k) + K (y(k) - C x^(k)), z^ = L x^; K (n, r)."""
+    Phi, _ = plant.discretise(h)
+    gain = as_matrix("K", K, rows=plant.order, columns=len(plant.C))
+    return Filter(Phi - gain @ plant.C, gain, plant.L)
+
+
+def error_output(plant: SampledPlant, filter_: Filter) -> Array:
+    """[L, -C_f] of eq. (5), of shape (s, n + nf); raises InvalidInputError if filter and plant do not fit."""
+    if filter_.B.shape[1] != len(plant.C) or len(filter_.C) != len(plant.L):
+        raise InvalidInputError(
+            f"the filter maps {filter_.B.shape[1]} measurements to {len(filter_.C)} estimates, but the plant has "
+            f"{len(plant.C)} and {len(plant.L)}; check B_f and C_f"
+        )
+    return np.hstack([plant.L, -filter_.C])
+
+
+def error_step(plant: SampledPlant, filter_: Filter, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
+    """The state and input matrices of the error system (5) for given Phi (n, n) and Gamma (n, m)."""
+    n, nf = plant.order, len(filter_.A)
+    state = np.block([[Phi, np.zeros((n, nf))], [filter_.B @ plant.C, filter_.A]])
+    return state, np.vstack([Gamma, filter_.B @ plant.D])
+
+
+def error_system(plant: SampledPlant, filter_: Filter, h: float, *, per_duration: bool = False) -> Stage:
+    """One stage of eq. (5) with period h, state [x; x^]; per_duration scales e by sqrt(h) and w by 1/sqrt(h)."""
+    output = error_output(plant, filter_)
+    state, drive = error_step(plant, filter_, *plant.discretise(h))
+    root = np.sqrt(h) if per_duration else 1.0
+    return Stage(state, drive / root, root * output, np.zeros((len(output), drive.shape[1])))
+
+
+def periodic_gain(
+    plant: SampledPlant, filter_: Filter, periods: Sequence[float], *, per_duration: bool = False
+) -> GainBracket:
+    """Exact l2 gain from w to e when the sampling periods repeat `periods` for ever; one period is the H-infinity norm.
+
+    per_duration weighs both squared norms by the length of each sampling interval. Raises InfeasibleError if the error
+    system is unstable.
+    """
+    stages = {h: error_system(plant, filter_, h, per_duration=per_duration) for h in set(periods)}
+    return l2_gain(PeriodicSystem(tuple(stages[h] for h in periods)))

@@ -1,0 +1,140 @@
+"""The guaranteed level of a given filter: common Lyapunov function, then one that remembers more and more periods."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from replication.errors import InfeasibleError, SolverError
+from replication.estimation.nonuniform.certificate import Certificate, certify
+from replication.estimation.nonuniform.context_tree import ContextTree
+from replication.estimation.nonuniform.filters import Filter, error_output
+from replication.estimation.nonuniform.path_lyapunov import Cells, ErrorSystem, PathSolution, solve
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.solvers import SolverReport
+from replication.estimation.validation import Array
+
+GROWTH = 0.15
+"""Share of the leaves, those with the largest energy flux, that remember one period more in the next round."""
+LOOSE = 1e-3
+"""Relative distance of the certified level from that of the samples above which another sample is added."""
+MAX_SAMPLES = 12
+EXCHANGES = 2
+"""Times that a tree is solved again with more samples."""
+
+
+@dataclass(frozen=True)
+class Guarantee:
+    """A level proved for every sampling sequence in [h_l, h_u].
+
+    level: upper bound of the gain; leaves, depth: size of the context tree, longest memory in periods; history: the
+    best
+    level proved with at most so many leaves; cells, tree, P, system: the certificate, which `certify` checks again;
+    ended: why the memory grew no further.
+    """
+
+    level: float
+    leaves: int
+    depth: int
+    history: tuple[tuple[int, float], ...]
+    cells: Cells
+    tree: ContextTree
+    P: Array
+    system: ErrorSystem
+    report: SolverReport
+    ended: str
+
+
+def guaranteed_level(
+    plant: SampledPlant,
+    filter_: Filter,
+    periods: PeriodRange,
+    *,
+    max_leaves: int = 128,
+    cuts: Sequence[float] | None = None,
+    per_duration: bool = False,
+) -> Guarantee:
+    """Upper bound of the gain ||e|| / ||w|| over every sequence of periods in the range, continuum included.
+
+    cuts: inner edges of the cells (seconds), by default the middle of the range; max_leaves: 1 gives the common
+    Lyapunov
+    function. per_duration weighs both squared norms by the interval lengths. Raises InfeasibleError if A_f is not Schur
+    stable (the gain is then infinite), SolverError if no certificate is found.
+    """
+    error_output(plant, filter_)
+    if filter_.spectral_radius() >= 1:
+        raise InfeasibleError(
+            f"A_f has spectral radius {filter_.spectral_radius():.6g} >= 1: the error does not settle"
+        )
+    system, best = _common(plant, filter_, periods, per_duration)
+    history = [(1, best.level)]
+    edges = (periods.h_l, *(cuts if cuts is not None else (periods.middle,)), periods.h_u)
+    if max_leaves < len(edges) - 1 or periods.h_l == periods.h_u:
+        return best
+    cells, tree = Cells.cut(edges), ContextTree.one_step(len(edges) - 1)
+    ended = f"more than {max_leaves} leaves would be needed"
+    while len(tree.leaves) <= max_leaves:
+        try:
+            solution, cells, proof = _solve_until_proved(system, cells, tree)
+        except SolverError as error:
+            # What was proved so far stands: a certificate does not depend on the next one.
+            ended = str(error)
+            break
+        if proof.level < best.level:
+            best = _guarantee(system, cells, tree, solution, proof, ())
+        history.append((len(tree.leaves), best.level))
+        count = max(1, int(GROWTH * len(tree.leaves)))
+        tree = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
+    return replace(best, history=tuple(history), ended=ended)
+
+
+def _common(
+    plant: SampledPlant, filter_: Filter, periods: PeriodRange, per_duration: bool
+) -> tuple[ErrorSystem, Guarantee]:
+    """The common Lyapunov function, and the error system in the coordinates and units in which it is the identity."""
+    size = plant.order + len(filter_.A)
+    cells, tree = Cells.cut((periods.h_l, periods.h_u)), ContextTree.one_step(1)
+    system = ErrorSystem(plant, filter_, np.eye(size), 1.0, per_duration)
+    # Twice: the first solution is inaccurate where the plant's coordinates are badly scaled.
+    for _ in range(2):
+        solution, cells, proof = _solve_until_proved(system, cells, tree)
+        root = np.linalg.cholesky(solution.P[0]).T
+        level = system.level * float(np.sqrt(solution.delta))
+        system = ErrorSystem(plant, filter_, root @ system.T / np.sqrt(solution.delta), level, per_duration)
+    solution, cells, proof = _solve_until_proved(system, cells, tree)
+    if not np.isfinite(proof.level):
+        raise SolverError("no common Lyapunov function was certified; narrow the range of sampling periods")
+    return system, _guarantee(system, cells, tree, solution, proof, ((1, proof.level),))
+
+
+def _solve_until_proved(
+    system: ErrorSystem, cells: Cells, tree: ContextTree
+) -> tuple[PathSolution, Cells, Certificate]:
+    """Solve, certify, and add the period that asks for most to each cell until the certificate is as good as the
+    samples."""
+    for attempt in range(EXCHANGES + 1):
+        solution = solve(system, cells, tree)
+        target = system.level * float(np.sqrt(solution.delta)) * (1 + LOOSE)
+        proof = certify(system, cells, tree, solution.P, target)
+        denser = cells.with_samples(proof.worst)
+        full = max(len(s) for s in denser.samples) > MAX_SAMPLES
+        if proof.level <= target or denser == cells or full or attempt == EXCHANGES:
+            break
+        cells = denser
+    return solution, cells, proof
+
+
+def _guarantee(
+    system: ErrorSystem,
+    cells: Cells,
+    tree: ContextTree,
+    solution: PathSolution,
+    proof: Certificate,
+    history: tuple[tuple[int, float], ...],
+) -> Guarantee:
+    depth = max(len(leaf) for leaf in tree.leaves)
+    leaves = len(tree.leaves)
+    ended = "one Lyapunov function was asked for"
+    return Guarantee(proof.level, leaves, depth, history, cells, tree, solution.P, system, solution.report, ended)

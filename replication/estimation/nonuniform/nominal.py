@@ -1,0 +1,168 @@
+"""The nominal optimum gamma*(h): the least H-infinity norm of a filter of form (4) at one constant period h.
+
+Two routes without a solver: closed forms for scalar signals, and the Riccati recursion of the H-infinity predictor.
+Sources: Nagpal and Khargonekar, IEEE TAC 36 (1991); Hassibi, Sayed and Kailath, Indefinite-Quadratic Estimation (1999).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.nonuniform.filters import Filter, observer
+from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.norms import hinf_norm
+from replication.estimation.riccati import RiccatiMap, compose, fixed_point, symmetric
+from replication.estimation.validation import Array, positive_scalar
+
+START = 1e-9
+"""P_0 relative to Gamma Gamma': positive definite, because P = 0 is a fixed point that knows the initial state."""
+SETTLED = 1e-13
+"""Relative change of P per step at which the recursion has settled."""
+MAX_STEPS = 20_000
+INDEFINITE = 1e-7
+"""Negative eigenvalue of P, relative to its size, that cannot be rounding."""
+CIRCLE = 1e-7
+"""Distance of a zero from the unit circle below which the closed form is not trusted: gamma* may jump there."""
+
+
+@dataclass(frozen=True)
+class NominalDesign:
+    """A nominal filter. level: gamma; filter: of form (4); covariance: the Riccati solution P (n, n)."""
+
+    level: float
+    filter: Filter
+    covariance: Array
+
+
+def closed_form(plant: SampledPlant, h: float) -> float:
+    """gamma*(h) for scalar w, y, z in the two cases that have a formula.
+
+    C = L, D != 0: |D| prod |z_i| over the zeros z_i of w -> y outside the unit circle, 0 if there are none (Nevanlinna-
+    Pick interpolation with a Blaschke product). D = 0, C Gamma != 0, all zeros inside: |L Gamma|.
+    Raises InvalidInputError in every other case, with the reason.
+    """
+    Phi, Gamma = plant.discretise(h)
+    if max(plant.B.shape[1], len(plant.C), len(plant.L)) != 1:
+        raise InvalidInputError("the closed forms need scalar w, y and z; use `riccati_level`")
+    D = float(plant.D[0, 0])
+    if D != 0.0:
+        if not np.array_equal(plant.C, plant.L):
+            raise InvalidInputError("with D != 0 the closed form needs C = L; use `riccati_level`")
+        moduli = np.abs(np.linalg.eigvals(Phi - Gamma @ plant.C / D))
+        _reject_circle(moduli)
+        return abs(D) * float(np.prod(moduli[moduli > 1])) if np.any(moduli > 1) else 0.0
+    first = float((plant.C @ Gamma)[0, 0])
+    if first == 0.0:
+        raise InvalidInputError("with D = 0 the closed form needs C Gamma(h) != 0; use `riccati_level`")
+    moduli = np.abs(np.linalg.eigvals(Phi - Phi @ Gamma @ plant.C / first))
+    _reject_circle(moduli)
+    if np.any(moduli > 1):
+        raise InvalidInputError("with D = 0 the closed form needs zeros inside the unit circle; use `riccati_level`")
+    return abs(float((plant.L @ Gamma)[0, 0]))
+
+
+def _reject_circle(moduli: Array) -> None:
+    if np.any(np.abs(moduli - 1) < CIRCLE):
+        raise InvalidInputError(
+            f"a zero lies on the unit circle (moduli {moduli}); gamma* jumps there, move h a little"
+        )
+
+
+def deadbeat_filter(plant: SampledPlant, h: float) -> Filter:
+    """The filter with K = Phi Gamma (C Gamma)^-1 that attains |L Gamma| when D = 0 (second case of `closed_form`)."""
+    Phi, Gamma = plant.discretise(h)
+    return observer(plant, h, Phi @ Gamma @ np.linalg.inv(plant.C @ Gamma))
+
+
+def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign | None:
+    """The central filter with norm below `level` at period h, or None if there is none.
+
+    P(k+1) = Phi P Phi' + Gamma Gamma' - S R^-1 S', R = [C; L] P [C; L]' + diag(DD', -level^2 I),
+    S = Phi P [C; L]' + [Gamma D', 0], from a small P(0) > 0; a filter exists iff P settles with L P L' < level^2.
+    Raises SolverError if the recursion neither settles nor fails.
+    """
+    gamma = positive_scalar("level", level)
+    Phi, Gamma = plant.discretise(h)
+    start = START * np.linalg.norm(Gamma @ Gamma.T, 2) * np.eye(plant.order)
+    full_rank = np.linalg.matrix_rank(plant.D) == len(plant.D)
+    P = _doubled(plant, Phi, Gamma, gamma, start) if full_rank else _stepped(plant, Phi, Gamma, gamma, start)
+    # P itself may tend to zero: then the measurements reveal w, and every level is achievable.
+    if P is None or np.linalg.eigvalsh(P)[0] < -INDEFINITE * max(np.linalg.norm(P), np.linalg.norm(start)):
+        return None
+    if np.linalg.eigvalsh(plant.L @ P @ plant.L.T)[-1] >= gamma**2:
+        return None
+    filter_ = observer(plant, h, _central_gain(plant, Phi, Gamma, P, gamma))
+    return NominalDesign(gamma, filter_, P) if filter_.spectral_radius() < 1 else None
+
+
+def _doubled(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start: Array) -> Array | None:
+    """The limit of the recursion from `start` by doubling; needs D D' > 0, which removes the cross term S."""
+    C, D, L = plant.C, plant.D, plant.L
+    noise = np.linalg.inv(D @ D.T)
+    step = RiccatiMap(
+        Phi - Gamma @ D.T @ noise @ C,
+        symmetric(C.T @ noise @ C - L.T @ L / gamma**2),
+        symmetric(Gamma @ (np.eye(D.shape[1]) - D.T @ noise @ D) @ Gamma.T),
+    )
+    # Doubling starts at zero: measure P from `start`.
+    identity, zero = np.eye(plant.order), np.zeros_like(start)
+    shifted = compose(compose(RiccatiMap(identity, zero, start), step), RiccatiMap(identity, zero, -start))
+    limit = fixed_point([shifted])
+    return None if limit is None else start + limit
+
+
+def _stepped(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start: Array) -> Array | None:
+    """The same step by step, for D without full row rank; None as soon as R loses its inertia."""
+    r, s = len(plant.C), len(plant.L)
+    stacked = np.vstack([plant.C, plant.L])
+    cross = np.hstack([Gamma @ plant.D.T, np.zeros((plant.order, s))])
+    direct = scipy.linalg.block_diag(plant.D @ plant.D.T, -(gamma**2) * np.eye(s))
+    P = start
+    for _ in range(MAX_STEPS):
+        R = stacked @ P @ stacked.T + direct
+        S = Phi @ P @ stacked.T + cross
+        if np.linalg.eigvalsh(R[:r, :r])[0] <= 0 or np.linalg.eigvalsh(R[r:, r:])[-1] >= 0:
+            return None
+        following = symmetric(Phi @ P @ Phi.T + Gamma @ Gamma.T - S @ np.linalg.solve(R, S.T))
+        change = float(np.linalg.norm(following - P))
+        P = following
+        if change <= SETTLED * float(np.linalg.norm(P)):
+            return P
+    raise SolverError(f"the Riccati recursion did not settle in {MAX_STEPS} steps at level {gamma:.6g}")
+
+
+def _central_gain(plant: SampledPlant, Phi: Array, Gamma: Array, P: Array, gamma: float) -> Array:
+    """K = (Phi Q C' + Gamma D')(C Q C' + D D')^-1 with Q = (P^-1 - L'L/gamma^2)^-1, the a-priori H-infinity filter."""
+    L = plant.L
+    Q = P + P @ L.T @ np.linalg.solve(gamma**2 * np.eye(len(L)) - L @ P @ L.T, L @ P)
+    innovation = plant.C @ Q @ plant.C.T + plant.D @ plant.D.T
+    return np.asarray(np.linalg.solve(innovation, (Phi @ Q @ plant.C.T + Gamma @ plant.D.T).T).T)
+
+
+def riccati_level(plant: SampledPlant, h: float, *, tolerance: float = 1e-10) -> NominalDesign:
+    """gamma*(h) to a relative `tolerance` by bisection on the Riccati recursion, with the filter at its upper end.
+
+    Raises InfeasibleError if levels near zero are achievable (then the infimum is 0 and is not attained).
+    """
+    Phi, Gamma = plant.discretise(h)
+    high = hinf_norm(Phi, Gamma, plant.L, np.zeros((len(plant.L), Gamma.shape[1]))).upper * (1 + 1e-6)
+    low = high * 1e-6
+    design = riccati_filter(plant, h, high)
+    if design is None:
+        raise SolverError(
+            f"the Riccati recursion rejects the level {high:.6g} that the zero filter attains at h = {h:.6g}"
+        )
+    if riccati_filter(plant, h, low) is not None:
+        raise InfeasibleError(f"gamma*({h:.6g}) is below {low:.3g}: the infimum is 0 and no filter attains it")
+    while high - low > tolerance * high:
+        middle = (low + high) / 2
+        better = riccati_filter(plant, h, middle)
+        if better is None:
+            low = middle
+        else:
+            high, design = middle, better
+    return design

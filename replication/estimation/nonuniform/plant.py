@@ -1,0 +1,144 @@
+"""The sampled plant of eqs. (1)-(3): a continuous-time system, its range of sampling periods, its exact
+discretisation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import control
+import numpy as np
+import scipy.linalg
+
+from replication.errors import InvalidInputError
+from replication.estimation.validation import Array, as_matrix, positive_scalar
+
+HURWITZ_MARGIN = 1e-12
+"""An eigenvalue counts as stable if its real part is below minus this times the norm of A."""
+OBSERVABILITY_TOLERANCE = 1e-9
+"""Smallest singular value of the Popov-Belevitch-Hautus matrix, relative to the norm of A, that counts as
+observable."""
+
+
+@dataclass(frozen=True)
+class PeriodRange:
+    """The sampling periods [h_l, h_u] of eq. (2), in seconds; raises InvalidInputError unless 0 < h_l <= h_u < inf."""
+
+    h_l: float
+    h_u: float
+
+    def __post_init__(self) -> None:
+        """Check the order of the ends."""
+        positive_scalar("h_l", self.h_l, unit="s")
+        positive_scalar("h_u", self.h_u, unit="s")
+        if self.h_l > self.h_u:
+            raise InvalidInputError(f"h_l must not exceed h_u, got h_l = {self.h_l} > h_u = {self.h_u}; swap them")
+
+    @property
+    def middle(self) -> float:
+        """(h_l + h_u) / 2, where Algorithm 1 starts."""
+        return (self.h_l + self.h_u) / 2
+
+    def nodes(self, count: int) -> Array:
+        """`count` equally spaced periods from h_l to h_u."""
+        return np.linspace(self.h_l, self.h_u, count)
+
+
+@dataclass(frozen=True)
+class SampledPlant:
+    """Eq. (1): x' = Ax + Bw, y = Cx + Dw measured when sampled, z = Lx to be estimated; w is held between samples.
+
+    Shapes: A (n, n), B (n, m), C (r, n), D (r, m), L (s, n). Raises InvalidInputError if a shape does not fit, an
+    entry is
+    not finite, A is not Hurwitz (no filter of form (4) then has a bounded error) or (C, A) is not observable.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    L: Array
+
+    def __post_init__(self) -> None:
+        """Check and freeze the matrices."""
+        A = as_matrix("A", self.A)
+        n = A.shape[0]
+        A = as_matrix("A", A, rows=n, columns=n)
+        B = as_matrix("B", self.B, rows=n)
+        C = as_matrix("C", self.C, columns=n)
+        D = as_matrix("D", self.D, rows=C.shape[0], columns=B.shape[1])
+        L = as_matrix("L", self.L, columns=n)
+        for name, matrix in zip("ABCDL", (A, B, C, D, L), strict=True):
+            if matrix.size == 0:
+                raise InvalidInputError(f"{name} must not be empty, got shape {matrix.shape}")
+            object.__setattr__(self, name, matrix)
+        _require_hurwitz(A)
+        _require_observable(A, C)
+
+    @classmethod
+    def from_statespace(cls, system: control.StateSpace, measured: int) -> SampledPlant:
+        """From a continuous-time `control.StateSpace` with inputs w, first `measured` outputs y and the others z.
+
+        Raises InvalidInputError if the system is not continuous-time, has no z, or z has direct feedthrough from w.
+        """
+        if not system.isctime(strict=True):
+            raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
+        if not 1 <= measured < system.noutputs:
+            raise InvalidInputError(
+                f"`measured` must leave at least one y and one z of the {system.noutputs} outputs, got {measured}"
+            )
+        if np.any(system.D[measured:]):
+            raise InvalidInputError("z must have no direct feedthrough from w: set the lower rows of D to zero")
+        return cls(system.A, system.B, system.C[:measured], system.D[:measured], system.C[measured:])
+
+    @property
+    def order(self) -> int:
+        """n, the number of states."""
+        return len(self.A)
+
+    def transition(self, h: float) -> Array:
+        """exp(h [[A, B], [0, 0]]) of shape (n + m, n + m); its upper rows are [Phi(h), Gamma(h)]. h in seconds."""
+        return np.asarray(scipy.linalg.expm(h * self.generator()))
+
+    def transitions(self, periods: Array) -> Array:
+        """`transition` at each of the periods (K,), of shape (K, n + m, n + m)."""
+        return np.asarray(scipy.linalg.expm(np.asarray(periods)[:, None, None] * self.generator()))
+
+    def generator(self) -> Array:
+        """[[A, B], [0, 0]]: the plant with w held constant, as an autonomous system; shape (n + m, n + m)."""
+        n, m = self.B.shape
+        return np.block([[self.A, self.B], [np.zeros((m, n + m))]])
+
+    def discretise(self, h: float) -> tuple[Array, Array]:
+        """Phi(h) = e^{hA} (n, n) and Gamma(h) = int_0^h e^{tA} dt B (n, m) of eq. (3), for w held over h > 0
+        seconds."""
+        period = positive_scalar("h", h, unit="s")
+        n = self.order
+        whole = self.transition(period)
+        return whole[:n, :n], whole[:n, n:]
+
+    def in_coordinates(self, T: Array) -> SampledPlant:
+        """The same plant with state T x; T (n, n) must be invertible."""
+        inverse = np.linalg.inv(T)
+        return SampledPlant(T @ self.A @ inverse, T @ self.B, self.C @ inverse, self.D, self.L @ inverse)
+
+
+def _require_hurwitz(A: Array) -> None:
+    """Raise InvalidInputError unless all eigenvalues of A have a negative real part."""
+    worst = max(np.linalg.eigvals(A), key=lambda value: value.real)
+    if worst.real >= -HURWITZ_MARGIN * np.linalg.norm(A, 2):
+        raise InvalidInputError(
+            f"A must be Hurwitz, but has the eigenvalue {worst:.6g}; a filter of form (4) cannot follow such a plant"
+        )
+
+
+def _require_observable(A: Array, C: Array) -> None:
+    """Raise InvalidInputError unless every mode of A is seen by C (Popov-Belevitch-Hautus test)."""
+    scale = float(np.linalg.norm(A, 2))
+    size = float(np.linalg.norm(C, 2))
+    sensor = C * (scale / size) if size > 0 else C
+    for eigenvalue in np.linalg.eigvals(A):
+        pencil = np.vstack([A - eigenvalue * np.eye(len(A)), sensor])
+        if np.linalg.svd(pencil, compute_uv=False)[-1] <= OBSERVABILITY_TOLERANCE * scale:
+            raise InvalidInputError(
+                f"(C, A) is not observable: C does not see the mode {eigenvalue:.6g}; remove it or add a sensor"
+            )

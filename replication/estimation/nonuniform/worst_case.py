@@ -1,0 +1,177 @@
+"""Lower bound of the gain over every sampling sequence: the gain of one bad sequence over a finite horizon.
+
+The gain of a given sequence h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to e_1 ...
+e_K,
+found by Lanczos on a sparse triangular system; the bound is ||e|| / ||w|| of the disturbance found, so it is attained.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse
+import scipy.sparse.linalg
+
+from replication.errors import InvalidInputError
+from replication.estimation.nonuniform.filters import Filter, error_output
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.validation import Array
+
+SEARCH_TOLERANCE = 1e-4
+FINAL_TOLERANCE = 1e-10
+"""Of Lanczos; the error of the singular value is about its square."""
+IMPROVEMENT = 1e-6
+"""Relative gain below which a change of the sequence does not count."""
+
+
+@dataclass(frozen=True)
+class BadSequence:
+    """A sampling sequence and its worst disturbance. level: ||e|| / ||w||; periods (K,) in seconds; w (K, m); e (K +
+    1, s).
+
+    runs: the pattern that was repeated to make the sequence: samples at h_u, at h_l, at h_u, and so on.
+    """
+
+    level: float
+    periods: Array
+    w: Array
+    e: Array
+    runs: tuple[int, ...]
+
+
+def simulate_error(plant: SampledPlant, filter_: Filter, periods: Array, w: Array) -> Array:
+    """e_0 ... e_K of eq. (5) from rest for the periods (K,) and disturbances w (K, m), of shape (K + 1, s)."""
+    n, nf = plant.order, len(filter_.A)
+    transitions = plant.transitions(periods)
+    output = error_output(plant, filter_)
+    x, estimate = np.zeros(n), np.zeros(nf)
+    errors = [output @ np.concatenate([x, estimate])]
+    for step, disturbance in zip(transitions, w, strict=True):
+        estimate = filter_.A @ estimate + filter_.B @ (plant.C @ x + plant.D @ disturbance)
+        x = step[:n, :n] @ x + step[:n, n:] @ disturbance
+        errors.append(output @ np.concatenate([x, estimate]))
+    return np.array(errors)
+
+
+def sequence_gain(
+    plant: SampledPlant,
+    filter_: Filter,
+    periods: Array,
+    *,
+    per_duration: bool = False,
+    tolerance: float = FINAL_TOLERANCE,
+) -> tuple[float, Array]:
+    """The gain of one finite sequence and its worst disturbance w (K, m) of unit norm, by Lanczos to `tolerance`.
+
+    per_duration weighs |w_k|^2 by h_k and |e_k|^2 by h_k (the last error by the last period).
+    """
+    steps, drives, output = _error_steps(plant, filter_, periods)
+    count, size, inputs = drives.shape
+    root = np.sqrt(periods)[:, None] if per_duration else np.ones((count, 1))
+    e_root = np.vstack([root[1:], root[-1:]])
+    factor = scipy.sparse.linalg.splu(
+        _triangular(steps), permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+    )
+
+    def forward(w: Array) -> Array:
+        forced = np.einsum("kij,kj->ki", drives, w.reshape(count, inputs) / root)
+        return np.asarray(factor.solve(forced.ravel()).reshape(count, size) @ output.T * e_root)
+
+    def normal(w: Array) -> Array:
+        weighted = (forward(w) * e_root) @ output
+        costate = factor.solve(weighted.ravel(), trans="T").reshape(count, size)
+        return np.asarray((np.einsum("kij,ki->kj", drives, costate) / root).ravel())
+
+    operator = scipy.sparse.linalg.LinearOperator((count * inputs, count * inputs), matvec=normal, dtype=float)
+    # A fixed first guess makes the result reproducible.
+    guess = np.random.default_rng(0).standard_normal(count * inputs)
+    _, vectors = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance)
+    w = vectors[:, 0] / np.linalg.norm(vectors[:, 0])
+    return float(np.linalg.norm(forward(w))), np.asarray(w.reshape(count, inputs) / root)
+
+
+def _error_steps(plant: SampledPlant, filter_: Filter, periods: Array) -> tuple[Array, Array, Array]:
+    """Stacks of A-bar(h_k), B-bar(h_k), and C-bar."""
+    n, nf, m = plant.order, len(filter_.A), plant.B.shape[1]
+    distinct, which = np.unique(periods, return_inverse=True)
+    transitions = plant.transitions(distinct)[which]
+    steps = np.zeros((len(periods), n + nf, n + nf))
+    steps[:, :n, :n] = transitions[:, :n, :n]
+    steps[:, n:, :n] = filter_.B @ plant.C
+    steps[:, n:, n:] = filter_.A
+    drives = np.zeros((len(periods), n + nf, m))
+    drives[:, :n] = transitions[:, :n, n:]
+    drives[:, n:] = filter_.B @ plant.D
+    return steps, drives, error_output(plant, filter_)
+
+
+def _triangular(steps: Array) -> scipy.sparse.csc_matrix:
+    """The matrix that takes x_1 ... x_K to x_{k+1} - A_k x_k."""
+    count, size, _ = steps.shape
+    rows = np.arange(size, count * size).reshape(count - 1, size, 1)
+    columns = np.arange((count - 1) * size).reshape(count - 1, 1, size)
+    shape = (count - 1, size, size)
+    entries = (np.broadcast_to(rows, shape).ravel(), np.broadcast_to(columns, shape).ravel())
+    lower = scipy.sparse.csc_matrix((-steps[1:].ravel(), entries), shape=(count * size, count * size))
+    return (lower + scipy.sparse.eye(count * size, format="csc")).tocsc()
+
+
+def repeated(periods: PeriodRange, runs: Sequence[int], horizon: int) -> Array:
+    """`horizon` periods that repeat: runs[0] samples at h_u, runs[1] at h_l, runs[2] at h_u, and so on."""
+    if horizon < 2 or not runs or min(runs) < 0 or sum(runs) < 1:
+        raise InvalidInputError(f"need a horizon of at least 2 and non-negative runs, got {horizon} and {tuple(runs)}")
+    pattern = np.concatenate([np.full(n, periods.h_u if i % 2 == 0 else periods.h_l) for i, n in enumerate(runs)])
+    return np.tile(pattern, horizon // len(pattern) + 1)[:horizon]
+
+
+def worst_sequence(
+    plant: SampledPlant,
+    filter_: Filter,
+    periods: PeriodRange,
+    *,
+    horizon: int,
+    final_horizon: int | None = None,
+    per_duration: bool = False,
+) -> BadSequence:
+    """Search bursts of h_u between runs of h_l: local search over the two run lengths from several starts.
+
+    Constant sequences, short, medium and endless runs of h_l are among the starts. The level is that of the best
+    pattern over `final_horizon` samples (by default `horizon`), a lower bound of the gain over all sequences.
+    """
+    known: dict[tuple[int, int], float] = {}
+
+    def value(runs: tuple[int, int]) -> float:
+        if runs not in known:
+            sequence = repeated(periods, runs, horizon)
+            known[runs] = sequence_gain(
+                plant, filter_, sequence, per_duration=per_duration, tolerance=SEARCH_TOLERANCE
+            )[0]
+        return known[runs]
+
+    families = [[(0, 1)], [(1, 0)], *([(burst, rest) for burst in (1, 4, 16)] for rest in (1, horizon // 16, horizon))]
+    best = max((_climb(max(family, key=value), value) for family in families), key=value)
+    sequence = repeated(periods, best, final_horizon or horizon)
+    _, w = sequence_gain(plant, filter_, sequence, per_duration=per_duration)
+    e = simulate_error(plant, filter_, sequence, w)
+    return BadSequence(error_ratio(sequence, w, e, per_duration=per_duration), sequence, w, e, best)
+
+
+def _climb(runs: tuple[int, int], value: Callable[[tuple[int, int]], float]) -> tuple[int, int]:
+    """Steepest ascent over the run lengths with steps of one and of a quarter of the length."""
+    while True:
+        steps = [(i, sign * size) for i in (0, 1) for sign in (-1, 1) for size in {1, max(1, runs[i] // 4)}]
+        moves = sorted({(max(0, runs[0] + (i == 0) * d), max(0, runs[1] + (i == 1) * d)) for i, d in steps} - {(0, 0)})
+        best = max(moves, key=value)
+        if value(best) <= value(runs) * (1 + IMPROVEMENT):
+            return runs
+        runs = best
+
+
+def error_ratio(periods: Array, w: Array, e: Array, *, per_duration: bool = False) -> float:
+    """||e|| / ||w|| of a simulation: e (K + 1, s), w (K, m); both norms weighted by interval length if
+    `per_duration`."""
+    weights = periods if per_duration else np.ones_like(periods)
+    last = np.append(weights[1:], weights[-1])
+    return float(np.sqrt(np.sum(last[:, None] * e[1:] ** 2) / np.sum(weights[:, None] * w**2)))

@@ -1,0 +1,295 @@
+"""Bad input gives its own error before any solver runs; good input is left alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import clarabel
+import control
+import cvxpy
+import numpy as np
+import pytest
+from multirate_examples import PAPER, problem
+
+from replication.errors import InfeasibleError, InvalidInputError, ReplicationError
+from replication.estimation.multirate import kalman, lmi, optimum, reduced_lmi
+from replication.estimation.multirate.central_path import central_path
+from replication.estimation.multirate.optimum import kalman_design, riccati_design
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.norms import l2_gain
+
+GOOD: dict[str, Any] = {
+    "A": [[0.9, 0.2], [0, 1.1]],
+    "B_d": [[1.0], [0.5]],
+    "C": [[1.0, 0], [0, 1]],
+    "D": np.eye(2),
+    "W": np.eye(2),
+}
+
+
+@pytest.fixture
+def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every way to a solver fails loudly."""
+
+    def called(*_: Any, **__: Any) -> None:
+        pytest.fail("a solver was called before the input was checked")
+
+    monkeypatch.setattr(cvxpy.Problem, "solve", called)
+    monkeypatch.setattr(clarabel, "DefaultSolver", called)
+    for module in (kalman, optimum):
+        monkeypatch.setattr(module, "stationary", called)
+
+
+DESIGNS: dict[str, Callable[[MultirateProblem], Any]] = {
+    "optimum": optimum.optimum,
+    "kalman": kalman_design,
+    "riccati": lambda given: riccati_design(given, 10.0),
+    "printed": lmi.lmi_design,
+    "reduced": reduced_lmi.reduced_lmi_design,
+}
+
+
+def solve(design: str, periods: Any = (2, 3), offsets: Any = (), **changes: Any) -> Any:
+    plant = MultiratePlant(**{**GOOD, **changes})
+    return DESIGNS[design](MultirateProblem(plant, SensingSchedule(periods, offsets)))
+
+
+BAD: list[tuple[dict[str, Any], str]] = [
+    ({"A": np.ones((2, 3))}, "A must have 2 columns"),
+    ({"A": np.eye(3)}, "C must have 3 columns|B_d must have 3 rows"),
+    ({"A": np.zeros((0, 0))}, "A must have at least one state"),
+    ({"A": [[1, 2], [3]]}, "A must be an array of real numbers"),
+    ({"A": [[1j, 0], [0, 1]]}, "A must be an array of real numbers"),
+    ({"A": [[0.9, float("nan")], [0, 1]]}, r"A must be finite, entry \(0, 1\)"),
+    ({"B_d": np.ones((3, 1))}, "B_d must have 2 rows"),
+    ({"B_d": [1, 2]}, "B_d must have two dimensions"),
+    ({"B_d": np.zeros((2, 0))}, "B_d needs a column"),
+    ({"B_d": [[1], [float("inf")]]}, "B_d must be finite"),
+    ({"C": np.ones((1, 3))}, "C must have 2 columns"),
+    ({"C": np.zeros((0, 2))}, "C must have at least one row"),
+    ({"C": [[float("nan"), 0], [0, 1]]}, "C must be finite"),
+    ({"D": np.eye(3)}, "D must have 2 rows"),
+    ({"D": [[1, 0], [0, float("nan")]]}, "D must be finite"),
+    ({"W": np.ones((1, 3))}, "W must have 2 columns"),
+    ({"W": np.zeros((0, 2))}, "W a row"),
+    ({"W": [[1], [1, 2]]}, "W must be an array of real numbers"),
+    ({"W": [[float("nan"), 0]]}, "W must be finite"),
+    ({"B_u": np.ones((3, 1))}, "B_u must have 2 rows"),
+    ({"dt": 0}, "dt must be positive"),
+    ({"dt": float("nan")}, "dt must be positive"),
+    ({"periods": (2, 0)}, "at least 1"),
+    ({"periods": (1, 10**30)}, "repeat together only every 10{30} instants, more than 100000"),
+    ({"periods": (10**6, 10**6 + 3)}, "repeat together only every 1000003000000 instants"),
+    ({"periods": (2, 2.5)}, "whole number"),
+    ({"periods": (2,)}, "the schedule has 1 sensors, the plant has 2"),
+    ({"offsets": (0, 3)}, "from 0 to 2"),
+    ({"offsets": (-1, 0)}, "from 0 to 1"),
+    ({"D": [[1, 0], [0, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)|\(1,\)"),
+    ({"D": [[1, 0], [2, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)"),
+    ({"D": np.ones((2, 1))}, "full row rank"),
+    ({"D": np.zeros((2, 0))}, "full row rank"),
+    (
+        {"A": [[1.1, 0.2], [0, 0.9]], "C": [[0, 1], [0, 2]]},
+        r"not detectable: the mode with multiplier .* over one period",
+    ),
+    ({"C": np.zeros((2, 2))}, "not detectable"),
+    ({"A": np.diag([1.0, 0.5]), "C": [[0, 1], [0, 2]]}, "not detectable: the mode with multiplier 1"),
+]
+
+
+@pytest.mark.usefixtures("no_solver")
+@pytest.mark.parametrize(("changes", "message"), BAD, ids=[message[:40] for _, message in BAD])
+@pytest.mark.parametrize("design", DESIGNS)
+def test_each_bad_input_has_its_own_error_before_any_solver(design: str, changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidInputError, match=message):
+        solve(design, **changes)
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_the_good_input_beside_them_is_solved(design: str) -> None:
+    assert solve(design) is not None
+
+
+def test_the_trap_for_solvers_closes(no_solver: None) -> None:
+    for design in DESIGNS:
+        with pytest.raises(pytest.fail.Exception, match="a solver was called"):
+            solve(design)
+
+
+def test_a_sensor_that_hides_a_rotation_between_its_instants() -> None:
+    """A quarter turn per instant, seen every second one: A^2 = -I, and one coordinate is never seen."""
+    turn = MultiratePlant(A=[[0, 1], [-1, 0]], B_d=np.eye(2), C=[[1, 0]], D=[[1]])
+    for period, seen in ((1, True), (2, False), (3, True), (4, False), (5, True), (6, False)):
+        if seen:
+            assert optimum.optimum(problem(turn, (period,))).value > 0
+        else:
+            with pytest.raises(InvalidInputError, match="not detectable"):
+                problem(turn, (period,))
+    two = replace(turn, C=np.array([[1.0, 0], [1, 0]]), D=np.eye(2))
+    with pytest.raises(InvalidInputError, match="not detectable"):
+        problem(two, (4, 4), (0, 2))
+    assert problem(two, (4, 4), (0, 1)).schedule.period == 4
+
+
+def test_detectability_does_not_depend_on_the_units_of_states() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        n = int(rng.integers(2, 6))
+        V, units = rng.normal(size=(n, n)), 10.0 ** rng.uniform(-4, 4, n)
+        A = V @ np.diag([1.3, *rng.uniform(-0.9, 0.9, n - 1)]) @ np.linalg.inv(V)
+        for lost in (False, True):
+            C = (rng.normal(size=(1, n)) * ([0.0] + [1.0] * (n - 1) if lost else 1.0)) @ np.linalg.inv(V)
+            plant = MultiratePlant(A=units[:, None] * A / units, B_d=np.ones((n, 1)), C=C / units, D=[[1]])
+            if lost:
+                with pytest.raises(InvalidInputError, match="not detectable"):
+                    problem(plant, (3,))
+            else:
+                problem(plant, (3,))
+
+
+def test_noise_is_needed_only_on_sensors_that_measure_together() -> None:
+    shared = replace(PAPER, D=np.array([[1.0], [0.5]]))
+    assert optimum.optimum(problem(shared, (2, 2), (0, 1))).value > 0
+    with pytest.raises(InvalidInputError, match="full row rank"):
+        problem(shared, (2, 2))
+    quiet = replace(PAPER, D=np.diag([1.0, 1e-11]))
+    assert problem(quiet, (2, 3)).schedule.period == 6
+
+
+@pytest.mark.parametrize(
+    "gains",
+    [np.zeros((6, 3)), np.zeros((5, 3, 2)), np.full((6, 3, 2), np.nan), [[1], [2, 3]], "gains", None],
+    ids=["two axes", "short", "NaN", "ragged", "text", "none"],
+)
+def test_bad_gains_are_named(gains: Any) -> None:
+    with pytest.raises(InvalidInputError, match="gains must"):
+        problem(PAPER, (2, 3)).error_system(gains)
+
+
+@pytest.mark.parametrize("level", [0, -1.0, float("nan"), float("inf"), True, "a", None])
+def test_bad_levels_are_named(level: Any) -> None:
+    for function in (riccati_design, optimum.achievable):
+        with pytest.raises(InvalidInputError, match="level must be"):
+            function(problem(PAPER, (2, 3)), level)
+
+
+def test_inputs_are_left_alone_and_the_plant_keeps_its_own_copy() -> None:
+    given = {name: np.array(value, dtype=float) for name, value in GOOD.items()}
+    before = {name: value.copy() for name, value in given.items()}
+    plant = MultiratePlant(**given)
+    two = MultirateProblem(plant, SensingSchedule((2, 3)))
+    for design in DESIGNS.values():
+        design(two)
+    gains = kalman_design(two).gains
+    kept = gains.copy()
+    lmi.lmi_analysis(two, gains, accept=("optimal", "optimal_inaccurate"))
+    np.testing.assert_array_equal(gains, kept)
+    for name, value in given.items():
+        np.testing.assert_array_equal(value, before[name])
+        assert value.flags.writeable
+    given["A"][0, 0] = 99.0
+    assert plant.A[0, 0] == before["A"][0, 0]
+    with pytest.raises(ValueError, match="read-only"):
+        plant.A[0, 0] = 1.0
+
+
+def test_the_same_input_gives_the_same_bits() -> None:
+    two = problem(PAPER, (2, 3))
+    for name, design in DESIGNS.items():
+        first, second = design(two), design(problem(PAPER, (2, 3)))
+        if name == "optimum":
+            assert first == second
+        else:
+            np.testing.assert_array_equal(first.gains, second.gains)
+
+
+@pytest.mark.usefixtures("no_solver")
+@pytest.mark.parametrize("given", [None, PAPER, SensingSchedule((2, 3))], ids=["none", "plant", "schedule"])
+def test_what_is_not_a_problem_is_named(given: Any) -> None:
+    others: dict[str, Callable[[Any], Any]] = {
+        "achievable": lambda it: optimum.achievable(it, 1.0),
+        "noncausal": optimum.noncausal_bound,
+        "analysis": lambda it: lmi.lmi_analysis(it, np.zeros((6, 3, 2))),
+        "cyclic": lmi.cyclic_lmi_design,
+        "path": lambda it: central_path(it, np.zeros((6, 3, 2)), gap=1e-3),
+    }
+    for design in {**DESIGNS, **others}.values():
+        with pytest.raises(InvalidInputError, match=r"problem must be a MultirateProblem, got .*; build it by"):
+            design(given)
+    with pytest.raises(InvalidInputError, match="system must be a PeriodicSystem, got"):
+        l2_gain(given)
+
+
+def test_a_problem_is_made_of_a_plant_and_a_schedule() -> None:
+    system: Any = control.ss(np.eye(2) / 2, np.eye(2), np.eye(2), 0, 1)
+    schedule: Any = (2, 3)
+    with pytest.raises(InvalidInputError, match=r"plant must be a MultiratePlant, got StateSpace; .*from_statespace"):
+        MultirateProblem(system, SensingSchedule((2, 3)))
+    with pytest.raises(InvalidInputError, match=r"schedule must be a SensingSchedule, got tuple"):
+        MultirateProblem(PAPER, schedule)
+
+
+def test_none_stands_for_what_is_not_given() -> None:
+    nothing: Any = None
+    plant = MultiratePlant(**{**GOOD, "W": nothing, "B_u": nothing})
+    np.testing.assert_array_equal(plant.W, np.eye(2))
+    assert plant.B_u.shape == (2, 0)
+
+
+class TestFromStateSpace:
+    SYSTEM = control.ss(
+        [[0.9, 0.2], [0, 1.1]], [[1, 0, 2], [0, 1, 3]], np.eye(2), np.zeros((2, 3)), 0.1,
+        inputs=["force", "gust", "drift"],
+    )  # fmt: skip
+
+    def test_all_inputs_are_disturbances_unless_chosen(self) -> None:
+        plant = MultiratePlant.from_statespace(self.SYSTEM, np.eye(2))
+        assert plant.dt == 0.1
+        np.testing.assert_array_equal(plant.B_d, self.SYSTEM.B)
+        np.testing.assert_array_equal(plant.W, np.eye(2))
+        assert plant.B_u.shape == (2, 0)
+
+    @pytest.mark.parametrize("chosen", [["gust", "drift"], [1, 2], [np.int64(1), "drift"], (1, "drift")])
+    def test_disturbances_by_label_or_index(self, chosen: Any) -> None:
+        plant = MultiratePlant.from_statespace(self.SYSTEM, np.eye(2), disturbances=chosen, W=[[1, 0]])
+        np.testing.assert_array_equal(plant.B_d, self.SYSTEM.B[:, [1, 2]])
+        np.testing.assert_array_equal(plant.B_u, self.SYSTEM.B[:, [0]])
+        assert plant.W.shape == (1, 2)
+
+    def test_a_discrete_system_of_unspecified_period_has_period_one(self) -> None:
+        system = control.ss([[0.5]], [[1]], [[1]], [[0]], True)
+        assert MultiratePlant.from_statespace(system, [[1]]).dt == 1.0
+
+    @pytest.mark.parametrize(
+        ("system", "options", "message"),
+        [
+            (np.eye(2), {}, "must be a control.StateSpace, got ndarray"),
+            (control.tf([1], [1, 2], 0.1), {}, "got TransferFunction"),
+            (control.ss([[-1]], [[1]], [[1]], [[0]]), {}, "must be discrete-time, its dt is 0"),
+            (control.ss([[0.5]], [[1]], [[1]], [[0]], None), {}, "must be discrete-time, its dt is None"),
+            (control.ss([[0.5]], [[1]], [[1]], [[2]], 1), {}, "no feedthrough"),
+            (SYSTEM, {"disturbances": ["rain"]}, "no input 'rain'; the inputs are force, gust, drift"),
+            (SYSTEM, {"disturbances": [3]}, "no input 3"),
+            (SYSTEM, {"disturbances": [-1]}, "no input -1"),
+            (SYSTEM, {"disturbances": [True]}, "no input True"),
+            (SYSTEM, {"disturbances": [1.0]}, "no input 1.0"),
+            (SYSTEM, {"disturbances": "gust"}, "disturbances must be a sequence"),
+            (SYSTEM, {"disturbances": ["gust", 1]}, "each input once"),
+            (SYSTEM, {"disturbances": []}, "B_d needs a column"),
+            (SYSTEM, {"D": np.eye(3)}, "D must have 2 rows"),
+            (SYSTEM, {"W": np.eye(3)}, "W must have 2 columns"),
+        ],
+    )
+    def test_what_does_not_fit_is_named(self, system: Any, options: dict[str, Any], message: str) -> None:
+        with pytest.raises(InvalidInputError, match=message):
+            MultiratePlant.from_statespace(system, **{"D": np.eye(2), **options})
+
+
+def test_an_infeasible_request_says_what_to_ask_for() -> None:
+    with pytest.raises(InfeasibleError, match="larger level") as caught:
+        riccati_design(problem(PAPER, (2, 3)), 0.5)
+    assert isinstance(caught.value, ReplicationError)

@@ -1,0 +1,178 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.nonuniform.algorithm1 import CORRECT, LITERAL, End, Reading, build_grid
+from replication.estimation.nonuniform.exchange import VIOLATION, dense_design, robust_design, violations
+from replication.estimation.nonuniform.filter_lmi import (
+    LmiVariables,
+    design_for_periods,
+    lmi10,
+    lmi_size,
+    normalise,
+    recover,
+    variable_basis,
+)
+from replication.estimation.nonuniform.filters import Filter, error_output, error_step, periodic_gain
+from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter, riccati_level
+from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.nonuniform.printed_lmi import printed_design
+from replication.estimation.nonuniform.robust_lmi import lmi13, modal_transform, robust_lmi_design
+from replication.estimation.nonuniform.small_gain import UpperEnd, delta_block
+
+CONGRUENCE = 1e-12
+ROUTES = 1e-8
+DEGENERATE = 1e-6
+
+
+def random_storage(rng, n):
+    """X, U of P-bar and Y, V of its inverse, all of order n."""
+    root = rng.standard_normal((2 * n, 2 * n))
+    P = root @ root.T + np.eye(2 * n)
+    inverse = np.linalg.inv(P)
+    return P, inverse[:n, :n], inverse[:n, n:]
+
+
+@pytest.mark.parametrize(("n", "m", "r", "s"), [(2, 1, 1, 1), (3, 2, 1, 2)])
+def test_lmi_10_is_the_congruence_of_6(n, m, r, s):
+    rng = np.random.default_rng(n)
+    plant = random_plant(rng, n, m, r, s)
+    P, Y, V = random_storage(rng, n)
+    X, U = P[:n, :n], P[:n, n:]
+    some = Filter(rng.standard_normal((n, n)), rng.standard_normal((n, r)), rng.standard_normal((s, n)))
+    delta = 1.7
+    Phi, Gamma = plant.discretise(0.4)
+    A, B = error_step(plant, some, Phi, Gamma)
+    C = error_output(plant, some)
+    zeros = np.zeros
+    six = np.block(
+        [
+            [-P, zeros((2 * n, s)), A @ P, B],
+            [zeros((s, 2 * n)), -np.eye(s), C @ P, zeros((s, m))],
+            [(A @ P).T, (C @ P).T, -P, zeros((2 * n, m))],
+            [B.T, zeros((m, s)), zeros((m, 2 * n)), -delta * np.eye(m)],
+        ]
+    )
+    Z = np.linalg.inv(X)
+    J1 = np.block([[Z, Y], [zeros((n, n)), V.T]])
+    J = np.zeros((len(six), len(six)))
+    for start, block in ((0, J1), (2 * n, np.eye(s)), (2 * n + s, J1), (4 * n + s, np.eye(m))):
+        J[start : start + len(block), start : start + len(block)] = block
+    v = LmiVariables(Z, Y, V @ some.B, some.C @ U.T @ Z, V @ some.A @ U.T @ Z, np.array(delta))
+    ten = lmi10(plant, Phi, Gamma, v)
+    assert np.linalg.norm(J.T @ six @ J - ten) <= CONGRUENCE * np.linalg.norm(ten)
+    # (11) returns a filter with the same input-output map.
+    got = recover(v)
+    for z in (1.3, -2.1 + 0.4j):
+        want = some.C @ np.linalg.solve(z * np.eye(n) - some.A, some.B)
+        assert np.allclose(got.C @ np.linalg.solve(z * np.eye(n) - got.A, got.B), want, rtol=1e-8, atol=1e-8)
+
+
+def test_lmi_13_is_10_bordered_by_the_uncertainty_channel():
+    """Eliminating xi = Delta eta with the multiplier gives (10) at every period of the cell, up to what is lost."""
+    design = robust_lmi_design(OSCILLATOR, OSCILLATOR_RANGE, 8)
+    for h in OSCILLATOR_RANGE.nodes(25):
+        gain = periodic_gain(OSCILLATOR, design.filter, [float(h)]).value
+        assert gain <= design.level * (1 + 1e-6)
+    rng = np.random.default_rng(0)
+    plant = random_plant(rng, 2, 1, 1, 1)
+    frame = modal_transform(plant.A)
+    basis = variable_basis(plant)
+    Phi, Gamma = plant.discretise(0.3)
+    whole = lmi13(plant, frame, Phi, Gamma, 0.1, basis, np.zeros(len(basis.delta)))
+    assert whole.shape[-1] == 6 * 2 + 1 + 1
+    assert np.array_equal(whole, np.swapaxes(whole, 1, 2))
+
+
+def test_robust_lmi_design_improves_with_more_cells_and_never_beats_the_common_optimum():
+    levels = [robust_lmi_design(OSCILLATOR, OSCILLATOR_RANGE, cells).level for cells in (4, 8, 16)]
+    assert levels[0] > levels[1] > levels[2]
+    assert levels[2] > robust_design(OSCILLATOR, OSCILLATOR_RANGE).design.level
+
+
+def test_delta_block_of_both_signs():
+    for theta in (-0.3, 0.2):
+        whole = delta_block(MOTOR, theta)
+        Phi = np.eye(2) + MOTOR.A @ whole
+        forward, _ = MOTOR.discretise(abs(theta))
+        assert np.allclose(Phi if theta > 0 else np.linalg.inv(Phi), forward, atol=1e-12)
+
+
+def test_three_routes_to_the_nominal_optimum_with_direct_feedthrough():
+    h = OSCILLATOR_RANGE.middle
+    formula = closed_form(OSCILLATOR, h)
+    riccati, direct, printed = (
+        riccati_level(OSCILLATOR, h),
+        design_for_periods(OSCILLATOR, [h], accept=("Solved",)),
+        printed_design(OSCILLATOR, [h]),
+    )
+    for design in (riccati, direct, printed):
+        assert design.level == pytest.approx(formula, rel=ROUTES)
+        assert periodic_gain(OSCILLATOR, design.filter, [h]).value == pytest.approx(formula, rel=ROUTES)
+
+
+def test_routes_to_the_degenerate_optimum():
+    h = MOTOR_RANGE.middle
+    formula = closed_form(MOTOR, h)
+    assert riccati_level(MOTOR, h).level == pytest.approx(formula, rel=DEGENERATE)
+    attained = periodic_gain(MOTOR, deadbeat_filter(MOTOR, h), [h])
+    assert attained.value == pytest.approx(formula, rel=ROUTES)
+    by_solver = design_for_periods(MOTOR, [h])
+    assert periodic_gain(MOTOR, by_solver.filter, [h]).upper >= formula * (1 - 1e-12)
+
+
+def test_closed_form_refuses_what_it_does_not_cover():
+    rng = np.random.default_rng(2)
+    with pytest.raises(InvalidInputError, match="scalar"):
+        closed_form(random_plant(rng, 2), 0.1)
+    with pytest.raises(InvalidInputError, match="C = L"):
+        closed_form(SampledPlant(OSCILLATOR.A, OSCILLATOR.B, OSCILLATOR.C, OSCILLATOR.D, [[0, 1]]), 0.1)
+    # All zeros inside the unit circle: the infimum is zero, and the Riccati route says that nothing attains it.
+    assert closed_form(OSCILLATOR, OSCILLATOR_RANGE.h_l) == 0.0
+    with pytest.raises(InfeasibleError, match="infimum is 0"):
+        riccati_level(OSCILLATOR, OSCILLATOR_RANGE.h_l)
+
+
+@given(plant=stable_plants())
+@settings(max_examples=12, deadline=None)
+def test_riccati_filter_meets_its_level_and_the_lmi_agrees(plant):
+    h = 0.5
+    best = riccati_level(plant, h, tolerance=1e-7)
+    above = riccati_filter(plant, h, best.level * 1.05)
+    assert above is not None
+    assert periodic_gain(plant, above.filter, [h]).upper <= best.level * 1.05 * (1 + 1e-7)
+    assert riccati_filter(plant, h, best.level * (1 - 1e-3)) is None
+    by_lmi = design_for_periods(plant, [h])
+    assert by_lmi.level == pytest.approx(best.level, rel=2e-3)
+
+
+def test_exchange_matches_the_dense_grid_and_holds_between_its_nodes():
+    for plant, periods in ((OSCILLATOR, OSCILLATOR_RANGE), (MOTOR, MOTOR_RANGE)):
+        dense = dense_design(plant, periods, 129)
+        everywhere = robust_design(plant, periods)
+        assert everywhere.design.level == pytest.approx(dense.level, rel=1e-6)
+        normalised = normalise(plant, periods.middle)
+        assert violations(normalised, everywhere.design.variables, periods.nodes(501)).max() <= VIOLATION
+        assert len(everywhere.design.periods) < 8
+
+
+def test_lmi_counts():
+    assert lmi_size(OSCILLATOR) == (15, 10)
+    assert len(variable_basis(OSCILLATOR).delta) == 16
+
+
+@pytest.mark.parametrize(("plant", "periods"), [(OSCILLATOR, OSCILLATOR_RANGE), (MOTOR, MOTOR_RANGE)])
+def test_algorithm_1_literal_stalls_and_correct_covers(plant, periods):
+    assert build_grid(plant, periods, LITERAL).end is End.STALLED
+    grid = build_grid(plant, periods, CORRECT)
+    assert grid.end is End.COVERED
+    reached = periods.h_l
+    for interval in grid.intervals:
+        assert interval.lower < reached + 1e-15
+        reached = max(reached, interval.upper)
+    assert reached > periods.h_u
+    assert build_grid(plant, periods, CORRECT, limit=1).end is End.LIMIT
+    root = Reading(UpperEnd.CORRECTED, root=True, union=False)
+    assert build_grid(plant, periods, root).end is End.STALLED

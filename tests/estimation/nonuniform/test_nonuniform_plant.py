@@ -1,0 +1,156 @@
+import control
+import numpy as np
+import pytest
+import scipy.integrate
+from hypothesis import given, settings
+from sampled_cases import MOTOR, OSCILLATOR, random_plant, stable_plants
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.nonuniform.enclosure import enclose
+from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
+from replication.estimation.nonuniform.guarantee import guaranteed_level
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust_lmi import robust_lmi_design
+from replication.estimation.nonuniform.small_gain import UpperEnd, covered_interval, delta_block, small_gain_alpha
+from replication.estimation.nonuniform.stability import stability
+from replication.estimation.nonuniform.worst_case import repeated
+
+EXACT = 1e-12
+
+
+@pytest.mark.parametrize(("h_l", "h_u"), [(0.0, 1.0), (-0.1, 1.0), (2.0, 1.0), (0.1, float("inf")), (float("nan"), 1)])
+def test_bad_ranges_are_refused(h_l, h_u):
+    with pytest.raises(InvalidInputError, match="h_"):
+        PeriodRange(h_l, h_u)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"A": [[0.1, 1], [0, -1]]}, "Hurwitz"),
+        ({"A": [[0, 1], [-1, 0]]}, "Hurwitz"),
+        ({"D": [[0.1, 0.2]]}, "D must have 1 columns"),
+        ({"L": [[1, 0, 0]]}, "L must have 2 columns"),
+        ({"B": [[1], [2], [3]]}, "B must have 2 rows"),
+        ({"C": [[0, 0]]}, "not observable"),
+        ({"A": [[-1, 0], [0, -2]]}, "not observable"),
+        ({"B": [[np.nan], [1]]}, "finite"),
+    ],
+)
+def test_bad_plants_are_refused(change, message):
+    good = {"A": [[0, 1], [-16, -4.8]], "B": [[0], [16]], "C": [[1, 0]], "D": [[0.1]], "L": [[1, 0]]}
+    SampledPlant(**good)
+    with pytest.raises(InvalidInputError, match=message):
+        SampledPlant(**{**good, **change})
+
+
+def test_filter_that_does_not_fit_or_is_unstable_is_refused():
+    wrong = Filter(np.eye(2) / 2, np.ones((2, 2)), np.ones((1, 2)))
+    with pytest.raises(InvalidInputError, match="B_f"):
+        error_system(OSCILLATOR, wrong, 0.1)
+    unstable = Filter([[1.01]], [[1.0]], [[1.0]])
+    with pytest.raises(InfeasibleError, match="spectral radius"):
+        guaranteed_level(OSCILLATOR, unstable, PeriodRange(0.01, 0.1))
+    assert not stability(OSCILLATOR, unstable).stable
+
+
+def test_cell_that_breaks_the_small_gain_condition_is_named_before_the_solver():
+    with pytest.raises(InfeasibleError, match="use more cells"):
+        robust_lmi_design(OSCILLATOR, PeriodRange(0.01, 0.12), 1)
+    with pytest.raises(InvalidInputError, match="runs"):
+        repeated(PeriodRange(0.01, 0.12), (0, 0), 10)
+
+
+def test_statespace_in_and_out():
+    system = control.ss(OSCILLATOR.A, OSCILLATOR.B, np.vstack([OSCILLATOR.C, OSCILLATOR.L]), [[0.1], [0]])
+    assert np.array_equal(SampledPlant.from_statespace(system, 1).D, OSCILLATOR.D)
+    with pytest.raises(InvalidInputError, match="continuous-time"):
+        SampledPlant.from_statespace(control.ss(OSCILLATOR.A, OSCILLATOR.B, np.eye(2), 0, 0.1), 1)
+    with pytest.raises(InvalidInputError, match="feedthrough"):
+        SampledPlant.from_statespace(control.ss(OSCILLATOR.A, OSCILLATOR.B, np.eye(2), [[0], [1]]), 1)
+    with pytest.raises(InvalidInputError, match="measured"):
+        SampledPlant.from_statespace(system, 2)
+    out = Filter([[0.5]], [[1.0]], [[2.0]]).to_statespace()
+    assert out.isdtime(strict=True)
+    assert out(1.0) == pytest.approx(4.0)
+
+
+@given(plant=stable_plants())
+@settings(max_examples=20, deadline=None)
+def test_gamma_is_the_integral_of_phi(plant):
+    h = 0.37
+    Phi, Gamma = plant.discretise(h)
+    integral, _ = scipy.integrate.quad_vec(lambda t: plant.discretise(h - t)[0] @ plant.B if t < h else plant.B, 0, h)
+    assert np.linalg.norm(Gamma - integral) <= 1e-9 * (1 + np.linalg.norm(Gamma))
+    # Half a period twice is a whole one.
+    P2, G2 = plant.discretise(h / 2)
+    assert np.linalg.norm(P2 @ P2 - Phi) <= 1e-11
+    assert np.linalg.norm(P2 @ G2 + G2 - Gamma) <= 1e-10 * (1 + np.linalg.norm(Gamma))
+
+
+@given(plant=stable_plants())
+@settings(max_examples=20, deadline=None)
+def test_lemma_2_reconfiguration(plant):
+    h, theta = 0.5, -0.2
+    Phi, Gamma = plant.discretise(h)
+    moved_Phi, moved_Gamma = plant.discretise(h + theta)
+    Delta = delta_block(plant, theta)
+    size = 1 + np.linalg.norm(Delta) * (np.linalg.norm(plant.A) + np.linalg.norm(plant.B))
+    assert np.linalg.norm(Phi + Delta @ plant.A @ Phi - moved_Phi) <= 1e-11 * size
+    assert np.linalg.norm(Gamma + Delta @ (plant.A @ Gamma + plant.B) - moved_Gamma) <= 1e-11 * size
+
+
+@pytest.mark.parametrize("degree_of_zoom", [1, 8])
+def test_every_period_lies_in_its_hull(degree_of_zoom):
+    """Barycentric check in the one direction where it is easy: support functions of random directions."""
+    rng = np.random.default_rng(5)
+    start, stop = np.array([0.02]), np.array([0.02 + 0.1 / degree_of_zoom])
+    hull = enclose(OSCILLATOR, start, stop)
+    inside = OSCILLATOR.transitions(np.linspace(start[0], stop[0], 41))
+    for _ in range(50):
+        direction = rng.standard_normal(inside.shape[1:])
+        direction /= np.linalg.norm(direction)
+        reach = np.max(np.tensordot(hull.vertices[0], direction, axes=2))
+        assert np.max(np.tensordot(inside, direction, axes=2)) <= reach + hull.remainder[0] * np.sqrt(3) + EXACT
+
+
+def test_alpha_is_that_of_the_whole_error_system_whatever_the_filter():
+    rng = np.random.default_rng(1)
+    alpha = small_gain_alpha(OSCILLATOR, 0.06)
+    for _ in range(3):
+        any_filter = Filter(0.3 * rng.standard_normal((2, 2)), rng.standard_normal((2, 1)), rng.standard_normal((1, 2)))
+        stage = error_system(OSCILLATOR, any_filter, 0.06)
+        Phi, _ = OSCILLATOR.discretise(0.06)
+        seen = np.hstack([OSCILLATOR.A @ Phi, np.zeros((2, 2))])
+        angles = np.linspace(0, np.pi, 2001)
+        gains = [
+            np.linalg.norm(seen @ np.linalg.solve(np.exp(1j * t) * np.eye(4) - stage.A, np.eye(4, 2)), 2)
+            for t in angles
+        ]
+        assert max(gains) <= alpha * (1 + EXACT)
+        assert max(gains) >= alpha * (1 - 1e-5)
+
+
+def test_covered_interval_is_where_the_bound_of_lemma_3_reaches_one():
+    h, gain = 1.0, 3.0
+    for A in ([[-2.0, 1.0], [0.0, -1.0]], [[-2.0, 5.0], [0.0, -1.0]]):
+        plant = SampledPlant(A, [[1], [1]], [[1, 1]], [[1]], [[1, 0]])
+        interval = covered_interval(plant, h, gain, UpperEnd.CORRECTED)
+        for end, sign in ((interval.lower, -1), (interval.upper, 1)):
+            mu = np.linalg.eigvalsh((sign * plant.A + sign * plant.A.T) / 2)[-1]
+            assert gain * np.expm1(mu * abs(end - h)) / mu == pytest.approx(1.0, rel=EXACT)
+    slow = SampledPlant([[-4.0]], [[1]], [[1]], [[1]], [[1]])
+    assert covered_interval(slow, h, gain).upper == np.inf
+
+
+def test_state_coordinates_do_not_matter_to_the_gain():
+    rng = np.random.default_rng(3)
+    plant = random_plant(rng, 3)
+    any_filter = Filter(0.4 * np.eye(2), rng.standard_normal((2, 1)), rng.standard_normal((1, 2)))
+    moved = plant.in_coordinates(rng.standard_normal((3, 3)))
+    periods = [0.2, 0.5, 0.3]
+    here, there = periodic_gain(plant, any_filter, periods), periodic_gain(moved, any_filter, periods)
+    assert there.value == pytest.approx(here.value, rel=1e-9)
+    shifted = periodic_gain(plant, any_filter, periods[1:] + periods[:1])
+    assert shifted.value == pytest.approx(here.value, rel=1e-9)
+    assert MOTOR.order == 2

@@ -1,0 +1,112 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from sampled_cases import (
+    MOTOR,
+    MOTOR_RANGE,
+    OSCILLATOR,
+    OSCILLATOR_RANGE,
+    motor_filter,
+    oscillator_filter,
+    some_filter,
+    stable_plants,
+)
+
+from replication.estimation.nonuniform.certificate import certify
+from replication.estimation.nonuniform.context_tree import ContextTree
+from replication.estimation.nonuniform.exchange import robust_design
+from replication.estimation.nonuniform.filters import periodic_gain
+from replication.estimation.nonuniform.guarantee import guaranteed_level
+from replication.estimation.nonuniform.plant import PeriodRange
+from replication.estimation.nonuniform.worst_case import (
+    error_ratio,
+    sequence_gain,
+    simulate_error,
+    worst_sequence,
+)
+
+
+def test_trees_stay_complete_and_closed():
+    rng = np.random.default_rng(0)
+    tree = ContextTree.one_step(3)
+    for _ in range(8):
+        tree = tree.split([tree.leaves[i] for i in rng.choice(len(tree.leaves), 2, replace=False)])
+        known = set(tree.leaves)
+        for _ in range(100):
+            word = tuple(rng.integers(0, 3, 30).tolist())
+            assert sum(word[-k:] in known for k in range(1, 31)) == 1
+        assert len(tree.transitions()) == 3 * len(tree.leaves)
+        assert all(tree.leaves[j][-1] == letter for _, letter, j in tree.transitions())
+
+
+def test_gain_of_a_sequence_is_the_largest_singular_value():
+    rng = np.random.default_rng(4)
+    periods = rng.uniform(OSCILLATOR_RANGE.h_l, OSCILLATOR_RANGE.h_u, 40)
+    subject = oscillator_filter()
+    for per_duration in (False, True):
+        gain, w = sequence_gain(OSCILLATOR, subject, periods, per_duration=per_duration)
+        weights = np.sqrt(periods) if per_duration else np.ones(40)
+        columns = [simulate_error(OSCILLATOR, subject, periods, u[:, None])[1:, 0] for u in np.eye(40)]
+        whole = np.append(weights[1:], weights[-1])[:, None] * np.array(columns).T / weights
+        assert gain == pytest.approx(np.linalg.norm(whole, 2), rel=1e-10)
+        e = simulate_error(OSCILLATOR, subject, periods, w)
+        assert error_ratio(periods, w, e, per_duration=per_duration) == pytest.approx(gain, rel=1e-9)
+
+
+def test_a_single_period_gives_the_textbook_norm():
+    h = 0.06
+    subject = oscillator_filter()
+    norm = periodic_gain(OSCILLATOR, subject, [h]).value
+    assert guaranteed_level(OSCILLATOR, subject, PeriodRange(h, h)).level == pytest.approx(norm, rel=2e-4)
+    assert worst_sequence(OSCILLATOR, subject, PeriodRange(h, h), horizon=900).level == pytest.approx(norm, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("plant", "periods", "make"),
+    [(OSCILLATOR, OSCILLATOR_RANGE, oscillator_filter), (MOTOR, MOTOR_RANGE, motor_filter)],
+)
+def test_brackets_nest_when_more_is_remembered(plant, periods, make):
+    subject = make()
+    guarantee = guaranteed_level(plant, subject, periods, max_leaves=5)
+    levels = [level for _, level in guarantee.history]
+    assert levels == sorted(levels, reverse=True)
+    assert guarantee.level == levels[-1] < levels[0]
+    short, long = (worst_sequence(plant, subject, periods, horizon=k).level for k in (40, 120))
+    assert short < long < guarantee.level
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        word = rng.uniform(periods.h_l, periods.h_u, 12).tolist()
+        assert periodic_gain(plant, subject, word).value < guarantee.level
+
+
+def test_a_certificate_stands_without_its_solver_and_falls_with_its_matrices():
+    subject = oscillator_filter()
+    guarantee = guaranteed_level(OSCILLATOR, subject, OSCILLATOR_RANGE, max_leaves=2)
+    again = certify(guarantee.system, guarantee.cells, guarantee.tree, guarantee.P, guarantee.level)
+    assert again.level <= guarantee.level * (1 + 1e-3)
+    spoiled = certify(guarantee.system, guarantee.cells, guarantee.tree, 0.9 * guarantee.P, guarantee.level)
+    assert spoiled.level == np.inf or spoiled.level > guarantee.level
+
+
+@pytest.mark.slow
+@given(plant=stable_plants())
+@settings(max_examples=6, deadline=None)
+def test_guarantee_is_above_every_attack_on_generated_plants(plant):
+    periods = PeriodRange(0.2, 0.5)
+    subject = some_filter(plant, periods.middle)
+    guarantee = guaranteed_level(plant, subject, periods, max_leaves=3)
+    attack = worst_sequence(plant, subject, periods, horizon=60)
+    assert attack.level <= guarantee.level
+    assert attack.level >= 0.99 * max(sequence_gain(plant, subject, np.full(60, h))[0] for h in (0.2, 0.5))
+
+
+def test_robust_design_keeps_its_promise_for_every_sequence():
+    design = robust_design(OSCILLATOR, OSCILLATOR_RANGE).design
+    guarantee = guaranteed_level(OSCILLATOR, design.filter, OSCILLATOR_RANGE, max_leaves=1)
+    assert guarantee.level == pytest.approx(design.level, rel=2e-3)
+
+
+def test_duration_weighted_gain_of_a_constant_period_is_the_plain_one():
+    subject = motor_filter()
+    plain, weighted = (periodic_gain(MOTOR, subject, [0.05] * 2, per_duration=flag).value for flag in (False, True))
+    assert weighted == pytest.approx(plain, rel=1e-9)

@@ -1,0 +1,102 @@
+"""The audit of the nonuniform-sampling paper: data, verdicts, brackets, and that they change when the print does."""
+
+from __future__ import annotations
+
+import msgspec
+import pytest
+
+from papers.mustafa import PAPER, data
+from papers.mustafa.experiments import grids, nominal
+from papers.mustafa.identities import identities
+from papers.mustafa.names import BRACKET, CORRECT, KEY, LITERAL, NOMINAL, ROBUST
+from replication.audit.model import Kind, Verdict
+from replication.audit.runner import Outcome
+from replication.audit.verdict import rejudge
+
+
+def test_transcription_of_the_plants() -> None:
+    """A second reading of the numbers, typed from the text in another order and another form."""
+    second = data.example_2()
+    assert second["plant"]["A"] == [[-10.0, 1.0], [-0.02, -2.0]]
+    assert (second["plant"]["L"], second["plant"]["C"], second["plant"]["B"]) == ([[0, 1]], [[1, 0]], [[2], [2]])
+    assert second["plant"]["D"] == [[0.0]]
+    assert second["periods"] == [0.001, 0.099]
+    first = data.example_1()
+    assert first["plant"]["A"] == [[0, 1], [-16, -4.8]]
+    assert (first["plant"]["B"], first["plant"]["D"]) == ([[0], [16]], [[0.1]])
+    assert first["plant"]["C"] == first["plant"]["L"] == [[1, 0]]
+    assert first["periods"] == pytest.approx([0.01, 0.12566370614359174], rel=1e-15)
+    printed = data.printed_filter()
+    assert printed["A"] == [[-0.044, 0.0373], [-1.0674, 0.9048]]
+    assert (printed["B"], printed["C"]) == ([[0.6505], [1.0666]], [[0, 1]])
+    assert (data.GAMMA_1, data.GAMMA_2, data.GAMMA_14) == ("0.1017", "0.0952", "1.8174")
+    assert list(data.GAMMA_13.values()) == ["0.4647", "0.4876"]
+
+
+def test_the_first_example_by_three_routes() -> None:
+    result = nominal(**data.example_1())
+    assert result["riccati"] == pytest.approx(result["formula"], rel=1e-8)
+    for route in ("lmi", "printed_lmi"):
+        assert result[route]["level"] == pytest.approx(result["formula"], rel=1e-8)
+        assert result[route]["norm"] == pytest.approx(result["formula"], rel=1e-8)
+
+
+def test_the_literal_algorithm_ends_by_itself() -> None:
+    for example in (data.example_1(), data.example_2()):
+        runs = grids(**example, limit=20)["algorithm"]
+        assert runs[LITERAL]["end"] == "STALLED"
+        assert runs[CORRECT]["end"] == "COVERED"
+
+
+def test_identities_tell_right_from_wrong() -> None:
+    found = identities(5, 1)
+    assert found["map reordered"] < 1e-10 < found["map as printed"]
+    assert found["(12) as printed"] > 1e-10 > found["congruence"]
+
+
+@pytest.mark.slow
+def test_every_claim_has_its_pinned_verdict(fresh_run: Outcome) -> None:
+    claims = [claim for claim in fresh_run.results.claims if claim.paper == KEY]
+    assert len(claims) == len(PAPER.claims) >= 30
+    assert {claim.id: claim.reason for claim in claims if claim.verdict != claim.expected_verdict} == {}
+    errata = [erratum for erratum in fresh_run.results.errata if erratum.paper == KEY]
+    assert [erratum.id for erratum in errata if not erratum.holds or erratum.error] == []
+
+
+@pytest.mark.slow
+def test_brackets_are_narrow_and_above_the_print(fresh_run: Outcome) -> None:
+    results = fresh_run.results_by_experiment
+    for example, printed in ((1, data.GAMMA_1), (2, data.GAMMA_2)):
+        found = results[BRACKET[example]]
+        assert float(printed) < found["lower"] < found["upper"] < 1.02 * found["lower"]
+        levels = [level for _, level in found["history"]]
+        assert levels == sorted(levels, reverse=True)
+        robust = results[ROBUST[example]]
+        assert robust["exchange"] == pytest.approx(robust["dense"], rel=1e-6)
+        assert robust["exchange"] < found["lower"] or example == 2
+    degenerate = results[NOMINAL[2]]
+    assert degenerate["riccati"] == pytest.approx(degenerate["formula"], rel=1e-6)
+
+
+@pytest.mark.slow
+def test_figures_can_be_drawn_and_described(fresh_run: Outcome) -> None:
+    for figure in PAPER.figures:
+        drawn = figure.data({name: fresh_run.results_by_experiment[name] for name in figure.uses})
+        assert figure.plot(drawn) is not None
+        assert any(character.isdigit() for character in figure.alt(drawn))
+
+
+@pytest.mark.slow
+def test_one_unit_in_the_last_place_flips_the_verdict(fresh_run: Outcome) -> None:
+    errata = {erratum.id: erratum for erratum in fresh_run.results.errata}
+    flipped = 0
+    for record in fresh_run.results.claims:
+        if record.paper != KEY or record.kind is not Kind.VALUE or record.verdict is not Verdict.REPRODUCED:
+            continue
+        places = len(record.printed.partition(".")[2])
+        for sign in (1, -1):
+            other = f"{float(record.printed) + sign * 10.0**-places:.{places}f}"
+            moved = rejudge(msgspec.structs.replace(record, printed=other), errata)
+            assert moved.verdict is Verdict.DIFFERS
+            flipped += 1
+    assert flipped == 4
