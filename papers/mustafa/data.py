@@ -27,6 +27,9 @@ GAMMA_13 = {"type 1": "0.4647", "type 2": "0.4876"}
 
 # Section VI-B: A = [-b/J, K_T/J; -K/L_a, -R_a/L_a].
 MOTOR = {"b": "0.1", "J": "0.01", "K": "0.01", "R_a": "1", "L_a": "0.5"}
+# Printed units of b and J as symbols with their powers, and those symbols in powers of (kg, m, s).
+UNITS = {"b": {"N": 1, "m": 1, "s": 1}, "J": {"kg": 1, "m": 2, "s": -2}}
+SI = {"kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2)}
 B_2 = "[2; 2]"
 C_2 = "[1 0]"
 D_2 = "0"
@@ -48,6 +51,11 @@ W_SIZE, W_DECAY, W_FREQUENCY = "2", "0.01", "0.02"
 # Section VI: elements of the grid in both examples ("only one element"; a grid of one printed period).
 GRID_SIZE = "1"
 
+# Algorithm 1: what each step reads. The sentence before Sec. V says of one that it avoids numerical issues with
+# a large grid.
+STEPS = {1: ("grid", "N_0"), 2: ("grid", "(10)"), 3: ("grid", "(9)", "alpha"), 4: ("grid", "(9)", "root of alpha")}
+STEP_AGAINST_LARGE_GRIDS = 2
+
 # Theorem 3: eq. (10) is printed in two halves, columns 1-4 and columns 5-6; * stands for symmetry.
 LMI_LEFT = (
     "-Z, -Z, 0, ZΦ",
@@ -66,6 +74,17 @@ def matrix(printed: str) -> Matrix:
     values = [float(entry.value) for cell in parsed.cells for entry in cell]
     columns = parsed.shape[1] if parsed.shape else 1
     return [values[i : i + columns] for i in range(0, len(values), columns)]
+
+
+def upper_end(printed: str) -> float:
+    """The largest number that rounds to a printed one."""
+    (entry,) = parse(printed).entries
+    return float(entry.value + entry.unit / 2)
+
+
+def dimension(unit: dict[str, int]) -> tuple[int, ...]:
+    """Powers of (kg, m, s) of a unit."""
+    return tuple(sum(power * SI[symbol][i] for symbol, power in unit.items()) for i in range(3))
 
 
 def example_1() -> dict[str, Any]:

@@ -4,17 +4,22 @@ it."""
 from __future__ import annotations
 
 from papers.mustafa import data
-from papers.mustafa.names import CORRECT, EXACT, GRIDS, IDENTITIES, KEY, LITERAL, NOMINAL
+from papers.mustafa.names import CORRECT, EXACT, GRIDS, IDENTITIES, KEY, LITERAL, NOMINAL, WITH_SET_MINUS
 from replication.audit.model import Erratum, Proof, Results
 
 
 def order_of_map(results: Results) -> Proof:
-    """The map below (7) as printed and in the right order, against the transfer matrix."""
+    """The map below (7) in both ways to balance its brackets and in the right order, against the transfer matrix."""
     r = results[IDENTITIES]
     return Proof(
-        holds=r["map reordered"] <= EXACT < r["map as printed"],
-        text="Against the transfer matrix at a constant Delta the printed order misses, the other agrees.",
-        quantities={"least residual as printed": r["map as printed"], "largest reordered": r["map reordered"]},
+        holds=r["map reordered"] <= EXACT < min(r["map as printed"], r["(12) as printed"]),
+        text="The printed brackets do not balance. Without the last one, and without the one before the inverse, which "
+        "gives (12), the map misses the transfer matrix at a constant Delta; the right order agrees.",
+        quantities={
+            "least residual without the last bracket": r["map as printed"],
+            "least residual without the one before the inverse": r["(12) as printed"],
+            "largest reordered": r["map reordered"],
+        },
     )
 
 
@@ -71,8 +76,13 @@ def steps_of_algorithm(results: Results) -> Proof:
     """Root and union in step 4: the literal run stalls in both examples, the correct one covers."""
     ends = {e: results[GRIDS[e]]["algorithm"] for e in (1, 2)}
     return Proof(
-        holds=all(ends[e][LITERAL]["end"] == "STALLED" and ends[e][CORRECT]["end"] == "COVERED" for e in ends),
-        text="With the root or the union of step 4 the run stalls; with alpha and a set-minus it covers the range.",
+        holds=all(
+            ends[e][LITERAL]["end"] == ends[e][WITH_SET_MINUS]["end"] == "STALLED"
+            and ends[e][CORRECT]["end"] == "COVERED"
+            for e in ends
+        ),
+        text="With the root of step 4 the run stalls, with the set-minus as without; with alpha, a set-minus and U3 "
+        "corrected it covers the range.",
         quantities={
             f"elements, Example {e}, {name}": float(ends[e][key]["size"])
             for e in ends for name, key in (("literal", LITERAL), ("correct", CORRECT))
@@ -91,10 +101,33 @@ def motor_constant(results: Results) -> Proof:
     )
 
 
+def unit_of_inertia(results: Results) -> Proof:
+    """b/J is an entry of A and must have the unit 1/s."""
+    b, J = (data.dimension(data.UNITS[name]) for name in ("b", "J"))
+    printed = tuple(x - y for x, y in zip(b, J, strict=True))
+    meant = tuple(x - y for x, y in zip(b, data.dimension({"kg": 1, "m": 2}), strict=True))
+    return Proof(
+        holds=printed != (0, 0, -1) == meant,
+        text="Powers of kg, m and s of the entry b/J of A: with J in kg m^2 it is a rate, with the printed unit not.",
+        quantities={"power of s in b/J, printed": float(printed[2]), "power of s in b/J, meant": float(meant[2])},
+    )
+
+
+def number_of_step(results: Results) -> Proof:
+    """Which steps of Algorithm 1 read the limit N_0 of the size of the grid."""
+    limiting = [step for step, reads in data.STEPS.items() if "N_0" in reads]
+    return Proof(
+        holds=limiting == [1] and data.STEP_AGAINST_LARGE_GRIDS not in limiting,
+        text="Only one step reads the size of the grid against its limit N_0; the sentence names the next one.",
+        quantities={"step that reads N_0": float(limiting[0]), "step named": float(data.STEP_AGAINST_LARGE_GRIDS)},
+    )
+
+
 ERRATA: tuple[Erratum, ...] = (
     Erratum(
         id=f"{KEY}.map", place="Sec. III, below (7)",
-        printed="(Σ22 + Σ12 Δ (I − Σ11 Δ))⁻¹ Σ21", meant="Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
+        printed="(Σ22 + Σ12 Δ(θ_k) (I − Σ11 Δ(θ_k)))⁻¹ Σ21) w_k, brackets as they stand",
+        meant="Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
         prove=order_of_map, uses=(IDENTITIES,),
     ),
     Erratum(
@@ -113,16 +146,28 @@ ERRATA: tuple[Erratum, ...] = (
     ),
     Erratum(
         id=f"{KEY}.row", place="Eq. (10)",
-        printed="the row [−Z 0] twice in the right half", meant="once", prove=repeated_row, uses=(IDENTITIES,),
+        printed="the text at hand has the row [−Z 0] twice in the right half", meant="once", prove=repeated_row,
+        uses=(IDENTITIES,), inference=True,
     ),
     Erratum(
         id=f"{KEY}.algorithm", place="Algorithm 1, step 4",
-        printed="√α and a union of (h_l, h_u) with the intervals", meant="α and a set-minus",
+        printed="√α; in the text at hand also no set-minus between (h_l, h_u) and the union, a sign that may "
+        "have been lost on the way to it",
+        meant="α and a set-minus",
         prove=steps_of_algorithm, uses=(GRIDS[1], GRIDS[2]), inference=True,
     ),
     Erratum(
         id=f"{KEY}.motor-constant", place="Sec. VI-B",
         printed="K_θ in A, K_q among the values", meant="one constant, K_θ = K_q = K_T",
         prove=motor_constant, uses=(NOMINAL[2],), inference=True,
+    ),
+    Erratum(
+        id=f"{KEY}.unit-of-J", place="Sec. VI-B",
+        printed="J = 0.01 kg m²/s²", meant="J = 0.01 kg m²", prove=unit_of_inertia,
+    ),
+    Erratum(
+        id=f"{KEY}.step", place="Sec. IV-B, last sentence",
+        printed="step 2 avoids the numerical issues of a large grid", meant="step 1", prove=number_of_step,
+        inference=True,
     ),
 )  # fmt: skip

@@ -3,9 +3,12 @@ JSON out."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from replication.estimation.nonuniform.algorithm1 import Reading, build_grid
 from replication.estimation.nonuniform.bracket import WorstCaseGain, floor_for_any_filter, worst_case_gain
@@ -16,7 +19,7 @@ from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.printed_lmi import printed_design
-from replication.estimation.nonuniform.robust_lmi import robust_lmi_design
+from replication.estimation.nonuniform.robust_lmi import delta_radius, modal_transform, robust_lmi_design
 from replication.estimation.nonuniform.small_gain import (
     UpperEnd,
     covered_interval,
@@ -143,20 +146,35 @@ def _bracket(found: WorstCaseGain) -> Json:
     }
 
 
-def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None, nodes: int) -> Json:
-    """gamma*(h) by formula where there is one, the norm of the paper's filter at h, and the floor for any filter."""
+def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None, nodes: int, level: float) -> Json:
+    """gamma*(h) by formula where there is one, the norm of the paper's filter at h, the constant periods around the
+    middle at which that norm is at most `level`, and the floor for any filter."""
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     h = span.nodes(nodes)
     floor, where = floor_for_any_filter(system, PeriodRange(span.middle, span.h_u), 3)
+
+    def norm(period: float) -> float:
+        return periodic_gain(system, filter_, [period]).value
+
     return {
         "h": h.tolist(),
         "optimum": [closed_form(system, float(t)) for t in h],
-        "filter": [periodic_gain(system, filter_, [float(t)]).value for t in h],
+        "filter": [norm(float(t)) for t in h],
+        "holds_from": _reach(norm, [span.middle, *h[h < span.middle][::-1].tolist()], level),
+        "holds_to": _reach(norm, [span.middle, *h[h > span.middle].tolist()], level),
         "middle": span.middle,
         "floor": floor,
         "floor_at": where,
     }
+
+
+def _reach(norm: Callable[[float], float], outward: list[float], level: float) -> float:
+    """The period at which the norm first exceeds `level` on the way outward, seen at those nodes; else the last."""
+    for near, far in pairwise(outward):
+        if norm(far) > level:
+            return float(brentq(lambda h: norm(h) - level, near, far, xtol=1e-9))
+    return outward[-1]
 
 
 def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Json:
@@ -164,6 +182,8 @@ def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Jso
     system, span = problem(plant, periods)
     exchanged, dense = robust_design(system, span), dense_design(system, span, nodes)
     restored = robust_lmi_design(system, span, cells)
+    modal = system.in_coordinates(modal_transform(system.A))
+    whole = delta_radius(modal.A, (span.h_u - span.h_l) / 2)
     common = guaranteed_level(system, exchanged.design.filter, span, max_leaves=1)
     return {
         "exchange": exchanged.design.level,
@@ -174,7 +194,7 @@ def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Jso
         "lmi13": restored.level,
         "lmi13_alpha": max(restored.alphas),
         "lmi13_small_gain": max(a * d for a, d in zip(restored.alphas, restored.radii, strict=True)),
-        "alpha": small_gain_alpha(system, span.middle),
+        "one_cell_small_gain": small_gain_alpha(modal, span.middle) * whole,
         "solvers": [exchanged.design.report.to_dict(), restored.report.to_dict()],
     }
 

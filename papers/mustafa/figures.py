@@ -176,8 +176,8 @@ FIGURES = (
     ),
     Figure(
         name=f"{KEY}-levels", place="Beyond Sec. VI", title="What the nominal level is nominal to",
-        caption="Gains at constant periods. The published level is one point; the filter does worse away from "
-        "period, and worse still when the period varies.",
+        caption="Gains at constant periods. The published level belongs to one point; over most of the range the "
+        "filter has a larger gain, and a larger one still when the period varies.",
         published=False, uses=(CURVE[1], CURVE[2], NOMINAL[1], NOMINAL[2]), data=curves, plot=plot_curves,
         alt=describe_curves,
     ),

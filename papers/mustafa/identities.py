@@ -30,7 +30,7 @@ def identities(trials: int, seed: int) -> dict[str, Any]:
     a value."""
     rng = np.random.default_rng(seed)
     worst = {"lemma 2": 0.0, "map as printed": np.inf, "map reordered": 0.0, "(12) as printed": np.inf,
-             "congruence": 0.0, "lemma 3": -np.inf}  # fmt: skip
+             "congruence": 0.0, "recovery": 0.0, "sigma 11": 0.0, "lemma 3": -np.inf}  # fmt: skip
     for _ in range(trials):
         plant, filter_ = random_case(rng, 2, 2, 2, 2)
         h, theta = rng.uniform(0.2, 0.6), rng.uniform(-0.15, 0.3)
@@ -39,7 +39,10 @@ def identities(trials: int, seed: int) -> dict[str, Any]:
         worst["map as printed"] = min(worst["map as printed"], printed)
         worst["map reordered"] = max(worst["map reordered"], reordered)
         worst["(12) as printed"] = min(worst["(12) as printed"], twelve)
-        worst["congruence"] = max(worst["congruence"], _congruence(rng, plant, filter_, h))
+        congruence, recovery = _theorem_3(rng, plant, filter_, h)
+        worst["congruence"] = max(worst["congruence"], congruence)
+        worst["recovery"] = max(worst["recovery"], recovery)
+        worst["sigma 11"] = max(worst["sigma 11"], _sigma_11(plant, filter_, h))
         mu = np.linalg.eigvalsh((plant.A + plant.A.T) / 2)[-1]
         worst["lemma 3"] = max(worst["lemma 3"], float(np.linalg.norm(plant.discretise(h)[0], 2) / np.exp(mu * h) - 1))
     return worst
@@ -76,8 +79,23 @@ def _maps(plant: SampledPlant, filter_: Filter, h: float, theta: float) -> tuple
     return _relative(printed, truth), _relative(reordered, truth), _relative(twelve, truth)
 
 
-def _congruence(rng: np.random.Generator, plant: SampledPlant, filter_: Filter, h: float) -> float:
-    """Residual of J' (6) J = (10) for a random P-bar."""
+def _sigma_11(plant: SampledPlant, filter_: Filter, h: float) -> float:
+    """Residual of Sigma_11 of (7) at z = 1.1 against A Phi (zI - Phi)^-1, which holds no filter."""
+    n, nf, z = plant.order, len(filter_.A), 1.1
+    Phi, Gamma = plant.discretise(h)
+    A, _ = error_step(plant, filter_, Phi, Gamma)
+    C1 = np.hstack([plant.A @ Phi, np.zeros((n, nf))])
+    seen = C1 @ np.linalg.solve(z * np.eye(n + nf) - A, np.eye(n + nf, n))
+    return _relative(seen, plant.A @ Phi @ np.linalg.inv(z * np.eye(n) - Phi))
+
+
+def _transfer(filter_: Filter, z: float) -> Array:
+    """C_f (zI - A_f)^-1 B_f."""
+    return np.asarray(filter_.C @ np.linalg.solve(z * np.eye(len(filter_.A)) - filter_.A, filter_.B))
+
+
+def _theorem_3(rng: np.random.Generator, plant: SampledPlant, filter_: Filter, h: float) -> tuple[float, float]:
+    """Residuals of J' (6) J = (10) for a random P-bar, and of the filter by (11) against the one that went in."""
     n, m, s, delta = plant.order, plant.B.shape[1], len(plant.L), 1.7
     root = rng.standard_normal((2 * n, 2 * n))
     P = root @ root.T + np.eye(2 * n)
@@ -101,4 +119,7 @@ def _congruence(rng: np.random.Generator, plant: SampledPlant, filter_: Filter, 
         J[position : position + len(block), position : position + len(block)] = block
         position += len(block)
     v = LmiVariables(Z, Y, V @ filter_.B, filter_.C @ U.T @ Z, V @ filter_.A @ U.T @ Z, np.array(delta))
-    return _relative(J.T @ six @ J, lmi10(plant, *plant.discretise(h), v))
+    shrink = np.linalg.inv(np.eye(n) - np.linalg.solve(Y, Z))
+    recovered = Filter(-np.linalg.solve(Y, v.Q) @ shrink, np.asarray(-np.linalg.solve(Y, v.F)), v.G @ shrink)
+    back = _relative(_transfer(recovered, 1.1), _transfer(filter_, 1.1))
+    return _relative(J.T @ six @ J, lmi10(plant, *plant.discretise(h), v)), back

@@ -13,6 +13,7 @@ DRAWS = f"{KEY}.draws"
 IDENTITIES = f"{KEY}.identities"
 
 LITERAL = "printed, root, union"
+WITH_SET_MINUS = "printed, root, set-minus"
 CORRECT = "corrected, alpha, set-minus"
 EXACT = 1e-10
 """Relative residual below which an identity counts as one."""

@@ -6,12 +6,13 @@ import msgspec
 import pytest
 
 from papers.mustafa import PAPER, data
-from papers.mustafa.experiments import grids, nominal
+from papers.mustafa.experiments import grids, level_curve, nominal, problem, subject
 from papers.mustafa.identities import identities
-from papers.mustafa.names import BRACKET, CORRECT, KEY, LITERAL, NOMINAL, ROBUST
+from papers.mustafa.names import BRACKET, CORRECT, KEY, LITERAL, NOMINAL, ROBUST, WITH_SET_MINUS
 from replication.audit.model import Kind, Verdict
 from replication.audit.runner import Outcome
 from replication.audit.verdict import rejudge
+from replication.estimation.nonuniform.filters import periodic_gain
 
 
 def test_transcription_of_the_plants() -> None:
@@ -52,6 +53,46 @@ def test_identities_tell_right_from_wrong() -> None:
     found = identities(5, 1)
     assert found["map reordered"] < 1e-10 < found["map as printed"]
     assert found["(12) as printed"] > 1e-10 > found["congruence"]
+    assert max(found["recovery"], found["sigma 11"]) < 1e-10
+
+
+def test_the_levels_hold_between_the_ends_and_not_beyond() -> None:
+    """Next to either end the norm of the filter is on the side of the printed level that the end says."""
+    printed = data.printed_filter()
+    problem_2 = data.example_2()
+    level = data.upper_end(data.GAMMA_2)
+    found = level_curve(**problem_2, printed=printed, nodes=41, level=level)
+    system, span = problem(**problem_2)
+    filter_ = subject(system, span, printed)
+    assert span.h_l < found["holds_from"] < found["middle"] < found["holds_to"] < span.h_u
+    for end, inward in ((found["holds_from"], 1e-6), (found["holds_to"], -1e-6)):
+        assert periodic_gain(system, filter_, [end + inward]).value < level
+        assert periodic_gain(system, filter_, [end - inward]).value > level
+
+
+def test_upper_end_and_dimensions() -> None:
+    assert data.upper_end("0.0952") == pytest.approx(0.09525, rel=1e-15)
+    assert data.dimension({"N": 1, "m": 1, "s": 1}) == (1, 2, -1)
+
+
+def test_restoring_the_set_minus_does_not_end_the_stall() -> None:
+    for example in (data.example_1(), data.example_2()):
+        assert grids(**example, limit=20)["algorithm"][WITH_SET_MINUS]["end"] == "STALLED"
+
+
+def test_every_erratum_of_the_text_alone_is_proved() -> None:
+    proofs = {erratum.id: erratum.prove({}) for erratum in PAPER.errata if not erratum.uses}
+    assert {f"{KEY}.unit-of-J", f"{KEY}.step"} == set(proofs)
+    assert all(proof.holds for proof in proofs.values())
+
+
+def test_a_wrong_unit_or_step_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The two proofs fail on a text without the misprints."""
+    errata = {erratum.id: erratum for erratum in PAPER.errata}
+    monkeypatch.setitem(data.UNITS, "J", {"kg": 1, "m": 2})
+    monkeypatch.setattr(data, "STEP_AGAINST_LARGE_GRIDS", 1)
+    assert not errata[f"{KEY}.unit-of-J"].prove({}).holds
+    assert not errata[f"{KEY}.step"].prove({}).holds
 
 
 @pytest.mark.slow
@@ -74,6 +115,9 @@ def test_brackets_are_narrow_and_above_the_print(fresh_run: Outcome) -> None:
         robust = results[ROBUST[example]]
         assert robust["exchange"] == pytest.approx(robust["dense"], rel=1e-6)
         assert robust["exchange"] < found["lower"] or example == 2
+        # The certified level is the number to quote: the solver's own may lie a rounding below it.
+        assert robust["guaranteed"] == pytest.approx(robust["exchange"], rel=1e-3)
+        assert robust["one_cell_small_gain"] > 1
     degenerate = results[NOMINAL[2]]
     assert degenerate["riccati"] == pytest.approx(degenerate["formula"], rel=1e-6)
 
