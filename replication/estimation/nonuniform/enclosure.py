@@ -40,6 +40,6 @@ def enclose(plant: SampledPlant, start: Array, stop: Array) -> Enclosure:
     bases = plant.transitions(start)
     vertices = np.einsum("ik,ck,kab,cbd->ciad", shares, scaled, np.array(powers), bases, optimize=True)
     periods = start[:, None] + width[:, None] * np.arange(DEGREE + 1) / DEGREE
-    size = np.linalg.norm(N, 2) * width
+    size = np.linalg.norm(N, 2) * np.abs(width)
     tail = size ** (DEGREE + 1) / factorial(DEGREE + 1) * np.exp(size)
     return Enclosure(vertices, periods, tail * np.linalg.norm(bases, 2, axis=(1, 2)))

@@ -11,7 +11,7 @@ import scipy.linalg
 
 from replication.errors import SolverError
 from replication.estimation.nonuniform.filters import Filter
-from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.nonuniform.plant import SampledPlant, as_periods
 from replication.estimation.nonuniform.sdp import ALMOST, Inequalities, minimise, symmetric_basis
 from replication.estimation.norms import hinf_norm
 from replication.estimation.solvers import SolverReport
@@ -175,12 +175,13 @@ def design_for_periods(
     """Step 2 of Algorithm 1: minimise delta = gamma^2 subject to (10) at all `periods` (seconds).
 
     The guarantee of the LMI is for these periods only. The status is in the report; evaluate the filter with
-    `periodic_gain`, which shares nothing with this design. Raises InfeasibleError or SolverError by the solver's
-    status.
+    `periodic_gain`, which shares nothing with this design. Raises InvalidInputError for periods that are not positive,
+    InfeasibleError or SolverError by the solver's status.
     """
-    normalised = at or normalise(plant, float(np.mean(periods)))
+    grid = as_periods("periods", periods).tolist()
+    normalised = at or normalise(plant, float(np.mean(grid)))
     basis = variable_basis(normalised.plant)
-    group = inequalities(normalised.plant, periods, basis)
+    group = inequalities(normalised.plant, grid, basis)
     cost = np.zeros(group.coefficients.shape[1])
     cost[0] = 1.0
     solution = minimise(cost, (group,), accept=accept, gap=gap)
@@ -188,4 +189,4 @@ def design_for_periods(
     level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))
     filter_ = normalised.restore(recover(variables))
     weights = np.trace(solution.duals[0], axis1=1, axis2=2)
-    return FilterDesign(level, filter_, variables, tuple(periods), tuple(weights.tolist()), solution.report)
+    return FilterDesign(level, filter_, variables, tuple(grid), tuple(weights.tolist()), solution.report)

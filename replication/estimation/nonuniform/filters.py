@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import control
 import numpy as np
 
-from replication.errors import InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.norms import GainBracket, l2_gain
 from replication.estimation.periodic import PeriodicSystem, Stage
@@ -30,9 +30,12 @@ class Filter:
         """Check and freeze the matrices."""
         A = as_matrix("A_f", self.A)
         A = as_matrix("A_f", A, rows=A.shape[0], columns=A.shape[0])
-        object.__setattr__(self, "A", A)
-        object.__setattr__(self, "B", as_matrix("B_f", self.B, rows=A.shape[0]))
-        object.__setattr__(self, "C", as_matrix("C_f", self.C, columns=A.shape[0]))
+        B = as_matrix("B_f", self.B, rows=A.shape[0])
+        C = as_matrix("C_f", self.C, columns=A.shape[0])
+        for name, matrix in zip("ABC", (A, B, C), strict=True):
+            if matrix.size == 0:
+                raise InvalidInputError(f"{name}_f must not be empty, got shape {matrix.shape}")
+            object.__setattr__(self, name, matrix)
 
     def to_statespace(self, dt: float | bool = True) -> control.StateSpace:
         """The filter as a discrete-time `control.StateSpace` from y to z^; dt True means an unspecified period."""
@@ -60,6 +63,16 @@ def error_output(plant: SampledPlant, filter_: Filter) -> Array:
     return np.hstack([plant.L, -filter_.C])
 
 
+def require_settling(plant: SampledPlant, filter_: Filter) -> None:
+    """Raise InvalidInputError if the filter does not fit the plant, InfeasibleError if A_f is not Schur stable."""
+    error_output(plant, filter_)
+    radius = filter_.spectral_radius()
+    if radius >= 1:
+        raise InfeasibleError(
+            f"A_f has spectral radius {radius:.6g} >= 1: the error does not settle; its gain is infinite"
+        )
+
+
 def error_step(plant: SampledPlant, filter_: Filter, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
     """The state and input matrices of the error system (5) for given Phi (n, n) and Gamma (n, m)."""
     n, nf = plant.order, len(filter_.A)
@@ -83,5 +96,7 @@ def periodic_gain(
     per_duration weighs both squared norms by the length of each sampling interval. Raises InfeasibleError if the error
     system is unstable.
     """
+    if len(periods) == 0:
+        raise InvalidInputError("periods must not be empty: give the sampling periods that repeat, in seconds")
     stages = {h: error_system(plant, filter_, h, per_duration=per_duration) for h in set(periods)}
     return l2_gain(PeriodicSystem(tuple(stages[h] for h in periods)))

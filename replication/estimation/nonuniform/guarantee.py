@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
-from replication.errors import InfeasibleError, SolverError
+from replication.errors import InvalidInputError, SolverError
 from replication.estimation.nonuniform.certificate import Certificate, certify
 from replication.estimation.nonuniform.context_tree import ContextTree
-from replication.estimation.nonuniform.filters import Filter, error_output
+from replication.estimation.nonuniform.filters import Filter, require_settling
 from replication.estimation.nonuniform.path_lyapunov import Cells, ErrorSystem, PathSolution, solve
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.solvers import SolverReport
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 GROWTH = 0.15
 """Share of the leaves, those with the largest energy flux, that remember one period more in the next round."""
@@ -60,22 +61,21 @@ def guaranteed_level(
 
     cuts: inner edges of the cells (seconds), by default the middle of the range; max_leaves: 1 gives the common
     Lyapunov
-    function. per_duration weighs both squared norms by the interval lengths. Raises InfeasibleError if A_f is not Schur
-    stable (the gain is then infinite), SolverError if no certificate is found.
+    function. per_duration weighs both squared norms by the interval lengths. Raises InvalidInputError if the cuts do
+    not increase inside the range or the filter does not fit, InfeasibleError if A_f is not Schur stable (the gain is
+    then infinite), SolverError if no certificate is found.
     """
-    error_output(plant, filter_)
-    if filter_.spectral_radius() >= 1:
-        raise InfeasibleError(
-            f"A_f has spectral radius {filter_.spectral_radius():.6g} >= 1: the error does not settle"
-        )
+    limit = positive_integer("max_leaves", max_leaves)
+    edges = _edges(periods, cuts)
+    require_settling(plant, filter_)
     system, best = _common(plant, filter_, periods, per_duration)
     history = [(1, best.level)]
-    edges = (periods.h_l, *(cuts if cuts is not None else (periods.middle,)), periods.h_u)
-    if max_leaves < len(edges) - 1 or periods.h_l == periods.h_u:
+    # With one cell there is nothing to remember.
+    if len(edges) == 2 or limit < len(edges) - 1:
         return best
     cells, tree = Cells.cut(edges), ContextTree.one_step(len(edges) - 1)
-    ended = f"more than {max_leaves} leaves would be needed"
-    while len(tree.leaves) <= max_leaves:
+    ended = f"more than {limit} leaves would be needed"
+    while len(tree.leaves) <= limit:
         try:
             solution, cells, proof = _solve_until_proved(system, cells, tree)
         except SolverError as error:
@@ -88,6 +88,18 @@ def guaranteed_level(
         count = max(1, int(GROWTH * len(tree.leaves)))
         tree = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
     return replace(best, history=tuple(history), ended=ended)
+
+
+def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, ...]:
+    """The ends of the range with the inner edges of its cells between them."""
+    if cuts is None:
+        cuts = (periods.middle,) if periods.h_l < periods.h_u else ()
+    edges = (periods.h_l, *(positive_scalar("an entry of `cuts`", cut, unit="s") for cut in cuts), periods.h_u)
+    if len(edges) > 2 and not all(a < b for a, b in pairwise(edges)):
+        raise InvalidInputError(
+            f"`cuts` must increase strictly inside ({periods.h_l:.6g}, {periods.h_u:.6g}) s, got {tuple(cuts)}"
+        )
+    return edges
 
 
 def _common(
