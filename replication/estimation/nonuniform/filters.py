@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import control
 import numpy as np
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.norms import GainBracket, l2_gain
 from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, as_matrix
+
+DOUBLINGS = 50
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,17 @@ def error_system(plant: SampledPlant, filter_: Filter, h: float, *, per_duration
     state, drive = error_step(plant, filter_, *plant.discretise(h))
     root = np.sqrt(h) if per_duration else 1.0
     return Stage(state, drive / root, root * output, np.zeros((len(output), drive.shape[1])))
+
+
+def gramian(A: Array, B: Array) -> Array:
+    """W = A W A' + B B' (n, n) of a Schur stable A (n, n), by doubling the horizon: units do not matter."""
+    W = B @ B.T
+    for _ in range(DOUBLINGS):
+        added = A @ W @ A.T
+        W, A = W + added, A @ A
+        if np.all(np.abs(added) <= np.finfo(float).eps * np.sqrt(np.outer(np.diag(W), np.diag(W)))):
+            return np.asarray((W + W.T) / 2)
+    raise SolverError(f"the Gramian did not settle in {DOUBLINGS} doublings; a pole lies too near the unit circle")
 
 
 def periodic_gain(

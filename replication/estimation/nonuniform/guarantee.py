@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+import scipy.linalg
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.nonuniform.certificate import Certificate, certify
 from replication.estimation.nonuniform.context_tree import ContextTree
-from replication.estimation.nonuniform.filters import Filter, require_settling
+from replication.estimation.nonuniform.filters import Filter, error_system, gramian, periodic_gain, require_settling
 from replication.estimation.nonuniform.path_lyapunov import Cells, ErrorSystem, PathSolution, solve
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.solvers import SolverReport
@@ -22,6 +23,8 @@ GROWTH = 0.15
 LOOSE = 1e-3
 """Relative distance of the certified level from that of the samples above which another sample is added."""
 MAX_SAMPLES = 12
+REGULAR = 1e-6
+"""Added to the Gramian of the error in the units of each state, for states that w hardly reaches."""
 EXCHANGES = 2
 """Times that a tree is solved again with more samples."""
 
@@ -106,19 +109,57 @@ def _common(
     plant: SampledPlant, filter_: Filter, periods: PeriodRange, per_duration: bool
 ) -> tuple[ErrorSystem, Guarantee]:
     """The common Lyapunov function, and the error system in the coordinates and units in which it is the identity."""
-    size = plant.order + len(filter_.A)
     cells, tree = Cells.cut((periods.h_l, periods.h_u)), ContextTree.one_step(1)
-    system = ErrorSystem(plant, filter_, np.eye(size), 1.0, per_duration)
+    system = _natural(plant, filter_, periods.middle, per_duration)
     # Twice: the first solution is inaccurate where the plant's coordinates are badly scaled.
     for _ in range(2):
         solution, cells, proof = _solve_until_proved(system, cells, tree)
         root = np.linalg.cholesky(solution.P[0]).T
         level = system.level * float(np.sqrt(solution.delta))
-        system = ErrorSystem(plant, filter_, root @ system.T / np.sqrt(solution.delta), level, per_duration)
+        system = replace(system, T=root @ system.T / np.sqrt(solution.delta), level=level)
     solution, cells, proof = _solve_until_proved(system, cells, tree)
     if not np.isfinite(proof.level):
         raise SolverError("no common Lyapunov function was certified; narrow the range of sampling periods")
     return system, _guarantee(system, cells, tree, solution, proof, ((1, proof.level),))
+
+
+def _natural(plant: SampledPlant, filter_: Filter, h: float, per_duration: bool) -> ErrorSystem:
+    """The error system with its Gramian at period h about the identity, e in units of its own gain there.
+
+    The units of w, y, z and of the states then matter neither to the solver nor to the hulls.
+    """
+    plant = plant.in_coordinates(_balancing(plant))
+    stage = error_system(plant, filter_, h, per_duration=per_duration)
+    reached = gramian(stage.A, stage.B)
+    # Each state in its own unit first, so that the small number added means the same to all of them.
+    size = np.sqrt(np.diag(reached))
+    units = np.where(size > 0, size, np.max(size))
+    scaled = reached / np.outer(units, units) + REGULAR * np.eye(len(units))
+    # The filter's states are measured so too, since the certificate pays for the condition of T.
+    own = np.exp2(np.round(np.log2(units[plant.order :])))
+    filter_ = Filter(filter_.A / own[:, None] * own, filter_.B / own[:, None], filter_.C * own)
+    T = np.linalg.inv(np.linalg.cholesky(scaled)) / units
+    T[:, plant.order :] *= own
+    level = periodic_gain(plant, filter_, [h], per_duration=per_duration).upper
+    return ErrorSystem(plant, filter_, T, level if level > 0 else 1.0, per_duration)
+
+
+def _balancing(plant: SampledPlant) -> Array:
+    """Units of the states (powers of two, which change no digit) in which A, B, C, L are balanced and |B| is |A|."""
+    A, B = plant.A, plant.B
+    n, m = B.shape
+    outputs = np.vstack([plant.C, plant.L])
+    whole = np.block(
+        [
+            [A, B, np.zeros((n, len(outputs)))],
+            [np.zeros((m, n + m + len(outputs)))],
+            [outputs, np.zeros((len(outputs), m + len(outputs)))],
+        ]
+    )
+    _, (units, _) = scipy.linalg.matrix_balance(whole, permute=False, separate=True)
+    units = units[:n]
+    ratio = np.linalg.norm(B / units[:, None]) / np.linalg.norm(A / units[:, None] * units)
+    return np.diag(1 / (units * np.exp2(np.round(np.log2(ratio)))))
 
 
 def _solve_until_proved(
