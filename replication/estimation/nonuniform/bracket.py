@@ -9,6 +9,7 @@ from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_le
 from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import BadSequence, worst_sequence
+from replication.estimation.validation import positive_integer
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,10 @@ def worst_case_gain(
 
 
 def floor_for_any_filter(plant: SampledPlant, periods: PeriodRange, nodes: int) -> tuple[float, float]:
-    """max over `nodes` periods of gamma*(h), and where: no filter of form (4) is better, for constant h is a
-    sequence."""
-    levels = [(riccati_level(plant, float(h), tolerance=1e-8).level, float(h)) for h in periods.nodes(nodes)]
+    """A level that no filter of form (4) attains, and at which constant period: the largest of `nodes` of them.
+
+    It is the infeasible end of the search for gamma*(h), so a lower bound. Raises the errors of `riccati_level`.
+    """
+    count = positive_integer("nodes", nodes)
+    levels = [(riccati_level(plant, float(h), tolerance=1e-8).infeasible, float(h)) for h in periods.nodes(count)]
     return max(levels)

@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.context_tree import ContextTree
 from replication.estimation.nonuniform.enclosure import Enclosure, enclose
 from replication.estimation.nonuniform.path_lyapunov import Cells, ErrorSystem
@@ -23,7 +24,9 @@ ROUNDING = 64 * np.finfo(float).eps
 UNPROVED = 1e9
 """Squared levels from here on, in units of the common one, count as no level."""
 PIECES = 4
-"""Pieces of a cell at the start."""
+"""Pieces of a cell at the start, or more: on none of them does the norm of [[A, B], [0, 0]] times its length exceed
+one."""
+MAX_PIECES = 4096
 HALVINGS = 14
 MAX_HALVED = 64
 """If more pieces than this ask for more than the target, the storage matrices are at fault, not the hulls."""
@@ -56,7 +59,7 @@ def _cell_need(
     system: ErrorSystem, P: Array, P_next: Array, ends: tuple[float, float], target: float
 ) -> tuple[float, float]:
     """The largest squared level that a piece of the cell asks for in any transition, and the period where."""
-    edges = np.linspace(*ends, PIECES + 1)
+    edges = np.linspace(*ends, _pieces(system, ends) + 1)
     start, stop = edges[:-1], edges[1:]
     done = (-np.inf, ends[0])
     for halving in range(HALVINGS + 1):
@@ -75,6 +78,17 @@ def _cell_need(
     return done
 
 
+def _pieces(system: ErrorSystem, ends: tuple[float, float]) -> int:
+    """Pieces of the cell at the start; raises InvalidInputError if they would be too many."""
+    wanted = float(np.linalg.norm(system.plant.generator(), 2)) * (ends[1] - ends[0])
+    if wanted > MAX_PIECES:
+        raise InvalidInputError(
+            f"periods from {ends[0]:.6g} to {ends[1]:.6g} s are {wanted:.3g} times the fastest time constant apart, "
+            f"more than {MAX_PIECES}: narrow the range, or cut it"
+        )
+    return max(PIECES, int(np.ceil(wanted)))
+
+
 def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Array:
     """The squared level that each vertex of each piece asks for in the worst transition, of shape (K, DEGREE + 1)."""
     shape = hull.periods.shape
@@ -86,6 +100,8 @@ def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Ar
     worst = np.full(len(steps), -np.inf)
     for current, following in zip(P, P_next, strict=True):
         allowance = _allowance(system, steps, following, remainder)
+        if not np.all(np.isfinite(allowance)):
+            return np.full(shape, np.inf)
         gram = np.swapaxes(steps, 1, 2) @ following @ steps
         left = current - gram[:, :size, :size] - weights[:, None, None] * (output.T @ output)
         left -= allowance[:, None, None] * np.eye(size)
@@ -104,4 +120,6 @@ def _allowance(system: ErrorSystem, steps: Array, P: Array, remainder: Array) ->
     T_norm, inverse_norm = np.linalg.norm(system.T, 2), np.linalg.norm(np.linalg.inv(system.T), 2)
     missed = remainder * T_norm * max(float(inverse_norm), 1.0)
     step, storage = np.linalg.norm(steps, axis=(1, 2)), float(np.linalg.norm(P, 2))
-    return np.asarray(storage * (2 * step * missed + missed**2) + ROUNDING * (storage * (1 + step**2) + 1) * len(P))
+    # The change of coordinates T magnifies rounding by its condition.
+    rounding = ROUNDING * max(float(T_norm * inverse_norm), 1.0)
+    return np.asarray(storage * (2 * step * missed + missed**2) + rounding * (storage * (1 + step**2) + 1) * len(P))

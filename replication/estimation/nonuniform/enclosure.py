@@ -22,7 +22,7 @@ DEGREE = 5
 class Enclosure:
     """K hulls. vertices (K, DEGREE + 1, n + m, n + m): transition matrices; periods (K, DEGREE + 1): the h of each
     vertex;
-    remainder (K,): bound of the 2-norm of what each hull misses."""
+    remainder (K,): bound of the 2-norm of what each hull misses, infinite if it overflows."""
 
     vertices: Array
     periods: Array
@@ -40,6 +40,7 @@ def enclose(plant: SampledPlant, start: Array, stop: Array) -> Enclosure:
     bases = plant.transitions(start)
     vertices = np.einsum("ik,ck,kab,cbd->ciad", shares, scaled, np.array(powers), bases, optimize=True)
     periods = start[:, None] + width[:, None] * np.arange(DEGREE + 1) / DEGREE
-    size = np.linalg.norm(N, 2) * width
-    tail = size ** (DEGREE + 1) / factorial(DEGREE + 1) * np.exp(size)
+    size = np.linalg.norm(N, 2) * np.abs(width)
+    with np.errstate(over="ignore"):
+        tail = size ** (DEGREE + 1) / factorial(DEGREE + 1) * np.exp(size)
     return Enclosure(vertices, periods, tail * np.linalg.norm(bases, 2, axis=(1, 2)))

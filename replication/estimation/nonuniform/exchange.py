@@ -20,7 +20,7 @@ from replication.estimation.nonuniform.filter_lmi import (
     normalise,
 )
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, positive_integer
 
 SCAN = 257
 """Equally spaced periods at which the violation is looked at before its peaks are polished."""
@@ -106,11 +106,12 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
 
     Raises SolverError if the rounds run out or the solver does.
     """
+    limit = positive_integer("max_rounds", max_rounds)
     normalised = normalise(plant, periods.middle)
     candidates = periods.nodes(SCAN)
     transitions = _equally_spaced(normalised.plant, candidates)
     working = sorted({periods.h_l, periods.middle, periods.h_u})
-    for round_ in range(1, max_rounds + 1):
+    for round_ in range(1, limit + 1):
         design = design_for_periods(plant, working, at=normalised)
         peaks = worst_periods(normalised, design.variables, candidates, transitions)
         new = [h for value, h in peaks if value > VIOLATION and h not in working]
@@ -118,7 +119,7 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
             return RobustDesign(design, round_, peaks[0][0])
         grid = condensed(design, periods)
         working = sorted({*grid, halfway(grid, new[0], periods)})
-    raise SolverError(f"the exchange method added periods for {max_rounds} rounds, violation {peaks[0][0]:.3g} is left")
+    raise SolverError(f"the exchange method added periods for {limit} rounds, violation {peaks[0][0]:.3g} is left")
 
 
 def _equally_spaced(plant: SampledPlant, periods: Array) -> Array:

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 
 from replication.errors import SolverError
-from replication.estimation.nonuniform.filters import Filter
-from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.nonuniform.filters import Filter, gramian
+from replication.estimation.nonuniform.plant import SampledPlant, as_periods
 from replication.estimation.nonuniform.sdp import ALMOST, Inequalities, minimise, symmetric_basis
 from replication.estimation.norms import hinf_norm
 from replication.estimation.solvers import SolverReport
@@ -51,28 +50,32 @@ class FilterDesign:
 
 @dataclass(frozen=True)
 class Normalised:
-    """`plant` with state T x and output z / scale, so that all unknowns of the LMI are of the order of one."""
+    """`plant` with state T x, outputs y / sensor (r,) and z / scale: its unknowns are of the order of one."""
 
     plant: SampledPlant
     T: Array
     scale: float
+    sensor: Array
 
     def restore(self, filter_: Filter) -> Filter:
         """The filter for the original plant; its state estimates the original state."""
         inverse = np.linalg.inv(self.T)
-        return Filter(inverse @ filter_.A @ self.T, inverse @ filter_.B, self.scale * filter_.C @ self.T)
+        return Filter(inverse @ filter_.A @ self.T, inverse @ filter_.B / self.sensor, self.scale * filter_.C @ self.T)
 
 
 def normalise(plant: SampledPlant, h: float) -> Normalised:
     """Coordinates in which the controllability Gramian at period h is about the identity, z in units of its own
     gain."""
     Phi, Gamma = plant.discretise(h)
-    gramian = scipy.linalg.solve_discrete_lyapunov(Phi, Gamma @ Gamma.T)
-    gramian += 1e-6 * np.trace(gramian) / plant.order * np.eye(plant.order)
-    T = np.linalg.inv(np.linalg.cholesky(gramian))
-    scale = hinf_norm(Phi, Gamma, plant.L, np.zeros((len(plant.L), Gamma.shape[1]))).value or 1.0
+    reached = gramian(Phi, Gamma)
+    reached += 1e-6 * np.trace(reached) / plant.order * np.eye(plant.order)
+    T = np.linalg.inv(np.linalg.cholesky(reached))
     moved = plant.in_coordinates(T)
-    return Normalised(SampledPlant(moved.A, moved.B, moved.C, moved.D, moved.L / scale), T, scale)
+    scale = hinf_norm(Phi, Gamma, plant.L, np.zeros((len(plant.L), Gamma.shape[1]))).value or 1.0
+    # Powers of two change no digit.
+    sensor = np.exp2(np.round(np.log2(np.linalg.norm(np.hstack([moved.C, moved.D]), axis=1))))
+    C, D = (matrix / sensor[:, None] for matrix in (moved.C, moved.D))
+    return Normalised(SampledPlant(moved.A, moved.B, C, D, moved.L / scale), T, scale, sensor)
 
 
 def lmi10(plant: SampledPlant, Phi: Array, Gamma: Array, v: LmiVariables) -> Array:
@@ -175,12 +178,13 @@ def design_for_periods(
     """Step 2 of Algorithm 1: minimise delta = gamma^2 subject to (10) at all `periods` (seconds).
 
     The guarantee of the LMI is for these periods only. The status is in the report; evaluate the filter with
-    `periodic_gain`, which shares nothing with this design. Raises InfeasibleError or SolverError by the solver's
-    status.
+    `periodic_gain`, which shares nothing with this design. Raises InvalidInputError for periods that are not positive,
+    InfeasibleError or SolverError by the solver's status.
     """
-    normalised = at or normalise(plant, float(np.mean(periods)))
+    grid = as_periods("periods", periods).tolist()
+    normalised = at or normalise(plant, float(np.mean(grid)))
     basis = variable_basis(normalised.plant)
-    group = inequalities(normalised.plant, periods, basis)
+    group = inequalities(normalised.plant, grid, basis)
     cost = np.zeros(group.coefficients.shape[1])
     cost[0] = 1.0
     solution = minimise(cost, (group,), accept=accept, gap=gap)
@@ -188,4 +192,4 @@ def design_for_periods(
     level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))
     filter_ = normalised.restore(recover(variables))
     weights = np.trace(solution.duals[0], axis1=1, axis2=2)
-    return FilterDesign(level, filter_, variables, tuple(periods), tuple(weights.tolist()), solution.report)
+    return FilterDesign(level, filter_, variables, tuple(grid), tuple(weights.tolist()), solution.report)

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import control
 import numpy as np
 
-from replication.errors import InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.norms import GainBracket, l2_gain
 from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, as_matrix
+
+DOUBLINGS = 50
 
 
 @dataclass(frozen=True)
@@ -30,9 +32,12 @@ class Filter:
         """Check and freeze the matrices."""
         A = as_matrix("A_f", self.A)
         A = as_matrix("A_f", A, rows=A.shape[0], columns=A.shape[0])
-        object.__setattr__(self, "A", A)
-        object.__setattr__(self, "B", as_matrix("B_f", self.B, rows=A.shape[0]))
-        object.__setattr__(self, "C", as_matrix("C_f", self.C, columns=A.shape[0]))
+        B = as_matrix("B_f", self.B, rows=A.shape[0])
+        C = as_matrix("C_f", self.C, columns=A.shape[0])
+        for name, matrix in zip("ABC", (A, B, C), strict=True):
+            if matrix.size == 0:
+                raise InvalidInputError(f"{name}_f must not be empty, got shape {matrix.shape}")
+            object.__setattr__(self, name, matrix)
 
     def to_statespace(self, dt: float | bool = True) -> control.StateSpace:
         """The filter as a discrete-time `control.StateSpace` from y to z^; dt True means an unspecified period."""
@@ -60,6 +65,16 @@ def error_output(plant: SampledPlant, filter_: Filter) -> Array:
     return np.hstack([plant.L, -filter_.C])
 
 
+def require_settling(plant: SampledPlant, filter_: Filter) -> None:
+    """Raise InvalidInputError if the filter does not fit the plant, InfeasibleError if A_f is not Schur stable."""
+    error_output(plant, filter_)
+    radius = filter_.spectral_radius()
+    if radius >= 1:
+        raise InfeasibleError(
+            f"A_f has spectral radius {radius:.6g} >= 1: the error does not settle; its gain is infinite"
+        )
+
+
 def error_step(plant: SampledPlant, filter_: Filter, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
     """The state and input matrices of the error system (5) for given Phi (n, n) and Gamma (n, m)."""
     n, nf = plant.order, len(filter_.A)
@@ -75,6 +90,17 @@ def error_system(plant: SampledPlant, filter_: Filter, h: float, *, per_duration
     return Stage(state, drive / root, root * output, np.zeros((len(output), drive.shape[1])))
 
 
+def gramian(A: Array, B: Array) -> Array:
+    """W = A W A' + B B' (n, n) of a Schur stable A (n, n), by doubling the horizon: units do not matter."""
+    W = B @ B.T
+    for _ in range(DOUBLINGS):
+        added = A @ W @ A.T
+        W, A = W + added, A @ A
+        if np.all(np.abs(added) <= np.finfo(float).eps * np.sqrt(np.outer(np.diag(W), np.diag(W)))):
+            return np.asarray((W + W.T) / 2)
+    raise SolverError(f"the Gramian did not settle in {DOUBLINGS} doublings; a pole lies too near the unit circle")
+
+
 def periodic_gain(
     plant: SampledPlant, filter_: Filter, periods: Sequence[float], *, per_duration: bool = False
 ) -> GainBracket:
@@ -83,5 +109,7 @@ def periodic_gain(
     per_duration weighs both squared norms by the length of each sampling interval. Raises InfeasibleError if the error
     system is unstable.
     """
+    if len(periods) == 0:
+        raise InvalidInputError("periods must not be empty: give the sampling periods that repeat, in seconds")
     stages = {h: error_system(plant, filter_, h, per_duration=per_duration) for h in set(periods)}
     return l2_gain(PeriodicSystem(tuple(stages[h] for h in periods)))

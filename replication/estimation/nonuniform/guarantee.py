@@ -4,23 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
+import scipy.linalg
 
-from replication.errors import InfeasibleError, SolverError
+from replication.errors import InvalidInputError, SolverError
 from replication.estimation.nonuniform.certificate import Certificate, certify
 from replication.estimation.nonuniform.context_tree import ContextTree
-from replication.estimation.nonuniform.filters import Filter, error_output
+from replication.estimation.nonuniform.filters import Filter, error_system, gramian, periodic_gain, require_settling
 from replication.estimation.nonuniform.path_lyapunov import Cells, ErrorSystem, PathSolution, solve
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.solvers import SolverReport
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 GROWTH = 0.15
 """Share of the leaves, those with the largest energy flux, that remember one period more in the next round."""
 LOOSE = 1e-3
 """Relative distance of the certified level from that of the samples above which another sample is added."""
 MAX_SAMPLES = 12
+REGULAR = 1e-6
+"""Added to the Gramian of the error in the units of each state, for states that w hardly reaches."""
 EXCHANGES = 2
 """Times that a tree is solved again with more samples."""
 
@@ -60,22 +64,21 @@ def guaranteed_level(
 
     cuts: inner edges of the cells (seconds), by default the middle of the range; max_leaves: 1 gives the common
     Lyapunov
-    function. per_duration weighs both squared norms by the interval lengths. Raises InfeasibleError if A_f is not Schur
-    stable (the gain is then infinite), SolverError if no certificate is found.
+    function. per_duration weighs both squared norms by the interval lengths. Raises InvalidInputError if the cuts do
+    not increase inside the range or the filter does not fit, InfeasibleError if A_f is not Schur stable (the gain is
+    then infinite), SolverError if no certificate is found.
     """
-    error_output(plant, filter_)
-    if filter_.spectral_radius() >= 1:
-        raise InfeasibleError(
-            f"A_f has spectral radius {filter_.spectral_radius():.6g} >= 1: the error does not settle"
-        )
+    limit = positive_integer("max_leaves", max_leaves)
+    edges = _edges(periods, cuts)
+    require_settling(plant, filter_)
     system, best = _common(plant, filter_, periods, per_duration)
     history = [(1, best.level)]
-    edges = (periods.h_l, *(cuts if cuts is not None else (periods.middle,)), periods.h_u)
-    if max_leaves < len(edges) - 1 or periods.h_l == periods.h_u:
+    # With one cell there is nothing to remember.
+    if len(edges) == 2 or limit < len(edges) - 1:
         return best
     cells, tree = Cells.cut(edges), ContextTree.one_step(len(edges) - 1)
-    ended = f"more than {max_leaves} leaves would be needed"
-    while len(tree.leaves) <= max_leaves:
+    ended = f"more than {limit} leaves would be needed"
+    while len(tree.leaves) <= limit:
         try:
             solution, cells, proof = _solve_until_proved(system, cells, tree)
         except SolverError as error:
@@ -90,23 +93,73 @@ def guaranteed_level(
     return replace(best, history=tuple(history), ended=ended)
 
 
+def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, ...]:
+    """The ends of the range with the inner edges of its cells between them."""
+    if cuts is None:
+        cuts = (periods.middle,) if periods.h_l < periods.h_u else ()
+    edges = (periods.h_l, *(positive_scalar("an entry of `cuts`", cut, unit="s") for cut in cuts), periods.h_u)
+    if len(edges) > 2 and not all(a < b for a, b in pairwise(edges)):
+        raise InvalidInputError(
+            f"`cuts` must increase strictly inside ({periods.h_l:.6g}, {periods.h_u:.6g}) s, got {tuple(cuts)}"
+        )
+    return edges
+
+
 def _common(
     plant: SampledPlant, filter_: Filter, periods: PeriodRange, per_duration: bool
 ) -> tuple[ErrorSystem, Guarantee]:
     """The common Lyapunov function, and the error system in the coordinates and units in which it is the identity."""
-    size = plant.order + len(filter_.A)
     cells, tree = Cells.cut((periods.h_l, periods.h_u)), ContextTree.one_step(1)
-    system = ErrorSystem(plant, filter_, np.eye(size), 1.0, per_duration)
+    system = _natural(plant, filter_, periods.middle, per_duration)
     # Twice: the first solution is inaccurate where the plant's coordinates are badly scaled.
     for _ in range(2):
         solution, cells, proof = _solve_until_proved(system, cells, tree)
         root = np.linalg.cholesky(solution.P[0]).T
         level = system.level * float(np.sqrt(solution.delta))
-        system = ErrorSystem(plant, filter_, root @ system.T / np.sqrt(solution.delta), level, per_duration)
+        system = replace(system, T=root @ system.T / np.sqrt(solution.delta), level=level)
     solution, cells, proof = _solve_until_proved(system, cells, tree)
     if not np.isfinite(proof.level):
         raise SolverError("no common Lyapunov function was certified; narrow the range of sampling periods")
     return system, _guarantee(system, cells, tree, solution, proof, ((1, proof.level),))
+
+
+def _natural(plant: SampledPlant, filter_: Filter, h: float, per_duration: bool) -> ErrorSystem:
+    """The error system with its Gramian at period h about the identity, e in units of its own gain there.
+
+    The units of w, y, z and of the states then matter neither to the solver nor to the hulls.
+    """
+    plant = plant.in_coordinates(_balancing(plant))
+    stage = error_system(plant, filter_, h, per_duration=per_duration)
+    reached = gramian(stage.A, stage.B)
+    # Each state in its own unit first, so that the small number added means the same to all of them.
+    size = np.sqrt(np.diag(reached))
+    units = np.where(size > 0, size, np.max(size))
+    scaled = reached / np.outer(units, units) + REGULAR * np.eye(len(units))
+    # The filter's states are measured so too, since the certificate pays for the condition of T.
+    own = np.exp2(np.round(np.log2(units[plant.order :])))
+    filter_ = Filter(filter_.A / own[:, None] * own, filter_.B / own[:, None], filter_.C * own)
+    T = np.linalg.inv(np.linalg.cholesky(scaled)) / units
+    T[:, plant.order :] *= own
+    level = periodic_gain(plant, filter_, [h], per_duration=per_duration).upper
+    return ErrorSystem(plant, filter_, T, level if level > 0 else 1.0, per_duration)
+
+
+def _balancing(plant: SampledPlant) -> Array:
+    """Units of the states (powers of two, which change no digit) in which A, B, C, L are balanced and |B| is |A|."""
+    A, B = plant.A, plant.B
+    n, m = B.shape
+    outputs = np.vstack([plant.C, plant.L])
+    whole = np.block(
+        [
+            [A, B, np.zeros((n, len(outputs)))],
+            [np.zeros((m, n + m + len(outputs)))],
+            [outputs, np.zeros((len(outputs), m + len(outputs)))],
+        ]
+    )
+    _, (units, _) = scipy.linalg.matrix_balance(whole, permute=False, separate=True)
+    units = units[:n]
+    ratio = np.linalg.norm(B / units[:, None]) / np.linalg.norm(A / units[:, None] * units)
+    return np.diag(1 / (units * np.exp2(np.round(np.log2(ratio)))))
 
 
 def _solve_until_proved(

@@ -6,13 +6,13 @@ Sources: Nagpal and Khargonekar, IEEE TAC 36 (1991); Hassibi, Sayed and Kailath,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.nonuniform.filters import Filter, observer
+from replication.estimation.nonuniform.filters import Filter, observer, periodic_gain
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.norms import hinf_norm
 from replication.estimation.riccati import RiccatiMap, compose, fixed_point, symmetric
@@ -25,17 +25,25 @@ SETTLED = 1e-13
 MAX_STEPS = 20_000
 INDEFINITE = 1e-7
 """Negative eigenvalue of P, relative to its size, that cannot be rounding."""
+DEPENDENT = 1e-12
+"""Singular value of the rows of [C, D], or of the correlation of the innovation, that counts as zero."""
+ATTAINED = 1e-5
+"""Relative distance at which the norm of the filter must confirm the level of the recursion."""
 CIRCLE = 1e-7
 """Distance of a zero from the unit circle below which the closed form is not trusted: gamma* may jump there."""
 
 
 @dataclass(frozen=True)
 class NominalDesign:
-    """A nominal filter. level: gamma; filter: of form (4); covariance: the Riccati solution P (n, n)."""
+    """A nominal filter. level: gamma; filter: of form (4); covariance: the Riccati solution P (n, n).
+
+    infeasible: the largest level at which the search found no filter, 0 if there was no search.
+    """
 
     level: float
     filter: Filter
     covariance: Array
+    infeasible: float = 0.0
 
 
 def closed_form(plant: SampledPlant, h: float) -> float:
@@ -83,10 +91,12 @@ def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign
 
     P(k+1) = Phi P Phi' + Gamma Gamma' - S R^-1 S', R = [C; L] P [C; L]' + diag(DD', -level^2 I),
     S = Phi P [C; L]' + [Gamma D', 0], from a small P(0) > 0; a filter exists iff P settles with L P L' < level^2.
-    Raises SolverError if the recursion neither settles nor fails.
+    Raises InvalidInputError if the measurements reveal w so that R_11 = C P C' + DD' tends to a singular matrix (more
+    measurements than disturbances, for example), SolverError if the recursion neither settles nor fails.
     """
     gamma = positive_scalar("level", level)
     Phi, Gamma = plant.discretise(h)
+    given, (plant, rows) = plant, _independent(plant)
     start = START * np.linalg.norm(Gamma @ Gamma.T, 2) * np.eye(plant.order)
     full_rank = np.linalg.matrix_rank(plant.D) == len(plant.D)
     P = _doubled(plant, Phi, Gamma, gamma, start) if full_rank else _stepped(plant, Phi, Gamma, gamma, start)
@@ -95,8 +105,34 @@ def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign
         return None
     if np.linalg.eigvalsh(plant.L @ P @ plant.L.T)[-1] >= gamma**2:
         return None
-    filter_ = observer(plant, h, _central_gain(plant, Phi, Gamma, P, gamma))
+    filter_ = observer(given, h, _central_gain(plant, Phi, Gamma, P, gamma) @ rows)
     return NominalDesign(gamma, filter_, P) if filter_.spectral_radius() < 1 else None
+
+
+def _independent(plant: SampledPlant) -> tuple[SampledPlant, Array]:
+    """The plant with measurements rows @ y whose rows of [C, D] are independent: copies of others tell nothing new."""
+    joint = np.hstack([plant.C, plant.D])
+    sizes = np.linalg.norm(joint, axis=1, keepdims=True)
+    # Rows of equal length first, so that a small unit of measurement is not taken for a copy.
+    unit = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0)
+    left, values, _ = np.linalg.svd(joint * unit, full_matrices=False)
+    kept = values > DEPENDENT * values[0]
+    if len(kept) == len(joint) and np.all(kept):
+        return plant, np.eye(len(joint))
+    rows = left[:, kept].T * unit.T
+    return SampledPlant(plant.A, plant.B, rows @ plant.C, rows @ plant.D, plant.L), rows
+
+
+def _require_innovation(innovation: Array) -> None:
+    """Raise InvalidInputError if a combination of the measurements tells nothing that the past does not."""
+    sizes = np.sqrt(np.maximum(np.diag(innovation), 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        correlation = innovation / np.outer(sizes, sizes)
+    if not np.all(np.isfinite(correlation)) or np.linalg.eigvalsh(correlation)[0] <= DEPENDENT:
+        raise InvalidInputError(
+            f"the {len(innovation)} measurements reveal the disturbance: C P C' + D D' becomes singular, the Riccati "
+            "recursion has no limit to trust; use `design_for_periods`, or give every sensor noise of its own in D"
+        )
 
 
 def _doubled(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start: Array) -> Array | None:
@@ -125,7 +161,8 @@ def _stepped(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start:
     for _ in range(MAX_STEPS):
         R = stacked @ P @ stacked.T + direct
         S = Phi @ P @ stacked.T + cross
-        if np.linalg.eigvalsh(R[:r, :r])[0] <= 0 or np.linalg.eigvalsh(R[r:, r:])[-1] >= 0:
+        _require_innovation(R[:r, :r])
+        if np.linalg.eigvalsh(R[r:, r:])[-1] >= 0:
             return None
         following = symmetric(Phi @ P @ Phi.T + Gamma @ Gamma.T - S @ np.linalg.solve(R, S.T))
         change = float(np.linalg.norm(following - P))
@@ -146,8 +183,10 @@ def _central_gain(plant: SampledPlant, Phi: Array, Gamma: Array, P: Array, gamma
 def riccati_level(plant: SampledPlant, h: float, *, tolerance: float = 1e-10) -> NominalDesign:
     """gamma*(h) to a relative `tolerance` by bisection on the Riccati recursion, with the filter at its upper end.
 
-    Raises InfeasibleError if levels near zero are achievable (then the infimum is 0 and is not attained).
+    Raises InfeasibleError if levels near zero are achievable (then the infimum is 0 and is not attained),
+    InvalidInputError as `riccati_filter`, SolverError if the norm of the filter does not confirm the level.
     """
+    positive_scalar("tolerance", tolerance)
     Phi, Gamma = plant.discretise(h)
     high = hinf_norm(Phi, Gamma, plant.L, np.zeros((len(plant.L), Gamma.shape[1]))).upper * (1 + 1e-6)
     low = high * 1e-6
@@ -165,4 +204,10 @@ def riccati_level(plant: SampledPlant, h: float, *, tolerance: float = 1e-10) ->
             low = middle
         else:
             high, design = middle, better
-    return design
+    norm = periodic_gain(plant, design.filter, [h])
+    if norm.upper > high * (1 + ATTAINED) or norm.lower < low * (1 - ATTAINED):
+        raise SolverError(
+            f"the Riccati recursion claims the level {high:.9g} at h = {h:.6g}, but its filter has the norm "
+            f"{norm.value:.9g}; use `design_for_periods`"
+        )
+    return replace(design, infeasible=low)

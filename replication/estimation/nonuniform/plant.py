@@ -4,13 +4,14 @@ discretisation."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import control
 import numpy as np
 import scipy.linalg
 
 from replication.errors import InvalidInputError
-from replication.estimation.validation import Array, as_matrix, positive_scalar
+from replication.estimation.validation import Array, as_array, as_matrix, positive_integer, positive_scalar
 
 HURWITZ_MARGIN = 1e-12
 """An eigenvalue counts as stable if its real part is below minus this times the norm of A."""
@@ -28,8 +29,8 @@ class PeriodRange:
 
     def __post_init__(self) -> None:
         """Check the order of the ends."""
-        positive_scalar("h_l", self.h_l, unit="s")
-        positive_scalar("h_u", self.h_u, unit="s")
+        for name in ("h_l", "h_u"):
+            object.__setattr__(self, name, positive_scalar(name, getattr(self, name), unit="s"))
         if self.h_l > self.h_u:
             raise InvalidInputError(f"h_l must not exceed h_u, got h_l = {self.h_l} > h_u = {self.h_u}; swap them")
 
@@ -39,8 +40,8 @@ class PeriodRange:
         return (self.h_l + self.h_u) / 2
 
     def nodes(self, count: int) -> Array:
-        """`count` equally spaced periods from h_l to h_u."""
-        return np.linspace(self.h_l, self.h_u, count)
+        """`count` >= 1 equally spaced periods from h_l to h_u."""
+        return np.linspace(self.h_l, self.h_u, positive_integer("the number of periods", count))
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,8 @@ class SampledPlant:
     """Eq. (1): x' = Ax + Bw, y = Cx + Dw measured when sampled, z = Lx to be estimated; w is held between samples.
 
     Shapes: A (n, n), B (n, m), C (r, n), D (r, m), L (s, n). Raises InvalidInputError if a shape does not fit, an
-    entry is
-    not finite, A is not Hurwitz (no filter of form (4) then has a bounded error) or (C, A) is not observable.
+    entry is not finite, B or L is zero, A is not Hurwitz (no filter of form (4) then has a bounded error) or (C, A) is
+    not observable.
     """
 
     A: Array
@@ -71,6 +72,9 @@ class SampledPlant:
             if matrix.size == 0:
                 raise InvalidInputError(f"{name} must not be empty, got shape {matrix.shape}")
             object.__setattr__(self, name, matrix)
+        for name, matrix, meaning in (("B", B, "nothing disturbs the state"), ("L", L, "there is nothing to estimate")):
+            if not np.any(matrix):
+                raise InvalidInputError(f"{name} must not be zero: {meaning}; check the entries")
         _require_hurwitz(A)
         _require_observable(A, C)
 
@@ -117,9 +121,21 @@ class SampledPlant:
         return whole[:n, :n], whole[:n, n:]
 
     def in_coordinates(self, T: Array) -> SampledPlant:
-        """The same plant with state T x; T (n, n) must be invertible."""
+        """The same plant with state T x, T (n, n); raises InvalidInputError if T is singular or of another shape."""
+        T = as_matrix("T", T, rows=self.order, columns=self.order)
+        if np.linalg.matrix_rank(T) < self.order:
+            raise InvalidInputError(f"T must be invertible, but has rank {np.linalg.matrix_rank(T)} < {self.order}")
         inverse = np.linalg.inv(T)
         return SampledPlant(T @ self.A @ inverse, T @ self.B, self.C @ inverse, self.D, self.L @ inverse)
+
+
+def as_periods(name: str, value: Any) -> Array:
+    """A sequence of sampling periods (K,) in seconds; raises InvalidInputError unless K >= 1 and all are positive."""
+    count = np.size(value)
+    periods = as_array(name, value, (count,), axes="(K,)")
+    if count == 0 or np.any(periods <= 0):
+        raise InvalidInputError(f"{name} must be one or more positive numbers (s), got {value!r}")
+    return periods
 
 
 def _require_hurwitz(A: Array) -> None:

@@ -11,7 +11,7 @@ import cvxpy
 import numpy as np
 
 from replication.estimation.nonuniform.filter_lmi import FilterDesign, LmiVariables, normalise, recover
-from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.nonuniform.plant import SampledPlant, as_periods
 from replication.estimation.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
 
 ACCEPTED = ("optimal", "optimal_inaccurate")
@@ -20,16 +20,17 @@ ACCEPTED = ("optimal", "optimal_inaccurate")
 def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesign:
     """Minimise delta = gamma^2 subject to (10) at all `periods` (s); the filter by (11). Status in the report.
 
-    Raises InfeasibleError or SolverError by the solver's status.
+    Raises InvalidInputError for periods that are not positive, InfeasibleError or SolverError by the solver's status.
     """
-    normalised = normalise(plant, float(np.mean(periods)))
+    grid = as_periods("periods", periods).tolist()
+    normalised = normalise(plant, float(np.mean(grid)))
     p = normalised.plant
     n, m, r, s = p.order, p.B.shape[1], len(p.C), len(p.L)
     Z, Y = (cvxpy.Variable((n, n), symmetric=True) for _ in range(2))
     F, G, Q = cvxpy.Variable((n, r)), cvxpy.Variable((s, n)), cvxpy.Variable((n, n))
     delta = cvxpy.Variable((1, 1))
     constraints = []
-    for h in periods:
+    for h in grid:
         Phi, Gamma = p.discretise(h)
         o_s, o_m = np.zeros((n, s)), np.zeros((n, m))
         a, b = Y @ Phi + F @ p.C + Q, Y @ Phi + F @ p.C
@@ -61,4 +62,4 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesig
     v = LmiVariables(**values, delta=np.asarray(delta.value[0, 0]))
     level = normalised.scale * float(np.sqrt(max(float(delta.value[0, 0]), 0.0)))
     weights = tuple(float(np.trace(constraint.dual_value)) for constraint in constraints)
-    return FilterDesign(level, normalised.restore(recover(v)), v, tuple(periods), weights, report)
+    return FilterDesign(level, normalised.restore(recover(v)), v, tuple(grid), weights, report)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.nonuniform.filters import Filter
+from replication.estimation.nonuniform.filters import Filter, error_output
 from replication.estimation.nonuniform.plant import SampledPlant
 
 
@@ -30,5 +30,6 @@ class StabilityTest:
 
 
 def stability(plant: SampledPlant, filter_: Filter) -> StabilityTest:
-    """The two numbers that decide it."""
+    """The two numbers that decide it; raises InvalidInputError if the filter does not fit the plant."""
+    error_output(plant, filter_)
     return StabilityTest(float(np.max(np.linalg.eigvals(plant.A).real)), filter_.spectral_radius())

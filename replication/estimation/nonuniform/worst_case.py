@@ -15,9 +15,9 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from replication.errors import InvalidInputError
-from replication.estimation.nonuniform.filters import Filter, error_output
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.validation import Array
+from replication.estimation.nonuniform.filters import Filter, error_output, require_settling
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
+from replication.estimation.validation import Array, as_array, positive_integer
 
 SEARCH_TOLERANCE = 1e-4
 FINAL_TOLERANCE = 1e-10
@@ -42,7 +42,12 @@ class BadSequence:
 
 
 def simulate_error(plant: SampledPlant, filter_: Filter, periods: Array, w: Array) -> Array:
-    """e_0 ... e_K of eq. (5) from rest for the periods (K,) and disturbances w (K, m), of shape (K + 1, s)."""
+    """e_0 ... e_K of eq. (5) from rest for the periods (K,) and disturbances w (K, m), of shape (K + 1, s).
+
+    Raises InvalidInputError for periods that are not positive, another length of w, or a filter that does not fit.
+    """
+    periods = as_periods("periods", periods)
+    w = as_array("w", w, (len(periods), plant.B.shape[1]), axes="(K, m)")
     n, nf = plant.order, len(filter_.A)
     transitions = plant.transitions(periods)
     output = error_output(plant, filter_)
@@ -65,8 +70,13 @@ def sequence_gain(
 ) -> tuple[float, Array]:
     """The gain of one finite sequence and its worst disturbance w (K, m) of unit norm, by Lanczos to `tolerance`.
 
-    per_duration weighs |w_k|^2 by h_k and |e_k|^2 by h_k (the last error by the last period).
+    per_duration weighs |w_k|^2 by h_k and |e_k|^2 by h_k (the last error by the last period). Raises InvalidInputError
+    for fewer than two periods, periods that are not positive, or a filter that does not fit.
     """
+    periods = as_periods("periods", periods)
+    if len(periods) < 2:
+        raise InvalidInputError(f"periods must have at least two entries, got {len(periods)}; repeat the period")
+    error_output(plant, filter_)
     steps, drives, output = _error_steps(plant, filter_, periods)
     count, size, inputs = drives.shape
     root = np.sqrt(periods)[:, None] if per_duration else np.ones((count, 1))
@@ -120,7 +130,7 @@ def _triangular(steps: Array) -> scipy.sparse.csc_matrix:
 
 def repeated(periods: PeriodRange, runs: Sequence[int], horizon: int) -> Array:
     """`horizon` periods that repeat: runs[0] samples at h_u, runs[1] at h_l, runs[2] at h_u, and so on."""
-    if horizon < 2 or not runs or min(runs) < 0 or sum(runs) < 1:
+    if positive_integer("horizon", horizon) < 2 or not runs or min(runs) < 0 or sum(runs) < 1:
         raise InvalidInputError(f"need a horizon of at least 2 and non-negative runs, got {horizon} and {tuple(runs)}")
     pattern = np.concatenate([np.full(n, periods.h_u if i % 2 == 0 else periods.h_l) for i, n in enumerate(runs)])
     return np.tile(pattern, horizon // len(pattern) + 1)[:horizon]
@@ -138,8 +148,10 @@ def worst_sequence(
     """Search bursts of h_u between runs of h_l: local search over the two run lengths from several starts.
 
     Constant sequences, short, medium and endless runs of h_l are among the starts. The level is that of the best
-    pattern over `final_horizon` samples (by default `horizon`), a lower bound of the gain over all sequences.
+    pattern over `final_horizon` samples (by default `horizon`), a lower bound of the gain over all sequences. Raises
+    InvalidInputError if the filter does not fit, InfeasibleError if A_f is not Schur stable (the gain is infinite).
     """
+    require_settling(plant, filter_)
     known: dict[tuple[int, int], float] = {}
 
     def value(runs: tuple[int, int]) -> float:

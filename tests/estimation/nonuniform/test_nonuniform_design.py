@@ -5,6 +5,7 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, rand
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.nonuniform.algorithm1 import CORRECT, LITERAL, End, Reading, build_grid
+from replication.estimation.nonuniform.bracket import floor_for_any_filter
 from replication.estimation.nonuniform.exchange import VIOLATION, dense_design, robust_design, violations
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
@@ -17,7 +18,7 @@ from replication.estimation.nonuniform.filter_lmi import (
 )
 from replication.estimation.nonuniform.filters import Filter, error_output, error_step, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter, riccati_level
-from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.printed_lmi import printed_design
 from replication.estimation.nonuniform.robust_lmi import lmi13, modal_transform, robust_lmi_design
 from replication.estimation.nonuniform.small_gain import UpperEnd, delta_block
@@ -176,3 +177,45 @@ def test_algorithm_1_literal_stalls_and_correct_covers(plant, periods):
     assert build_grid(plant, periods, CORRECT, limit=1).end is End.LIMIT
     root = Reading(UpperEnd.CORRECTED, root=True, union=False)
     assert build_grid(plant, periods, root).end is End.STALLED
+
+
+def test_copies_of_a_measurement_change_nothing():
+    h = OSCILLATOR_RANGE.middle
+    alone = riccati_level(OSCILLATOR, h, tolerance=1e-8)
+    for scale in (1.0, 1e4):
+        copied = SampledPlant(
+            OSCILLATOR.A, OSCILLATOR.B, np.outer([1, scale], OSCILLATOR.C[0]), [[0.1], [0.1 * scale]], OSCILLATOR.L
+        )
+        both = riccati_level(copied, h, tolerance=1e-8)
+        assert both.level == pytest.approx(alone.level, rel=ROUTES)
+        assert periodic_gain(copied, both.filter, [h]).value == pytest.approx(alone.level, rel=DEGENERATE)
+
+
+def test_measurements_that_reveal_the_disturbance_are_refused_or_right():
+    """Two noiseless sensors and one disturbance: the innovation becomes singular, and no number may come out wrong."""
+    both = SampledPlant([[-1, 1], [0, -2]], [[1], [0.5]], np.eye(2), [[0], [0]], [[0, 1]])
+    with pytest.raises(InvalidInputError, match="design_for_periods"):
+        riccati_level(both, 0.25)
+    rng = np.random.default_rng(0)
+    for n in (1, 2, 3, 4):
+        A = rng.standard_normal((n, n))
+        A -= (np.linalg.eigvals(A).real.max() + 0.3) * np.eye(n)
+        B, C, L = (rng.standard_normal(shape) for shape in ((n, 1), (2, n), (1, n)))
+        plant = SampledPlant(A, B, C, np.zeros((2, 1)), L)
+        if n == 1:
+            # One state: the second sensor is a copy of the first, and |L Gamma| is the optimum.
+            assert riccati_level(plant, 0.25).level == pytest.approx(
+                abs((L @ plant.discretise(0.25)[1]).item()), rel=DEGENERATE
+            )
+            continue
+        with pytest.raises(InvalidInputError, match="reveal"):
+            riccati_level(plant, 0.25)
+
+
+def test_floor_is_a_level_that_the_search_found_infeasible():
+    h = OSCILLATOR_RANGE.middle
+    floor, where = floor_for_any_filter(OSCILLATOR, PeriodRange(h, h), 1)
+    assert where == h
+    assert riccati_filter(OSCILLATOR, h, floor) is None
+    assert floor == pytest.approx(closed_form(OSCILLATOR, h), rel=ROUTES * 10)
+    assert floor <= closed_form(OSCILLATOR, h)

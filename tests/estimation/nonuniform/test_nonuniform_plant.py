@@ -3,17 +3,21 @@ import numpy as np
 import pytest
 import scipy.integrate
 from hypothesis import given, settings
-from sampled_cases import MOTOR, OSCILLATOR, random_plant, stable_plants
+from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, motor_filter, random_plant, stable_plants
 
 from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.nonuniform.bracket import floor_for_any_filter
 from replication.estimation.nonuniform.enclosure import enclose
+from replication.estimation.nonuniform.exchange import dense_design, robust_design
+from replication.estimation.nonuniform.filter_lmi import design_for_periods
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
 from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.printed_lmi import printed_design
 from replication.estimation.nonuniform.robust_lmi import robust_lmi_design
 from replication.estimation.nonuniform.small_gain import UpperEnd, covered_interval, delta_block, small_gain_alpha
 from replication.estimation.nonuniform.stability import stability
-from replication.estimation.nonuniform.worst_case import repeated
+from replication.estimation.nonuniform.worst_case import repeated, sequence_gain, simulate_error, worst_sequence
 
 EXACT = 1e-12
 
@@ -154,3 +158,77 @@ def test_state_coordinates_do_not_matter_to_the_gain():
     shifted = periodic_gain(plant, any_filter, periods[1:] + periods[:1])
     assert shifted.value == pytest.approx(here.value, rel=1e-9)
     assert MOTOR.order == 2
+
+
+@pytest.mark.parametrize(
+    "cuts", [(0.2,), (0.099,), (0.001,), (0.08, 0.03), (0.05, 0.05), (float("nan"),), (-1.0,), ("a",)]
+)
+def test_cuts_outside_the_range_or_out_of_order_are_refused(cuts):
+    with pytest.raises(InvalidInputError, match="cuts"):
+        guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, cuts=cuts, max_leaves=4)
+
+
+@pytest.mark.parametrize("max_leaves", [0, -3, 2.5, True])
+def test_number_of_leaves_is_a_positive_integer(max_leaves):
+    with pytest.raises(InvalidInputError, match="max_leaves"):
+        guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, max_leaves=max_leaves)
+
+
+def test_one_cell_has_nothing_to_remember():
+    common = guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, max_leaves=1)
+    assert guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, cuts=(), max_leaves=4).level == common.level
+
+
+def test_remainder_of_a_reversed_piece_is_not_understated():
+    forward, backward = (enclose(OSCILLATOR, np.array([a]), np.array([b])) for a, b in ((0.1, 0.2), (0.2, 0.1)))
+    here, there = (OSCILLATOR.transition(h) for h in (0.1, 0.2))
+    share = [hull.remainder[0] / np.linalg.norm(base, 2) for hull, base in ((forward, here), (backward, there))]
+    assert share[1] == pytest.approx(share[0], rel=EXACT)
+
+
+FITTING = Filter([[0.5]], [[0.1]], [[1.0]])
+WRONG = Filter([[0.5]], [[0.1, 0.1]], [[1.0]])
+SINGLE = np.full(20, 0.05)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: sequence_gain(MOTOR, FITTING, -SINGLE), "positive"),
+        (lambda: sequence_gain(MOTOR, FITTING, SINGLE[:1]), "two"),
+        (lambda: sequence_gain(MOTOR, FITTING, []), "periods"),
+        (lambda: sequence_gain(MOTOR, FITTING, [np.nan] * 9), "finite"),
+        (lambda: sequence_gain(MOTOR, WRONG, SINGLE), "B_f"),
+        (lambda: simulate_error(MOTOR, FITTING, SINGLE, np.zeros((4, 1))), "w must have shape"),
+        (lambda: simulate_error(MOTOR, FITTING, SINGLE, np.zeros(20)), "w must have shape"),
+        (lambda: worst_sequence(MOTOR, WRONG, MOTOR_RANGE, horizon=20), "B_f"),
+        (lambda: worst_sequence(MOTOR, FITTING, MOTOR_RANGE, horizon=20.5), "horizon"),
+        (lambda: stability(MOTOR, WRONG), "B_f"),
+        (lambda: periodic_gain(MOTOR, FITTING, []), "periods"),
+        (lambda: Filter(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))), "empty"),
+        (lambda: Filter([[0.5]], np.zeros((1, 0)), [[1.0]]), "B_f must not be empty"),
+        (lambda: robust_design(MOTOR, MOTOR_RANGE, max_rounds=0), "max_rounds"),
+        (lambda: dense_design(MOTOR, MOTOR_RANGE, 0), "number of periods"),
+        (lambda: floor_for_any_filter(MOTOR, MOTOR_RANGE, 0), "nodes"),
+        (lambda: design_for_periods(MOTOR, []), "periods"),
+        (lambda: design_for_periods(MOTOR, 0.05), "periods"),
+        (lambda: design_for_periods(MOTOR, [1.0, -0.5]), "positive"),
+        (lambda: printed_design(MOTOR, []), "periods"),
+        (lambda: SampledPlant(MOTOR.A, MOTOR.B, MOTOR.C, MOTOR.D, [[0, 0]]), "L must not be zero"),
+        (lambda: SampledPlant(MOTOR.A, [[0], [0]], MOTOR.C, MOTOR.D, MOTOR.L), "B must not be zero"),
+        (lambda: MOTOR.in_coordinates(np.zeros((2, 2))), "invertible"),
+        (lambda: MOTOR.in_coordinates(np.eye(3)), "T must have"),
+    ],
+)
+def test_bad_input_is_named_and_gives_no_number(call, message):
+    with pytest.raises(InvalidInputError, match=message):
+        call()
+
+
+def test_numbers_in_text_make_a_range_of_numbers():
+    assert PeriodRange("0.1", 0.2) == PeriodRange(0.1, 0.2)
+
+
+def test_unstable_filter_has_no_worst_sequence():
+    with pytest.raises(InfeasibleError, match="spectral radius"):
+        worst_sequence(MOTOR, Filter([[1.2]], [[0.1]], [[1.0]]), MOTOR_RANGE, horizon=100)
