@@ -119,7 +119,11 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
             return RobustDesign(design, round_, peaks[0][0])
         grid = condensed(design, periods)
         working = sorted({*grid, halfway(grid, new[0], periods)})
-    raise SolverError(f"the exchange method added periods for {limit} rounds, violation {peaks[0][0]:.3g} is left")
+    raise SolverError(
+        f"the exchange method added periods for {limit} rounds, violation {peaks[0][0]:.3g} is left at "
+        f"h = {peaks[0][1]:.6g} s and the level {design.level:.9g} holds on the last grid only; raise `max_rounds`, or "
+        "use `dense_design` and check its filter with `guaranteed_level`"
+    )
 
 
 def _equally_spaced(plant: SampledPlant, periods: Array) -> Array:

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform.algorithm1 import CORRECT, LITERAL, End, Reading, build_grid
 from replication.estimation.nonuniform.bracket import floor_for_any_filter
 from replication.estimation.nonuniform.exchange import VIOLATION, dense_design, robust_design, violations
@@ -219,3 +219,8 @@ def test_floor_is_a_level_that_the_search_found_infeasible():
     assert riccati_filter(OSCILLATOR, h, floor) is None
     assert floor == pytest.approx(closed_form(OSCILLATOR, h), rel=ROUTES * 10)
     assert floor <= closed_form(OSCILLATOR, h)
+
+
+def test_exchange_that_runs_out_of_rounds_says_how_far_it_came():
+    with pytest.raises(SolverError, match=r"level \d.* last grid only.*guaranteed_level"):
+        robust_design(MOTOR, MOTOR_RANGE, max_rounds=1)
