@@ -4,27 +4,62 @@
     python benchmarks/bench_delay.py --largest 25    more cells
     python benchmarks/bench_delay.py --full          every published cell, up to n·K = 50 (hours on a small machine)
 
-Seconds are those of the solver call alone, as in the paper; the published seconds are of another machine.
+`--full` runs each cell in a process of its own and appends what it measured to delay_full.jsonl, so that it can be
+stopped and taken up again; it then writes delay_full.md from that file. Remove a line of the file to repeat its cell.
+Seconds are those of assembly and solver together; the published seconds are of another machine.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
+import json
+import os
+import platform
 import resource
+import subprocess
+import sys
 import time
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
 
 import cvxpy
-import numpy as np
 
-from papers.peet2019 import data
-from papers.peet2019.experiments import ROUGH, example_4
-from replication.errors import ReplicationError
-from replication.estimation.delay import DegreeRule, synthesis
-from replication.estimation.delay.sdp import Program, SdpaOptions, solve_sdpa
+from papers.peet2019 import data, scaling
+from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
+from replication.estimation.delay.sdp import Program
 
+HERE = Path(__file__).parent
+MEASURED = HERE / "delay_full.jsonl"
+TABLE = HERE / "delay_full.md"
 PLAIN_LARGEST = 6
 """Beyond this product the plain formulation takes minutes and gigabytes."""
+SECONDS_LIMIT = 900.0
+BYTES_LIMIT = 10 * 10**9
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One run of a cell: seconds by the clock and of the processor, peak memory [GB], and what came out.
+
+    A run that failed or was stopped has no CPU seconds, peak and γ. load is the machine's load average when the run
+    ended: with more load than processors, only CPU seconds compare.
+    """
+
+    states: int
+    delays: int
+    equalities: int
+    seconds: float
+    cpu_seconds: float | None
+    peak: float | None
+    gamma: float | None
+    outcome: str
+    threads: int
+    load: float
+    processors: int
+    machine: str
+    date: str
 
 
 def plain_seconds(task: Program) -> float:
@@ -38,48 +73,149 @@ def plain_seconds(task: Program) -> float:
     return time.perf_counter() - start
 
 
-def exponent(points: list[tuple[int, float]]) -> float:
-    """Slope of log(seconds) against log(n·K), least squares."""
-    return float(np.polyfit([math.log(p) for p, _ in points], [math.log(s) for _, s in points], 1)[0])
+def measured(states: int, delays: int, threads: int) -> Cell:
+    """Solve one cell in this process. Raises what the solver raises."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    found = scaling.cost(states, delays, scaling.level_of(states, delays), threads)
+    seconds, cpu_seconds = time.perf_counter() - wall, time.process_time() - cpu
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    verb = "minimised" if scaling.level_of(states, delays) is None else "certified"
+    outcome = f"{verb}, {found['solver']['status']}, {found['solver']['iterations']} iterations"
+    return Cell(
+        states, delays, found["equalities"], seconds, cpu_seconds, peak, found["gamma"], outcome, **_conditions(threads)
+    )
+
+
+def _conditions(threads: int) -> dict[str, Any]:
+    """Under what a run was measured."""
+    return {
+        "threads": threads,
+        "load": os.getloadavg()[0],
+        "processors": os.cpu_count() or 1,
+        "machine": _machine(),
+        "date": datetime.now(UTC).date().isoformat(),
+    }
+
+
+def _machine() -> str:
+    """Name of the processor."""
+    for line in Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []:
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return platform.processor() or platform.machine()
+
+
+def isolated(states: int, delays: int, threads: int) -> Cell:
+    """One cell in a process of its own with bounded time and memory; a cell that fails is recorded as failed."""
+    command = [sys.executable, __file__, "--cell", str(states), str(delays), "--threads", str(threads)]
+    start = time.perf_counter()
+    try:
+        answer = subprocess.run(command, capture_output=True, text=True, timeout=SECONDS_LIMIT, check=False)
+    except subprocess.TimeoutExpired:
+        failure = f"stopped after {SECONDS_LIMIT:.0f} s"
+    else:
+        if answer.returncode == 0:
+            return Cell(**json.loads(answer.stdout.splitlines()[-1]))
+        said = (answer.stderr.strip() or "no message").splitlines()[-1]
+        failure = f"failed with exit code {answer.returncode}: {said}"
+    equalities = scaling.cost_program(states, delays, scaling.level_of(states, delays)).a.shape[0]
+    seconds = time.perf_counter() - start
+    return Cell(states, delays, equalities, seconds, None, None, None, failure, **_conditions(threads))
+
+
+def recorded() -> list[Cell]:
+    """The cells measured so far, in the order of their product."""
+    lines = MEASURED.read_text().splitlines() if MEASURED.exists() else []
+    return sorted((Cell(**json.loads(line)) for line in lines), key=lambda c: (c.states * c.delays, c.states))
+
+
+def solved(cells: list[Cell]) -> list[Cell]:
+    """The cells that came to an end and are large enough for the exponent."""
+    return [cell for cell in cells if cell.gamma is not None and cell.states * cell.delays >= FROM_PRODUCT]
+
+
+def _text(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
+
+
+def table(cells: list[Cell]) -> str:
+    """The measured cells as Markdown, with the exponents of growth in n·K."""
+    lines = [
+        "# Example 4 of the delay paper, measured",
+        "",
+        "Written by `benchmarks/bench_delay.py --full` from `delay_full.jsonl`. CPU seconds of all threads together;",
+        "where the load exceeds the number of processors, the seconds by the clock measure the machine's other work.",
+        "",
+        "| n | K | equalities | clock [s] | CPU [s] | published [s] | peak [GB] | γ | outcome | threads | load | day |",
+        "|--:|--:|--:|--:|--:|--:|--:|--:|:--|--:|--:|:--|",
+    ]
+    lines += [
+        f"| {c.states} | {c.delays} | {c.equalities} | {c.seconds:.2f} | {_text(c.cpu_seconds, '.2f')}"
+        f" | {data.seconds(c.states, c.delays)} | {_text(c.peak, '.2f')} | {_text(c.gamma, '.2e')} | {c.outcome} | {c.threads}"
+        f" | {c.load:.1f} | {c.date} |"
+        for c in cells
+    ]
+    machines = sorted({f"{c.machine}, {c.processors} processors" for c in cells})
+    lines += ["", f"Machine: {'; '.join(machines)}."]
+    chosen = solved(cells)
+    if len({c.states * c.delays for c in chosen}) > 1:
+        cpu = exponent([(c.states * c.delays, c.cpu_seconds) for c in chosen if c.cpu_seconds is not None])
+        clock = exponent([(c.states * c.delays, c.seconds) for c in chosen])
+        printed = exponent([(c.states * c.delays, float(data.seconds(c.states, c.delays))) for c in chosen])
+        lines.append(
+            f"Exponent of growth in n·K over the {len(chosen)} solved cells with n·K ≥ {FROM_PRODUCT}:"
+            f" {cpu:.2f} in CPU seconds, {clock:.2f} by the clock; {printed:.2f} in the published seconds of the same."
+        )
+    return "\n".join(lines) + "\n"
+
+
+def published_cells(largest: int) -> list[tuple[int, int]]:
+    """Cells (n, K) of Table I up to a product, smallest product first."""
+    cells = [(n, k) for k in data.DELAY_COUNTS for n in data.STATES if n * k <= largest]
+    return sorted(cells, key=lambda cell: (cell[0] * cell[1], cell[0]))
+
+
+def run_full(threads: int) -> None:
+    """Measure every published cell that is not in the file yet, one after the other, and write the table."""
+    done = {(cell.states, cell.delays) for cell in recorded()}
+    for states, delays in published_cells(int(data.LARGEST_PRODUCT)):
+        if (states, delays) not in done:
+            cell = isolated(states, delays, threads)
+            with MEASURED.open("a") as file:
+                file.write(json.dumps(asdict(cell)) + "\n")
+            TABLE.write_text(table(recorded()))
+            print(f"n = {states}, K = {delays}: {cell.seconds:.2f} s, {cell.outcome}", flush=True)
+    TABLE.write_text(table(recorded()))
+
+
+def run_small(largest: int, threads: int) -> None:
+    """Measure the small cells beside the plain formulation, and print them."""
+    cells = []
+    for n, k in published_cells(largest):
+        cell = measured(n, k, threads)
+        cells.append(cell)
+        small = n * k <= PLAIN_LARGEST and scaling.level_of(n, k) is None
+        plain = f", plain cvxpy {plain_seconds(scaling.cost_program(n, k, None)):.2f} s" if small else ""
+        print(f"n = {n}, K = {k}: {cell.seconds:.2f} s{plain}", flush=True)
+    print(table(cells))
 
 
 def main() -> None:
-    """Print one line per cell and the exponents of growth."""
+    """Choose what to measure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--largest", type=int, default=10, help="largest product n·K")
-    parser.add_argument("--full", action="store_true", help="every published cell")
-    parser.add_argument("--threads", type=int, default=1, help="threads of SDPA; set OMP_NUM_THREADS alike")
+    parser.add_argument("--full", action="store_true", help="every published cell, resumable")
+    parser.add_argument("--cell", type=int, nargs=2, metavar=("n", "K"), help="one cell, printed as JSON")
+    parser.add_argument("--threads", type=int, default=1, help="threads of SDPA")
     chosen = parser.parse_args()
-    largest = int(data.LARGEST_PRODUCT) if chosen.full else chosen.largest
-    cells = [(n * k, n, k) for k in data.DELAY_COUNTS for n in data.STATES if n * k <= largest]
-    options = SdpaOptions(ROUGH.tolerance, ROUGH.scale, gap=ROUGH.gap, residual=ROUGH.residual, threads=chosen.threads)
-    print("  n   K  equalities  assembly [s]  SDPA [s]  cvxpy [s]  published [s]  peak [GB]  γ or failure")
-    ours: list[tuple[int, float]] = []
-    for product, n, k in sorted(cells):
-        start = time.perf_counter()
-        assembly = synthesis.assemble(example_4(n, k, jordan=1.0), 1, DegreeRule.TOTAL)
-        # With one delay and five or more states SDPA cannot follow γ to zero: a small level is certified instead.
-        task = synthesis.program(assembly, 0.0, 9e-4 if k == 1 and n >= 5 else None)
-        assembled = time.perf_counter() - start
-        try:
-            solution = solve_sdpa(task, options)
-        except ReplicationError as error:
-            seconds, outcome = math.nan, str(error)
-        else:
-            seconds = solution.seconds
-            outcome = f"{float(solution.linear[0]):.2e}" if task.linear else "level certified"
-            ours.append((product, seconds))
-        plain = f"{plain_seconds(task):9.2f}" if product <= PLAIN_LARGEST and task.linear else "        -"
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-        published = data.seconds(n, k)
-        print(
-            f"{n:3d} {k:3d} {task.a.shape[0]:11d} {assembled:13.2f} {seconds:9.2f}  {plain}"
-            f" {published:>14} {peak:10.2f}  {outcome}",
-            flush=True,
-        )
-    fitted = [(product, seconds) for product, seconds in ours if product >= 5]
-    if len({product for product, _ in fitted}) > 1:
-        print(f"exponent of growth in n·K, from n·K = 5 on: {exponent(fitted):.2f}")
+    if chosen.cell:
+        resource.setrlimit(resource.RLIMIT_DATA, (BYTES_LIMIT, BYTES_LIMIT))
+        states, delays = chosen.cell
+        print(json.dumps(asdict(measured(states, delays, chosen.threads))))
+    elif chosen.full:
+        run_full(chosen.threads)
+    else:
+        run_small(chosen.largest, chosen.threads)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Speed of the exact dual-rate analysis against brute-force simulation, and of the search of readings."""
+"""Speed of the exact dual-rate analysis against sub-stepped and stepped simulation, and of the search of readings."""
 
 import time
 from fractions import Fraction
@@ -10,15 +10,17 @@ from papers.shao import data
 from papers.shao.problem import APO, DESIGN, FREQUENCIES, PMI, READINGS, START, literal_loop
 from papers.shao.search import table_columns
 from replication.estimation.dualrate.counterexample import prove_instability
-from replication.estimation.dualrate.loop import stability_radius
+from replication.estimation.dualrate.loop import DualRateLoop, stability_radius
+from replication.estimation.dualrate.response import start_state
 from replication.estimation.dualrate.search import search_block
 from replication.estimation.dualrate.simulation import simulate
-from replication.estimation.dualrate.tracking import reference, tracking_error_ratio
+from replication.estimation.dualrate.tracking import output_rows, reference, tracking_error_ratio
 
 HALF_UNIT = 0.5 * 10.0 ** -len(data.TABLE_APO[0].split(".")[1])
 """Half a unit of the last printed place of Table I, percent."""
-SUBSTEPS = 45
-"""A coarse grid that happens to meet the peaks to the printed digits, which flatters the simulation."""
+SUBSTEPS = 39
+"""The first grid from 30 points on that happens to meet the peaks to the printed digits, which flatters the
+simulation: most finer ones do not."""
 SETTLING, PERIODS = 150, 520
 """Slow periods until the transient is below the printed digits, and in all. With σ = 1 rad/s the slow instants come
 back to nearly the same phase after 22 periods, so that it takes 355 to see the largest error to the printed digits."""
@@ -40,11 +42,33 @@ def simulated_table() -> np.ndarray:
     return table
 
 
+def stepped_table() -> np.ndarray:
+    """The same maxima by a plain loop over the fast instants, with one output matrix for the points within T."""
+    table = np.empty((2, len(FREQUENCIES)))
+    for row, name in enumerate((PMI, APO)):
+        for column, frequency in enumerate(FREQUENCIES):
+            table[row, column] = 100 * _stepped_maximum(literal_loop(name, frequency))
+    return table
+
+
+def _stepped_maximum(loop: DualRateLoop) -> float:
+    rows, harmonic, n = output_rows(loop, SUBSTEPS), reference(loop), loop.plant.size
+    z, largest = start_state(loop, START, 0 * START), 0.0
+    for k in range(PERIODS * DESIGN.ratio):
+        step, time = loop.steps[k % DESIGN.ratio], k * DESIGN.period
+        r = np.imag(harmonic.amplitude * np.exp(harmonic.exponent * time))
+        if k >= SETTLING * DESIGN.ratio:
+            output = rows.state @ z[:n] + rows.input @ (step.input_state @ z + step.input_command @ r)
+            largest = max(largest, np.abs(output - np.sin(harmonic.frequency * (time + rows.offsets))).max())
+        z = step.state @ z + step.command @ r
+    return float(largest)
+
+
 def test_table_by_the_lifted_form(benchmark: Any) -> None:
     assert np.all(np.isfinite(benchmark(lifted_table)))
 
 
-def test_table_by_simulation_to_the_same_digits(benchmark: Any) -> None:
+def test_table_by_sub_stepped_simulation_to_the_same_digits(benchmark: Any) -> None:
     lifted = min(_seconds(lifted_table) for _ in range(5))
     table = benchmark.pedantic(simulated_table, rounds=1)
     ratio = benchmark.stats.stats.median / lifted
@@ -52,6 +76,15 @@ def test_table_by_simulation_to_the_same_digits(benchmark: Any) -> None:
     benchmark.extra_info.update(slow_periods=PERIODS, gap=gap, times_slower=ratio)
     assert gap <= HALF_UNIT
     assert ratio >= 200
+
+
+def test_table_by_exact_stepping_to_the_same_digits(benchmark: Any) -> None:
+    """The fairer comparison: no sub-steps, so that only the long run is saved."""
+    lifted = min(_seconds(lifted_table) for _ in range(5))
+    table = benchmark.pedantic(stepped_table, rounds=1)
+    gap = float(np.abs(table - lifted_table()).max())
+    benchmark.extra_info.update(slow_periods=PERIODS, gap=gap, times_slower=benchmark.stats.stats.median / lifted)
+    assert gap <= HALF_UNIT
 
 
 def test_stability_radius(benchmark: Any) -> None:

@@ -9,7 +9,6 @@ Heavy packages are imported by the commands that need them, so that `--help` ans
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -33,7 +32,7 @@ EXIT_CODES = """exit codes:
 """
 EXAMPLES = """examples:
   replication run                        audit all papers, write report/ and figures/
-  replication run okajima2023 --jobs 1   one paper, in this process
+  replication run okajima2023 --jobs 1   one paper, one experiment at a time
   replication list                       papers and claims with their verdicts
   replication show CLAIM                 all the evidence for one claim
   replication diff old.json new.json     what changed between two runs, and why
@@ -46,19 +45,25 @@ depend on are unchanged. The report goes to report/; a run of some papers only g
 """
 
 
+CHECK_NOTES = """The verdicts must follow from the numbers of the file; the numbers are taken as they stand. Whether
+they are what the computations give is for a new run: `replication run --no-cache`, then `replication diff`.
+
+"""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; errors of this package go to stderr without a traceback."""
     chosen = _parser().parse_args(arguments)
     try:
         code: int = chosen.command(chosen)
-        sys.stdout.flush()
     except ReplicationError as error:
         print(f"replication: {error}", file=sys.stderr)
         return BAD_INPUT
-    except BrokenPipeError:
-        # The reader (`head`, a pager) has seen enough; keep Python from complaining when it closes stdout.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FINE
+    except OSError as error:
+        # A file that cannot be read or written; what fails inside an experiment is part of the results instead.
+        path = error.filename2 or error.filename
+        print(f"replication: {f'{path}: ' if path else ''}{error.strerror or error}", file=sys.stderr)
+        return BAD_INPUT
     except KeyboardInterrupt:
         print("replication: interrupted; what was finished is kept, run again to go on from there", file=sys.stderr)
         return INTERRUPTED
@@ -78,6 +83,7 @@ def _run(chosen: argparse.Namespace) -> int:
     import papers
     from replication.audit.cache import Cache
     from replication.audit.drawn import draw_figures
+    from replication.audit.files import require_writable
     from replication.audit.records import write_results
     from replication.audit.report import build_report
     from replication.audit.runner import run
@@ -88,6 +94,8 @@ def _run(chosen: argparse.Namespace) -> int:
     whole = len(selected) == len(papers.KEYS)
     output = chosen.output or root / "report" / ("" if whole else "+".join(paper.key for paper in selected))
     figures = chosen.figures or root / "figures"
+    require_writable(output, "--output")
+    require_writable(figures, "--figures")
     cache = Cache(root / ".cache" / "replication", read=not chosen.no_cache)
     outcome = run(selected, cache=cache, root=root, jobs=chosen.jobs, progress=_progress())
     drawn = draw_figures(selected, outcome.results_by_experiment, figures, cache=cache, root=root)
@@ -104,7 +112,8 @@ def _list(chosen: argparse.Namespace) -> int:
     from replication.audit.summary import list_lines
 
     path = _results_path(chosen)
-    claims = read_results(path).claims if path.is_file() else ()
+    # Without a run there are no verdicts yet; in a directory that was asked for they must be there.
+    claims = read_results(path).claims if chosen.output or path.is_file() else ()
     _say(list_lines(papers.load(chosen.papers or papers.KEYS), {claim.id: claim for claim in claims}))
     return FINE
 
@@ -189,8 +198,10 @@ def _progress() -> Progress:
 
 
 def _say(lines: Iterable[str]) -> None:
+    from replication.audit.progress import say
+
     for line in lines:
-        print(line)
+        say(line, sys.stdout)
 
 
 def _jobs(text: str) -> int:
@@ -242,7 +253,9 @@ def _parser() -> argparse.ArgumentParser:
     show.add_argument("claim", metavar="CLAIM", help="id of the claim, as `list` prints it")
     output(show, "where results.json is")
 
-    check = add("check", _check, "derive every verdict of results.json again and compare with the claims as they stand")
+    check = add(
+        "check", _check, "derive every verdict of results.json again and compare its texts with the code", CHECK_NOTES
+    )
     output(check, "where results.json is")
 
     report = add("report", _report, "build index.html from results.json, without computing anything")

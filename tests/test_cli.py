@@ -248,7 +248,7 @@ def test_interruption_is_exit_code_130_with_one_line(lab: Lab) -> None:
     _, complaint = process.communicate(timeout=20)
     assert process.returncode == 130
     assert complaint == "replication: interrupted; what was finished is kept, run again to go on from there\n"
-    assert not (lab.root / "report").exists()
+    assert list((lab.root / "report").iterdir()) == []
 
 
 def test_reader_that_leaves_early_causes_no_complaint(lab: Lab) -> None:
@@ -257,6 +257,41 @@ def test_reader_that_leaves_early_causes_no_complaint(lab: Lab) -> None:
         ["bash", "-c", command], cwd=lab.root, env=lab.environment(), capture_output=True, text=True, check=False
     )
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize("command", ["run --no-cache", "report"])
+def test_a_reader_that_leaves_early_does_not_keep_the_report_from_being_made(ran: Lab, command: str) -> None:
+    page = ran.root / "report" / "index.html"
+    page.unlink()
+    line = f"set -o pipefail; {sys.executable} -m replication {command} | true"
+    done = subprocess.run(
+        ["bash", "-c", line], cwd=ran.root, env=ran.environment(), capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert page.is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("run", "--no-cache", "--output", "file"), "file is no directory that can be written"),
+        (("run", "--no-cache", "--figures", "/proc/x"), "/proc/x is no directory that can be written"),
+        (("check", "--output", "odd"), "odd/results.json: Is a directory"),
+        (("diff", "odd", "report/results.json"), "odd: Is a directory"),
+        (("show", "toy2020.square.two", "--output", "file"), "file/results.json: Not a directory"),
+        (("list", "--output", "/nowhere"), "/nowhere/results.json does not exist"),
+        (("check", "--output", "/nowhere"), "/nowhere/results.json does not exist"),
+    ],
+)
+def test_files_that_cannot_be_used_are_bad_input_told_in_one_line_and_at_once(
+    ran: Lab, arguments: tuple[str, ...], words: str
+) -> None:
+    (ran.root / "file").write_text("", encoding="utf-8")
+    (ran.root / "odd" / "results.json").mkdir(parents=True)
+    done = ran.cli(*arguments)
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1 and words in done.stderr
+    assert done.stdout == ""
 
 
 @pytest.mark.parametrize("command", ["", "run", "list", "show", "check", "report", "diff"])

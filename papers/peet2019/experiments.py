@@ -1,4 +1,4 @@
-"""Computations behind Examples 1-4 and Fig. 1; functions of JSON values that return JSON values."""
+"""Computations behind Examples 1-3 and Fig. 1; functions of JSON values that return JSON values."""
 
 from __future__ import annotations
 
@@ -40,8 +40,6 @@ Json = dict[str, Any]
 CHEBYSHEV_ORDER = 12
 LOOSE = SdpaOptions(gap=1e-2, residual=1e-5)
 EPSILONS = (1e-5, 1e-3)
-ROUGH = SdpaOptions(tolerance=1e-7, scale=1e2, gap=1.0, residual=1e-5)
-"""For Example 4: the infimum of γ is zero, known and not attained, so that a gap says nothing; any small γ serves."""
 
 
 def system_of(plant: Json) -> DelaySystem:
@@ -232,58 +230,6 @@ def one_disturbance(plant: Json, level: float, degree: int) -> Json:
     changed = {**plant, "b": [[1.0] for _ in plant["a0"]]}
     certificate = certificate_at(system_of(changed), level, degree, epsilon=0.0)
     return {"level": level, "solver": solver_record(certificate.solution)}
-
-
-def example_4(states: int, delays: int, *, jordan: float) -> DelaySystem:
-    """Example 4 with a Jordan block of eigenvalue `jordan`."""
-    block = jordan * np.eye(states) + np.diag(np.ones(states - 1), 1)
-    ones = np.ones((states, 1))
-    times = [(i + 1) / delays for i in range(delays)]
-    return delay_system(np.zeros((states, states)), [-block / delays] * delays, times, ones, ones.T, ones.T)
-
-
-def cost(states: int, delays: int, level: float | None) -> Json:
-    """Example 4 at degree 1: least γ, or (`level`) a certificate at that level; the size of the program.
-
-    For one delay and many states SDPA cannot follow γ to zero; there a level is given.
-    """
-    system = example_4(states, delays, jordan=1.0)
-    assembly = synthesis.assemble(system, 1, DegreeRule.TOTAL)
-    task = synthesis.program(assembly, 0.0, level)
-    solution = solve_sdpa(task, ROUGH)
-    return {
-        "gamma": float(solution.linear[0]) if level is None else level,
-        "equalities": task.a.shape[0],
-        "blocks": list(task.blocks),
-        "solver": solver_record(solution),
-    }
-
-
-def sizes(states: list[int], delays: list[int]) -> Json:
-    """Equalities of the program of Example 4 for every cell of Table I; nothing is solved."""
-    cells = []
-    for k in delays:
-        for n in states:
-            task = synthesis.program(synthesis.assemble(example_4(n, k, jordan=1.0), 1, DegreeRule.TOTAL), 0.0)
-            cells.append({"states": n, "delays": k, "equalities": task.a.shape[0]})
-    return {"cells": cells}
-
-
-def example_4_roots(states: list[int], delays: list[int]) -> Json:
-    """Rightmost root for a Jordan block of eigenvalue 1 and of eigenvalue 0, over all cells."""
-    found: Json = {}
-    for name, eigenvalue in (("one", 1.0), ("zero", 0.0)):
-        roots = []
-        for k in delays:
-            for n in states:
-                # A multiple root is found to the n-th root of rounding only; eigenvalues 0 are known in closed form.
-                size = 1 if eigenvalue else n
-                if eigenvalue:
-                    roots.append(float(rightmost_roots(example_4(size, k, jordan=eigenvalue), 1)[0].real))
-                else:
-                    roots.append(0.0)
-        found[name] = {"largest": max(roots), "smallest": min(roots)}
-    return found
 
 
 def against_delay(plant: Json, delays: list[float], degree: int) -> Json:

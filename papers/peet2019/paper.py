@@ -14,27 +14,24 @@ from papers.peet2019.experiments import (
     as_printed,
     closed_loop,
     convergence,
-    example_4_roots,
     fig_1,
     gain_functions,
     lumped,
     one_disturbance,
     references,
-    sizes,
     synthesised,
 )
-from papers.peet2019.experiments import cost as cost_of
 from papers.peet2019.figures import FIGURES
 from papers.peet2019.identities import identities
 from papers.peet2019.inversion import inverse_identities
+from papers.peet2019.scaling import SMALL_LEVEL, example_4_roots, level_of, sizes
+from papers.peet2019.scaling import cost as cost_of
 from replication.audit.model import Experiment, Formula, Paper, Results, ScopeItem, Table
 
 CLAIMS = (*levels.CLAIMS, *theory.CLAIMS, *cost.CLAIMS)
 
 TRIALS, SEED = 40, 20190710
 """Random cases per identity, and their seed."""
-SMALL_LEVEL = 9e-4
-"""Below the printed bound .001."""
 EPSILON = 1e-5
 """ε of Theorem 3 for the closed loops: small against the optimum, which ε > 0 moves."""
 ABOVE = 1.0001
@@ -93,8 +90,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
         samples=FIG_1_SAMPLES,
     ),
     *(
-        # With one delay and five or more states SDPA cannot follow γ to zero: a level below .001 is certified instead.
-        _experiment(names.cell(n, k), cost_of, states=n, delays=k, level=SMALL_LEVEL if k == 1 and n >= 5 else None)
+        _experiment(names.cell(n, k), cost_of, states=n, delays=k, level=level_of(n, k))
         for n, k in names.default_cells()
     ),
     _experiment(names.SIZES, sizes, states=list(data.STATES), delays=list(data.DELAY_COUNTS)),

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 from papers.shao import data
 from papers.shao.claims_table import LITERAL, unstable
-from papers.shao.problem import APO, APO_READINGS, PMI, PMI_READINGS, REPAIRED, STATE
+from papers.shao.problem import APO, APO_READINGS, HELD, PMI, PMI_READINGS, REPAIRED, SINGLE, STATE
 from replication.audit.model import Claim, Evidence, Kind, Results, Verdict
 
 
@@ -17,7 +18,7 @@ def stable(observer: str, results: Results) -> Evidence:
     radius = results["shao.table"]["radius"][observer]
     return Evidence(
         method="monodromy radius over one slow period, literal reading",
-        cross_check="product of one-step maps, in the tests",
+        cross_check="simulated responses obey the characteristic polynomial of the monodromy matrix, in the tests",
         holds=radius < 1,
         margin=1 - radius,
         quantities={"radius": radius},
@@ -26,17 +27,27 @@ def stable(observer: str, results: Results) -> Evidence:
 
 def smaller_error(results: Results) -> Evidence:
     """APO below PMI in every row; how often over all pairs of readings is told beside it."""
-    ratios = results["shao.table"]["ratios"]
+    table = results["shao.table"]
+    ratios = table["ratios"]
     margins = [1 - a / p for a, p in zip(ratios[APO], ratios[PMI], strict=True)]
     wins, pairs = ordering_counts(results["shao.orderings"])
+    shares = weak_gain_shares(table)
     return Evidence(
         method=LITERAL,
         holds=min(margins) > 0,
         margin=min(margins),
-        quantities={"pairs of readings": pairs, "pairs in which it holds": wins},
+        quantities={
+            "pairs of readings": pairs,
+            "pairs in which it holds": wins,
+            "share of the reduction that DRC-PMI with L/M obtains, least": min(shares),
+            "share of the reduction that DRC-PMI with L/M obtains, largest": max(shares),
+            "DRC-PMI far below the loop's rates, percent": table["slow"][PMI],
+            "DRC-APO far below the loop's rates, percent": table["slow"][APO],
+        },
         note=(
             "It depends on the reading of DRC-PMI: one correction per slow instant and then the model alone has a "
-            "smaller error than DRC-APO."
+            "smaller error than DRC-APO. The steady state is our choice of window: from the printed start a maximum "
+            "over the whole time is half the amplitude at least. This is also the better static tracking of Sec. V."
         ),
     )
 
@@ -65,13 +76,13 @@ def better_estimate(index: int, results: Results) -> Evidence:
     apo, pmi = errors[APO][index], errors[PMI][index]
     return Evidence(
         method="largest |θ − θ̂| at the fast instants in the steady state, literal reading",
-        cross_check="time responses of the figures",
         holds=apo < pmi,
         margin=1 - apo / pmi,
         quantities={
             "DRC-APO, percent": apo,
             "DRC-PMI, percent": pmi,
-            "one correction and model, percent": errors["single_correction"][index],
+            "DRC-PMI with y held, percent": errors[HELD][index],
+            "one correction and model, percent": errors[SINGLE][index],
         },
         note="It depends on the reading of DRC-PMI: see the observer with one correction per slow instant.",
     )
@@ -85,21 +96,10 @@ def better_transient(results: Results) -> Evidence:
         holds=constants[APO] < constants[PMI],
         margin=constants[PMI] / constants[APO] - 1,
         quantities={f"{name}, s": value for name, value in constants.items()},
-        note="The transient of the literal DRC-APO dies out more slowly, because (6) uses L once in M periods.",
-    )
-
-
-def lower_static_error(results: Results) -> Evidence:
-    """Steady-state error, and what the same observer as DRC-PMI does with L/M in place of L."""
-    table = results["shao.table"]
-    margins = [1 - a / p for a, p in zip(table["ratios"][APO], table["ratios"][PMI], strict=True)]
-    weak = max(w / a - 1 for w, a in zip(table["weak_gain"], table["ratios"][APO], strict=True))
-    return Evidence(
-        method=LITERAL,
-        holds=min(margins) > 0,
-        margin=min(margins),
-        quantities={"error of DRC-PMI with L/M above that of DRC-APO, largest": weak},
-        note="DRC-PMI with the observer gain divided by M comes close to DRC-APO.",
+        note=(
+            "The transient of DRC-APO dies out more slowly than that of every stable reading of DRC-PMI, because (6) "
+            "uses L once in M periods."
+        ),
     )
 
 
@@ -109,7 +109,7 @@ def higher_bandwidth(results: Results) -> Evidence:
     ratios = [a / p - 1 for a, p in zip(found["bandwidth"][APO], found["bandwidth"][PMI], strict=True)]
     quantities = {
         f"{name}, error {level:.1%}, rad/s": sigma
-        for name in (PMI, APO, REPAIRED, STATE, "single_correction")
+        for name in (PMI, APO, REPAIRED, STATE, HELD, SINGLE)
         for level, sigma in zip(found["levels"], found["bandwidth"][name], strict=True)
         if sigma is not None
     }
@@ -133,6 +133,12 @@ def ordering_counts(structures: Sequence[dict[str, dict[str, list[float] | None]
     ]
     wins = sum(all(y < x for x, y in zip(pmi or (), apo or (), strict=True)) for pmi, apo in pairs)
     return wins, len(pairs)
+
+
+def weak_gain_shares(table: dict[str, Any]) -> list[float]:
+    """Per row, the part of the step from DRC-PMI to DRC-APO that DRC-PMI takes with L/M in place of L."""
+    columns = table["ratios"][PMI], table["weak_gain"][PMI], table["ratios"][APO]
+    return [(own - weak) / (own - apo) for own, weak, apo in zip(*columns, strict=True)]
 
 
 COMPARISONS = (
@@ -198,15 +204,6 @@ COMPARISONS = (
         expected=Verdict.DIFFERS,
         answer=better_transient,
         uses=("shao.transients",),
-    ),
-    Claim(
-        id="shao.order.static",
-        place="Sec. V",
-        kind=Kind.ORDER,
-        statement="DRC-APO tracks better than DRC-PMI once the transient is over.",
-        expected=Verdict.CONSISTENT,
-        answer=lower_static_error,
-        uses=("shao.table",),
     ),
     Claim(
         id="shao.order.bandwidth",

@@ -60,6 +60,7 @@ ERRATA = (
         meant="the third derivative of y_d in the first term and ÿ_d in the last",
         prove=feedforward_orders,
         uses=("shao.motor",),
+        inference=True,
     ),
     Erratum(
         id="shao.mechanical-speed",

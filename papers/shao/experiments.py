@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from papers.shao.bounds import step_bounds
 from papers.shao.search import BLOCKS, block
-from papers.shao.stability import motor_model, slowest_rates, stable_sets, theorem
+from papers.shao.stability import motor_eigenvalues, motor_model, slowest_rates, stable_sets, theorem
 from papers.shao.tracking import frequency_sweep, lags, orderings, robustness, table, transients
 from replication.audit.model import Experiment
 
@@ -28,6 +29,10 @@ EXPERIMENTS = (
         name="shao.theorem",
         function=theorem,
         inputs={"periods": [1e-4, 1e-5, 1e-6], "proved_period": "1/100", "counts": [1, 2, 3, 5, 8]},
+    ),
+    Experiment(name="shao.bounds", function=step_bounds, inputs={"trials": 400, "seed": 3}),
+    Experiment(
+        name="shao.eigenvalues", function=motor_eigenvalues, inputs={"periods": np.geomspace(1e-3, 0.4, 200).tolist()}
     ),
     Experiment(name="shao.rates", function=slowest_rates, inputs={"periods": np.geomspace(1e-4, 1.0, 41).tolist()}),
     Experiment(

@@ -54,6 +54,43 @@ def describe_stable_sets(drawn: FigureData) -> str:
     )
 
 
+def eigenvalues(results: Results) -> FigureData:
+    """Moduli of the eigenvalues under DRC-APO, and the radii of the other loops, against T."""
+    found = results["shao.eigenvalues"]
+    moduli = found["moduli"][APO]
+    columns = {"period_s": found["periods"]}
+    columns |= {f"{APO}_{rank + 1}": [row[rank] for row in moduli] for rank in range(len(moduli[0]))}
+    return columns_of(columns | {name: [row[0] for row in found["moduli"][name]] for name in (PMI, REPAIRED, FAST)})
+
+
+def plot_eigenvalues(drawn: FigureData) -> Any:
+    """Moduli against T; above one is unstable."""
+    figure, (axis,) = new_axes(row_height=3.4)
+    c = drawn.columns
+    for key in (key for key in c if key.startswith(APO)):
+        first = key == f"{APO}_1"
+        axis.semilogx(
+            c["period_s"], c[key], label=LABELS[APO] if first else None, linewidth=1.6 if first else 0.6, **line(0)
+        )
+    for index, name in enumerate((PMI, REPAIRED, FAST), start=1):
+        axis.semilogx(c["period_s"], c[name], label=f"{LABELS[name]}, largest", linewidth=1.0, **line(index))
+    axis.axvline(DESIGN.period, linestyle=":", color="#777777", label="printed T")
+    axis.set(xlabel="T, s", ylabel="modulus", ylim=(0, 1.5))
+    figure.legend(loc="outside upper center", ncols=2)
+    return figure
+
+
+def describe_eigenvalues(drawn: FigureData) -> str:
+    """Range of T shown, and how the radii compare over it."""
+    c = drawn.columns
+    slower = sum(own > fast for own, fast in zip(c[f"{APO}_1"], c[FAST], strict=True))
+    return (
+        f"Moduli of the eigenvalues of the motor loop over one slow period for T from {c['period_s'][0]:g} to "
+        f"{c['period_s'][-1]:g} s. The largest one under DRC-APO exceeds that with a true fast sensor at {slower} of "
+        f"{len(c[FAST])} periods."
+    )
+
+
 def rates(results: Results) -> FigureData:
     """Slowest rate of the counter-example against T, and its two candidate limits."""
     found = results["shao.rates"]
@@ -100,6 +137,18 @@ STABILITY_FIGURES = (
         data=stable_sets,
         plot=plot_stable_sets,
         alt=describe_stable_sets,
+    ),
+    Figure(
+        name="shao-motor-eigenvalues",
+        place="Sec. V",
+        title="Eigenvalues of the motor loop against T",
+        caption="Moduli of the eigenvalues of the monodromy matrix at the printed M: all of DRC-APO (thick: the "
+        "largest), the largest of the other loops. Above one the loop is unstable.",
+        published=False,
+        uses=("shao.eigenvalues",),
+        data=eigenvalues,
+        plot=plot_eigenvalues,
+        alt=describe_eigenvalues,
     ),
     Figure(
         name="shao-rates",

@@ -7,11 +7,13 @@ from functools import partial
 from typing import Any
 
 from papers.shao import data
-from papers.shao.problem import APO, FAST, FREQUENCIES, LABELS, PMI, REPAIRED, STATE
+from papers.shao.problem import APO, FAST, FREQUENCIES, HELD, LABELS, PMI, REPAIRED, STATE
 from replication.audit.model import Figure, FigureData, Results
 from replication.audit.style import line, new_axes
 
-SWEPT = (PMI, APO, REPAIRED, FAST, STATE)
+SWEPT = (PMI, APO, HELD, REPAIRED, FAST, STATE)
+LAGGING = (PMI, APO, HELD, REPAIRED)
+DISTURBED = (PMI, APO, HELD, REPAIRED, FAST)
 
 
 def columns_of(columns: Mapping[str, Iterable[float]]) -> FigureData:
@@ -20,7 +22,7 @@ def columns_of(columns: Mapping[str, Iterable[float]]) -> FigureData:
 
 
 def responses(sigma: str, results: Results) -> FigureData:
-    """Time, reference, outputs, tracking errors; instants and estimation errors."""
+    """Time, reference, outputs, tracking errors; instants, estimates and estimation errors."""
     found = {name: results["shao.transients"]["responses"][name][sigma] for name in (PMI, APO)}
     first = found[PMI]
     columns = {
@@ -32,25 +34,28 @@ def responses(sigma: str, results: Results) -> FigureData:
         columns |= {
             f"output_{short}": found[name]["output"],
             f"error_{short}": found[name]["error"],
+            f"estimate_{short}": found[name]["estimate"],
             f"estimation_error_{short}": found[name]["estimation_error"],
         }
     return columns_of(columns)
 
 
 def plot_responses(drawn: FigureData) -> Any:
-    """Three rows: output, tracking error, estimation error."""
-    figure, axes = new_axes(3)
+    """Four rows: output, estimate, tracking error, estimation error."""
+    figure, axes = new_axes(4)
     c = drawn.columns
-    axes[0].plot(c["time_s"], c["reference"], color="#777777", label="reference")
+    for axis in axes[:2]:
+        axis.plot(c["time_s"], c["reference"], color="#777777", label="reference")
     for index, short in enumerate(("pmi", "apo")):
         label = f"DRC-{short.upper()}"
         axes[0].plot(c["time_s"], c[f"output_{short}"], label=label, **line(index))
-        axes[1].plot(c["time_s"], c[f"error_{short}"], label=label, **line(index))
-        axes[2].plot(c["instant_s"], c[f"estimation_error_{short}"], label=label, **line(index))
-    for axis, label in zip(axes, ("θ, rad", "e, rad", "θ − θ̂, rad"), strict=True):
+        axes[1].plot(c["instant_s"], c[f"estimate_{short}"], label=label, **line(index))
+        axes[2].plot(c["time_s"], c[f"error_{short}"], label=label, **line(index))
+        axes[3].plot(c["instant_s"], c[f"estimation_error_{short}"], label=label, **line(index))
+    for axis, label in zip(axes, ("θ, rad", "θ̂, rad", "e, rad", "θ − θ̂, rad"), strict=True):
         axis.set_ylabel(label)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    axes[2].set_xlabel("t, s")
+    axes[3].set_xlabel("t, s")
     return figure
 
 
@@ -59,8 +64,8 @@ def describe_responses(drawn: FigureData) -> str:
     half = len(drawn.columns["error_pmi"]) // 2
     late = {s: max(abs(e) for e in drawn.columns[f"error_{s}"][half:]) for s in ("pmi", "apo")}
     return (
-        f"Position, tracking error and estimation error over {drawn.columns['time_s'][-1]:.0f} s. In the second half "
-        f"the error reaches {late['pmi']:.3f} rad under DRC-PMI and {late['apo']:.3f} rad under DRC-APO."
+        f"Position, its estimate, tracking error and estimation error over {drawn.columns['time_s'][-1]:.0f} s. In the "
+        f"second half the error reaches {late['pmi']:.3f} rad under DRC-PMI and {late['apo']:.3f} rad under DRC-APO."
     )
 
 
@@ -115,8 +120,8 @@ def plot_lag_curves(drawn: FigureData) -> Any:
     """Lag in seconds against M."""
     figure, (axis,) = new_axes(row_height=3.0)
     c = drawn.columns
-    for index, name in enumerate((PMI, APO, REPAIRED)):
-        axis.plot(c["ratio"], c[name], marker="osv"[index], label=LABELS[name], **line(index))
+    for index, name in enumerate(LAGGING):
+        axis.plot(c["ratio"], c[name], marker="osv^"[index], label=LABELS[name], **line(index))
     axis.plot(c["ratio"], c["half_slow_period_s"], ":", color="#777777", label="M T/2")
     axis.set(xlabel="M", ylabel="lag of the estimate, s")
     axis.legend()
@@ -127,7 +132,8 @@ def describe_lag_curves(drawn: FigureData) -> str:
     """The lags at the largest ratio."""
     c = drawn.columns
     return (
-        f"At M = {c['ratio'][-1]:.0f} a slow reference is estimated {c[PMI][-1]:.3f} s late with a held measurement, "
+        f"At M = {c['ratio'][-1]:.0f} a slow reference is estimated {c[HELD][-1]:.3f} s late with a held measurement, "
+        f"{c[PMI][-1]:.3f} s if the model alone carries the estimate between the slow instants, "
         f"{c[APO][-1]:.3f} s with the virtual one as printed and {c[REPAIRED][-1]:.3f} s with the repaired predictor; "
         f"half the slow period is {c['half_slow_period_s'][-1]:.3f} s."
     )
@@ -141,18 +147,18 @@ def robustness_curves(results: Results) -> FigureData:
     found = results["shao.robustness"]
     columns: dict[str, list[float]] = {"factor": found["factors"]}
     for parameter in PARAMETERS:
-        for short, name in (("pmi", PMI), ("apo", APO)):
-            columns[f"{parameter}_{short}"] = [error for _, error in found[parameter][name]]
+        for name in DISTURBED:
+            columns[f"{parameter}_{name}"] = [float("inf") if e is None else e for _, e in found[parameter][name]]
     return columns_of(columns)
 
 
 def plot_robustness_curves(drawn: FigureData) -> Any:
     """One axis per parameter."""
-    figure, axes = new_axes(1, len(PARAMETERS), row_height=2.6)
+    figure, axes = new_axes(1, len(PARAMETERS), row_height=3.0)
     c = drawn.columns
     for axis, (parameter, symbol) in zip(axes, PARAMETERS.items(), strict=True):
-        for index, short in enumerate(("pmi", "apo")):
-            axis.semilogy(c["factor"], c[f"{parameter}_{short}"], label=f"DRC-{short.upper()}", **line(index))
+        for index, name in enumerate(DISTURBED):
+            axis.semilogy(c["factor"], c[f"{parameter}_{name}"], label=LABELS[name], **line(index))
         axis.set(title=symbol, xlabel="true over nominal")
         axis.sharey(axes[0])
     axes[0].set_ylabel("tracking error, percent")
@@ -163,7 +169,7 @@ def plot_robustness_curves(drawn: FigureData) -> Any:
 def describe_robustness_curves(drawn: FigureData) -> str:
     """Range of the error over the factors for each parameter under DRC-APO."""
     ranges = [
-        f"{symbol}: {min(drawn.columns[f'{parameter}_apo']):.2f} to {max(drawn.columns[f'{parameter}_apo']):.2f}"
+        f"{symbol}: {min(drawn.columns[f'{parameter}_{APO}']):.2f} to {max(drawn.columns[f'{parameter}_{APO}']):.2f}"
         for parameter, symbol in PARAMETERS.items()
     ]
     return (
@@ -217,7 +223,8 @@ TRACKING_FIGURES = (
         place="eqs. (2) and (6)",
         title="Bias of held and of virtual measurements",
         caption="Mean lag of the position estimate for a very slow reference. A held measurement is late by half the "
-        "hold on average; (6) has the same lag at frequencies far below its slow rate.",
+        "hold on average; (6) has the same lag at frequencies far below its slow rate. So the lag does not explain the "
+        "difference of the columns of Table I, whose frequencies lie above that rate.",
         published=False,
         uses=("shao.lags",),
         data=lag_curves,

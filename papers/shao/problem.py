@@ -31,17 +31,19 @@ START = np.array([float(x) for x in data.START])
 FREQUENCIES = tuple(float(sigma) for sigma in data.FREQUENCIES)
 READINGS = ReadingSpace(MOTOR, DESIGN, tuple(START.tolist()), FREQUENCIES)
 
-SRC, PMI, APO = "single_rate", "held_measurement", "alternating_predictive"
-"""The literal readings of SRC, DRC-PMI and DRC-APO."""
-PMI_READINGS = (PMI, "model_interpolation", "single_correction", "slow_input_interpolation")
+SRC, PMI, APO = "single_rate", "model_interpolation", "alternating_predictive"
+"""The literal readings of SRC, DRC-PMI (observer (2) at M T, the model alone between) and DRC-APO."""
+HELD, SINGLE = "held_measurement", "single_correction"
+"""Other readings of DRC-PMI: observer (2) read at every T with y held, and (7) corrected once in M T."""
+PMI_READINGS = (PMI, HELD, SINGLE, "slow_input_interpolation")
 APO_READINGS = (APO, "open_loop_prediction", "running_prediction")
 REPAIRED, FAST, STATE = "running_prediction", "fast_sensor", "state_feedback"
 
 LABELS = {
     SRC: "SRC",
-    PMI: "DRC-PMI, y held",
-    "model_interpolation": "DRC-PMI, slow observer and model",
-    "single_correction": "DRC-PMI, one correction and model",
+    PMI: "DRC-PMI, slow observer and model",
+    HELD: "DRC-PMI, y held",
+    SINGLE: "DRC-PMI, one correction and model",
     "slow_input_interpolation": "DRC-PMI, slow observer with slow input",
     APO: "DRC-APO as printed",
     "open_loop_prediction": "DRC-APO, open-loop prediction",

@@ -12,7 +12,7 @@ import numpy as np
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, MOTOR, PMI, REPAIRED
 from replication.estimation.dualrate.counterexample import prove_instability
 from replication.estimation.dualrate.design import DualRateDesign
-from replication.estimation.dualrate.loop import close_loop, stability_radius
+from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
 from replication.estimation.dualrate.lyapunov import (
     hurwitz_margins,
     prediction_gap,
@@ -93,6 +93,12 @@ def slowest_rates(periods: Sequence[float]) -> dict[str, Any]:
     return {"periods": list(periods), "rates": rates}
 
 
+def motor_eigenvalues(periods: Sequence[float]) -> dict[str, Any]:
+    """Moduli of the 2n largest eigenvalues of the motor's monodromy matrix against T at the printed M, decreasing."""
+    found = {name: [_moduli(replace(DESIGN, period=T), name) for T in periods] for name in (PMI, APO, REPAIRED, FAST)}
+    return {"periods": list(periods), "moduli": found}
+
+
 def stable_sets(ratios: Sequence[int], periods: Sequence[float], largest_ratio: int) -> dict[str, Any]:
     """Intervals of T (s) with a stable motor loop for each M; and the stable M at the printed T."""
     names = (PMI, APO, REPAIRED)
@@ -145,6 +151,11 @@ def _factor_margin() -> float:
     conditions = np.linspace(0.0, 1.0, 101)[:-1]
     decays = np.exp(-np.geomspace(1e-6, 10, 40))[:, None]
     return float(np.min((1 - (decays + (1 - decays) * conditions)) / (1 - decays)))
+
+
+def _moduli(design: DualRateDesign, name: str) -> list[float]:
+    values = np.abs(np.linalg.eigvals(monodromy(close_loop(design, OBSERVERS[name]))))
+    return [float(value) for value in np.sort(values)[::-1][: 2 * design.model.size]]
 
 
 def _slowest(design: DualRateDesign, name: str) -> float:

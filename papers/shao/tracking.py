@@ -14,11 +14,13 @@ from papers.shao.problem import (
     DESIGN,
     FAST,
     FREQUENCIES,
+    HELD,
     MOTOR,
     PMI,
     PMI_READINGS,
     READINGS,
     REPAIRED,
+    SINGLE,
     START,
     STATE,
     literal_loop,
@@ -26,12 +28,13 @@ from papers.shao.problem import (
 )
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.design import plant_of
-from replication.estimation.dualrate.loop import DualRateLoop, close_loop, noise_gain, stability_radius
-from replication.estimation.dualrate.motor import Feedforward, ReferenceTiming
+from replication.estimation.dualrate.loop import DualRateLoop, noise_gain, stability_radius
+from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.readings import STRUCTURES, Structure
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.simulation import simulate
+from replication.estimation.dualrate.sweeps import over_plants
 from replication.estimation.dualrate.tracking import (
     bandwidth,
     estimation_error_ratio,
@@ -40,26 +43,30 @@ from replication.estimation.dualrate.tracking import (
     tracking_error_ratio,
 )
 
-COMPARED = (PMI, APO, REPAIRED, FAST, STATE)
+COMPARED = (PMI, HELD, SINGLE, APO, REPAIRED, FAST, STATE)
+DISTURBED = (PMI, HELD, APO, REPAIRED, FAST)
+LOW_FREQUENCY = 0.02
+"""σ in rad/s far below the rates of every loop."""
 
 
 def table(simulated_periods: int) -> dict[str, Any]:
     """Table I by the lifted form, in percent; the radius of each loop; the check by brute-force simulation.
 
-    agreement: largest difference in position and its estimate between lifted and simulated responses, rad.
-    weak_gain: the held measurement with L/M in place of L.
+    agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
+    weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error far below the rates of the loops.
     """
     stable = [name for name in OBSERVERS if stability_radius(literal_loop(name, FREQUENCIES[0])) < 1]
     weak = replace(DESIGN, injection=DESIGN.injection / DESIGN.ratio)
     return {
         "ratios": {name: _percent(literal_loop(name, f) for f in FREQUENCIES) for name in stable},
         "corrected": {name: _percent(_corrected(name, f) for f in FREQUENCIES) for name in stable},
-        "weak_gain": _percent(literal_loop(PMI, f, weak) for f in FREQUENCIES),
+        "weak_gain": {name: _percent(literal_loop(name, f, weak) for f in FREQUENCIES) for name in (PMI, HELD)},
+        "slow": {name: _percent([literal_loop(name, LOW_FREQUENCY)])[0] for name in (PMI, HELD, APO)},
         "radius": {name: stability_radius(literal_loop(name, FREQUENCIES[0])) for name in OBSERVERS},
-        "agreement": {name: _agreement(name, simulated_periods) for name in (PMI, APO, REPAIRED, FAST)},
+        "agreement": {name: [_agreement(name, f, simulated_periods) for f in FREQUENCIES] for name in (PMI, HELD, APO)},
         "estimation": {
             name: [100 * estimation_error_ratio(literal_loop(name, f)) for f in FREQUENCIES]
-            for name in (PMI, APO, REPAIRED, FAST, "single_correction")
+            for name in (PMI, HELD, SINGLE, APO, REPAIRED, FAST)
         },
     }
 
@@ -77,13 +84,12 @@ def orderings() -> list[dict[str, Any]]:
 
 def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> dict[str, Any]:
     """Percent error against σ, bandwidths (rad/s) at the given error ratios, and noise gains; literal reading."""
-    names = (*COMPARED, "single_correction")
     return {
         "frequencies": list(frequencies),
-        "ratios": {name: _percent(literal_loop(name, f) for f in frequencies) for name in names},
+        "ratios": {name: _percent(literal_loop(name, f) for f in frequencies) for name in COMPARED},
         "levels": list(levels),
-        "bandwidth": {name: [_bandwidth(name, level, frequencies) for level in levels] for name in names},
-        "noise": {name: noise_gain(literal_loop(name, 1.0)) for name in names},
+        "bandwidth": {name: [_bandwidth(name, level, frequencies) for level in levels] for name in COMPARED},
+        "noise": {name: noise_gain(literal_loop(name, 1.0)) for name in COMPARED},
     }
 
 
@@ -101,7 +107,7 @@ def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
 
 def lags(ratios: Sequence[int], frequency: float) -> dict[str, Any]:
     """Mean lag of the estimate (s) at a very slow reference against M, for the literal and the repaired observers."""
-    found: dict[str, list[float]] = {name: [] for name in (PMI, APO, REPAIRED)}
+    found: dict[str, list[float]] = {name: [] for name in (PMI, HELD, APO, REPAIRED)}
     for ratio in ratios:
         for name, values in found.items():
             values.append(estimation_lag(literal_loop(name, frequency, replace(DESIGN, ratio=ratio))))
@@ -112,7 +118,14 @@ def robustness(factors: Sequence[float]) -> dict[str, Any]:
     """[radius, percent error or None if unstable] at σ = 1 rad/s when J, Ψ_f (with K_T) or R is off by a factor."""
     result: dict[str, Any] = {"factors": list(factors)}
     for parameter in ("inertia", "flux", "resistance"):
-        result[parameter] = {name: [_with_factor(name, parameter, f) for f in factors] for name in (PMI, APO)}
+        plants = [plant_of(_motor_with(parameter, factor).system()) for factor in factors]
+        result[parameter] = {
+            name: [
+                [radius, None if ratio is None else 100 * ratio]
+                for radius, ratio in over_plants(literal_loop(name, 1.0), OBSERVERS[name], plants)
+            ]
+            for name in DISTURBED
+        }
     return result
 
 
@@ -136,8 +149,8 @@ def _bandwidth(name: str, level: float, frequencies: Sequence[float]) -> float |
         return None
 
 
-def _agreement(name: str, periods: int) -> float:
-    loop = literal_loop(name, 1.5)
+def _agreement(name: str, frequency: float, periods: int) -> float:
+    loop = literal_loop(name, frequency)
     lifted = time_response(loop, START, 0 * START, slow_periods=periods, substeps=5)
     brute = simulate(DESIGN, name, reference(loop), START, 0 * START, slow_periods=periods, substeps=5)
     gaps = lifted.output - brute.output, (lifted.estimate - brute.estimate)[:, 0]
@@ -152,17 +165,13 @@ def _response(name: str, frequency: float, slow_periods: int, substeps: int) -> 
         "output": response.output.tolist(),
         "error": response.error.tolist(),
         "instants": response.instants.tolist(),
+        "estimate": response.estimate[:, 0].tolist(),
         "estimation_error": (response.state - response.estimate)[:, 0].tolist(),
     }
 
 
-def _with_factor(name: str, parameter: str, factor: float) -> list[float | None]:
-    """[radius, percent error or None if unstable] with the true plant off the model."""
+def _motor_with(parameter: str, factor: float) -> Motor:
     changes = {parameter: getattr(MOTOR, parameter) * factor}
     if parameter == "flux":
         changes["torque_constant"] = MOTOR.torque_constant * factor
-    nominal = literal_loop(name, 1.0)
-    plant = plant_of(replace(MOTOR, **changes).system())
-    loop = close_loop(DESIGN, OBSERVERS[name], plant=plant, harmonic=nominal.harmonic)
-    radius = stability_radius(loop)
-    return [radius, 100 * tracking_error_ratio(loop) if radius < 1 else None]
+    return replace(MOTOR, **changes)

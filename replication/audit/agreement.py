@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from enum import Enum
 from fractions import Fraction
 
+from replication.audit import numerals
 from replication.audit.model import Verdict
 from replication.audit.printed import Entry, Printed
 from replication.audit.records import Reading
 from replication.errors import AuditError
+
+MOST_DIGITS = 60
+"""Digits in which the end of a bracket is written at most; a float near 1 has no more than 53."""
 
 
 @dataclass(frozen=True)
@@ -76,9 +81,7 @@ class Measured:
         prefix = f"{self.label}: " if self.label else ""
         if not self.has_bracket:
             return f"{prefix}computed {digits(self.value, *ends)}"
-        low = "-inf" if self.bracket.low is None else digits(self.bracket.low, *ends)
-        high = "inf" if self.bracket.high is None else digits(self.bracket.high, *ends)
-        return f"{prefix}bracket [{low}, {high}]"
+        return f"{prefix}bracket {_enclosure(self.bracket, *ends)}"
 
 
 def judge_value(printed: Printed, reading: Reading, tolerance: Fraction | None) -> Judgement:
@@ -125,14 +128,33 @@ def judge_bound(printed: Printed, reading: Reading) -> Judgement:
     return Judgement(verdict, _as_float(number.deviation), _sentence(text))
 
 
+def _enclosure(bracket: Interval, *ends: Fraction | None) -> str:
+    """The bracket rounded outwards, fine enough to show its width and to stand on its side of all `ends`."""
+    low, high = bracket.low, bracket.high
+    width = None if low is None or high is None or low == high else high - low
+    low_text = "−inf" if low is None else _outward(low, ROUND_FLOOR, width, ends)
+    return f"[{low_text}, {'inf' if high is None else _outward(high, ROUND_CEILING, width, ends)}]"
+
+
+def _outward(number: Fraction, rounding: str, width: Fraction | None, ends: Sequence[Fraction | None]) -> str:
+    """`number` rounded down or up by no more than `width`, in at least six digits."""
+    for count in range(6, MOST_DIGITS):
+        rounded = Context(prec=count, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
+        shown = Fraction(rounded)
+        fine = width is None or abs(shown - number) <= width
+        if fine and all(end is None or _side(shown, end) == _side(number, end) for end in ends):
+            return numerals.decimal(rounded)
+    return numerals.decimal(Decimal(number.numerator) / Decimal(number.denominator))
+
+
 def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
     """`number` in `least` significant digits, or in as many as it takes to stand on its side of all `ends`."""
     value = _as_float(number)
     for count in range(least, 18):
         text = f"{value:.{count}g}"
         if all(end is None or _side(Fraction(text), end) == _side(number, end) for end in ends):
-            return text
-    return repr(value)
+            return numerals.decimal(Decimal(text))
+    return numerals.full(value)
 
 
 def apart(first: Fraction, second: Fraction, least: int = 6) -> tuple[str, str]:
@@ -141,13 +163,13 @@ def apart(first: Fraction, second: Fraction, least: int = 6) -> tuple[str, str]:
     for count in range(least, 18):
         texts = f"{values[0]:.{count}g}", f"{values[1]:.{count}g}"
         if _side(Fraction(texts[0]), Fraction(texts[1])) == _side(first, second):
-            return texts
-    return repr(values[0]), repr(values[1])
+            return numerals.decimal(Decimal(texts[0])), numerals.decimal(Decimal(texts[1]))
+    return numerals.full(values[0]), numerals.full(values[1])
 
 
 def _decimal(number: Fraction) -> str:
     """A fraction that comes from decimals, in all its digits."""
-    return str(Decimal(number.numerator) / Decimal(number.denominator))
+    return numerals.decimal(Decimal(number.numerator) / Decimal(number.denominator))
 
 
 def _as_float(number: Fraction) -> float:
@@ -208,7 +230,8 @@ def _against(number: Measured, target: Interval, words: str) -> str:
     ends = (target.low, target.high)
     assert target.low is not None and target.high is not None
     half = Fraction(1, 2)
-    deviation = digits(number.deviation, -half, half, least=3)
+    negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))
+    deviation = "0" if negligible else digits(number.deviation, -half, half, least=3)
     interval = f"[{_decimal(target.low)}, {_decimal(target.high)}]"
     return (
         f"{number.describe(*ends)} {words} {interval}, for which the printed {number.entry.text} stands"

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from replication.audit.cache import Dependencies, Entry
 from replication.audit.jsonvalues import encode
 from replication.audit.model import Claim, Erratum, Experiment, Paper, Proof
+from replication.audit.pinned import paper_fields
 from replication.audit.records import (
     SCHEMA_VERSION,
     ClaimRecord,
@@ -18,7 +19,6 @@ from replication.audit.records import (
     PaperRecord,
     ResultsFile,
     RunRecord,
-    TableRecord,
 )
 from replication.audit.sources import SourceTree
 from replication.audit.verdict import make_record
@@ -158,21 +158,8 @@ def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, str]:
     names = [experiment.name for experiment in paper.experiments]
     findings, error = state.attempt(names, lambda results: _sentences(paper.findings(results)))
     record = PaperRecord(
-        key=paper.key,
-        title=paper.title,
-        authors=paper.authors,
-        year=paper.year,
-        venue=paper.venue,
-        doi=paper.doi,
-        summary=paper.summary,
-        bibtex=paper.bibtex,
         findings=findings if findings is not None else (f"The findings could not be computed: {error}",),
-        formulas=tuple((formula.text, formula.latex) for formula in paper.formulas),
-        tables=tuple(
-            TableRecord(place=table.place, caption=table.caption, header=table.header, rows=table.rows)
-            for table in paper.tables
-        ),
-        scope=paper.scope,
+        **paper_fields(paper),
     )
     return record, error
 

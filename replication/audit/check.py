@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from enum import StrEnum
 
 import msgspec
 
-from replication.audit.model import Claim, Paper, Verdict
+from replication.audit.model import Paper, Verdict
+from replication.audit.pinned import stated, stored
 from replication.audit.records import SCHEMA_VERSION, ClaimRecord, ErratumRecord, ResultsFile
 from replication.audit.verdict import rejudge
 
@@ -20,8 +21,8 @@ class Cause(StrEnum):
     FORGED = "forged"
     CHANGED_VERDICT = "changed verdict"
     ERROR = "error"
-    CLAIM_SET = "claims"
-    CLAIM_TEXT = "claim text"
+    SET = "missing or extra"
+    TEXT = "text"
 
 
 class Problem(msgspec.Struct, frozen=True, kw_only=True):
@@ -35,24 +36,15 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True):
         return f"{self.where}: {self.cause}: {self.message}"
 
 
-_PINNED: dict[str, Callable[[Claim], object]] = {
-    "place": lambda claim: claim.place,
-    "kind": lambda claim: claim.kind,
-    "statement": lambda claim: claim.statement,
-    "printed": lambda claim: claim.printed,
-    "expected_verdict": lambda claim: claim.expected,
-    "tolerance": lambda claim: claim.tolerance,
-    "tolerance_reason": lambda claim: claim.tolerance_reason,
-    "erratum": lambda claim: claim.erratum,
-    "experiments": lambda claim: claim.uses,
-}
-
-
 def check(results: ResultsFile, papers: Sequence[Paper] | None) -> list[Problem]:
     """All that is wrong with `results`, in the order of the file; an empty list if nothing is.
 
     Every verdict, its deviation and its reason must follow from the stored numbers; every verdict must be the pinned
-    one; nothing may have ended in an error. With `papers`, the claims of the file and of the code must be the same.
+    one; nothing may have ended in an error. With `papers`, all that the file repeats from the code must be as it stands
+    there: the papers, their claims, errata, figures and experiments, by name and by what they say (`pinned.stated`).
+
+    The numbers themselves, the words on how they came about, and the environment are taken as the run left them: what
+    they are is known only by computing them again and comparing the files (`compare.compare`).
     """
     problems = [*_schema(results), *_repeated(results)]
     errata = {erratum.id: erratum for erratum in results.errata}
@@ -60,7 +52,7 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None) -> list[Problem]
         problems.extend(_verdict(record, errata))
     problems.extend(_errors(results))
     if papers is not None:
-        problems.extend(_claims(results, papers))
+        problems.extend(_against_code(results, papers))
     return problems
 
 
@@ -74,10 +66,13 @@ def _repeated(results: ResultsFile) -> Iterator[Problem]:
     for what, ids in (
         ("claim", [claim.id for claim in results.claims]),
         ("erratum", [erratum.id for erratum in results.errata]),
+        ("paper", [paper.key for paper in results.papers]),
+        ("figure", [figure.name for figure in results.figures]),
+        ("experiment", [experiment.name for experiment in results.experiments]),
     ):
         for name, count in Counter(ids).items():
             if count > 1:
-                yield Problem(where=name, cause=Cause.CLAIM_SET, message=f"the {what} stands {count} times in the file")
+                yield Problem(where=name, cause=Cause.SET, message=f"the {what} stands {count} times in the file")
 
 
 def _verdict(record: ClaimRecord, errata: dict[str, ErratumRecord]) -> Iterator[Problem]:
@@ -89,9 +84,9 @@ def _verdict(record: ClaimRecord, errata: dict[str, ErratumRecord]) -> Iterator[
     # The reason of an error may be a failure that left no number to derive it from.
     if Verdict.ERROR not in (record.verdict, derived.verdict):
         pairs.append(("reason", record.reason, derived.reason))
-    for field, stored, wanted in pairs:
-        if stored != wanted:
-            message = f"{field} is {_show(stored)}, but the stored numbers give {_show(wanted)}"
+    for field, found, wanted in pairs:
+        if found != wanted:
+            message = f"{field} is {_show(found)}, but the stored numbers give {_show(wanted)}"
             yield Problem(where=record.id, cause=Cause.FORGED, message=message)
     if record.verdict is Verdict.ERROR:
         yield Problem(where=record.id, cause=Cause.ERROR, message=record.reason)
@@ -111,21 +106,19 @@ def _errors(results: ResultsFile) -> Iterator[Problem]:
             yield Problem(where=where, cause=Cause.ERROR, message=error)
 
 
-def _claims(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Problem]:
-    stored = {record.id: record for record in results.claims}
-    coded = {claim.id: (paper.key, claim) for paper in papers for claim in paper.claims}
-    for name in sorted(coded.keys() - stored.keys()):
-        yield Problem(where=name, cause=Cause.CLAIM_SET, message="the claim is in the code and not in the file")
-    for name in sorted(stored.keys() - coded.keys()):
-        yield Problem(where=name, cause=Cause.CLAIM_SET, message="the claim is in the file and not in the code")
-    for name, record in stored.items():
-        if name in coded:
-            key, claim = coded[name]
-            pinned = {"paper": key, **{field: pin(claim) for field, pin in _PINNED.items()}}
-            for field, wanted in pinned.items():
-                if getattr(record, field) != wanted:
-                    message = f"{field} is {_show(getattr(record, field))} in the file and {_show(wanted)} in the code"
-                    yield Problem(where=name, cause=Cause.CLAIM_TEXT, message=message)
+def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Problem]:
+    records, code = stored(results), stated(papers)
+    for names, message in (
+        (code.keys() - records.keys(), "in the code and not in the file"),
+        (records.keys() - code.keys(), "in the file and not in the code"),
+    ):
+        for sort, name in sorted(names):
+            yield Problem(where=name, cause=Cause.SET, message=f"the {sort} is {message}")
+    for key, fields in code.items():
+        for field, wanted in fields.items():
+            if key in records and (found := getattr(records[key], field)) != wanted:
+                message = f"{field} is {_show(found)} in the file and {_show(wanted)} in the code"
+                yield Problem(where=key[1], cause=Cause.TEXT, message=message)
 
 
 def _show(value: object) -> str:

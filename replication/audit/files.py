@@ -6,6 +6,8 @@ import os
 import tempfile
 from pathlib import Path
 
+from replication.errors import AuditError
+
 
 def write_atomically(path: Path, content: bytes) -> None:
     """Replace `path` by `content`; an interruption leaves the old file, or none, but never half of one."""
@@ -19,3 +21,18 @@ def write_atomically(path: Path, content: bytes) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+def require_writable(directory: Path, option: str) -> None:
+    """Make `directory` and see that files can be written there, before hours of computing are spent on them.
+
+    Raises AuditError that names the directory and the `option` of the command line to choose another one.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=directory):
+            pass
+    except OSError as error:
+        raise AuditError(
+            f"{directory} is no directory that can be written ({error.strerror}); choose another one with {option}"
+        ) from None

@@ -43,7 +43,7 @@ class Verdict(StrEnum):
     ERROR = "error"
 
 
-class SolverRecord(msgspec.Struct, frozen=True, kw_only=True):
+class SolverRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a numerical solver said of itself: never an answer, always shown beside one."""
 
     name: str
@@ -54,7 +54,7 @@ class SolverRecord(msgspec.Struct, frozen=True, kw_only=True):
     iterations: int | None = None
 
 
-class Evidence(msgspec.Struct, frozen=True, kw_only=True):
+class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What was computed for a claim, how, and how that was checked.
 
     value: the computed quantity, in the layout of the printed value (`Numbers`).
@@ -122,7 +122,7 @@ class Claim:
     erratum: str | None = None
 
 
-class Proof(msgspec.Struct, frozen=True, kw_only=True):
+class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The computation behind an erratum: whether it bears the correction out, and the numbers that say so."""
 
     holds: bool
@@ -169,7 +169,7 @@ class Figure:
     alt: Callable[[FigureData], str]
 
 
-class ScopeItem(msgspec.Struct, frozen=True, kw_only=True):
+class ScopeItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One part of the paper: audited by `claims` (ids) and `figures` (names), or left out for `reason`."""
 
     part: str

@@ -8,7 +8,14 @@ from fractions import Fraction
 from replication.audit.model import Numbers
 
 BEYOND = 4
-"""Digits shown beyond the last printed place."""
+CROWDED = 1
+"""Digits shown beyond the last printed place; the second where several numbers stand in a line."""
+
+NEGLIGIBLE = 1e-6
+"""Units of the last printed place below which a deviation is shown as zero."""
+
+SMALLEST = 5
+"""Zeros after which a small number is written with a power of ten."""
 
 MINUS = "\N{MINUS SIGN}"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -31,7 +38,12 @@ def full(number: float) -> str:
 
 
 def signed(number: float) -> str:
-    """`number` to three significant digits, or whole ones, with its sign also when it is positive; zero has none."""
+    """`number` to three significant digits, or whole ones, with its sign also when it is positive.
+
+    Zero has no sign, and what is below `NEGLIGIBLE` is zero: rounding, not a deviation.
+    """
+    if abs(number) < NEGLIGIBLE:
+        return "0"
     text = _typeset(f"{number:.0f}") if 100 <= abs(number) < 10**6 else short(number, 3)
     return text if number <= 0 else f"+{text}"
 
@@ -41,19 +53,19 @@ def seconds(number: float) -> str:
     return f"{number:.2f}" if number >= 0.01 or number == 0 else short(number, 1)
 
 
-def at_print(number: float, unit: Fraction) -> tuple[str, str]:
+def at_print(number: float, unit: Fraction, beyond: int = BEYOND) -> tuple[str, str]:
     """`number` cut at the last printed place `unit` (a power of ten): the digits up to there, and those beyond.
 
-    The number is rounded `BEYOND` digits further on, and not at the cut, so that both parts read on as one number.
+    The number is rounded `beyond` digits further on, and not at the cut, so that both parts read on as one number.
     """
     decimals = max(0, len(str(unit.denominator)) - 1)
     if abs(number) >= 10.0**_LONGEST:
         return short(number), ""
     if not decimals and float(number).is_integer():
         return _typeset(f"{number:.0f}"), ""
-    text = _typeset(f"{number:.{decimals + BEYOND}f}")
+    text = _typeset(f"{number:.{decimals + beyond}f}")
     # Beyond a whole last place the point belongs to the muted part.
-    cut = len(text) - BEYOND - (0 if decimals else 1)
+    cut = len(text) - beyond - (0 if decimals else 1)
     return text[:cut], text[cut:]
 
 
@@ -62,6 +74,12 @@ def exact(number: Fraction) -> str:
     with localcontext() as context:
         context.prec = 60
         return _typeset(f"{(Decimal(number.numerator) / Decimal(number.denominator)).normalize():f}")
+
+
+def decimal(number: Decimal) -> str:
+    """`number` in all its digits, with a power of ten only where it is very large or small."""
+    plain = number.normalize()
+    return _typeset(f"{plain:f}" if not plain or -SMALLEST <= plain.adjusted() < _LONGEST else f"{plain:e}")
 
 
 def layout(numbers: Numbers) -> str:

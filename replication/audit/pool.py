@@ -8,25 +8,24 @@ import signal
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
+from typing import Any
 
 from replication.audit.provenance import THREADS
 from replication.audit.worker import Answer, Task, compute
 
-KILLED = "the process was killed while it computed this, perhaps for want of memory; run again with --jobs 1"
+KILLED = "the process was killed while it computed this, perhaps for want of memory, or the code ended it"
 
 
 def compute_all(tasks: Sequence[Task], jobs: int) -> Iterator[Answer]:
     """Yield the answer of each task, in the order in which they finish.
 
-    jobs: number of processes; with one, the tasks run here, one after the other, under the same limit of threads.
-    If a process is killed, the tasks that were under way are repeated, each in a process of its own, so that the one
-    to blame is found and no other one suffers.
+    jobs: number of processes; one of them is never this one, which thus outlives all that a task may do.
+    If a process ends, the tasks that were under way are repeated one by one, so that the one to blame is found and no
+    other one suffers.
     """
     if jobs == 1:
-        yield from map(compute, tasks)
+        yield from _one_by_one(tasks)
         return
     waiting = list(tasks)
     while waiting:
@@ -40,7 +39,7 @@ def compute_all(tasks: Sequence[Task], jobs: int) -> Iterator[Answer]:
         except BrokenProcessPool:
             suspects = [task for task in begun if task.name not in finished]
         waiting = [task for task in waiting if task not in begun]
-        yield from map(_compute_alone, suspects)
+        yield from _one_by_one(suspects)
 
 
 def _in_parallel(tasks: Sequence[Task], jobs: int, begun: list[Task]) -> Iterator[Answer]:
@@ -67,15 +66,30 @@ def _in_parallel(tasks: Sequence[Task], jobs: int, begun: list[Task]) -> Iterato
         get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
 
 
-def _compute_alone(task: Task) -> Answer:
-    context = get_context("spawn")
-    with ProcessPoolExecutor(1, mp_context=context, initializer=_end_with, initargs=(os.getpid(),)) as executor:
+def _one_by_one(tasks: Sequence[Task]) -> Iterator[Answer]:
+    """Run the tasks in one process, with another one for the rest after a task that ended it."""
+    waiting = list(tasks)
+    while waiting:
+        executor = _single_process()
         try:
-            with _deaf_children():
-                answer = executor.submit(compute, task)
-            return answer.result()
+            while waiting:
+                task = waiting.pop(0)
+                with _deaf_children():
+                    answer = executor.submit(compute, task)
+                yield answer.result()
         except BrokenProcessPool:
-            return Answer(task.name, None, 0.0, KILLED)
+            yield Answer(task.name, None, 0.0, KILLED)
+        finally:
+            # Without waiting for a computation that an interruption has made useless.
+            executor.shutdown(wait=True, kill_workers=True)
+
+
+def _single_process() -> Any:
+    """An executor of one process that does not import the main script again."""
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(THREADS))
+    return ProcessPoolExecutor(1, initializer=_end_with, initargs=(os.getpid(),), env=threads)
 
 
 @contextlib.contextmanager

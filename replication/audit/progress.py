@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from enum import StrEnum
 from types import TracebackType
@@ -70,6 +71,14 @@ class Silent:
         """Nothing to say."""
 
 
+def say(line: str, stream: TextIO) -> None:
+    """Write a line at once. A reader who has left (`head`, a pager) ends no run: what follows goes nowhere."""
+    try:
+        print(line, file=stream, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
 class Plain(Silent):
     """One line per computed experiment, for logs."""
 
@@ -85,7 +94,7 @@ class Plain(Silent):
     def step(self, step: Step) -> None:
         """Write the line at once, also into a pipe."""
         self._done += 1
-        print(f"[{self._done}/{self._total}] {step}", file=self._stream, flush=True)
+        say(f"[{self._done}/{self._total}] {step}", self._stream)
 
 
 class Bar(Silent):

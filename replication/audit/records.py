@@ -15,7 +15,7 @@ SCHEMA_VERSION = 1
 Name = str
 
 
-class Reading(msgspec.Struct, frozen=True, kw_only=True):
+class Reading(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The numbers of one evidence that decide a verdict; the fields are those of `Evidence`."""
 
     value: Numbers | None = None
@@ -28,7 +28,7 @@ class Reading(msgspec.Struct, frozen=True, kw_only=True):
     probability: float | None = None
 
 
-class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True):
+class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A claim with its evidence and its verdict, as `verdict.judge` derived it; `make_record` is the only maker.
 
     Everything that the verdict depends on is stored, so that `verdict.rejudge` can derive it again.
@@ -74,7 +74,7 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True):
     experiments: tuple[str, ...]
 
 
-class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True):
+class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """An erratum with the outcome of its proof; `error` is the failure if the proof could not be run."""
 
     id: str
@@ -90,7 +90,7 @@ class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True):
     error: str
 
 
-class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True):
+class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Provenance of one experiment: what ran, on what, how long it took when it ran, what the solvers said."""
 
     name: str
@@ -104,7 +104,7 @@ class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True):
     error: str
 
 
-class FigureRecord(msgspec.Struct, frozen=True, kw_only=True):
+class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A figure as the report shows it; the files lie in `figures/` under `name`, with the checksum of the data."""
 
     name: str
@@ -118,7 +118,7 @@ class FigureRecord(msgspec.Struct, frozen=True, kw_only=True):
     error: str
 
 
-class TableRecord(msgspec.Struct, frozen=True, kw_only=True):
+class TableRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of a paper in its own shape; a cell `claim:ID` stands for that claim."""
 
     place: str
@@ -127,7 +127,7 @@ class TableRecord(msgspec.Struct, frozen=True, kw_only=True):
     rows: tuple[tuple[str, ...], ...]
 
 
-class PaperRecord(msgspec.Struct, frozen=True, kw_only=True):
+class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What the report says of a source paper beside its claims."""
 
     key: Name
@@ -144,7 +144,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True):
     scope: tuple[ScopeItem, ...]
 
 
-class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
+class RunRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Provenance of a run: the sources, the lock, the machine. `date` is SOURCE_DATE_EPOCH when that is set."""
 
     package_version: str
@@ -160,7 +160,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     platform: str
 
 
-class ResultsFile(msgspec.Struct, frozen=True, kw_only=True):
+class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The whole of `report/results.json`."""
 
     schema_version: int
@@ -183,7 +183,7 @@ def write_results(path: Path, results: ResultsFile) -> None:
 
 
 def read_results(path: Path) -> ResultsFile:
-    """Read and validate a results file; raises AuditError that names the file and the offending field."""
+    """Read and validate a results file; raises AuditError that names the file and the wrong or unknown field."""
     try:
         return msgspec.json.decode(path.read_bytes(), type=ResultsFile)
     except FileNotFoundError:

@@ -17,7 +17,8 @@ from replication.audit.records import ClaimRecord
 from replication.errors import AuditError
 
 MOST_ENTRIES = 6
-"""Entries that a row of the claims table lists; a longer list or matrix is shown in full in the evidence."""
+MOST_COLUMNS = 2
+"""Entries that a row of the claims table lists; a larger list or matrix is shown in full in the evidence."""
 
 WORST_FIRST = (
     Verdict.ERROR,
@@ -35,7 +36,8 @@ class EntryView:
     """One printed number beside what was computed for it.
 
     stands_for: the interval that agrees with the print. head, tail: computed digits up to the last printed place and
-    beyond it. deviation: in units of the last printed place.
+    beyond it. deviation: in units of the last printed place. sign: what stands between a real part and this imaginary
+    one, in print and as computed, if their own digits have no sign; empty for all other entries.
     """
 
     label: str
@@ -49,21 +51,27 @@ class EntryView:
     deviation: float
     inside: bool
     strip: Markup
+    sign: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClaimView:
-    """A claim as the report shows it; `entries` is empty where printed and computed cannot be set side by side."""
+    """A claim as the report shows it; `entries` is empty where printed and computed cannot be set side by side.
+
+    rows: the same entries as they stand in print, row by row, each a tuple of cells, each of one entry or, if complex,
+    of two.
+    """
 
     record: ClaimRecord
     entries: tuple[EntryView, ...]
+    rows: tuple[tuple[tuple[EntryView, ...], ...], ...]
     strip: Markup
     unexpected: bool
 
     @property
     def in_row(self) -> bool:
         """Whether the row lists all entries."""
-        return 0 < len(self.entries) <= MOST_ENTRIES
+        return 0 < len(self.entries) <= MOST_ENTRIES and max(map(len, self.rows)) <= MOST_COLUMNS
 
     @property
     def residual(self) -> float | None:
@@ -96,7 +104,26 @@ def _view(record: ClaimRecord) -> ClaimView:
     except (AuditError, OverflowError, ValueError):
         # The verdict of such a claim is `error`, and its reason says what does not fit.
         entries, strip = (), Markup()
-    return ClaimView(record=record, entries=entries, strip=strip, unexpected=record.verdict != record.expected_verdict)
+    return ClaimView(
+        record=record,
+        entries=entries,
+        rows=_rows(parse(record.printed), entries) if entries else (),
+        strip=strip,
+        unexpected=record.verdict != record.expected_verdict,
+    )
+
+
+def _crowded(printed: Printed) -> bool:
+    """Whether several numbers stand in a line of the print."""
+    return (len(printed.shape) == 2 and printed.shape[1] > 1) or any(len(cell) == 2 for cell in printed.cells)
+
+
+def _rows(printed: Printed, entries: tuple[EntryView, ...]) -> tuple[tuple[tuple[EntryView, ...], ...], ...]:
+    """The entries in the layout of the print: a matrix has its rows, a list one entry below the other."""
+    left = iter(entries)
+    cells = [tuple(next(left) for _ in cell) for cell in printed.cells]
+    width = printed.shape[1] if len(printed.shape) == 2 else 1
+    return tuple(tuple(cells[start : start + width]) for start in range(0, len(cells), width))
 
 
 def _side_by_side(record: ClaimRecord) -> tuple[tuple[EntryView, ...], Markup]:
@@ -169,12 +196,14 @@ def _entry(
     record: ClaimRecord, printed: Printed, index: int, number: _Measured, band: drawing.Band, span: float
 ) -> EntryView:
     entry = number.entry
-    head, tail = numerals.at_print(number.value, entry.unit)
+    head, tail = numerals.at_print(number.value, entry.unit, numerals.CROWDED if _crowded(printed) else numerals.BEYOND)
+    text = f"{printed.relation}{entry.text}".replace("-", numerals.MINUS)
+    sign = tuple("±" if entry.absolute else "" if shown[0] in "+−" else "+" for shown in (text, head))
     half = _half_width(entry, record.tolerance)
     ends = (numerals.exact(entry.value - half), numerals.exact(entry.value + half))
     return EntryView(
         label=printed.labels[index],
-        printed=f"{printed.relation}{entry.text}".replace("-", numerals.MINUS),
+        printed=text,
         stands_for="" if printed.relation else " … ".join(ends),
         head=head,
         tail=tail,
@@ -184,4 +213,5 @@ def _entry(
         deviation=number.mark.value,
         inside=band.holds(number.mark),
         strip=drawing.strip([number.mark], band, span),
+        sign=(sign[0], sign[1]) if printed.labels[index].startswith("imaginary part") else ("", ""),
     )

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.lifted import LiftedResponse, compressed, largest_singular_value
 from replication.estimation.periodic import PeriodicSystem, Stage, frequency_response
 from replication.estimation.riccati import RiccatiMap, circle_angles, fixed_point
 from replication.estimation.validation import Array, ComplexArray, as_matrix
@@ -24,6 +25,8 @@ UPPER_MARGIN = 1e-9
 CIRCLE_TOLERANCE = 1e-7
 """Eigenvalues nearer than this to the unit circle count as on it: the square root of rounding, for double ones."""
 MAX_ROUNDS = 60
+DENSE_INPUTS = 300
+"""Up to so many inputs over a period the lifted response is a matrix, above it an operator (`LiftedResponse`)."""
 SAMPLES = tuple(np.linspace(0.0, np.pi, 8)[1:-1].tolist())
 """Angles at which the response is looked at before a bracket is believed."""
 
@@ -65,18 +68,28 @@ def l2_gain(system: PeriodicSystem) -> GainBracket:
             f"the system is not stable (largest characteristic multiplier has modulus {radius:.6g}), so its gain is "
             "infinite; stabilise it first"
         )
-    system = balanced(system)
-    lifted = compressed(system.lift())
-    if not lifted.D.size:
+    if not any(stage.B.size for stage in system.stages) and not any(stage.D.size for stage in system.stages):
         return GainBracket(0.0, 0.0, 0.0)
-
-    def largest_singular_value(angle: float) -> float:
-        return spectral_norm(frequency_response(lifted, angle))
+    system = balanced(system)
 
     def maps(level: float) -> list[RiccatiMap]:
         return [bounded_real_map(stage, level) for stage in system.stages]
 
-    return peak_on_circle(largest_singular_value, maps, slowest_angle(lifted.A))
+    return peak_on_circle(response_norm(system), maps, slowest_angle(system.monodromy()))
+
+
+def response_norm(system: PeriodicSystem) -> Callable[[float], float]:
+    """The largest singular value of the lifted response as a function of the angle; formed in full only if small."""
+    if sum(stage.B.shape[1] for stage in system.stages) <= DENSE_INPUTS:
+        lifted = compressed(system.lift())
+        return lambda angle: spectral_norm(frequency_response(lifted, angle))
+    response = LiftedResponse(system)
+
+    def value(angle: float) -> float:
+        forward, adjoint = response.at(angle)
+        return largest_singular_value(lambda v: adjoint(forward(v)), response.inputs)
+
+    return value
 
 
 def spectral_norm(matrix: ComplexArray) -> float:
@@ -152,19 +165,10 @@ def _crossings(maps: Callable[[float], Sequence[RiccatiMap]], level: float) -> A
     )
 
 
-def compressed(system: Stage) -> Stage:
-    """The same system with its outputs turned and cut to no more than states and inputs: same gain at all angles."""
-    n, m = system.B.shape
-    if len(system.C) <= n + m:
-        return system
-    both = np.asarray(np.linalg.qr(np.hstack([system.C, system.D]), mode="r"))
-    return Stage(system.A, system.B, both[:, :n], both[:, n:])
-
-
 def balanced(system: PeriodicSystem) -> PeriodicSystem:
     """A stable system in state units that make reachability and observability alike, whatever the given units were."""
-    lifted = system.lift()
-    reach, sight = _gramian_diagonal(lifted.A, lifted.B), _gramian_diagonal(lifted.A.T, lifted.C.T)
+    reach = _gramian_diagonal([(s.A, s.B) for s in system.stages])
+    sight = _gramian_diagonal([(s.A.T, s.C.T) for s in system.stages[::-1]])
     with np.errstate(divide="ignore", invalid="ignore"):
         # A state without one of the two has no effect; the other alone then sets its unit.
         units = np.where(sight > 0, np.where(reach > 0, (reach / sight) ** 0.25, sight**-0.5), reach**0.5)
@@ -174,6 +178,6 @@ def balanced(system: PeriodicSystem) -> PeriodicSystem:
     )
 
 
-def _gramian_diagonal(A: Array, B: Array) -> Array:
-    gramian = fixed_point([RiccatiMap(A, np.zeros_like(A), B @ B.T)])
-    return np.ones(len(A)) if gramian is None else np.diag(gramian)
+def _gramian_diagonal(stages: Sequence[tuple[Array, Array]]) -> Array:
+    gramian = fixed_point([RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages])
+    return np.ones(len(stages[0][0])) if gramian is None else np.diag(gramian)

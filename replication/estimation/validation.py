@@ -95,7 +95,9 @@ def hidden_modes(state: Array, output: Array, *, tolerance: float) -> list[compl
     """The eigenvalues of `state` (n, n) that `output` (p, n) does not see; of (A', B') those that B does not move."""
     size = state.shape[0]
     # Balancing undoes units of the states that would make every other mode look lost beside the largest entries.
-    state, (units, _) = scipy.linalg.matrix_balance(state, permute=False, separate=True)
+    # The scaling may be beyond the integers to which scipy casts a permutation that is not asked for.
+    with np.errstate(invalid="ignore"):
+        state, (units, _) = scipy.linalg.matrix_balance(state, permute=False, separate=True)
     output = output * units
     scale = 1.0 + np.linalg.norm(state, 2)
     # Rows are normalised so that a large unit of measurement does not hide, nor a small one feign, a lost mode.

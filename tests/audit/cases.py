@@ -4,12 +4,29 @@ from __future__ import annotations
 
 from typing import Any
 
-from replication.audit.model import Claim, Erratum, Evidence, Experiment, Kind, Paper, Proof, ScopeItem, Verdict
+from msgspec.structs import replace
+
+from replication.audit.model import (
+    Claim,
+    Erratum,
+    Evidence,
+    Experiment,
+    Figure,
+    FigureData,
+    Kind,
+    Paper,
+    Proof,
+    ScopeItem,
+    Verdict,
+)
+from replication.audit.pinned import paper_fields
 from replication.audit.records import (
     SCHEMA_VERSION,
     ClaimRecord,
     ErratumRecord,
     ExperimentRecord,
+    FigureRecord,
+    PaperRecord,
     Reading,
     ResultsFile,
     RunRecord,
@@ -96,6 +113,39 @@ def results_file(*records: ClaimRecord, errata: tuple[ErratumRecord, ...] = ()) 
         errata=errata,
         figures=(),
         experiments=(EXPERIMENT,),
+    )
+
+
+def figure(name: str) -> Figure:
+    """A figure of nothing."""
+    return Figure(
+        name=name,
+        place="Fig. 1",
+        title="A figure",
+        caption="",
+        published=True,
+        uses=(),
+        data=lambda results: FigureData(columns={}),
+        plot=lambda data: None,
+        alt=lambda data: "",
+    )
+
+
+def file_of(code: Paper, *records: ClaimRecord) -> ResultsFile:
+    """A results file that says of the paper what the code says of it, with these claims."""
+    figures = [
+        FigureRecord(
+            name=figure.name, paper=code.key, place=figure.place, title=figure.title, caption=figure.caption,
+            published=figure.published, alt="", csv_sha256="", error="",
+        )
+        for figure in code.figures
+    ]  # fmt: skip
+    (erratum,) = errata_of(recorded(None, erratum=f"{code.key}.e1"), Proof(holds=True, text="")).values()
+    return replace(
+        results_file(*records, errata=(erratum,)),
+        papers=(PaperRecord(findings=(), **paper_fields(code)),),
+        figures=tuple(figures),
+        experiments=(replace(EXPERIMENT, name=f"{code.key}-run", function="builtins:dict", inputs={}),),
     )
 
 

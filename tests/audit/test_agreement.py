@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -204,3 +205,34 @@ def test_a_narrower_bracket_never_contradicts_a_wider_one(
 def test_bound(printed: str, value: Any, lower: float | None, upper: float | None, verdict: Verdict) -> None:
     case = Case(kind=Kind.BOUND, printed=printed, reading=Reading(value=value, lower=lower, upper=upper))
     assert judge(case).verdict is verdict
+
+
+@given(st.floats(-1e3, 1e3), st.floats(1e-12, 1e-2))
+def test_a_bracket_in_a_reason_shows_its_width_and_is_rounded_outwards(value: float, width: float) -> None:
+    lower, upper = value - width, value + width
+    reason = judge(value_case("1.33", value, lower, upper)).reason
+    found = re.search(r"racket \[(.*?), (.*?)\]", reason)
+    assert found is not None
+    low, high = (Fraction(re.sub("×?10(⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)", power, end.replace("−", "-"))) for end in found.groups())
+    exact = Fraction(lower), Fraction(upper)
+    assert low <= exact[0] < exact[1] <= high
+    assert low < high <= low + 3 * (exact[1] - exact[0])
+
+
+def power(match: re.Match[str]) -> str:
+    exponent = match[1].translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    return f"{'' if match[0].startswith('×') else '1'}e{exponent}"
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "words"),
+    [
+        ("0.50", 0.5 + 1e-16 * 2, "units of its last place: 0)"),
+        ("1.33", 71.33, "units of its last place: 7000)"),
+        ("1.33", 1.3268, "units of its last place: −0.32)"),
+    ],
+)
+def test_reasons_hold_no_raw_exponents(printed: str, value: float, words: str) -> None:
+    reason = judge(value_case(printed, value)).reason
+    assert words in reason
+    assert re.search(r"[0-9]e[+-]?[0-9]", reason) is None

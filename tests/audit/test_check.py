@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 import pytest
-from cases import EXPERIMENT, claim, errata_of, paper, recorded, results_file
+from cases import EXPERIMENT, claim, errata_of, figure, file_of, paper, recorded, results_file
 from msgspec.structs import replace
 
 from replication.audit.check import Cause, check
-from replication.audit.model import Evidence, Kind, Proof, Verdict
-from replication.audit.records import SCHEMA_VERSION, ClaimRecord, Reading
+from replication.audit.model import Evidence, Kind, Proof, Table, Verdict
+from replication.audit.records import SCHEMA_VERSION, ClaimRecord, Reading, read_results, to_json
+from replication.errors import AuditError
 
 PROVED = Proof(holds=True, text="it does")
 GOOD = recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269))
@@ -99,18 +102,18 @@ def test_errors_are_problems_with_their_text() -> None:
 def test_another_schema_version_and_repeated_claims_are_problems() -> None:
     other = replace(results_file(GOOD), schema_version=SCHEMA_VERSION + 1)
     assert [problem.cause for problem in check(other, None)] == [Cause.SCHEMA]
-    assert [problem.cause for problem in check(results_file(GOOD, GOOD), None)] == [Cause.CLAIM_SET]
+    assert [problem.cause for problem in check(results_file(GOOD, GOOD), None)] == [Cause.SET]
 
 
 def test_claims_of_file_and_code_are_the_same_set() -> None:
     code = [paper(claim(), claim(id="toy.new"))]
     old = replace(GOOD, id="toy.old")
-    problems = check(results_file(GOOD, old), code)
+    problems = check(file_of(code[0], GOOD, old), code)
     assert [(problem.where, problem.cause) for problem in problems] == [
-        ("toy.new", Cause.CLAIM_SET),
-        ("toy.old", Cause.CLAIM_SET),
+        ("toy.new", Cause.SET),
+        ("toy.old", Cause.SET),
     ]
-    assert check(results_file(GOOD), [paper(claim())]) == []
+    assert check(file_of(paper(claim()), GOOD), [paper(claim())]) == []
 
 
 @pytest.mark.parametrize(
@@ -127,6 +130,58 @@ def test_claims_of_file_and_code_are_the_same_set() -> None:
     ],
 )
 def test_a_claim_that_says_something_else_in_the_code_is_a_problem(change: dict[str, Any], field: str) -> None:
-    problems = check(results_file(GOOD), [paper(claim(**change))])
-    assert {problem.cause for problem in problems} == {Cause.CLAIM_TEXT}
+    code = paper(claim(**change))
+    problems = check(file_of(code, GOOD), [code])
+    assert {problem.cause for problem in problems} == {Cause.TEXT}
     assert any(problem.message.startswith(f"{field} is") for problem in problems)
+
+
+CODE = paper(claim(), figures=(figure("toy-fig1"),), tables=(Table(place="T", caption="", header=("a",), rows=()),))
+HONEST = file_of(CODE, GOOD)
+
+
+@pytest.mark.parametrize(
+    ("part", "change", "field"),
+    [
+        ("papers", {"title": "Another"}, "title"),
+        ("papers", {"doi": "10.0/1"}, "doi"),
+        ("papers", {"scope": ()}, "scope"),
+        ("papers", {"tables": ()}, "tables"),
+        ("papers", {"formulas": (("", "x"),)}, "formulas"),
+        ("errata", {"place": "eq. (2)"}, "place"),
+        ("errata", {"printed": "c"}, "printed"),
+        ("errata", {"meant": "c"}, "meant"),
+        ("errata", {"inference": True}, "inference"),
+        ("figures", {"published": False}, "published"),
+        ("figures", {"caption": "Fair."}, "caption"),
+        ("experiments", {"function": "papers.toy:other"}, "function"),
+        ("experiments", {"inputs": {"n": 3}}, "inputs"),
+    ],
+)
+def test_what_the_file_repeats_from_the_code_cannot_be_changed(part: str, change: dict[str, Any], field: str) -> None:
+    (record,) = getattr(HONEST, part)
+    (problem,) = check(replace(HONEST, **{part: (replace(record, **change),)}), [CODE])
+    assert problem.cause is Cause.TEXT and problem.message.startswith(f"{field} is")
+
+
+@pytest.mark.parametrize("part", ["papers", "errata", "figures", "experiments"])
+def test_no_part_can_be_taken_out_or_put_in_twice(part: str) -> None:
+    assert check(HONEST, [CODE]) == []
+    records = getattr(HONEST, part)
+    (problem,) = check(replace(HONEST, **{part: ()}), [CODE])
+    assert problem.cause is Cause.SET and "in the code and not in the file" in problem.message
+    (problem,) = check(replace(HONEST, **{part: (*records, *records)}), [CODE])
+    assert problem.cause is Cause.SET and "stands 2 times" in problem.message
+
+
+@pytest.mark.parametrize("path", [(), ("run",), ("claims", 0), ("papers", 0, "scope", 0), ("experiments", 0)])
+def test_an_unknown_key_is_refused(tmp_path: Path, path: tuple[Any, ...]) -> None:
+    content = json.loads(to_json(HONEST))
+    inner = content
+    for step in path:
+        inner = inner[step]
+    inner["trusted"] = True
+    file = tmp_path / "results.json"
+    file.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(AuditError, match="trusted"):
+        read_results(file)

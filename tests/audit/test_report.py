@@ -23,6 +23,7 @@ from replication.audit.allowances import allowances
 from replication.audit.formulas import mathml
 from replication.audit.headline import caveats, sentence
 from replication.audit.model import Kind, Verdict
+from replication.audit.numerals import BEYOND, CROWDED
 from replication.audit.printed import parse
 from replication.audit.records import Reading, ResultsFile, TableRecord
 from replication.audit.report import SOURCES, build_report, code_link, render
@@ -160,20 +161,19 @@ def numbers_in(text: str) -> Iterator[str]:
 
 
 def test_every_number_of_a_row_comes_from_the_results(tree: Any) -> None:
-    """Computed digits are those of the stored number, cut `BEYOND` digits after the print, and no others."""
+    """Computed digits are those of the stored number, cut some digits after the print, and no others."""
     for record in claims():
         cells = list(by_id(tree, anchor("claim", record.id))[0])
         assert text_of(cells[1]) == record.place
         printed, computed, deviation = (text_of(cells[i]) for i in (2, 3, 4))
         if record.computed is not None and len(parse(record.printed).entries) <= 6:
             entries = parse(record.printed).entries
-            assert printed.replace(" ", "") == parse(record.printed).relation + "".join(
-                entry.text.replace("-", "−") for entry in entries
-            )
+            assert printed.replace(" ", "") == re.sub(r"[()\[\];, ]", "", record.printed).replace("-", "−")
             stored = parse(record.printed).align("computed", record.computed)
             for entry, number, shown in zip(entries, stored, numbers_in(computed), strict=True):
                 value = abs(number) if entry.absolute else number
-                places = len(entry.text.partition(".")[2]) + 4
+                crowded = "i" in record.printed or " " in record.printed.split(";")[0]
+                places = len(entry.text.partition(".")[2]) + (CROWDED if crowded else BEYOND)
                 assert float(shown.replace("−", "-")) == pytest.approx(value, abs=10.0**-places)
         if record.deviation_ulp is None:
             assert deviation == "—"
@@ -207,6 +207,19 @@ def test_words_of_the_template_hold_no_numbers() -> None:
         text = re.sub(r"{#.*?#}|<(svg|symbol)\b.*?</\1>|{%.*?%}|{{.*?}}", " ", text, flags=re.DOTALL)
         words = re.sub(r"<[^>]*>", " ", text)
         assert re.findall(r"[0-9]+", words) == [], path.name
+
+
+def test_a_small_matrix_keeps_its_rows_and_a_complex_number_its_parts_together(tree: Any) -> None:
+    def lines(name: str, column: int) -> list[str]:
+        cell = list(by_id(tree, anchor("claim", f"{KEY}.{name}"))[0])[column]
+        return [text_of(part) for part in cell.iter(f"{HTML}span") if part.get("class") == "entry"]
+
+    assert lines("schedule", 2) == ["1 0", "0 −1", "0.5 0"]
+    assert lines("schedule", 3) == ["1 0", "0 −1", "0.50 0"]
+    assert lines("poles", 2) == ["1.031", "1.085±0.240i"]
+    assert lines("poles", 3) == ["1.0312", "1.0846±0.2398i"]
+    assert lines("root", 2) == ["0.25−0.50i"]
+    assert lines("root", 3) == ["0.250−0.501i"]
 
 
 def test_sentence_counts_what_is_there() -> None:
@@ -249,7 +262,7 @@ def test_tolerances_list_every_allowance_with_its_reason_and_its_claims(
         assert all(text in text_of(section) for text in (allowed, reason, *users))
     assert "there is no other tolerance" not in page
     identity = next(claim for claim in made.claims if claim.id == f"{KEY}.identity")
-    assert identity.reason == "The statement holds. Residual 5e-15, allowed 1e-12."
+    assert identity.reason == "The statement holds. Residual 5×10⁻¹⁵, allowed 10⁻¹²."
     shifted = replace(identity, as_printed=Reading(holds=False, margin=-1.0, threshold=1e-9, threshold_reason="why"))
     assert [item.allowed for item in allowances([shifted, identity])] == ["≤ 10⁻¹²", "≤ 10⁻⁹"]
     assert [len(item.claims) for item in allowances([shifted, identity])] == [2, 1]

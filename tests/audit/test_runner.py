@@ -151,10 +151,11 @@ def test_a_failing_experiment_is_an_error_of_what_uses_it_alone(
     assert done(lab.audit(jobs=jobs), "failed") == {"toy2020.square"}
 
 
-@pytest.mark.slow
-def test_a_killed_process_is_an_error_of_its_experiment_alone(lab: Lab) -> None:
-    lab.edit("toy2020/squares.py", "    solver = ", "    import os\n    os.kill(os.getpid(), 9)\n    solver = ")
-    answer = lab.audit(jobs=2)
+@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("end", ["os.kill(os.getpid(), 9)", "os._exit(0)"])
+def test_a_killed_process_is_an_error_of_its_experiment_alone(lab: Lab, jobs: int, end: str) -> None:
+    lab.edit("toy2020/squares.py", "    solver = ", f"    import os\n    {end}\n    solver = ")
+    answer = lab.audit(jobs=jobs)
     assert done(answer, "failed") == {"toy2020.square"}
     assert "the process was killed" in answer["log"]["toy2020.square"][2]
     assert done(answer, "computed") == ALL - {"toy2020.square"}

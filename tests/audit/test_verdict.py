@@ -155,9 +155,9 @@ def test_another_tolerance_is_used_and_its_reason_shown() -> None:
 @pytest.mark.parametrize(
     ("holds", "margin", "words"),
     [
-        (True, 1e-12 - 5e-15, "The statement holds. Residual 5e-15, allowed 1e-12."),
-        (False, 1e-12 - 3.25, "The statement does not hold. Residual 3.25, allowed 1e-12."),
-        (True, 1e-22, "Residual 9.999999999e-13, allowed 1e-12."),
+        (True, 1e-12 - 5e-15, "The statement holds. Residual 5×10⁻¹⁵, allowed 10⁻¹²."),
+        (False, 1e-12 - 3.25, "The statement does not hold. Residual 3.25, allowed 10⁻¹²."),
+        (True, 1e-22, "Residual 9.999999999×10⁻¹³, allowed 10⁻¹²."),
     ],
 )
 def test_a_threshold_is_told_with_the_residual(holds: bool, margin: float, words: str) -> None:

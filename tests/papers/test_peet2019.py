@@ -8,9 +8,10 @@ import pytest
 from papers.peet2019 import PAPER, data, names
 from papers.peet2019.claims.cost import exponent, published
 from papers.peet2019.errata import WRONG
-from papers.peet2019.experiments import as_printed, closed_loop, example_4, references, sizes, synthesised, system_of
+from papers.peet2019.experiments import as_printed, closed_loop, references, synthesised, system_of
 from papers.peet2019.identities import MISPRINTS, identities
 from papers.peet2019.inversion import inverse_identities
+from papers.peet2019.scaling import cost, example_4, sizes
 from replication.audit.claims import validate_claims
 from replication.audit.model import Kind, Verdict
 from replication.estimation.delay import rightmost_roots
@@ -103,6 +104,23 @@ def test_size_grows_like_the_square_of_the_product() -> None:
 
 def test_example_4_is_stable_when_the_eigenvalue_is_one() -> None:
     assert rightmost_roots(example_4(1, 3, jordan=1.0), 1)[0].real < 0
+
+
+def test_the_cost_does_not_say_more_than_the_point_holds() -> None:
+    found = cost(2, 2, None, threads=1)
+    residuals = found["solver"]["residuals"]
+    assert 0.0 < found["gamma"] < float(data.SMALL_GAIN.lstrip("<"))
+    # The point is inside the cones by more than it misses the equalities.
+    assert residuals["least eigenvalue"] > residuals["equalities"]
+    assert cost(2, 2, None, threads=2)["gamma"] == found["gamma"]
+
+
+def test_example_4_keeps_its_zeros_and_its_optimum() -> None:
+    system = example_4(4, 2, jordan=1.0)
+    assert np.array_equal(system.c2, [[0.0, 0.0, 0.0, 1.0]])
+    assert np.count_nonzero(system.a[0]) < system.a[0].size
+    block = np.eye(4) + np.diag(np.ones(3), 1)
+    assert np.allclose(np.trace(system.a[0]), np.trace(-block / 2.0), atol=1e-12)
 
 
 def test_default_cells_stay_below_the_limit() -> None:

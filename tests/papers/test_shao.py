@@ -10,6 +10,7 @@ import pytest
 from papers.shao import PAPER, data, problem
 from papers.shao.claims_table import any_reading
 from papers.shao.experiments import SEARCH
+from papers.shao.findings import findings
 from papers.shao.search import block, merged, table_columns
 from replication.audit.claims import validate_claims
 from replication.audit.jsonvalues import encode
@@ -28,6 +29,7 @@ sin(5t/2) - 33.85 16.73
 sin(3t) - 42.03 25.92
 """
 CLAIMS = {claim.id: claim for claim in PAPER.claims}
+FINDINGS_USE = ("shao.theorem", "shao.table", "shao.transients", "shao.orderings")
 EXPERIMENTS = {experiment.name: experiment for experiment in PAPER.experiments}
 
 
@@ -105,12 +107,34 @@ def test_stored_blocks_merge_to_what_was_searched() -> None:
     assert again == merged([asdict(one) for one in reversed(found)])
 
 
+def test_steady_state_is_near_that_of_a_fast_sensor_and_the_transient_is_not() -> None:
+    table, constants = result("shao.table"), result("shao.transients")["time_constants"]
+    own, fast = (np.array(table["ratios"][name]) for name in (problem.APO, problem.FAST))
+    assert np.abs(own / fast - 1)[1:].max() < 0.03
+    assert constants[problem.APO] > 5 * constants[problem.FAST]
+    assert all(constants[problem.APO] > constants[name] for name in (problem.PMI, problem.HELD, problem.SINGLE))
+
+
+def test_every_cell_of_the_table_was_simulated_at_its_own_frequency() -> None:
+    agreement = result("shao.table")["agreement"]
+    for name in (problem.PMI, problem.APO):
+        assert len(agreement[name]) == len(problem.FREQUENCIES)
+        assert max(agreement[name]) < 1e-10
+
+
+def test_bounds_of_the_proof_are_approached_and_a_broken_one_is_told() -> None:
+    bounds = result("shao.bounds")
+    assert 0.2 < bounds["worst"]["12"] <= 1
+    broken = {**bounds, "worst": {**bounds["worst"], "14": 1.01}}
+    assert verdict("shao.theory.estimate-bound", {"shao.bounds": broken}) is Verdict.DIFFERS
+
+
 def test_weak_gain_finding_is_not_an_artefact_of_the_table_experiment() -> None:
     """Held measurements with L/M: the loop itself, built again, is stable and slow as the virtual one."""
     weak = replace(problem.DESIGN, injection=problem.DESIGN.injection / problem.DESIGN.ratio)
-    held = stability_radius(close_loop(weak, OBSERVERS[problem.PMI]))
     virtual = stability_radius(close_loop(problem.DESIGN, OBSERVERS[problem.APO]))
-    assert held == pytest.approx(virtual, rel=0.02)
+    for name in (problem.PMI, problem.HELD):
+        assert stability_radius(close_loop(weak, OBSERVERS[name])) == pytest.approx(virtual, rel=0.02)
 
 
 @pytest.mark.slow
@@ -120,6 +144,10 @@ def test_no_reading_hits_table_one_and_near_misses_are_chance() -> None:
     assert sum(found.tried.values()) >= 1e6
     assert found.joint_hits == 0
     assert verdict("shao.table.any-reading") is Verdict.DIFFERS
+    assert 0 < sum(found.distinct.values()) < sum(found.tried.values()) / 10
+    words = " ".join(findings({**results, **{name: result(name) for name in FINDINGS_USE}}))
+    assert "Not searched: delays" in words
+    assert f"{100 * found.joint['apo'].values[0]:.2f}" in words
     shares = [v for k, v in any_reading(results).quantities.items() if k.startswith("share")]
     assert len(shares) == 3
     assert min(shares) > 0.05

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from papers.mustafa import data
 from papers.mustafa.claims.levels import solvers
@@ -17,10 +18,20 @@ def identity(name: str, method: str) -> Callable[[Results], Evidence]:
     def residual(results: Results) -> Evidence:
         worst = results[IDENTITIES][name]
         return Evidence(
-            method=method, holds=worst <= EXACT, quantities={"largest relative residual": worst},
+            method=method, quantities={"largest relative residual": worst}, **_up_to_rounding(worst),
         )  # fmt: skip
 
     return residual
+
+
+def _up_to_rounding(residual: float) -> dict[str, Any]:
+    """The fields of the evidence for an identity that holds in exact arithmetic."""
+    return {
+        "holds": residual <= EXACT,
+        "margin": EXACT - residual,
+        "threshold": EXACT,
+        "threshold_reason": "An identity holds up to the rounding of sums and products, relative to their size.",
+    }
 
 
 def misprinted(names: tuple[str, ...], method: str) -> Callable[[Results], Evidence]:
@@ -31,10 +42,10 @@ def misprinted(names: tuple[str, ...], method: str) -> Callable[[Results], Evide
         least = min(r[name] for name in names)
         return Evidence(
             method=method,
-            holds=r["map reordered"] <= EXACT,
+            **_up_to_rounding(r["map reordered"]),
             quantities={"largest residual, reordered": r["map reordered"]},
             as_printed=Evidence(
-                method="The same, as printed.", holds=least <= EXACT, quantities={"least residual": least}
+                method="The same, as printed.", quantities={"least residual": least}, **_up_to_rounding(least)
             ),
         )
 
@@ -98,10 +109,7 @@ def lower_end_is_sharp(results: Results) -> Evidence:
     residual = max(abs(value - 1) for value in product.values())
     return Evidence(
         method="Lower end of (9) around the middle of the range: there alpha times the bound must be one.",
-        holds=residual <= EXACT,
-        margin=EXACT - residual,
-        threshold=EXACT,
-        threshold_reason="Rounding: the relative residual below which an identity counts as one.",
+        **_up_to_rounding(residual),
         quantities={f"alpha times the bound, Example {e}": value for e, value in product.items()},
     )
 

@@ -80,6 +80,8 @@ def reaches(example: str) -> Callable[[Results], Evidence]:
             method="Theorem 3 at degree 3 against the optimum from the exact gain or the Riccati equation.",
             holds=abs(gamma / optimum - 1.0) < CLOSE,
             margin=CLOSE - abs(gamma / optimum - 1.0),
+            threshold=CLOSE,
+            threshold_reason="Relative distance from the optimum; less than a tenth of a unit of any printed level.",
             quantities={"relative excess": gamma / optimum - 1.0, "optimum": optimum},
             note=(
                 "In Examples 2 and 3 the gain from the first disturbance does not depend on the observer, since y does "

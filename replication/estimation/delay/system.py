@@ -158,8 +158,11 @@ def gain_scaled(system: DelaySystem, unit: float) -> DelaySystem:
 def measured_last(system: DelaySystem) -> tuple[DelaySystem, Array]:
     """The system in orthogonal coordinates where C_2 = [0 c], with the matrix T of x' = T x.
 
-    The first n-q states are unmeasured, the last q are measured; T (n, n) is orthogonal.
+    The first n-q states are unmeasured, the last q are measured; T (n, n) is orthogonal. Coordinates that already have
+    this form are kept, and with them the zeros of the matrices: a sparse program is a cheap one.
     """
+    if not np.any(system.c2[:, : system.states - system.measurements]):
+        return system, np.eye(system.states)
     _, _, right = np.linalg.svd(system.c2)
     q = system.measurements
     change = np.vstack([right[q:], right[:q]])

@@ -7,6 +7,7 @@ textbook current observer x̂(k) = ζ(k) + L (ȳ(k) − C ζ(k)), ζ(k+1) = Ā x
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -24,7 +25,7 @@ def _build(builder: Builder, discrete_gain: bool, model: SampledModel) -> Observ
     predictor = builder(model)
     free = builder(without_correction(model, discrete_gain=discrete_gain))
     steps = tuple(_current_step(step, bare) for step, bare in zip(predictor.steps, free.steps, strict=True))
-    return Observer(predictor.sensed, steps, predictor.slow_command)
+    return replace(predictor, steps=steps)
 
 
 def _current_step(step: ObserverStep, bare: ObserverStep) -> ObserverStep:

@@ -15,6 +15,7 @@ import scipy.linalg
 from replication.errors import InvalidInputError
 from replication.estimation.validation import (
     Array,
+    ComplexArray,
     as_matrix,
     positive_integer,
     positive_scalar,
@@ -38,13 +39,30 @@ class Plant:
 
 @dataclass(frozen=True, eq=False)
 class DualRateDesign:
-    """Plant model, feedback gain K (m, n), observer gain L (n, p), fast period T in s, slow period M T."""
+    """Plant model, feedback gain K (m, n), observer gain L (n, p), fast period T in s, slow period M T.
+
+    Shapes and rates are checked whenever one is made, by `dataclasses.replace` too; modes by `dual_rate_design` only.
+    """
 
     model: Plant
     feedback: Array
     injection: Array
     period: float
     ratio: int
+
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError: K or L of wrong shape, T not positive, M not a positive integer."""
+        model = as_plant(self.model)
+        n, inputs, outputs = model.size, model.input.shape[1], model.output.shape[0]
+        checked = {
+            "model": model,
+            "feedback": as_matrix("feedback gain K", self.feedback, rows=inputs, columns=n),
+            "injection": as_matrix("observer gain L", self.injection, rows=n, columns=outputs),
+            "period": positive_scalar("period T", self.period, unit="seconds"),
+            "ratio": positive_integer("rate ratio M", self.ratio),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     @property
     def slow_period(self) -> float:
@@ -56,15 +74,21 @@ def make_plant(state: Any, input: Any, output: Any) -> Plant:
     """Check shapes and finiteness; raises InvalidInputError."""
     a = as_matrix("state matrix A", state)
     a = as_matrix("state matrix A", a, columns=a.shape[0])
-    return Plant(
-        a,
-        as_matrix("input matrix B", input, rows=a.shape[0]),
-        as_matrix("output matrix C", output, columns=a.shape[0]),
-    )
+    b = as_matrix("input matrix B", input, rows=a.shape[0])
+    c = as_matrix("output matrix C", output, columns=a.shape[0])
+    if 0 in (len(a), b.shape[1], len(c)):
+        raise InvalidInputError(
+            f"a plant needs a state, an input and an output, got {len(a)}, {b.shape[1]} and {len(c)} of them"
+        )
+    return Plant(a, b, c)
 
 
 def plant_of(system: control.StateSpace) -> Plant:
     """The plant of a continuous-time, strictly proper `control.StateSpace`; raises InvalidInputError."""
+    if not isinstance(system, control.StateSpace):
+        raise InvalidInputError(
+            f"a plant must be a control.StateSpace or made by make_plant(A, B, C), got {type(system).__name__}"
+        )
     if system.dt != 0:
         raise InvalidInputError(f"the plant must be continuous in time (dt = 0), got dt = {system.dt!r}")
     if np.any(system.D != 0):
@@ -72,36 +96,73 @@ def plant_of(system: control.StateSpace) -> Plant:
     return make_plant(system.A, system.B, system.C)
 
 
+def as_plant(system: control.StateSpace | Plant) -> Plant:
+    """`system` itself if it is a `Plant`, else `plant_of` it; raises InvalidInputError."""
+    return system if isinstance(system, Plant) else plant_of(system)
+
+
+def row_of_output(plant: Plant, output: int) -> int:
+    """`output` if the plant has an output of that number, counted from 0; raises InvalidInputError."""
+    if output not in range(len(plant.output)):
+        raise InvalidInputError(f"output must be a number from 0 to {len(plant.output) - 1}, got {output!r}")
+    return output
+
+
 def dual_rate_design(
     plant: control.StateSpace | Plant, *, feedback: Any, injection: Any, period: float, ratio: int
 ) -> DualRateDesign:
     """Check and assemble a dual-rate problem; u = K ζ, so that A + B K is the state-feedback loop.
 
-    Raises InvalidInputError: K or L of wrong shape, period not positive, ratio not a positive integer, a pair that
-    is not stabilisable or not detectable, or a mode that the sensor loses by sampling at M T.
+    Raises InvalidInputError: as `DualRateDesign`; a pair that is not stabilisable or not detectable; an unstable mode
+    that the input loses by holding over T, or the sensor by sampling at M T.
     """
-    model = plant if isinstance(plant, Plant) else plant_of(plant)
-    inputs, outputs = model.input.shape[1], model.output.shape[0]
-    design = DualRateDesign(
-        model,
-        as_matrix("feedback gain K", feedback, rows=inputs, columns=model.size),
-        as_matrix("observer gain L", injection, rows=model.size, columns=outputs),
-        positive_scalar("period T", period, unit="seconds"),
-        positive_integer("rate ratio M", ratio),
-    )
-    _check_modes(design)
+    design = DualRateDesign(as_plant(plant), feedback, injection, period, ratio)
+    A, B, C = design.model.state, design.model.input, design.model.output
+    if (mode := undetectable_mode(A.T, B.T, discrete=False)) is not None:
+        raise InvalidInputError(f"(A, B) is not stabilisable: no input moves the unstable mode {mode:.6g}")
+    if (mode := undetectable_mode(A, C, discrete=False)) is not None:
+        raise InvalidInputError(f"(A, C) is not detectable: the output does not see the unstable mode {mode:.6g}")
+    advice = "choose another period T or ratio M"
+    if (mode := folded_mode(A.T, B.T, design.period)) is not None:
+        raise InvalidInputError(
+            f"an input held over T = {design.period:g} s loses the unstable mode {mode:.6g} of A; {advice}"
+        )
+    if (mode := folded_mode(A, C, design.slow_period)) is not None:
+        raise InvalidInputError(
+            f"sampling every M T = {design.slow_period:g} s hides the unstable mode {mode:.6g} of A from the sensor; "
+            f"{advice}"
+        )
     return design
 
 
-def _check_modes(design: DualRateDesign) -> None:
-    model = design.model
-    if (mode := undetectable_mode(model.state.T, model.input.T, discrete=False)) is not None:
-        raise InvalidInputError(f"(A, B) is not stabilisable: no input moves the unstable mode {mode:.6g}")
-    if (mode := undetectable_mode(model.state, model.output, discrete=False)) is not None:
-        raise InvalidInputError(f"(A, C) is not detectable: the output does not see the unstable mode {mode:.6g}")
-    sampled = scipy.linalg.expm(model.state * design.slow_period)
-    if np.all(np.isfinite(sampled)) and (mode := undetectable_mode(sampled, model.output, discrete=True)) is not None:
-        raise InvalidInputError(
-            f"sampling every M T = {design.slow_period:g} s hides the unstable mode {mode:.6g} of exp(A M T) from "
-            "the sensor; choose another period T or ratio M"
-        )
+def folded_mode(state: Array, output: Array, time: float, *, tolerance: float = 1e-9) -> complex | None:
+    """An unstable eigenvalue λ of `state` that `output` sees in continuous time but not when sampled, or None.
+
+    Sampling maps all eigenvalues λ + 2πjk/time, k whole, to one; `output` must tell their eigenvectors apart. This
+    looks at A and not at exp(A time), whose entries lose the slow modes when others grow fast.
+    Shapes: state (n, n), output (p, n).
+    """
+    state, (units, _) = scipy.linalg.matrix_balance(state, permute=False, separate=True)
+    output = output * units
+    scale = 1.0 + float(np.linalg.norm(state, 2))
+    eigenvalues = np.linalg.eigvals(state)
+    for eigenvalue in eigenvalues[eigenvalues.real >= -tolerance]:
+        turns = (eigenvalues - eigenvalue) * time / (2j * np.pi)
+        whole = np.rint(turns.real)
+        # The rounding of an eigenvalue is relative to the whole spectrum.
+        alike = np.abs(turns - whole) <= tolerance * (1.0 + scale * time)
+        if not np.any(alike & (whole != 0)):
+            continue
+        folded = [eigenvalues[alike & (whole == turn)][0] for turn in np.unique(whole[alike])]
+        kernel = np.hstack([_eigenvectors(state, value, tolerance * scale) for value in folded])
+        seen = np.linalg.svd(output @ kernel, compute_uv=False)
+        if kernel.shape[1] > len(output) or seen[-1] <= tolerance * np.linalg.norm(output, 2):
+            return complex(eigenvalue)
+    return None
+
+
+def _eigenvectors(state: Array, eigenvalue: complex, tolerance: float) -> ComplexArray:
+    """An orthonormal basis of the eigenvectors; at least one, however the eigenvalue was rounded."""
+    _, sizes, rows = np.linalg.svd(state - eigenvalue * np.eye(len(state)))
+    count = max(1, int(np.sum(sizes <= tolerance)))
+    return np.asarray(rows[-count:].conj().T)

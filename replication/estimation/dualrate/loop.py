@@ -12,12 +12,15 @@ import control
 import numpy as np
 import scipy.linalg
 
-from replication.errors import InfeasibleError
-from replication.estimation.dualrate.design import DualRateDesign, Plant
-from replication.estimation.dualrate.observers import Builder, Observer
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.design import DualRateDesign, Plant, as_plant
+from replication.estimation.dualrate.observers import Builder, ObserverStep
 from replication.estimation.dualrate.sampled import Harmonic, Held, over_time, sampled_model
 from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, ComplexArray
+
+MARGINAL = 1e-12
+"""A monodromy radius this near to one is one, up to rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,40 +57,61 @@ def close_loop(
     design: DualRateDesign,
     builder: Builder,
     *,
-    plant: Plant | None = None,
+    plant: control.StateSpace | Plant | None = None,
     harmonic: Harmonic | None = None,
     discrete_gain: bool = False,
 ) -> DualRateLoop:
     """Close the loop of `design` with one of `OBSERVERS`.
 
-    plant: the true plant if it differs from the model. harmonic: the reference, if there is one. discrete_gain: L
-    corrects by steps (see `sampled_model`).
+    plant: the true plant if it differs from the model; it may have another order, unless the full state is measured.
+    harmonic: the reference, if there is one. discrete_gain: L corrects by steps (see `sampled_model`).
+    Raises InvalidInputError: not an observer, a plant or a command that does not fit the model.
     """
-    true_plant = plant or design.model
+    if not callable(builder):
+        raise InvalidInputError(f"the observer must be one of OBSERVERS, such as OBSERVERS[{builder!r}]")
+    true_plant = design.model if plant is None else as_plant(plant)
     model = sampled_model(design, harmonic, discrete_gain=discrete_gain)
     observer = builder(model)
-    sampled = model.predictor if plant is None else over_time(plant, design.period, harmonic)
+    _check_fit(design.model, true_plant, harmonic, full_state=observer.full_state)
+    sampled = model.predictor if plant is None else over_time(true_plant, design.period, harmonic)
+    sensed = np.eye(true_plant.size) if observer.full_state else true_plant.output
     steps = []
     for phase in range(design.ratio):
         computes = phase == 0 or not observer.slow_command
-        steps.append(_step(design, observer, phase, sampled, computes=computes))
+        steps.append(_step(design.feedback, observer.steps[phase], sampled, sensed, computes=computes))
     return DualRateLoop(design, true_plant, harmonic, tuple(steps))
 
 
-def _step(design: DualRateDesign, observer: Observer, phase: int, plant: Held, *, computes: bool) -> LoopStep:
-    """One phase over z = (x, o, v): read the sensor, estimate, compute v = K x̂ + r or keep the last."""
-    o = observer.steps[phase]
+def _check_fit(model: Plant, plant: Plant, harmonic: Harmonic | None, *, full_state: bool) -> None:
+    inputs, outputs = model.input.shape[1], len(model.output)
+    if plant.input.shape[1] != inputs or len(plant.output) != outputs:
+        raise InvalidInputError(
+            f"the true plant must have the {inputs} inputs and {outputs} outputs of the model, got "
+            f"{plant.input.shape[1]} and {len(plant.output)}"
+        )
+    if full_state and plant.size != model.size:
+        raise InvalidInputError(
+            f"state feedback needs a true plant with the {model.size} states of the model, got {plant.size}"
+        )
+    if harmonic is not None and len(harmonic.amplitude) != inputs:
+        raise InvalidInputError(
+            f"the harmonic needs one amplitude for each of the {inputs} inputs, got {len(harmonic.amplitude)}"
+        )
+
+
+def _step(K: Array, o: ObserverStep, plant: Held, sensed: Array, *, computes: bool) -> LoopStep:
+    """One phase over z = (x, o, v): read m = sensed x, estimate, compute v = K x̂ + r or keep the last."""
     n, m, size = plant.state.shape[0], plant.input.shape[1], o.transition.shape[0]
-    p = observer.sensed.shape[0]
-    estimate = np.hstack([o.feedthrough @ observer.sensed, o.readout, np.zeros((n, m))])
+    p = sensed.shape[0]
+    estimate = np.hstack([o.feedthrough @ sensed, o.readout, np.zeros((len(o.readout), m))])
     last = np.hstack([np.zeros((m, n + size)), np.eye(m)])
-    computed = (design.feedback @ estimate, np.eye(m), design.feedback @ o.feedthrough)
+    computed = (K @ estimate, np.eye(m), K @ o.feedthrough)
     kept = (last, np.zeros((m, m)), np.zeros((m, p)))
     command = computed if computes else kept
     drive = np.vstack([plant.input, o.input, np.eye(m)])
     free = np.zeros((n + size + m, n + size + m))
     free[:n, :n] = plant.state
-    free[n : n + size, : n + size] = np.hstack([o.injection @ observer.sensed, o.transition])
+    free[n : n + size, : n + size] = np.hstack([o.injection @ sensed, o.transition])
     read = np.vstack([np.zeros((n, p)), o.injection, np.zeros((m, p))])
     return LoopStep(
         state=free + drive @ command[0],
@@ -103,16 +127,30 @@ def _step(design: DualRateDesign, observer: Observer, phase: int, plant: Held, *
 
 
 def monodromy(loop: DualRateLoop) -> Array:
-    """Φ = S_{M−1} … S_0, shape (nz, nz): the state transition over one slow period."""
+    """Φ = S_{M−1} … S_0, shape (nz, nz): the state transition over one slow period; InvalidInputError on overflow."""
     total = np.eye(loop.size)
-    for step in loop.steps:
-        total = step.state @ total
+    with np.errstate(over="ignore", invalid="ignore"):
+        for step in loop.steps:
+            total = step.state @ total
+    if not np.all(np.isfinite(total)):
+        raise InvalidInputError(
+            f"the loop overflows over M T = {loop.design.slow_period:g} s: the plant grows too fast for this slow "
+            "period; choose a shorter one"
+        )
     return total
 
 
 def stability_radius(loop: DualRateLoop) -> float:
     """Largest modulus of the eigenvalues of the monodromy matrix; the loop is stable iff it is below one."""
     return float(np.max(np.abs(np.linalg.eigvals(monodromy(loop)))))
+
+
+def require_stable(loop: DualRateLoop, consequence: str) -> None:
+    """Raise InfeasibleError, ending in `consequence`, unless the radius is below one by more than rounding."""
+    radius = stability_radius(loop)
+    if radius >= 1.0 - MARGINAL:
+        word = "unstable" if radius > 1.0 + MARGINAL else "marginal"
+        raise InfeasibleError(f"the loop is {word} (monodromy radius {radius:.6g}, must be below 1): {consequence}")
 
 
 def lifted_system(loop: DualRateLoop) -> control.StateSpace:
@@ -130,11 +168,7 @@ def noise_gain(loop: DualRateLoop) -> float:
     The largest over the fast instants, from the periodic Lyapunov equation P = Φ P Φᵀ + Q of the monodromy matrix.
     Raises InfeasibleError if the loop is unstable.
     """
-    radius = stability_radius(loop)
-    if radius >= 1.0:
-        raise InfeasibleError(
-            f"the loop is unstable (monodromy radius {radius:.6g} ≥ 1): its noise grows without bound"
-        )
+    require_stable(loop, "its noise grows without bound")
     added = np.zeros((loop.size, loop.size))
     for step in loop.steps:
         added = step.state @ added @ step.state.T + step.noise @ step.noise.T

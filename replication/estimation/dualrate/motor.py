@@ -11,6 +11,8 @@ from enum import StrEnum
 import control
 import numpy as np
 
+from replication.errors import InvalidInputError
+from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.validation import positive_integer, positive_scalar
@@ -67,6 +69,7 @@ class Feedforward(StrEnum):
 def feedforward(motor: Motor, s: complex, form: Feedforward) -> complex:
     """ȳ_d/y_d at exp(st). Corrected: (s³ + a₃ s² + a₂ s)/b, the inverse of the motor; printed: (s² + a₂ s + a₃)/b."""
     a2, a3 = motor.velocity_coefficient, motor.acceleration_coefficient
+    form = one_of(Feedforward, form)
     numerator = s**3 + a3 * s**2 + a2 * s if form is Feedforward.CORRECTED else s**2 + a2 * s + a3
     return numerator / motor.input_gain
 
@@ -86,7 +89,13 @@ def tracking_command(
     form: Feedforward,
     timing: ReferenceTiming = ReferenceTiming.HELD,
 ) -> Harmonic:
-    """The command r of u = K(x̂ − x_d) + ȳ_d with x_d = (y_d, y_d', y_d''), y_d = sin(frequency · t)."""
+    """The command r of u = K(x̂ − x_d) + ȳ_d with x_d = (y_d, y_d', y_d''), y_d = sin(frequency · t).
+
+    Raises InvalidInputError: an unknown form or timing, K not of the motor's shape (1, 3).
+    """
+    timing = one_of(ReferenceTiming, timing)
+    if design.feedback.shape != (1, 3):
+        raise InvalidInputError(f"the motor needs a feedback gain K of shape (1, 3), got {design.feedback.shape}")
     s = 1j * frequency
     amplitude = feedforward(motor, s, form) - design.feedback @ np.array([1.0, s, s**2])
     lead = np.exp(s * design.period) if timing is ReferenceTiming.PREVIEWED else 1.0

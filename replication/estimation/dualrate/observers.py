@@ -1,8 +1,8 @@
 """Observers of a dual-rate loop behind one interface: eq. (2), eqs. (3) to (7), and those to compare them with.
 
 Each is a linear M-periodic recursion over the fast instants, o(k+1) = transition o(k) + input u(k) + injection m(k),
-with the estimate x̂(k) = readout o(k) + feedthrough m(k), where m = sensed x is the measurement. A slow sensor is one
-whose injection and feedthrough vanish except at phase 0. The first n entries of o are the observer's own state ζ.
+with the estimate x̂(k) = readout o(k) + feedthrough m(k), where m is the measured output of the plant. A slow sensor is
+one whose injection and feedthrough vanish except at phase 0. The first n entries of o are the observer's own state ζ.
 """
 
 from __future__ import annotations
@@ -30,11 +30,14 @@ class ObserverStep:
 
 @dataclass(frozen=True, eq=False)
 class Observer:
-    """`steps` has one entry per phase 0 … M−1. `slow_command`: the controller, too, acts at phase 0 only."""
+    """`steps` has one entry per phase 0 … M−1. `slow_command`: the controller, too, acts at phase 0 only.
 
-    sensed: Array
+    full_state: the measurement is the state of the plant, not its output.
+    """
+
     steps: tuple[ObserverStep, ...]
     slow_command: bool = False
+    full_state: bool = False
 
 
 Builder = Callable[[SampledModel], Observer]
@@ -106,7 +109,7 @@ def state_feedback(model: SampledModel) -> Observer:
     step = ObserverStep(
         np.zeros((0, 0)), np.zeros((0, m)), np.zeros((0, n)), np.zeros(0, complex), np.zeros((n, 0)), np.eye(n)
     )
-    return Observer(np.eye(n), (step,) * model.ratio)
+    return Observer((step,) * model.ratio, full_state=True)
 
 
 OBSERVERS: Mapping[str, Builder] = {
@@ -145,7 +148,7 @@ def _observer(model: SampledModel, drafts: list[_Draft], *, slow_command: bool =
         readout[:, draft.reads : draft.reads + n] = np.eye(n)
         direct = np.zeros((n, model.output.shape[0]))
         steps.append(ObserverStep(draft.transition, draft.input, draft.injection, draft.forcing, readout, direct))
-    return Observer(model.output, tuple(steps), slow_command)
+    return Observer(tuple(steps), slow_command)
 
 
 def _corrected(model: SampledModel, phase: int) -> _Draft:

@@ -13,7 +13,8 @@ from itertools import product
 
 import numpy as np
 
-from replication.errors import InfeasibleError
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.dualrate.current import current
 from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
@@ -44,16 +45,28 @@ class Structure:
     discrete_gain: bool = False
     current: bool = False
 
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError for an unknown feedforward or timing."""
+        object.__setattr__(self, "feedforward", one_of(Feedforward, self.feedforward))
+        object.__setattr__(self, "timing", one_of(ReferenceTiming, self.timing))
+
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
     """One way to read the text; the defaults, with no window (steady state), are the literal one."""
 
-    observer: str
+    observer: str = "alternating_predictive"
     structure: Structure = Structure()
     start: Start = Start.ZERO
     points: Points = Points.BETWEEN
     window: Window | None = None
+
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError for an unknown observer, start or kind of points."""
+        if self.observer not in OBSERVERS:
+            raise InvalidInputError(f"observer must be one of {', '.join(OBSERVERS)}, got {self.observer!r}")
+        object.__setattr__(self, "start", one_of(Start, self.start))
+        object.__setattr__(self, "points", one_of(Points, self.points))
 
 
 STRUCTURES: tuple[Structure, ...] = tuple(

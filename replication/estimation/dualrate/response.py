@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from replication.errors import InvalidInputError
+from replication.estimation.dualrate.arguments import finite_vector
+from replication.estimation.dualrate.design import row_of_output
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy
-from replication.estimation.dualrate.tracking import output_rows, period_response, reference
+from replication.estimation.dualrate.tracking import command, output_rows, period_response
 from replication.estimation.validation import Array, positive_integer
 
 
@@ -36,14 +37,18 @@ class Response:
         return self.output - self.reference
 
 
-def time_response(loop: DualRateLoop, start: Any, estimate: Any, *, slow_periods: int, substeps: int) -> Response:
+def time_response(
+    loop: DualRateLoop, start: Any, estimate: Any, *, slow_periods: int, substeps: int, output: int = 0
+) -> Response:
     """Response from x(0) = start, ζ(0) = estimate to the reference of the loop, `substeps` points per fast period.
 
-    Raises InvalidInputError if a start has the wrong length or is not finite, or a count is not a positive integer.
+    A loop without a reference is left to itself, and the reference of its response is zero. output: which output of
+    the plant, from 0. Raises InvalidInputError if there is no such output, a start has the wrong length or is not
+    finite, or a count is not a positive integer.
     """
-    harmonic, design, n = reference(loop), loop.design, loop.plant.size
+    harmonic, design, n = command(loop), loop.design, loop.plant.size
     positive_integer("number of slow periods", slow_periods)
-    rows = output_rows(loop, substeps)
+    rows = output_rows(loop, substeps, row_of_output(loop.plant, output))
     starts = slow_states(loop, start_state(loop, start, estimate)[None, :], slow_periods)[:, 0]
     fast = design.period * np.arange(slow_periods * design.ratio, dtype=float).reshape(slow_periods, design.ratio)
     phasor = np.exp(harmonic.exponent * fast)
@@ -57,36 +62,34 @@ def time_response(loop: DualRateLoop, start: Any, estimate: Any, *, slow_periods
         inputs.append(z @ step.input_state.T + r @ step.input_command.T)
         z = z @ step.state.T + r @ step.command.T + np.imag(w * step.forcing)
     x, xhat, u = (np.stack(part, axis=1) for part in (states, estimates, inputs))
-    output = x @ rows.state.T + u @ rows.input.T + np.imag(phasor[..., None] * rows.forcing)
+    outputs = x @ rows.state.T + u @ rows.input.T + np.imag(phasor[..., None] * rows.forcing)
     time = fast[..., None] + rows.offsets
     return Response(
         time=time.ravel(),
-        output=output.ravel(),
+        output=outputs.ravel(),
         reference=np.sin(harmonic.frequency * time).ravel(),
         instants=fast.ravel(),
         state=x.reshape(-1, n),
-        estimate=xhat.reshape(-1, n),
+        estimate=xhat.reshape(fast.size, -1),
         input=u.reshape(fast.size, -1),
     )
 
 
 def start_state(loop: DualRateLoop, start: Any, estimate: Any) -> Array:
-    """z(0) of the loop from x(0) and ζ(0), both of length n; raises InvalidInputError."""
-    n = loop.plant.size
+    """z(0) of the loop from x(0) and ζ(0), of the orders of the plant and of the model; raises InvalidInputError."""
+    n, order = loop.plant.size, loop.design.model.size
     z = np.zeros(loop.size)
     has_observer = loop.size > n + loop.plant.input.shape[1]
-    for name, value, where in (("x(0)", start, slice(0, n)), ("ζ(0)", estimate, slice(n, 2 * n))):
-        vector = np.asarray(value, dtype=float)
-        if vector.shape != (n,) or not np.all(np.isfinite(vector)):
-            raise InvalidInputError(f"{name} must be {n} finite numbers, got {value!r}")
-        if where.start == 0 or has_observer:
-            z[where] = vector
+    z[:n] = finite_vector("x(0)", start, n)
+    zeta = finite_vector("ζ(0)", estimate, order)
+    if has_observer:
+        z[n : n + order] = zeta
     return z
 
 
 def slow_states(loop: DualRateLoop, starts: Array, periods: int) -> Array:
     """Loop states at the slow instants 0 … periods−1 from each row of starts; shape (periods, rows, nz)."""
-    harmonic, transition = reference(loop), monodromy(loop)
+    harmonic, transition = command(loop), monodromy(loop)
     gain = period_response(loop, np.zeros(loop.size, complex)).states[-1]
     turn = harmonic.exponent * loop.design.slow_period
     states = np.empty((periods, *starts.shape))

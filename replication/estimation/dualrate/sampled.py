@@ -10,7 +10,7 @@ from scipy.linalg import expm, matrix_balance
 
 from replication.errors import InvalidInputError
 from replication.estimation.dualrate.design import DualRateDesign, Plant
-from replication.estimation.validation import Array, ComplexArray
+from replication.estimation.validation import Array, ComplexArray, as_matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,12 +18,25 @@ class Harmonic:
     """Reference y_d(t) = Im exp(jσt) and the command r(t) = Im(amplitude exp(jσt)) that is added to K ζ.
 
     frequency: σ in rad/s. amplitude: one complex number per input. continuous: r(t) acts between the fast instants
-    too; otherwise it is held over T, like the rest of the input.
+    too; otherwise it is held over T, like the rest of the input. Raises InvalidInputError unless all are finite.
     """
 
     frequency: float
     amplitude: ComplexArray
     continuous: bool = False
+
+    def __post_init__(self) -> None:
+        """Check and freeze."""
+        frequency = float(as_matrix("frequency σ of the reference (rad/s)", [[self.frequency]])[0, 0])
+        amplitude = np.array(self.amplitude)
+        if amplitude.ndim != 1 or amplitude.dtype.kind not in "iufc" or not np.all(np.isfinite(amplitude)):
+            raise InvalidInputError(
+                f"the amplitude of the command must be a list of finite numbers, one per input, got {self.amplitude!r}"
+            )
+        amplitude = amplitude.astype(complex)
+        amplitude.flags.writeable = False
+        object.__setattr__(self, "frequency", frequency)
+        object.__setattr__(self, "amplitude", amplitude)
 
     @property
     def exponent(self) -> complex:

@@ -41,13 +41,17 @@ class Near:
 
 @dataclass(frozen=True)
 class BlockResult:
-    """What one block found. Per column: nearest, count of readings, hits to print, nearest of each decoy, best
-    distance per observer. joint: distance of the nearest common reading, then of each decoy pair,
-    and the columns' readings at that point; joint_hits: readings with all columns to print."""
+    """What one block found.
+
+    Per column: nearest; tried, how many readings; distinct, how many of them differ to print within a structure; hits
+    to print; nearest of each decoy; best distance per observer. joint: the columns' readings at the nearest common
+    reading; joint_distance: its distance, joint_decoys: that of each decoy pair; joint_hits: all columns to print.
+    """
 
     structure: int
     nearest: Mapping[str, Near]
     tried: Mapping[str, int]
+    distinct: Mapping[str, int]
     hits: Mapping[str, int]
     decoys: Mapping[str, tuple[float, ...]]
     by_observer: Mapping[str, float]
@@ -89,6 +93,7 @@ def search_block(space: ReadingSpace, columns: Mapping[str, Column], index: int)
         structure=index,
         nearest={name: part.near(int(np.argmin(part.distances[0])), index) for name, part in found.items()},
         tried={name: part.tried for name, part in found.items()},
+        distinct={name: part.distinct for name, part in found.items()},
         hits={name: int(part.hits.sum()) for name, part in found.items()},
         decoys={name: tuple(part.distances[1:].min(axis=1).tolist()) for name, part in found.items()},
         by_observer={observer: value for part in parts for observer, value in part.by_observer.items()},
@@ -108,6 +113,7 @@ def merge(blocks: Sequence[BlockResult]) -> BlockResult:
         structure=best.structure,
         nearest={name: min((b.nearest[name] for b in blocks), key=lambda near: near.distance) for name in names},
         tried={name: sum(b.tried[name] for b in blocks) for name in names},
+        distinct={name: sum(b.distinct[name] for b in blocks) for name in names},
         hits={name: sum(b.hits[name] for b in blocks) for name in names},
         decoys={name: tuple(np.min([b.decoys[name] for b in blocks], axis=0).tolist()) for name in names},
         by_observer={name: min(b.by_observer[name] for b in blocks) for name in blocks[0].by_observer},
@@ -138,6 +144,7 @@ class _ColumnSearch:
     values: Array
     hits: Array
     tried: int
+    distinct: int
     by_observer: Mapping[str, float]
 
     def near(self, row: int, structure: int) -> Near:
@@ -167,8 +174,18 @@ def _search_column(space: ReadingSpace, column: Column, index: int) -> _ColumnSe
         values=values,
         hits=np.any(np.all(np.abs(values - column.values) <= column.half_widths, axis=2), axis=0),
         tried=int(tried.sum()),
+        distinct=_distinct(np.rint(values[tried] / (2 * column.half_widths))),
         by_observer=dict(zip(column.observers, own.min(axis=1).tolist(), strict=True)),
     )
+
+
+def _distinct(rows: Array) -> int:
+    """Number of different rows, by numbering the rows' beginnings one entry longer each time."""
+    labels = np.zeros(len(rows), dtype=np.int64)
+    for column in rows.T:
+        entries = np.unique(column, return_inverse=True)[1]
+        labels = np.unique(labels * (len(rows) + 1) + entries, return_inverse=True)[1]
+    return len(np.unique(labels))
 
 
 def _distances(logs: Array, targets: Array) -> Array:

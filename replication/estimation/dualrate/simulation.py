@@ -12,9 +12,10 @@ import numpy as np
 from scipy.linalg import matrix_balance
 
 from replication.errors import InvalidInputError
-from replication.estimation.dualrate.design import DualRateDesign
+from replication.estimation.dualrate.arguments import finite_vector
+from replication.estimation.dualrate.design import DualRateDesign, Plant, row_of_output
 from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, positive_integer
 
 SIMULATED = (
     "single_rate",
@@ -46,21 +47,31 @@ def simulate(
     *,
     slow_periods: int,
     substeps: int,
+    plant: Plant | None = None,
+    output: int = 0,
 ) -> Trace:
-    """Simulate one of `SIMULATED` with commands held over T; raises InvalidInputError for others."""
+    """Simulate one of `SIMULATED` with commands held over T; raises InvalidInputError for others.
+
+    plant: the true plant if it differs from the model. output: which of its outputs to return, from 0.
+    """
     if observer not in SIMULATED or harmonic.continuous:
         raise InvalidInputError(f"cannot simulate {observer!r} here; use one of {SIMULATED}, held r")
+    positive_integer("number of slow periods", slow_periods)
+    positive_integer("number of sub-steps", substeps)
     A, B, C, L = design.model.state, design.model.input, design.model.output, design.injection
+    plant = plant or design.model
+    row = plant.output[row_of_output(plant, output)]
     width = design.period / substeps
-    free, plant_drive = _hold(A, B, width)
+    free, model_drive = _hold(A, B, width)
+    true_free, plant_drive = _hold(plant.state, plant.input, width)
     guided, observer_drive = _hold(A - L @ C, np.hstack([B, L]), width)
-    x, zeta, model = np.array(start), np.array(estimate), np.array(estimate)
-    used, predicted, u = np.zeros(1), np.zeros(1), np.zeros(B.shape[1])
+    x, zeta, model = finite_vector("x(0)", start, plant.size), *(finite_vector("ζ(0)", estimate, len(A)),) * 2
+    used, predicted, u = np.zeros(len(C)), np.zeros(len(C)), np.zeros(B.shape[1])
     outputs, estimates, inputs = [], [], []
     for k in range(slow_periods * design.ratio):
         slow_instant = k % design.ratio == 0
         if slow_instant or observer == "fast_sensor":
-            used = C @ x
+            used = plant.output @ x
         elif observer in ("alternating_predictive", "running_prediction"):
             used = predicted
         if slow_instant:
@@ -74,11 +85,11 @@ def simulate(
         inputs.append(u)
         before, ahead = zeta, zeta
         for _ in range(substeps):
-            outputs.append((C @ x)[0])
-            x = free @ x + plant_drive @ u
+            outputs.append(row @ x)
+            x = true_free @ x + plant_drive @ u
             zeta = guided @ zeta + observer_drive @ np.concatenate([u, used])
-            ahead = free @ ahead + plant_drive @ u
-            model = free @ model + plant_drive @ u
+            ahead = free @ ahead + model_drive @ u
+            model = free @ model + model_drive @ u
         predicted = C @ ahead if observer == "alternating_predictive" else used + C @ (ahead - before)
     time = np.arange(len(outputs), dtype=float) * width
     return Trace(time, np.array(outputs), np.array(estimates), np.array(inputs))

@@ -1,4 +1,4 @@
-"""Sweeps of a dual-rate design: the stable sets of the period T and of the ratio M.
+"""Sweeps of a dual-rate design: the stable sets of the period T and of the ratio M, and plants that differ from it.
 
 The stable set of T need not be an interval: sampling folds a fast mode of the plant, so it is searched on a grid and
 its ends are refined.
@@ -9,14 +9,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import control
 import numpy as np
 from scipy.optimize import brentq
 
-from replication.errors import InvalidInputError
-from replication.estimation.dualrate.design import DualRateDesign
-from replication.estimation.dualrate.loop import close_loop, stability_radius
+from replication.estimation.dualrate.arguments import increasing_grid
+from replication.estimation.dualrate.design import DualRateDesign, Plant
+from replication.estimation.dualrate.loop import MARGINAL, DualRateLoop, close_loop, stability_radius
 from replication.estimation.dualrate.observers import Builder
-from replication.estimation.validation import Array, positive_integer
+from replication.estimation.dualrate.tracking import reference, tracking_error_ratio
+from replication.estimation.validation import Array
 
 Interval = tuple[float, float]
 
@@ -28,8 +30,7 @@ def radii_over_periods(design: DualRateDesign, builder: Builder, periods: Sequen
 
 def radii_over_ratios(design: DualRateDesign, builder: Builder, ratios: Sequence[int]) -> Array:
     """Monodromy radius for each ratio M, at the fast period of the design."""
-    checked = [positive_integer("rate ratio M", ratio) for ratio in ratios]
-    return np.array([stability_radius(close_loop(replace(design, ratio=ratio), builder)) for ratio in checked])
+    return np.array([stability_radius(close_loop(replace(design, ratio=ratio), builder)) for ratio in ratios])
 
 
 def stable_periods(
@@ -40,9 +41,7 @@ def stable_periods(
     Two ends closer together than the grid may be missed. Raises InvalidInputError unless the grid increases from a
     positive start.
     """
-    grid = np.asarray(periods, dtype=float)
-    if grid.ndim != 1 or grid.size < 2 or grid[0] <= 0 or np.any(np.diff(grid) <= 0):
-        raise InvalidInputError("the periods must be an increasing sequence of positive numbers, at least two")
+    grid = increasing_grid("periods", periods)
     excess = radii_over_periods(design, builder, list(grid)) - 1.0
     ends = [float(grid[0])] if excess[0] < 0 else []
     for k in range(grid.size - 1):
@@ -53,6 +52,22 @@ def stable_periods(
     if excess[-1] < 0:
         ends.append(float(grid[-1]))
     return tuple(zip(ends[::2], ends[1::2], strict=True))
+
+
+def over_plants(
+    nominal: DualRateLoop, builder: Builder, plants: Sequence[control.StateSpace | Plant]
+) -> list[tuple[float, float | None]]:
+    """(radius, tracking error ratio or None if there is no steady state) of the nominal loop around each true plant.
+
+    The observer, the gains and the command stay those of the model. Raises InvalidInputError for a plant that does
+    not fit, or a loop without a reference.
+    """
+    harmonic, found = reference(nominal), []
+    for plant in plants:
+        loop = close_loop(nominal.design, builder, plant=plant, harmonic=harmonic)
+        radius = stability_radius(loop)
+        found.append((radius, tracking_error_ratio(loop) if radius < 1.0 - MARGINAL else None))
+    return found
 
 
 def _radius(design: DualRateDesign, builder: Builder, period: float) -> float:

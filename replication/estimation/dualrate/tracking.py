@@ -15,12 +15,16 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.loop import DualRateLoop, monodromy
+from replication.estimation.dualrate.arguments import increasing_grid, one_of
+from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
 from replication.estimation.dualrate.sampled import Harmonic, over_time
-from replication.estimation.validation import Array, ComplexArray, positive_integer
+from replication.estimation.validation import Array, ComplexArray, positive_integer, positive_scalar
 
-SUBSTEPS = 100
-"""Grid points per fast period before the refinement; the grid must be finer than the plant's fastest oscillation."""
+LEAST_SUBSTEPS, POINTS_PER_TURN = 100, 20
+"""Grid before the refinement: points per fast period at least, and points per turn of the fastest oscillation."""
+NEARLY_HIGHEST, REFINED = 0.98, 5
+"""Local maxima of the grid that are refined: those near its highest, since 20 points a turn miss up to 1.3 % of one,
+and no more than five."""
 
 
 class Points(StrEnum):
@@ -58,11 +62,16 @@ def reference(loop: DualRateLoop) -> Harmonic:
     return loop.harmonic
 
 
-def output_rows(loop: DualRateLoop, substeps: int) -> OutputRows:
-    """The output map at τ = 0, T/q, …, (q−1)T/q for q = substeps, from one exponential of the sub-step."""
+def command(loop: DualRateLoop) -> Harmonic:
+    """What drives the loop: its reference, or the command zero if it has none."""
+    return loop.harmonic or Harmonic(0.0, np.zeros(loop.plant.input.shape[1], complex))
+
+
+def output_rows(loop: DualRateLoop, substeps: int, output: int = 0) -> OutputRows:
+    """The map to one output at τ = 0, T/q, …, (q−1)T/q for q = substeps, from one exponential of the sub-step."""
     positive_integer("number of sub-steps", substeps)
     width, plant = loop.design.period / substeps, loop.plant
-    s, step = reference(loop).exponent, over_time(plant, width, loop.harmonic)
+    s, step = command(loop).exponent, over_time(plant, width, loop.harmonic)
     n, m = plant.input.shape
     joint = np.eye(n + m + 1, dtype=complex)  # x, the held input and w = exp(st) over one sub-step
     joint[:n] = np.hstack([step.state, step.input, step.forcing[:, None]])
@@ -70,14 +79,14 @@ def output_rows(loop: DualRateLoop, substeps: int) -> OutputRows:
     powers = np.eye(n + m + 1, dtype=complex)[None]
     while len(powers) < substeps:
         powers = np.concatenate([powers, powers @ np.linalg.matrix_power(joint, len(powers))])
-    rows = np.tensordot(powers[:substeps, :n], plant.output[0], axes=(1, 0))
+    rows = np.tensordot(powers[:substeps, :n], plant.output[output], axes=(1, 0))
     offsets = np.arange(substeps, dtype=float) * width
     return OutputRows(offsets, rows[:, :n].real, rows[:, n : n + m].real, rows[:, -1])
 
 
 def period_response(loop: DualRateLoop, start: ComplexArray) -> SteadyState:
     """States at phases 0 … M (M + 1 rows) and inputs at phases 0 … M−1, for z = start at t = 0 and w = exp(st)."""
-    harmonic = reference(loop)
+    harmonic = command(loop)
     states, inputs = [start], []
     for phase, step in enumerate(loop.steps):
         w = np.exp(harmonic.exponent * phase * loop.design.period)
@@ -90,13 +99,8 @@ def period_response(loop: DualRateLoop, start: ComplexArray) -> SteadyState:
 def steady_state(loop: DualRateLoop) -> SteadyState:
     """The periodic steady state. Raises InfeasibleError if the loop is unstable: it has none."""
     harmonic = reference(loop)
+    require_stable(loop, "it has no steady state; ask for its time response instead")
     transition = monodromy(loop)
-    radius = float(np.max(np.abs(np.linalg.eigvals(transition))))
-    if radius >= 1.0:
-        raise InfeasibleError(
-            f"the loop is unstable (monodromy radius {radius:.6g} ≥ 1) and has no steady state; "
-            "ask for its time response instead"
-        )
     gain = period_response(loop, np.zeros(loop.size, complex)).states[-1]
     turn = np.exp(harmonic.exponent * loop.design.slow_period)
     start = np.linalg.solve(turn * np.eye(loop.size) - transition, gain)
@@ -105,21 +109,34 @@ def steady_state(loop: DualRateLoop) -> SteadyState:
 
 def tracking_error_ratio(loop: DualRateLoop, points: Points = Points.BETWEEN) -> float:
     """sup |y − y_d| / |y_d| in the steady state, a pure number; raises InfeasibleError if the loop is unstable."""
-    steady = steady_state(loop)
+    points, steady = one_of(Points, points), steady_state(loop)
     if points is not Points.BETWEEN:
         rows = output_rows(loop, 1)
         return float(np.max(np.abs(_errors(loop, steady, rows)[: 1 if points is Points.SLOW else None])))
-    rows = output_rows(loop, SUBSTEPS)
-    sizes = np.abs(_errors(loop, steady, rows)).ravel()
-    width = loop.design.period / SUBSTEPS
-    best = int(np.argmax(sizes)) * width
-    refined = minimize_scalar(
+    substeps = _substeps(loop)
+    sizes = np.abs(_errors(loop, steady, output_rows(loop, substeps))).ravel()
+    width = loop.design.period / substeps
+    peaks = np.flatnonzero((sizes >= np.roll(sizes, 1)) & (sizes >= np.roll(sizes, -1)))
+    peaks = peaks[np.argsort(-sizes[peaks], kind="stable")][:REFINED]
+    near = [peak * width for peak in peaks if sizes[peak] >= NEARLY_HIGHEST * sizes.max()]
+    return max(float(sizes.max()), *(_refined(loop, steady, time, width) for time in near))
+
+
+def _substeps(loop: DualRateLoop) -> int:
+    """Enough for the fastest oscillation in the error: of the plant, or of the reference."""
+    fastest = max(float(np.max(np.abs(np.linalg.eigvals(loop.plant.state).imag))), abs(reference(loop).frequency))
+    return max(LEAST_SUBSTEPS, int(np.ceil(POINTS_PER_TURN * loop.design.period * fastest / (2 * np.pi))))
+
+
+def _refined(loop: DualRateLoop, steady: SteadyState, time: float, width: float) -> float:
+    """The highest amplitude of the error within `width` of `time`."""
+    found = minimize_scalar(
         lambda t: -_error_size(loop, steady, t),
-        bounds=(best - width, best + width),
+        bounds=(time - width, time + width),
         method="bounded",
         options={"xatol": 1e-9 * width},
     )
-    return float(max(sizes.max(), -refined.fun))
+    return float(-found.fun)
 
 
 def estimation_error_ratio(loop: DualRateLoop) -> float:
@@ -143,19 +160,21 @@ def bandwidth(
     """The first σ (rad/s) with a tracking error ratio of `level`, searched on an increasing grid, then refined.
 
     Raises InfeasibleError if the ratio stays below the level on the grid or already exceeds it at its first point,
-    or if the loop is unstable.
+    or if the loop is unstable; InvalidInputError unless the level is positive and the grid increases from above zero.
     """
+    level = positive_scalar("error level", level)
+    grid = increasing_grid("frequencies", frequencies)
 
     def excess(frequency: float) -> float:
         return tracking_error_ratio(loop_at(frequency)) - level
 
-    previous = frequencies[0]
+    previous = float(grid[0])
     if excess(previous) >= 0:
         raise InfeasibleError(f"the error ratio exceeds {level:g} from σ = {previous:g} rad/s on; start lower")
-    for frequency in frequencies[1:]:
+    for frequency in grid[1:]:
         if excess(frequency) >= 0:
             return float(brentq(excess, previous, frequency, xtol=tolerance))
-        previous = frequency
+        previous = float(frequency)
     raise InfeasibleError(f"the error ratio stays below {level:g} up to σ = {previous:g} rad/s; search higher")
 
 
@@ -163,7 +182,7 @@ def _estimation_errors(loop: DualRateLoop) -> ComplexArray:
     """Complex amplitudes of y − C x̂ at the phases, shape (M,)."""
     steady, n = steady_state(loop), loop.plant.size
     estimates = [step.estimate_state @ z for step, z in zip(loop.steps, steady.states[:-1], strict=True)]
-    return np.asarray((steady.states[:-1, :n] - np.array(estimates)) @ loop.plant.output[0])
+    return np.asarray(steady.states[:-1, :n] @ loop.plant.output[0] - estimates @ loop.design.model.output[0])
 
 
 def _errors(loop: DualRateLoop, steady: SteadyState, rows: OutputRows) -> ComplexArray:

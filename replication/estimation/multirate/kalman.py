@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.errors import InvalidInputError, ReplicationError, SolverError
+from replication.errors import InvalidInputError, SolverError
+from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
 from replication.estimation.riccati import RiccatiMap, along_period, fixed_point, recentre
@@ -21,9 +22,10 @@ SCALING_NOISE = 1e-6
 """Process noise on every state, in its unit, that keeps the covariances used for scaling positive definite."""
 STABILITY_MARGIN = 1e-9
 """A multiplier closer than this to the unit circle, or outside, counts as not stable; as in the detectability test."""
-CIRCLE_TOLERANCE = 1e-6
-"""Where the recursion fails, an undisturbed mode this close to the unit circle is the cause: defective ones are blurred
-by the square root of rounding."""
+HIDDEN_TOLERANCE = 1e-6
+"""Share of a disturbance, in state units, below which it does not reach a mode."""
+CLUSTER = 1e-3
+"""Modes nearer than this to each other count as one of higher multiplicity."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,29 +68,38 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
     require_problem(problem)
     if extra_noise:
         extra_noise = positive_scalar("extra_noise", extra_noise)
+    if not extra_noise and (mode := _undisturbed_on_circle(problem.plant, state_units(problem))) is not None:
+        raise InvalidInputError(
+            f"the mode {mode:.6g} on the unit circle is not disturbed, so its estimator never settles, and the Riccati "
+            "route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve no more in "
+            "this one (`kalman_design` also takes extra_noise)"
+        )
     scaled = scaled_problem(problem, state_scales(problem))
     maps = scaled.maps(extra_noise=extra_noise)
     states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
     if states is None or not semidefinite(states) or not stabilises(scaled, states, maps):
-        raise _no_limit(problem)
+        growth = float(np.max(np.abs(np.linalg.eigvals(problem.plant.A)))) ** problem.schedule.period
+        raise SolverError(
+            "the stabilising limit of the Kalman recursion was lost in rounding: the fastest mode changes by a factor "
+            f"of {growth:.3g} over the period of {problem.schedule.period} instants; measure more often, or disturb "
+            "the slowest mode more"
+        )
     return KalmanCentre(scaled, states)
 
 
-def _no_limit(problem: MultirateProblem) -> ReplicationError:
-    """Why the Kalman recursion of a detectable problem has no stabilising limit: its plant, or else rounding."""
-    A = problem.plant.A
-    for mode in hidden_modes(A.T, problem.plant.B_d.T, tolerance=CIRCLE_TOLERANCE):
-        if abs(abs(mode) - 1) <= CIRCLE_TOLERANCE:
-            return InvalidInputError(
-                f"the mode {mode:.6g} on the unit circle is not disturbed, so its estimator never settles, and the "
-                "Riccati route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve "
-                "no more in this one (`kalman_design` also takes extra_noise)"
-            )
-    growth = float(np.max(np.abs(np.linalg.eigvals(A)))) ** problem.schedule.period
-    return SolverError(
-        "the stabilising limit of the Kalman recursion was lost in rounding: the fastest mode grows by a factor of "
-        f"{growth:.3g} over the period of {problem.schedule.period} instants; measure more often"
-    )
+def _undisturbed_on_circle(plant: MultiratePlant, units: Array) -> complex | None:
+    """A mode on the unit circle that B_d does not reach, or None.
+
+    Rounding blurs a mode of multiplicity k by the k-th root of machine precision; a wider one counts as off the circle.
+    """
+    A, B = plant.A / units[:, None] * units, plant.B_d / units[:, None]
+    hidden = np.array(hidden_modes(A.T, B.T, tolerance=HIDDEN_TOLERANCE))
+    for mode in hidden:
+        multiplicity = int(np.sum(np.abs(hidden - mode) <= CLUSTER))
+        blur = 10 * np.finfo(float).eps ** (1 / multiplicity)
+        if abs(abs(mode) - 1) <= max(STABILITY_MARGIN, blur):
+            return complex(mode)
+    return None
 
 
 def state_scales(problem: MultirateProblem, noise: float = SCALING_NOISE) -> Array:

@@ -51,9 +51,14 @@ MAX_DOUBLINGS = 100
 
 @dataclass(frozen=True)
 class Optimum:
-    """Bracket of the smallest achievable gain: no observer is below `lower`, and `upper` is achieved.
+    """Bracket of the smallest achievable gain, to rounding.
 
-    noncausal: the bound for smoothers. `limited_by` is "noncausal" if the optimum sits on it, else "causal".
+    lower: the largest level known to be out of reach, by the non-causal bound or by the Riccati condition.
+    upper: the smallest level that passed the Riccati condition. It is an infimum in the making, not the gain of given
+    gains: every level above it is reached by those of `riccati_design`, and those of `optimal_design` are computed
+    DESIGN_MARGIN above it, for at the optimum itself the recursion degenerates. `l2_gain` of their error system is the
+    gain achieved; it is at most (1 + DESIGN_MARGIN) upper, and may exceed upper by that much.
+    noncausal: the bound for smoothers. limited_by: "noncausal" if the optimum sits on it, else "causal".
     """
 
     lower: float
@@ -82,7 +87,10 @@ def riccati_design(problem: MultirateProblem, level: float) -> RiccatiDesign:
 
 
 def optimal_design(problem: MultirateProblem, *, margin: float = DESIGN_MARGIN) -> RiccatiDesign:
-    """The central observer at (1 + margin) times the optimum."""
+    """The central observer for the level (1 + margin) upper, with the upper end of `optimum`; raises as `optimum`.
+
+    Its gain is below that level (`RiccatiDesign.level`), to rounding, and may exceed upper itself.
+    """
     return riccati_design(problem, optimum(problem).upper * (1 + positive_scalar("margin", margin)))
 
 
@@ -92,7 +100,7 @@ def achievable(problem: MultirateProblem, level: float) -> bool:
 
 
 def optimum(problem: MultirateProblem) -> Optimum:
-    """The smallest achievable gain: the non-causal bound where it is achieved, else the root of the Riccati condition.
+    """The smallest achievable gain: the non-causal bound where it is reached, else the root of the Riccati condition.
 
     Raises InvalidInputError if nothing disturbs z = W e (the optimum is zero then) or an undisturbed mode is on the
     unit circle (`kalman_design`), SolverError if rounding spoils the recursion.

@@ -61,6 +61,13 @@ def test_measured_states_come_last() -> None:
     assert np.abs(rotated.c2 @ change - one_delay().c2).max() < 1e-12
 
 
+def test_coordinates_with_the_measured_states_last_are_kept() -> None:
+    inner, _ = measured_last(one_delay())
+    again, change = measured_last(inner)
+    assert np.array_equal(change, np.eye(2))
+    assert again is inner
+
+
 def test_singular_change_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="invertible"):
         transformed(two_delays(), [[1, 1], [1, 1]])

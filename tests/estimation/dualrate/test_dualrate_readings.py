@@ -60,6 +60,16 @@ def test_a_window_is_the_maximum_of_the_time_response() -> None:
     assert ratio_of(SPACE, reading, 1.5) == pytest.approx(np.abs(response.error[inside]).max(), rel=1e-10)
 
 
+def test_distinct_readings_are_those_that_differ_to_print() -> None:
+    """Against a set of the printed strings."""
+    column = planted(Reading(window=(0, 3)), (APO,), np.random.default_rng(4))
+    values = error_ratios(SPACE, APO, STRUCTURES[0])
+    printed = {tuple(f"{100 * v:.2f}" for v in row) for row in values}
+    result = search_block(SPACE, {"apo": column}, 0)
+    assert result.distinct["apo"] == len(printed) < result.tried["apo"]
+    assert merge([result, search_block(SPACE, {"apo": column}, 1)]).distinct["apo"] > len(printed)
+
+
 def test_structures_are_all_different() -> None:
     assert len(set(STRUCTURES)) == len(STRUCTURES) == 24
 

@@ -7,8 +7,12 @@ import pytest
 from dualrate_examples import MOTOR_DESIGN, START, motor_loop
 
 from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.design import dual_rate_design, make_plant
+from replication.estimation.dualrate.loop import close_loop
 from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming
+from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.response import time_response
+from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.dualrate.simulation import SIMULATED, simulate
 from replication.estimation.dualrate.tracking import (
     Points,
@@ -33,6 +37,28 @@ def test_lifted_and_brute_force_responses_agree_with_their_transients(name: str,
     np.testing.assert_allclose(lifted.output, brute.output, rtol=0, atol=AGREEMENT)
     np.testing.assert_allclose(lifted.estimate[:, 0], brute.estimate[:, 0], rtol=0, atol=AGREEMENT)
     np.testing.assert_allclose(lifted.input, brute.input, rtol=0, atol=AGREEMENT)
+
+
+@pytest.mark.parametrize("name", SIMULATED)
+def test_lifted_and_brute_force_agree_for_several_outputs_a_true_plant_and_no_reference(name: str) -> None:
+    rng = np.random.default_rng(6)
+    model, true = (
+        make_plant(A - 2 * np.eye(3), rng.normal(size=(3, 2)), rng.normal(size=(2, 3)))
+        for A in rng.normal(size=(2, 3, 3))
+    )
+    gains = {"feedback": 0.2 * rng.normal(size=(2, 3)), "injection": 0.2 * rng.normal(size=(3, 2))}
+    design = dual_rate_design(model, period=0.2, ratio=3, **gains)
+    loop = close_loop(design, OBSERVERS[name], plant=true)
+    rest = Harmonic(1.0, np.zeros(2))
+    for output in (0, 1):
+        counts = {"slow_periods": 12, "substeps": 5, "output": output}
+        lifted = time_response(loop, START, -START, **counts)
+        brute = simulate(design, name, rest, START, -START, plant=true, **counts)
+        np.testing.assert_allclose(lifted.output, brute.output, rtol=0, atol=AGREEMENT)
+        np.testing.assert_allclose(lifted.estimate, brute.estimate, rtol=0, atol=AGREEMENT)
+        np.testing.assert_array_equal(lifted.reference, 0)
+    with pytest.raises(InvalidInputError, match="output must be a number from 0 to 1, got 2"):
+        time_response(loop, START, START, slow_periods=2, substeps=2, output=2)
 
 
 def test_the_unstable_single_rate_response_agrees_relatively() -> None:
@@ -126,9 +152,9 @@ def test_bandwidth_is_where_the_error_reaches_the_level() -> None:
 
 def test_bad_starts_and_unknown_simulations_are_named() -> None:
     loop = motor_loop("alternating_predictive", 1.0)
-    with pytest.raises(InvalidInputError, match=r"x\(0\) must be 3 finite numbers"):
+    with pytest.raises(InvalidInputError, match=r"x\(0\) must be 3 finite real numbers"):
         time_response(loop, [0, 0], START, slow_periods=2, substeps=2)
-    with pytest.raises(InvalidInputError, match=r"ζ\(0\) must be 3 finite numbers"):
+    with pytest.raises(InvalidInputError, match=r"ζ\(0\) must be 3 finite real numbers"):
         time_response(loop, START, [0, np.nan, 0], slow_periods=2, substeps=2)
     with pytest.raises(InvalidInputError, match="number of slow periods"):
         time_response(loop, START, START, slow_periods=0, substeps=2)

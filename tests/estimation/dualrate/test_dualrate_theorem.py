@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from dualrate_examples import MOTOR_DESIGN, random_design
+from dualrate_examples import MOTOR_DESIGN, motor_loop, random_design
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.counterexample import (
@@ -18,7 +18,8 @@ from replication.estimation.dualrate.design import dual_rate_design, make_plant
 from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
 from replication.estimation.dualrate.lyapunov import prediction_gap, slow_rate_gap, theorem_constants
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.sweeps import radii_over_periods, radii_over_ratios, stable_periods
+from replication.estimation.dualrate.sweeps import over_plants, radii_over_periods, radii_over_ratios, stable_periods
+from replication.estimation.dualrate.tracking import tracking_error_ratio
 
 SCALAR = dual_rate_design(make_plant([[1]], [[1]], [[1]]), feedback=[[-2]], injection=[[2]], period=1e-3, ratio=5)
 APO = OBSERVERS["alternating_predictive"]
@@ -85,6 +86,18 @@ def test_slow_rates_tend_to_a_fraction_of_the_observer_gain(seed: int) -> None:
         near, nearer = (slow_rate_gap(design, builder, period=period, share=share) for period in (1e-3, 5e-4))
         assert nearer == pytest.approx(near / 2, rel=0.1)
     assert slow_rate_gap(design, APO, period=1e-4, share=1.0) > 0.01
+
+
+def test_true_plants_that_differ_are_swept_with_the_command_of_the_model() -> None:
+    """The nominal plant gives the nominal numbers; a reversed input has no steady state."""
+    nominal = motor_loop("alternating_predictive", 1.0)
+    A, B, C = MOTOR_DESIGN.model.state, MOTOR_DESIGN.model.input, MOTOR_DESIGN.model.output
+    plants = [MOTOR_DESIGN.model, make_plant(A, 1.2 * B, C), make_plant(A, -B, C)]
+    same, other, reversed_input = over_plants(nominal, APO, plants)
+    assert same == pytest.approx((stability_radius(nominal), tracking_error_ratio(nominal)), rel=1e-9)
+    assert other[0] != pytest.approx(same[0], rel=1e-3)
+    assert reversed_input[0] > 1
+    assert reversed_input[1] is None
 
 
 def test_stable_sets_bound_what_the_radii_say() -> None:

@@ -14,6 +14,7 @@ from multirate_examples import PAPER, PUBLISHED, TABLE, problem, problems
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.multirate.lmi import lmi_design
 from replication.estimation.multirate.optimum import (
+    DESIGN_MARGIN,
     achievable,
     kalman_design,
     noncausal_bound,
@@ -342,8 +343,10 @@ BIAS = MultiratePlant(A=[[1, 0.1, 0], [0, 0.9, 0.1], [0, 0, 1]], B_d=[[0], [1], 
         BIAS,
         MultiratePlant(A=np.diag([1.0, 0.5]), B_d=[[0], [1]], C=[[1, 1]], D=[[1]]),
         MultiratePlant(A=[[0, 1], [-1, 0]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
+        MultiratePlant(A=[[1, 1], [0, 1]], B_d=[[0], [0]], C=[[1, 0]], D=[[1]]),
+        MultiratePlant(A=[[0.9, 1, 0], [0, 1, 1], [0, 0, 1]], B_d=[[1], [0], [0]], C=[[1, 1, 1]], D=[[1]]),
     ],
-    ids=["bias", "diagonal", "rotation"],
+    ids=["bias", "diagonal", "rotation", "ramp", "ramp of the input"],
 )
 def test_an_undisturbed_mode_on_the_circle_is_named(plant: MultiratePlant) -> None:
     marginal = problem(plant, (3,))
@@ -351,6 +354,28 @@ def test_an_undisturbed_mode_on_the_circle_is_named(plant: MultiratePlant) -> No
         with pytest.raises(InvalidInputError, match=r"the mode .* on the unit circle is not disturbed"):
             design(marginal)
     assert kalman_design(marginal, extra_noise=1e-2).gains.shape == (3, plant.order, 1)
+
+
+@pytest.mark.parametrize("size", [2, 3])
+def test_an_undisturbed_chain_on_the_circle_is_named_in_any_coordinates(size: int) -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        V = np.linalg.qr(rng.normal(size=(size, size))).Q * rng.uniform(0.3, 3.0, size)
+        A = V @ (np.eye(size) + np.eye(size, k=1)) @ np.linalg.inv(V)
+        C = np.eye(1, size) @ np.linalg.inv(V)
+        for period in (1, 3):
+            with pytest.raises(InvalidInputError, match="is not disturbed"):
+                optimum(problem(MultiratePlant(A=A, B_d=np.zeros((size, 1)), C=C, D=[[1]]), (period,)))
+
+
+def test_a_weakly_disturbed_integrator_is_answered_in_any_unit() -> None:
+    for unit in (1.0, 1e-8, 1e8):
+        plant = MultiratePlant(
+            A=np.diag([1.0, 0.5]), B_d=[[0.1 * unit], [1]], C=[[1 / unit, 1]], D=[[1]], W=np.diag([1 / unit, 1])
+        )
+        reference = replace(plant, B_d=np.array([[0.1], [1]]), C=np.ones((1, 2)), W=np.eye(2))
+        expected = optimum(problem(reference, (2,))).value
+        assert optimum(problem(plant, (2,))).value == pytest.approx(expected, rel=AGREEMENT)
 
 
 def test_the_advice_for_an_undisturbed_mode_holds() -> None:
@@ -390,6 +415,14 @@ def test_a_mode_that_outgrows_rounding_between_measurements_is_no_undisturbed_on
 def test_nothing_to_minimise_is_said(plant: MultiratePlant) -> None:
     with pytest.raises(InvalidInputError, match="nothing to minimise"):
         optimum(problem(plant, (2, 3)))
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_the_gain_of_the_optimal_design_lies_between_the_optimum_and_its_level(name: str) -> None:
+    best, design = optimum(PUBLISHED[name]), optimal_design(PUBLISHED[name])
+    assert design.level == pytest.approx((1 + DESIGN_MARGIN) * best.upper, rel=ROUNDING)
+    achieved = l2_gain(PUBLISHED[name].error_system(design.gains))
+    assert best.lower * (1 - ROUNDING) <= achieved.value <= design.level * (1 + ROUNDING)
 
 
 def test_the_margin_of_the_design_is_kept() -> None:

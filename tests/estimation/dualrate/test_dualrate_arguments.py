@@ -1,0 +1,187 @@
+"""True plants other than the model, sampling that loses modes, and arguments that must not yield a number."""
+
+from dataclasses import replace
+
+import control
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.signal
+from dualrate_examples import MOTOR, MOTOR_DESIGN, PMSM, START, motor_loop
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.design import DualRateDesign, dual_rate_design, make_plant
+from replication.estimation.dualrate.loop import close_loop, noise_gain, stability_radius
+from replication.estimation.dualrate.lyapunov import slow_rate_gap, theorem_constants
+from replication.estimation.dualrate.motor import Feedforward, feedforward, tracking_command
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.readings import Reading, Structure
+from replication.estimation.dualrate.response import time_response
+from replication.estimation.dualrate.sampled import Harmonic
+from replication.estimation.dualrate.simulation import simulate
+from replication.estimation.dualrate.sweeps import radii_over_periods
+from replication.estimation.dualrate.tracking import Points, bandwidth, steady_state, tracking_error_ratio
+
+APO, FAST, STATE = (OBSERVERS[name] for name in ("alternating_predictive", "fast_sensor", "state_feedback"))
+OSCILLATOR = make_plant([[0, 1], [-1, 0]], [[0], [1]], [[1, 0]])
+
+
+def oscillator_design(*, damping: float, period: float = 0.3) -> DualRateDesign:
+    plant = make_plant([[0, 1], [-1, -damping]], [[0], [1]], [[1, 0]])
+    return dual_rate_design(plant, feedback=[[0, 0]], injection=[[0.5], [0.5]], period=period, ratio=2)
+
+
+@pytest.mark.parametrize("factor", [2.0, 0.1, -1.0])
+def test_the_sensor_reads_the_true_plant(factor: float) -> None:
+    """Against the single-rate loop with a sensor gain, from scipy's zero-order hold."""
+    A, B, C = MOTOR.state, MOTOR.input, MOTOR.output
+    design = replace(MOTOR_DESIGN, ratio=1)
+    K, L = design.feedback, design.injection
+    Ad, Bd = scipy.signal.cont2discrete((A, B, C, [[0]]), design.period)[:2]
+    F, GH = scipy.signal.cont2discrete((A - L @ C, np.hstack([B, L]), C, np.zeros((1, 2))), design.period)[:2]
+    textbook = np.block([[Ad, Bd @ K], [factor * GH[:, 1:] @ C, F + GH[:, :1] @ K]])
+    found = stability_radius(close_loop(design, APO, plant=make_plant(A, B, factor * C)))
+    assert found == pytest.approx(np.abs(np.linalg.eigvals(textbook)).max(), rel=1e-9)
+    assert abs(found - stability_radius(close_loop(design, APO))) > 1e-3
+
+
+def test_a_true_plant_may_have_another_order_and_come_from_control() -> None:
+    """An added state that nothing reads leaves the eigenvalues; in one row with them it is a mode of its own."""
+    A, B, C = MOTOR.state, MOTOR.input, MOTOR.output
+    wide = control.StateSpace(
+        scipy.linalg.block_diag(A, [[-30.0]]), np.vstack([B, [[1]]]), np.hstack([C, [[0]]]), [[0]]
+    )
+    loop = close_loop(MOTOR_DESIGN, APO, plant=wide, harmonic=motor_loop("fast_sensor", 1.0).harmonic)
+    same = motor_loop("alternating_predictive", 1.0)
+    assert stability_radius(loop) == pytest.approx(stability_radius(same), rel=1e-9)
+    assert tracking_error_ratio(loop) == pytest.approx(tracking_error_ratio(same), rel=1e-9)
+    response = time_response(loop, [*START, 0], START, slow_periods=3, substeps=4)
+    expected = time_response(same, START, START, slow_periods=3, substeps=4)
+    np.testing.assert_allclose(response.output, expected.output, atol=1e-9)
+    with pytest.raises(InvalidInputError, match="state feedback needs a true plant with the 3 states"):
+        close_loop(MOTOR_DESIGN, STATE, plant=wide)
+    with pytest.raises(InvalidInputError, match="the 1 inputs and 1 outputs of the model, got 1 and 2"):
+        close_loop(MOTOR_DESIGN, APO, plant=make_plant(A, B, np.vstack([C, C])))
+
+
+def test_choices_may_be_named_and_unknown_names_are_refused() -> None:
+    named = tracking_command(PMSM, MOTOR_DESIGN, 1.0, "corrected", "continuous")
+    assert named.continuous
+    np.testing.assert_array_equal(
+        tracking_command(PMSM, MOTOR_DESIGN, 1.0, "corrected").amplitude,
+        tracking_command(PMSM, MOTOR_DESIGN, 1.0, Feedforward.CORRECTED).amplitude,
+    )
+    loop = motor_loop("held_measurement", 2.5)
+    assert tracking_error_ratio(loop, "between") == tracking_error_ratio(loop, Points.BETWEEN)
+    assert Structure(feedforward="corrected").feedforward is Feedforward.CORRECTED
+    with pytest.raises(InvalidInputError, match="feedforward must be one of 'printed', 'corrected', got 'exact'"):
+        feedforward(PMSM, 1j, "exact")
+    with pytest.raises(InvalidInputError, match="points must be one of"):
+        tracking_error_ratio(loop, "everywhere")
+    with pytest.raises(InvalidInputError, match="observer must be one of"):
+        Reading(observer="kalman")
+
+
+@pytest.mark.parametrize("change", [{"period": 0.0}, {"period": -1e-3}, {"ratio": 0}, {"ratio": 2.5}])
+def test_a_replaced_design_is_checked_again(change: dict[str, float]) -> None:
+    with pytest.raises(InvalidInputError, match=r"period T must be positive|rate ratio M must be"):
+        theorem_constants(replace(MOTOR_DESIGN, **change))
+
+
+@pytest.mark.parametrize("period", [0.0, -1e-2])
+def test_periods_that_are_not_positive_have_no_radius_and_no_rates(period: float) -> None:
+    with pytest.raises(InvalidInputError, match="period T must be positive"):
+        radii_over_periods(MOTOR_DESIGN, APO, [period])
+    with pytest.raises(InvalidInputError, match="period T must be positive"):
+        slow_rate_gap(MOTOR_DESIGN, APO, period=period, share=1.0)
+
+
+def test_a_marginal_loop_has_no_steady_state() -> None:
+    loop = close_loop(oscillator_design(damping=0.0), FAST, harmonic=Harmonic(2.0, np.zeros(1)))
+    assert stability_radius(loop) == pytest.approx(1.0, abs=1e-13)
+    with pytest.raises(InfeasibleError, match="the loop is marginal"):
+        steady_state(loop)
+    with pytest.raises(InfeasibleError, match="noise grows without bound"):
+        noise_gain(loop)
+
+
+def test_the_peak_of_a_fast_lightly_damped_mode_is_found() -> None:
+    """24.2 turns in T = 0.2 s, damping ratio 1e-3; against a grid of 1000 points per turn."""
+    rate, ratio = 24.2 * 2 * np.pi / 0.2, 1e-3
+    plant = make_plant([[0, 1], [-(rate**2), -2 * ratio * rate]], [[0], [rate**2]], [[1, 0]])
+    design = dual_rate_design(plant, feedback=[[0, 0]], injection=[[0], [0]], period=0.2, ratio=1)
+    loop = close_loop(design, STATE, harmonic=Harmonic(np.pi * (3 - np.sqrt(5)) / 0.2, np.array([1.0])))
+    start = np.imag(steady_state(loop).states[0])[:2]
+    response = time_response(loop, start, np.zeros(2), slow_periods=60, substeps=24_200)
+    dense = float(np.abs(response.error).max())
+    assert tracking_error_ratio(loop) == pytest.approx(dense, rel=2e-3)
+    assert tracking_error_ratio(loop) >= dense * (1 - 1e-9)
+
+
+def test_an_input_that_loses_a_mode_by_holding_is_refused() -> None:
+    plant = make_plant([[0.1, 10 * np.pi], [-10 * np.pi, 0.1]], [[0], [1]], np.eye(2))
+    gains = {"feedback": [[0, 0]], "injection": np.zeros((2, 2)), "ratio": 1}
+    with pytest.raises(InvalidInputError, match=r"held over T = 0.1 s loses the unstable mode 0.1"):
+        dual_rate_design(plant, period=0.1, **gains)
+    # Two outputs see both eigenvectors that sampling folds together, and half the period folds none.
+    assert dual_rate_design(plant, period=0.05, **{**gains, "ratio": 2}).slow_period == 0.1
+
+
+@pytest.mark.parametrize("factor", [3.0, 10.0])
+def test_fast_growing_plants_are_not_refused_for_rounding(factor: float) -> None:
+    rng = np.random.default_rng(11)
+    for _ in range(60):
+        plant = make_plant(factor * rng.normal(size=(4, 4)), rng.normal(size=(4, 1)), rng.normal(size=(1, 4)))
+        dual_rate_design(plant, feedback=np.zeros((1, 4)), injection=np.zeros((4, 1)), period=0.4, ratio=5)
+
+
+@pytest.mark.parametrize("plant", [np.eye(2), control.tf([1], [1, 1]), None])
+def test_what_is_not_a_plant_is_named(plant: object) -> None:
+    with pytest.raises(InvalidInputError, match=r"a plant must be a control\.StateSpace or made by make_plant"):
+        dual_rate_design(plant, feedback=[[0]], injection=[[0]], period=0.1, ratio=1)
+
+
+@pytest.mark.parametrize(
+    ("shapes", "counts"), [((0, 1, 1), "0, 1 and 1"), ((2, 0, 1), "2, 0 and 1"), ((2, 1, 0), "2, 1 and 0")]
+)
+def test_empty_plants_are_refused(shapes: tuple[int, int, int], counts: str) -> None:
+    n, m, p = shapes
+    with pytest.raises(InvalidInputError, match=f"needs a state, an input and an output, got {counts}"):
+        make_plant(np.zeros((n, n)), np.zeros((n, m)), np.zeros((p, n)))
+
+
+def test_observers_and_commands_that_do_not_fit_are_named() -> None:
+    with pytest.raises(InvalidInputError, match=r"one of OBSERVERS, such as OBSERVERS\['alternating_predictive'\]"):
+        close_loop(MOTOR_DESIGN, "alternating_predictive")
+    with pytest.raises(InvalidInputError, match="one amplitude for each of the 1 inputs, got 2"):
+        close_loop(MOTOR_DESIGN, APO, harmonic=Harmonic(1.0, np.zeros(2)))
+    with pytest.raises(InvalidInputError, match=r"frequency σ .* must be finite"):
+        Harmonic(float("nan"), np.zeros(1))
+    with pytest.raises(InvalidInputError, match="list of finite numbers, one per input"):
+        Harmonic(1.0, np.array([np.inf]))
+    with pytest.raises(InvalidInputError, match=r"gain K of shape \(1, 3\), got \(1, 2\)"):
+        tracking_command(PMSM, oscillator_design(damping=0.1), 1.0, Feedforward.PRINTED)
+
+
+@pytest.mark.parametrize("start", [["a", 0, 0], [1j, 0, 0], [[0], 1, 2], [0, np.nan, 0]])
+def test_starts_that_are_not_real_numbers_are_named(start: object) -> None:
+    loop = motor_loop("alternating_predictive", 1.0)
+    with pytest.raises(InvalidInputError, match=r"x\(0\) must be 3 finite real numbers"):
+        time_response(loop, start, START, slow_periods=2, substeps=2)
+    with pytest.raises(InvalidInputError, match=r"ζ\(0\) must be 3 finite real numbers"):
+        simulate(MOTOR_DESIGN, "fast_sensor", loop.harmonic, START, start, slow_periods=2, substeps=2)
+
+
+def test_counts_and_grids_are_checked() -> None:
+    harmonic = motor_loop("fast_sensor", 1.0).harmonic
+    with pytest.raises(InvalidInputError, match="number of sub-steps must be at least 1"):
+        simulate(MOTOR_DESIGN, "fast_sensor", harmonic, START, START, slow_periods=2, substeps=0)
+    for grid in ([], [1.0], [2.0, 1.0], [0.0, 1.0]):
+        with pytest.raises(InvalidInputError, match="frequencies must"):
+            bandwidth(lambda f: motor_loop("fast_sensor", f), 0.1, grid)
+
+
+def test_overflow_over_a_slow_period_is_named() -> None:
+    design = dual_rate_design(make_plant([[1]], [[1]], [[1]]), feedback=[[0]], injection=[[0]], period=0.1, ratio=20000)
+    with pytest.raises(InvalidInputError, match="the loop overflows over M T = 2000 s"):
+        stability_radius(close_loop(design, APO))
