@@ -109,10 +109,7 @@ def lower_end_is_sharp(results: Results) -> Evidence:
     residual = max(abs(value - 1) for value in product.values())
     return Evidence(
         method="Lower end of (9) around the middle of the range: there alpha times the bound must be one.",
-        holds=residual <= EXACT,
-        margin=EXACT - residual,
-        threshold=EXACT,
-        threshold_reason="Rounding: the relative residual below which an identity counts as one.",
+        **_up_to_rounding(residual),
         quantities={f"alpha times the bound, Example {e}": value for e, value in product.items()},
     )
 
