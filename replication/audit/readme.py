@@ -11,11 +11,13 @@ from replication.audit.model import Verdict
 from replication.audit.records import PaperRecord, ResultsFile, read_results
 from replication.errors import AuditError
 
+SHOWN_FINDINGS = 4
+"""Findings per paper in the README, the first ones; the report has all."""
 BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results: end -->"
 
 
 def results_block(results: ResultsFile) -> str:
-    """Markdown: a table of verdicts per paper, then the findings of each paper as a list."""
+    """Markdown: a table of verdicts per paper, then the first findings of each paper as a list."""
     return "\n".join([BEGIN, "", *_table(results), "", *_findings(results), END])
 
 
@@ -46,7 +48,7 @@ def _findings(results: ResultsFile) -> Iterator[str]:
     for paper in results.papers:
         yield f"**{_cite(paper)}**"
         yield ""
-        yield from (f"- {finding}" for finding in paper.findings)
+        yield from (f"- {finding}" for finding in paper.findings[:SHOWN_FINDINGS])
         yield ""
 
 
