@@ -17,6 +17,8 @@ def residual(method: str, gap: float, as_printed: Evidence | None = None) -> Evi
         method=method,
         holds=gap < ROUND_OFF,
         margin=ROUND_OFF - gap,
+        threshold=ROUND_OFF,
+        threshold_reason="An identity holds up to rounding, relative to the size of its terms.",
         quantities={"residual": gap},
         as_printed=as_printed,
     )

@@ -39,7 +39,7 @@ def plot_stable_sets(drawn: FigureData) -> Any:
     axis.axvline(DESIGN.period, linestyle=":", color="#777777", label="printed T")
     axis.set(xscale="log", xlabel="T, s", ylabel="M")
     axis.set_yticks(range(len(ratios)), [f"{ratio:.0f}" for ratio in ratios])
-    figure.legend(loc="outside upper center", ncols=len(SETS) + 1)
+    figure.legend(loc="outside upper center", ncols=2)
     return figure
 
 
