@@ -57,8 +57,8 @@ def recover_poles(printed_A: Matrix, stated_poles: Poles, step: float) -> Json:
         "step": step,
         "tried": len(grid),
         "fits": fits.tolist(),
-        "poles_printed": _upper_half(np.linalg.eigvals(A)),
-        "poles_recovered": _upper_half(np.linalg.eigvals(A - np.diag(np.diag(A)) + np.diag(fits[0]))),
+        "poles_printed": upper_half(np.linalg.eigvals(A)),
+        "poles_recovered": upper_half(np.linalg.eigvals(A - np.diag(np.diag(A)) + np.diag(fits[0]))),
     }
 
 
@@ -227,7 +227,8 @@ def _stated(name: str, poles: Poles, n: int) -> ComplexArray:
     return complete
 
 
-def _upper_half(poles: npt.NDArray[np.inexact[Any]]) -> list[list[float]]:
+def upper_half(poles: npt.NDArray[np.inexact[Any]]) -> list[list[float]]:
+    """Poles as [real, imaginary], real ones first, of each pair the one with positive imaginary part."""
     kept = sorted((p for p in poles.astype(complex) if p.imag >= 0), key=lambda p: (p.imag > 0, p.real, p.imag))
     return [[float(p.real), float(p.imag)] for p in kept]
 

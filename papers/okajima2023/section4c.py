@@ -8,7 +8,7 @@ import numpy as np
 
 from papers.okajima2023.experiments import design, norm_of_gains
 from papers.okajima2023.problem import Json, Matrix, build
-from papers.okajima2023.recovery import recover_outputs, recover_poles
+from papers.okajima2023.recovery import by_modulus, recover_outputs, recover_poles, upper_half
 from papers.okajima2023.recovery_inputs import recover_inputs
 
 PERIODS, OFFSETS = [2, 3], [0, 0]
@@ -17,9 +17,9 @@ PERIODS, OFFSETS = [2, 3], [0, 0]
 
 def as_printed(plant: dict[str, Matrix], gains: list[Matrix]) -> Json:
     """Poles of the printed A, and of A_e for the printed A, C and gains (42)."""
-    poles = _sorted_poles(np.linalg.eigvals(np.array(plant["A"])))
+    poles = np.linalg.eigvals(np.array(plant["A"]))
     monodromy = build(plant, PERIODS, OFFSETS, [0, 1]).error_system(np.array(gains)).monodromy()
-    return {"poles": _pairs(poles), "error_poles": _pairs(_by_size(np.linalg.eigvals(monodromy)))}
+    return {"poles": upper_half(poles), "error_poles": by_modulus(np.linalg.eigvals(monodromy))}
 
 
 def recovered(
@@ -85,17 +85,3 @@ def smallest_change(plant: dict[str, Matrix], gains: np.ndarray[Any, Any], poles
         ).T
         change = change + np.linalg.lstsq(jacobian, residual, rcond=None)[0]
     return float(np.abs(change).max())
-
-
-def _sorted_poles(poles: np.ndarray[Any, Any]) -> list[complex]:
-    """Real poles first, by size, then one of each conjugate pair."""
-    real = sorted((p for p in poles if abs(p.imag) < 1e-12), key=lambda p: -p.real)
-    return [*real, *(p for p in poles if p.imag >= 1e-12)]
-
-
-def _by_size(poles: np.ndarray[Any, Any]) -> list[complex]:
-    return sorted(poles, key=lambda p: -abs(p))
-
-
-def _pairs(poles: list[complex]) -> list[list[float]]:
-    return [[float(np.real(p)), float(np.imag(p))] for p in poles]
