@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 from lab import Lab, make_lab
 
+from replication import commands
+
 HEAVY = ("numpy", "scipy", "matplotlib", "cvxpy", "control", "joblib", "jinja2", "rich", "msgspec")
 
 
@@ -294,7 +296,7 @@ def test_files_that_cannot_be_used_are_bad_input_told_in_one_line_and_at_once(
     assert done.stdout == ""
 
 
-@pytest.mark.parametrize("command", ["", "run", "list", "show", "check", "report", "diff"])
+@pytest.mark.parametrize("command", ["", *commands.NAMES])
 def test_help_is_complete_and_light(lab: Lab, command: str) -> None:
     arguments = [word for word in (command, "--help") if word]
     program = (

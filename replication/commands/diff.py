@@ -1,0 +1,32 @@
+"""`replication diff`: what changed between two results files, and why."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from replication.commands.shared import DIFFERENT, FINE, say
+
+TEXT = "compare two results files, claim by claim, with the cause of each change"
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("old", type=Path, metavar="OLD")
+    parser.add_argument("new", type=Path, metavar="NEW")
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Print the changes as text or JSON."""
+    import msgspec
+
+    from replication.audit.compare import compare, render
+    from replication.audit.records import read_results
+
+    changes = compare(read_results(chosen.old), read_results(chosen.new))
+    if chosen.json:
+        say([msgspec.json.format(msgspec.json.encode(changes), indent=2).decode()])
+    else:
+        say(render(changes))
+    return DIFFERENT if changes else FINE

@@ -1,0 +1,88 @@
+"""`replication run`: compute what changed, judge every claim, write figures and report."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from replication.commands.shared import DIFFERENT, FAILED, FINE, add_figures, add_output, project_root, say
+
+if TYPE_CHECKING:
+    from replication.audit.progress import Progress
+    from replication.audit.records import ResultsFile
+
+TEXT = "compute what changed, judge every claim, write figures and report"
+NOTES = """Results are kept in .cache/replication/ as long as the sources, inputs, lock and packages that they
+depend on are unchanged. The report goes to report/; a run of some papers only goes to report/PAPER/
+(report/PAPER+PAPER/), so that it never replaces the report on all papers.
+
+"""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to audit (default: all)")
+    parser.add_argument(
+        "--jobs", type=_jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"
+    )
+    parser.add_argument(
+        "--no-cache", action="store_true", help="compute everything again; results are stored all the same"
+    )
+    add_output(parser, "where results.json and index.html go")
+    add_figures(parser, "where the SVG and CSV files go")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Audit the chosen papers; the report is written whatever the verdicts are."""
+    import msgspec
+
+    import papers
+    from replication.audit.cache import Cache
+    from replication.audit.drawn import draw_figures
+    from replication.audit.files import require_writable
+    from replication.audit.records import write_results
+    from replication.audit.report import build_report
+    from replication.audit.runner import run
+    from replication.audit.summary import run_lines
+
+    root = project_root()
+    selected = papers.load(chosen.papers or papers.KEYS)
+    whole = len(selected) == len(papers.KEYS)
+    output = chosen.output or root / "report" / ("" if whole else "+".join(paper.key for paper in selected))
+    figures = chosen.figures or root / "figures"
+    require_writable(output, "--output")
+    require_writable(figures, "--figures")
+    cache = Cache(root / ".cache" / "replication", read=not chosen.no_cache)
+    outcome = run(selected, cache=cache, root=root, jobs=chosen.jobs, progress=_progress())
+    drawn = draw_figures(selected, outcome.results_by_experiment, figures, cache=cache, root=root)
+    results = msgspec.structs.replace(outcome.results, figures=drawn)
+    write_results(output / "results.json", results)
+    say(run_lines(results, outcome.log, outcome.failures))
+    say([f"report: {build_report(results, figures, output / 'index.html')}"])
+    return _code(results, outcome.failures)
+
+
+def _code(results: ResultsFile, failures: Sequence[str]) -> int:
+    from replication.audit.summary import errors, unexpected
+
+    if failures or errors(results):
+        return FAILED
+    return DIFFERENT if unexpected(results) else FINE
+
+
+def _progress() -> Progress:
+    from replication.audit.progress import Bar, Plain
+
+    if not sys.stdout.isatty():
+        return Plain(sys.stdout)
+    from rich.console import Console
+
+    return Bar(Console())
+
+
+def _jobs(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
+    return int(text)
