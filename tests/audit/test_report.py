@@ -26,7 +26,8 @@ from replication.audit.model import Kind, Verdict
 from replication.audit.numerals import BEYOND, CROWDED
 from replication.audit.printed import parse
 from replication.audit.records import Reading, ResultsFile, TableRecord
-from replication.audit.report import SOURCES, build_report, code_link, render
+from replication.audit.report import build_report, render
+from replication.audit.templates import SOURCES, code_link
 from replication.audit.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.view import WORST_FIRST, anchor, views
 from replication.errors import AuditError
