@@ -1,0 +1,1 @@
+"""Makers of certificates: floating-point solutions, rounded to short rationals with room to spare; never trusted."""

@@ -1,0 +1,40 @@
+"""Ball arithmetic: enclosures that hold for certain, and tests on them that answer yes only if every point agrees."""
+
+from __future__ import annotations
+
+from flint import arb, arb_mat, fmpq, fmpq_mat
+
+from replication.verify.theorem import Refused, require
+
+
+def between(low: fmpq, high: fmpq) -> arb:
+    """A ball that holds every number from `low` to `high`."""
+    return arb(low).union(arb(high))
+
+
+def as_balls(M: fmpq_mat) -> arb_mat:
+    """The rational matrix as balls at the working precision."""
+    return arb_mat(M)
+
+
+def symmetrised(M: arb_mat) -> arb_mat:
+    """(M + M') / 2: for a matrix known to be symmetric, an enclosure that is symmetric as it stands."""
+    return (M + M.transpose()) * arb(0.5)
+
+
+def require_positive_definite(M: arb_mat, what: str) -> None:
+    """Refuse unless every symmetric matrix in M is positive definite: the pivots of L D L' are certainly positive.
+
+    Only the lower triangle is read. A pivot whose ball holds zero proves nothing, and is refused too.
+    """
+    size = M.nrows()
+    require(size == M.ncols(), f"{what} is not square")
+    rest = [[M[i, j] for j in range(size)] for i in range(size)]
+    for k in range(size):
+        pivot = rest[k][k]
+        if not pivot > 0:
+            raise Refused(f"{what} is not proved positive definite: pivot {k} is {pivot.str(5)}")
+        for i in range(k + 1, size):
+            factor = rest[i][k] / pivot
+            for j in range(k + 1, i + 1):
+                rest[i][j] -= factor * rest[j][k]

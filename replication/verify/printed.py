@@ -1,0 +1,29 @@
+"""Printed decimals and matrices as exact numbers."""
+
+from __future__ import annotations
+
+import re
+
+from flint import fmpq, fmpq_mat, fmpz
+
+from replication.verify.theorem import Refused, require
+
+DECIMAL = re.compile(r"([+-]?)([0-9]*)\.?([0-9]*)(?:e([+-]?[0-9]{1,3}))?")
+
+
+def decimal(printed: str) -> fmpq:
+    """The exact value of a printed decimal such as "-0.0440", ".5" or "1e-3"."""
+    match = DECIMAL.fullmatch(printed)
+    if match is None or not match[2] + match[3]:
+        raise Refused(f"{printed!r} is not a decimal number")
+    sign, whole, fraction, exponent = match.groups()
+    scale = fmpq(10) ** (int(exponent or 0) - len(fraction))
+    return fmpq(fmpz(f"{sign.replace('+', '')}{whole}{fraction}")) * scale
+
+
+def printed_matrix(printed: str) -> fmpq_mat:
+    """The exact value of a printed matrix such as "[0.95 0.5; -0.1 0.9]"."""
+    require(printed[:1] == "[" and printed[-1:] == "]", f"{printed!r} is not a printed matrix")
+    rows = [[decimal(entry) for entry in row.split()] for row in printed[1:-1].split(";")]
+    require(len({len(row) for row in rows}) == 1, f"the rows of {printed!r} differ in length")
+    return fmpq_mat(rows)

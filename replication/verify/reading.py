@@ -1,0 +1,148 @@
+"""Strict reading of certificates: JSON without floats, and readers of its values that name the path of a mistake.
+
+Every number is a string that holds a plain rational, "p" or "p/q", or a small integer where it counts or points.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NoReturn, TypeVar
+
+from flint import fmpq, fmpq_mat, fmpz
+
+from replication.verify.theorem import Refused, require
+
+T = TypeVar("T")
+
+MAX_BYTES = 2_000_000
+MAX_DIGITS = 1_000
+"""Of a numerator or a denominator."""
+MAX_INTEGER_DIGITS = 9
+MAX_ENTRIES = 40_000
+"""Of one matrix or list."""
+RATIONAL = re.compile(r"(-?(?:0|[1-9][0-9]*))(?:/([1-9][0-9]*))?")
+
+
+def parse(content: bytes) -> Any:
+    """The JSON value of a file; raises Refused for anything that another reader could understand in another way."""
+    require(len(content) <= MAX_BYTES, f"the file has {len(content)} bytes, more than {MAX_BYTES}")
+    try:
+        return json.loads(
+            content.decode("utf-8"),
+            object_pairs_hook=_unique,
+            parse_int=_small_integer,
+            parse_float=_no_number,
+            parse_constant=_no_number,
+        )
+    except (ValueError, RecursionError) as error:
+        raise Refused(f"the file is not valid JSON: {error}") from None
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        require(key not in found, f"the key {key!r} stands twice in one object")
+        found[key] = value
+    return found
+
+
+def _small_integer(text: str) -> int:
+    require(len(text) <= MAX_INTEGER_DIGITS, f"the integer {text:.20}... is too long; write rationals as strings")
+    return int(text)
+
+
+def _no_number(text: str) -> NoReturn:
+    raise Refused(f'the number {text:.40} is not exact; write a rational as a string, such as "1/3"')
+
+
+def fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
+    """The values of exactly these fields of an object, in this order; none may be missing, none be left over."""
+    require(isinstance(value, dict), f"{path} must be an object, got {_shown(value)}")
+    missing = [name for name in names if name not in value]
+    require(not missing, f"{path} lacks the field {', '.join(missing)}")
+    unknown = sorted(name for name in value if name not in names)
+    require(not unknown, f"{path} has the unknown field {', '.join(unknown)}")
+    return tuple(value[name] for name in names)
+
+
+def text(value: Any, path: str) -> str:
+    """A string."""
+    require(isinstance(value, str), f"{path} must be a string, got {_shown(value)}")
+    return str(value)
+
+
+def integer(value: Any, path: str, least: int = 0) -> int:
+    """A small integer, at least `least`."""
+    require(isinstance(value, int) and not isinstance(value, bool), f"{path} must be an integer, got {_shown(value)}")
+    require(value >= least, f"{path} must be at least {least}, got {value}")
+    return int(value)
+
+
+def rational(value: Any, path: str) -> fmpq:
+    """A rational number from a string "p" or "p/q"."""
+    require(isinstance(value, str), f"{path} must be a rational as a string, got {_shown(value)}")
+    require(len(value) <= 2 * MAX_DIGITS, f"{path} has more than {MAX_DIGITS} digits")
+    match = RATIONAL.fullmatch(value)
+    if match is None:
+        raise Refused(f'{path} must be a rational such as "-3" or "1/3", got {_shown(value)}')
+    numerator, denominator = match[1], match[2] or "1"
+    require(max(len(numerator), len(denominator)) <= MAX_DIGITS, f"{path} has more than {MAX_DIGITS} digits")
+    return fmpq(fmpz(numerator), fmpz(denominator))
+
+
+def positive(value: Any, path: str) -> fmpq:
+    """A positive rational."""
+    number = rational(value, path)
+    require(number > 0, f"{path} must be positive, got {value}")
+    return number
+
+
+def sequence(value: Any, path: str, reader: Callable[[Any, str], T], length: int | None = None) -> list[T]:
+    """A list, each entry read by `reader`; of `length` entries if that is given."""
+    require(isinstance(value, list), f"{path} must be a list, got {_shown(value)}")
+    require(len(value) <= MAX_ENTRIES, f"{path} has {len(value)} entries, more than {MAX_ENTRIES}")
+    require(length is None or len(value) == length, f"{path} must have {length} entries, got {len(value)}")
+    return [reader(entry, f"{path}[{i}]") for i, entry in enumerate(value)]
+
+
+def matrix(value: Any, path: str, rows: int | None = None, columns: int | None = None) -> fmpq_mat:
+    """A matrix from a list of rows of rationals, of the given shape where that is given."""
+    read = sequence(value, path, lambda row, where: sequence(row, where, rational), rows)
+    widths = {len(row) for row in read}
+    require(len(widths) == 1 and widths != {0}, f"{path} must have rows of one length, at least 1, got {widths or 0}")
+    width = widths.pop()
+    require(len(read) * width <= MAX_ENTRIES, f"{path} has {len(read)} x {width} entries, more than {MAX_ENTRIES}")
+    require(columns is None or width == columns, f"{path} must have {columns} columns, got {width}")
+    return fmpq_mat(len(read), width, [entry for row in read for entry in row])
+
+
+def symmetric(value: Any, path: str, size: int | None = None) -> fmpq_mat:
+    """A symmetric matrix, all of its entries written out."""
+    read = matrix(value, path, size, size)
+    require(read.nrows() == read.ncols(), f"{path} must be square, got {read.nrows()} x {read.ncols()}")
+    require(read == read.transpose(), f"{path} must be symmetric")
+    return read
+
+
+def matrices(value: Any, path: str, rows: int, columns: int, length: int | None = None) -> list[fmpq_mat]:
+    """A list of matrices of one shape."""
+    return sequence(value, path, lambda entry, where: matrix(entry, where, rows, columns), length)
+
+
+def written(value: Any) -> Any:
+    """The JSON form of rationals, matrices, and of lists and objects of them: the inverse of the readers above."""
+    if isinstance(value, fmpq_mat):
+        return [[str(entry) for entry in row] for row in value.tolist()]
+    if isinstance(value, (fmpq, fmpz)):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {name: written(entry) for name, entry in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [written(entry) for entry in value]
+    return value
+
+
+def _shown(value: Any) -> str:
+    return f"{value!r:.40}"

@@ -1,0 +1,112 @@
+"""Verification of certificate files: subject, statement, bound, witness, in this order; and the sentence proved."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from replication.verify import multirate
+from replication.verify.reading import fields, parse, rational, text
+from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
+from replication.verify.theorem import Refused, Theorem, require
+
+Statement = Callable[[Mapping[str, Any]], Theorem]
+"""Proves the theorem of a certificate from its fields plant, parameters, bound and witness, or raises Refused."""
+
+STATEMENTS: Mapping[str, Statement] = {**multirate.STATEMENTS}
+
+FIELDS = ("format", "paper", "name", "claims", "statement", "plant", "parameters", "bound", "witness")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What came of one certificate: the theorem, or the reason why nothing is proved."""
+
+    path: Path
+    theorem: Theorem | None
+    reason: str = ""
+
+
+def verify(path: Path, root: Path = ROOT) -> Outcome:
+    """Read and check one certificate file; never raises on account of what it holds."""
+    try:
+        certificate = parse(path.read_bytes())
+        theorem = check(certificate, root)
+        if certificate["paper"] is not None:
+            expected = Path(certificate["paper"]) / f"{certificate['name']}.json"
+            require(path.resolve().parts[-2:] == expected.parts, f"the file should be {expected.as_posix()}")
+    except OSError as error:
+        return Outcome(path=path, theorem=None, reason=f"the file cannot be read: {error.strerror}")
+    except Refused as refusal:
+        return Outcome(path=path, theorem=None, reason=str(refusal))
+    return Outcome(path=path, theorem=theorem)
+
+
+def check(certificate: Any, root: Path = ROOT) -> Theorem:
+    """The theorem that a certificate proves; raises Refused.
+
+    A certificate of a paper must be about exactly what the paper's data and list of theorems say; one of a plant of
+    one's own has `paper` null and supports no claims.
+    """
+    values = dict(zip(FIELDS, fields(certificate, "certificate", *FIELDS), strict=True))
+    require(values["format"] == FORMAT, f"the format is {values['format']!r:.40}, not {FORMAT}")
+    name, statement = text(values["name"], "name"), text(values["statement"], "statement")
+    if values["paper"] is None:
+        require(values["claims"] == [], "a certificate that belongs to no paper supports no claims")
+    else:
+        for field, wanted in subject(text(values["paper"], "paper"), name, root).items():
+            require(same(values[field], wanted), f"{field} is not that of the wanted theorem {name}")
+    require(statement in STATEMENTS, f"there is no statement {statement!r:.60}")
+    theorem = STATEMENTS[statement](certificate)
+    for side, number in sides(values["bound"]).items():
+        proved = getattr(theorem, side)
+        require(
+            proved == rational(number, f"bound.{side}"), f"the {side} bound that is proved is {proved}, not {number}"
+        )
+    return theorem
+
+
+def same(first: Any, second: Any) -> bool:
+    """Whether two JSON values are equal, with types: true is not 1."""
+    if isinstance(first, dict) and isinstance(second, dict):
+        return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
+    if isinstance(first, list) and isinstance(second, list):
+        return len(first) == len(second) and all(same(a, b) for a, b in zip(first, second, strict=True))
+    return type(first) is type(second) and bool(first == second)
+
+
+def sides(bound: Any) -> dict[str, Any]:
+    """The sides that a certificate bounds."""
+    require(isinstance(bound, dict) and set(bound) <= {"lower", "upper"}, "bound must hold lower, upper, or nothing")
+    return dict(bound)
+
+
+def committed(root: Path = ROOT) -> list[Path]:
+    """The file that each wanted theorem of each paper must have, and any other certificate there is."""
+    wanted = [root / "certificates" / key / f"{name}.json" for key in papers(root) for name in theorems(key, root)[0]]
+    others = sorted(set((root / "certificates").rglob("*.json")) - set(wanted))
+    return [*wanted, *others]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Verify the given files, folders, or all that is committed; 1 if anything is not proved."""
+    parser = argparse.ArgumentParser(
+        prog="verify.py", description="Check certificates in exact and ball arithmetic, and say what each proves."
+    )
+    parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
+    chosen = parser.parse_args(arguments)
+    paths = [file for path in chosen.paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
+    failed, total = 0, 0
+    for path in paths or committed():
+        outcome = verify(path)
+        total += 1
+        if outcome.theorem is None:
+            failed += 1
+            print(f"NOT PROVED {path}: {outcome.reason}", flush=True)
+        else:
+            print(f"proved {path}: {outcome.theorem.sentence}", flush=True)
+    print(f"{total - failed} of {total} certificates proved")
+    return 1 if failed or not total else 0

@@ -1,0 +1,139 @@
+"""What a certificate must be about: the plants and the wanted theorems of the papers, read as data.
+
+`papers/<key>/data.py` is read through its syntax tree, never imported: only literals, and names of literals, are
+evaluated. `papers/<key>/theorems.json` lists the wanted theorems, and the claims for which none is possible.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from replication.verify.plants import PLANTS
+from replication.verify.printed import decimal
+from replication.verify.reading import fields, parse, sequence, text, written
+from replication.verify.theorem import Refused, require
+
+FORMAT = "replication-certificate/1"
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """One entry of theorems.json: a theorem that is to be proved, and the claims that it supports."""
+
+    paper: str
+    name: str
+    claims: tuple[str, ...]
+    statement: str
+    plant: str
+    parameters: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Unproved:
+    """Claims of kind value, bound or feasible that are no theorems, with the reason."""
+
+    claims: tuple[str, ...]
+    reason: str
+
+
+def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Unproved, ...]]:
+    """The wanted theorems of a paper by name, and its claims without one; raises Refused for a malformed list."""
+    path = root / "papers" / paper / "theorems.json"
+    if not path.is_file():
+        return {}, ()
+    wanted: dict[str, Wanted] = {}
+    unproved = []
+    for i, entry in enumerate(sequence(parse(path.read_bytes()), path.name, lambda value, _: value)):
+        where = f"{path.name}[{i}]"
+        if isinstance(entry, dict) and "reason" in entry:
+            claims, reason = fields(entry, where, "claims", "reason")
+            unproved.append(Unproved(tuple(sequence(claims, f"{where}.claims", text)), text(reason, where)))
+            continue
+        name, claims, statement, plant, parameters = fields(
+            entry, where, "name", "claims", "statement", "plant", "parameters"
+        )
+        require(name not in wanted, f"{where}: the name {name} stands twice")
+        require(isinstance(parameters, dict), f"{where}.parameters must be an object")
+        wanted[text(name, where)] = Wanted(
+            paper=paper,
+            name=name,
+            claims=tuple(sequence(claims, f"{where}.claims", text)),
+            statement=text(statement, f"{where}.statement"),
+            plant=text(plant, f"{where}.plant"),
+            parameters=parameters,
+        )
+    return wanted, tuple(unproved)
+
+
+def papers(root: Path = ROOT) -> tuple[str, ...]:
+    """The papers that list theorems."""
+    return tuple(sorted(path.parent.name for path in (root / "papers").glob("*/theorems.json")))
+
+
+def subject(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
+    """What the certificate of a wanted theorem must say of itself: all its fields but `bound` and `witness`."""
+    wanted, _ = theorems(paper, root)
+    require(name in wanted, f"papers/{paper}/theorems.json wants no theorem named {name}")
+    entry = wanted[name]
+    return {
+        "format": FORMAT,
+        "paper": paper,
+        "name": name,
+        "claims": list(entry.claims),
+        "statement": entry.statement,
+        "plant": plant(paper, entry.plant, root),
+        "parameters": entry.parameters,
+    }
+
+
+def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
+    """A plant of a paper as certificates write it; the name "" stands for no plant."""
+    if not name:
+        return {"name": ""}
+    plants = PLANTS[paper](literals(root / "papers" / paper / "data.py")) if paper in PLANTS else {}
+    require(name in plants, f"the paper {paper} has no plant named {name!r}; there are {', '.join(plants) or 'none'}")
+    return {"name": name, **written(plants[name])}
+
+
+def literals(path: Path) -> dict[str, Any]:
+    """The values of the module-level names of a source file that are made of literals and of such names.
+
+    Strings, small integers, lists, tuples and dictionaries stand for themselves; a float is the exact decimal that is
+    written. Names with any other value are left out.
+    """
+    source = path.read_text(encoding="utf-8")
+    known: dict[str, Any] = {}
+    for node in ast.parse(source).body:
+        target = node.targets[0] if isinstance(node, ast.Assign) else getattr(node, "target", None)
+        value = getattr(node, "value", None)
+        if isinstance(target, ast.Name) and isinstance(value, ast.expr):
+            try:
+                known[target.id] = _evaluate(value, source, known)
+            except Refused:
+                known.pop(target.id, None)
+    return known
+
+
+def _evaluate(node: ast.expr, source: str, known: Mapping[str, Any]) -> Any:
+    match node:
+        case ast.Constant(value=float()):
+            return decimal(ast.get_source_segment(source, node) or "")
+        case ast.Constant(value=str() | int() | None as value):
+            return value
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return -_evaluate(operand, source, known)
+        case ast.List(elts=entries):
+            return [_evaluate(entry, source, known) for entry in entries]
+        case ast.Tuple(elts=entries):
+            return tuple(_evaluate(entry, source, known) for entry in entries)
+        case ast.Dict(keys=keys, values=values):
+            pairs = zip(keys, values, strict=True)
+            return {_evaluate(key, source, known): _evaluate(value, source, known) for key, value in pairs if key}
+        case ast.Name(id=name) if name in known:
+            return known[name]
+    raise Refused(f"line {node.lineno} of the data is no literal")

@@ -1,0 +1,36 @@
+"""What a certificate proves, as data, and the one way in which the verifier says no."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from flint import fmpq
+
+Side = fmpq | None
+"""One end of a proved interval; None if the certificate says nothing on that side."""
+
+
+class Refused(Exception):
+    """The certificate does not prove what it claims; the message says which step failed, and with which value."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Theorem:
+    """One proved sentence.
+
+    sentence: the theorem with its numbers. lower, upper: proved closed bounds of the quantity it is about. holds: for a
+    yes/no statement, whether it is true. items: for a list of quantities, a pair (lower, upper) of each, in the order
+    in which the paper prints them.
+    """
+
+    sentence: str
+    lower: Side = None
+    upper: Side = None
+    holds: bool | None = None
+    items: tuple[tuple[Side, Side], ...] = ()
+
+
+def require(condition: bool, message: str) -> None:
+    """Raise Refused with `message` unless `condition`."""
+    if not condition:
+        raise Refused(message)

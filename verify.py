@@ -1,0 +1,5 @@
+"""Check the certificates with python-flint only: `python verify.py [PATH...]`."""
+
+from replication.verify.run import main
+
+raise SystemExit(main())
