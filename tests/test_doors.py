@@ -93,6 +93,24 @@ def test_a_planted_violation_is_found(file: str, source: str, name: str, tmp_pat
     assert [text.split(" imports ")[1] for text in violations(tmp_path)] == [name]
 
 
+def test_the_verifier_imports_python_flint_and_itself_only() -> None:
+    room = ROOT / "replication" / "verify"
+    allowed = {*sys.stdlib_module_names, "flint"}
+    for path in room.rglob("*.py"):
+        package = ".".join(path.relative_to(ROOT).parent.parts)
+        for line, name in imported(ast.parse(path.read_text(encoding="utf-8")), package):
+            assert name.startswith("replication.verify.") or name.split(".")[0] in allowed, f"{path}:{line} {name}"
+
+
+def test_the_verifier_runs_without_what_makes_certificates() -> None:
+    closed = ("numpy", "scipy", "cvxpy", "clarabel", "msgspec", "papers", "replication.errors", "replication.audit")
+    code = "import sys, replication.verify.run\nprint(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    loaded = done.stdout.split()
+    assert "flint" in loaded
+    assert [name for name in loaded if any(name == door or name.startswith(f"{door}.") for door in closed)] == []
+
+
 def test_what_is_allowed_is_not_found(tmp_path: Path) -> None:
     path = tmp_path / "replication" / "estimation" / "a.py"
     path.parent.mkdir(parents=True)

@@ -24,6 +24,8 @@ NAMES = (
     "check",
     "report",
     "diff",
+    "certify",
+    "verify",
 )
 
 

@@ -14,6 +14,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.linear import block, identity, require_positive_definite, take_rows, zeros
+from replication.verify.printed import above
 from replication.verify.reading import fields, integer, matrices, matrix, positive, sequence, symmetric
 from replication.verify.theorem import Theorem
 
@@ -73,8 +74,8 @@ def gain_upper(certificate: Mapping[str, Any]) -> Theorem:
     (P,) = fields(certificate["witness"], "witness", "P")
     level = _upper(certificate, system, L, "plant.L", P)
     return Theorem(
-        sentence=f"For every disturbance, the error system of the given gains has an l2 gain of at most {level}: "
-        f"P_0 .. P_{len(system.C) - 1} satisfy the inequality of Theorem 1.",
+        sentence=f"For every disturbance, the error system of the given gains has an l2 gain of at most "
+        f"{above(level)}: P_0 .. P_{len(system.C) - 1} satisfy the inequality of Theorem 1.",
         upper=level,
     )
 
@@ -86,7 +87,7 @@ def optimum_upper(certificate: Mapping[str, Any]) -> Theorem:
     L, P = fields(certificate["witness"], "witness", "L", "P")
     level = _upper(certificate, system, L, "witness.L", P)
     return Theorem(
-        sentence=f"Some observer has, for every disturbance, an l2 gain of at most {level}.",
+        sentence=f"Some observer has, for every disturbance, an l2 gain of at most {above(level)}.",
         upper=level,
     )
 
@@ -112,7 +113,7 @@ def _upper(certificate: Mapping[str, Any], system: Sensing, gains: Any, path: st
             ]
         )
         change = step.transpose() * P[(k + 1) % count] * step
-        require_positive_definite(room - change, f"the inequality of Theorem 1 at phase {k}, level {level},")
+        require_positive_definite(room - change, f"the inequality of Theorem 1 at phase {k}, level {above(level)},")
     return level
 
 

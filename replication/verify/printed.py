@@ -27,3 +27,18 @@ def printed_matrix(printed: str) -> fmpq_mat:
     rows = [[decimal(entry) for entry in row.split()] for row in printed[1:-1].split(";")]
     require(len({len(row) for row in rows}) == 1, f"the rows of {printed!r} differ in length")
     return fmpq_mat(rows)
+
+
+def above(number: fmpq, places: int = 9) -> str:
+    """`number` rounded up to so many decimals: for a sentence that says "at most"."""
+    return _decimals(int((number * 10**places).ceil()), places)
+
+
+def below(number: fmpq, places: int = 9) -> str:
+    """`number` rounded down to so many decimals: for a sentence that says "at least"."""
+    return _decimals(int((number * 10**places).floor()), places)
+
+
+def _decimals(scaled: int, places: int) -> str:
+    digits = str(abs(scaled)).rjust(places + 1, "0")
+    return f"{'-' if scaled < 0 else ''}{digits[:-places]}.{digits[-places:]}"

@@ -91,22 +91,24 @@ def committed(root: Path = ROOT) -> list[Path]:
     return [*wanted, *others]
 
 
+def report(paths: Sequence[Path], root: Path = ROOT) -> int:
+    """Verify files and folders, or all that is committed if none is named; print a line for each; 1 on any failure."""
+    files = [file for path in paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
+    outcomes = []
+    for path in files if paths else committed(root):
+        outcome = verify(path, root)
+        outcomes.append(outcome)
+        proved = f"proved {path}: {outcome.theorem.sentence}" if outcome.theorem else ""
+        print(proved or f"NOT PROVED {path}: {outcome.reason}", flush=True)
+    failed = sum(outcome.theorem is None for outcome in outcomes)
+    print(f"{len(outcomes) - failed} of {len(outcomes)} certificates proved")
+    return 1 if failed or not outcomes else 0
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Verify the given files, folders, or all that is committed; 1 if anything is not proved."""
+    """The command line of `verify.py`."""
     parser = argparse.ArgumentParser(
         prog="verify.py", description="Check certificates in exact and ball arithmetic, and say what each proves."
     )
     parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
-    chosen = parser.parse_args(arguments)
-    paths = [file for path in chosen.paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
-    failed, total = 0, 0
-    for path in paths or committed():
-        outcome = verify(path)
-        total += 1
-        if outcome.theorem is None:
-            failed += 1
-            print(f"NOT PROVED {path}: {outcome.reason}", flush=True)
-        else:
-            print(f"proved {path}: {outcome.theorem.sentence}", flush=True)
-    print(f"{total - failed} of {total} certificates proved")
-    return 1 if failed or not total else 0
+    return report(parser.parse_args(arguments).paths)

@@ -70,8 +70,6 @@ def lyapunov_matrices(system: PeriodicSystem, level: float) -> Array:
     ]
     last = fixed_point(backwards)
     if last is None:
-        raise SolverError(
-            f"no Lyapunov matrices at the level {level!r}: rounding spoils the recursion; raise the level"
-        )
+        raise SolverError(f"no Lyapunov matrices at the level {level!r}: rounding spoils the recursion; raise it")
     states = along_period(backwards, last)
     return np.stack([states[0], *states[:0:-1]])

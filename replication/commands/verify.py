@@ -1,0 +1,26 @@
+"""`replication verify`: check certificates in exact and ball arithmetic."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from replication.commands.shared import project_root
+
+TEXT = "check certificates in exact and ball arithmetic, and say what each proves"
+NOTES = """Only python-flint computes here; `python verify.py` of the project does the same in an environment that
+holds nothing else.
+
+"""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Print one line for each certificate."""
+    from replication.verify.run import report
+
+    return report(chosen.paths, project_root())
