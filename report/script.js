@@ -1,58 +1,129 @@
-// Optional: filters the claims, keeps the filter in the address, opens what a link or the printer asks for.
+// Optional: sorts and filters the claims, keeps both in the address, opens what a link or the printer asks for.
 "use strict";
 (() => {
-  const form = document.getElementById("filter");
+  const forms = [...document.querySelectorAll("form.filter")];
+  const tables = [...document.querySelectorAll("table.claims")];
   const claims = [...document.querySelectorAll("tbody.claim")];
-  const empty = document.getElementById("filter-count");
+  const worst = new Map(claims.map((claim, index) => [claim, index]));
+  const fields = ["verdict", "kind", "search", "proved"];
+  const orders = {
+    verdict: { ascending: "worst first", descending: "best first" },
+    place: { ascending: "in the order of the paper", descending: "from the end of the paper" },
+    deviation: { descending: "largest deviation first", ascending: "smallest deviation first" },
+    seconds: { descending: "slowest first", ascending: "fastest first" },
+  };
+  let state = new URLSearchParams();
 
-  function state() {
-    const [verdict, kind] = [form.elements.verdict.value, form.elements.kind.value];
-    return { verdict, kind, search: form.elements.search.value.trim() };
+  function sorting() {
+    const sort = state.get("sort") ?? "verdict";
+    return [sort, state.get("order") ?? Object.keys(orders[sort])[0]];
+  }
+
+  function key(claim, sort) {
+    if (sort === "verdict") return worst.get(claim);
+    return sort in claim.dataset ? Number(claim.dataset[sort]) : null;
+  }
+
+  // What has no key stands last in both directions; equal keys keep the order worst first.
+  function compare(one, other, sort, order) {
+    const [a, b] = [key(one, sort), key(other, sort)];
+    if (a === null || b === null) return (a === null) - (b === null) || worst.get(one) - worst.get(other);
+    return (order === "descending" ? b - a : a - b) || worst.get(one) - worst.get(other);
+  }
+
+  function fits(claim) {
+    const words = (state.get("search") ?? "").toLowerCase().split(/\s+/).filter(Boolean);
+    return ["verdict", "kind", "proved"].every((name) => !state.has(name) || claim.dataset[name] === state.get(name))
+      && (!words.length || words.every((word) => claim.textContent.toLowerCase().includes(word)));
   }
 
   function apply() {
-    const { verdict, kind, search } = state();
-    const words = search.toLowerCase().split(/\s+/).filter(Boolean);
-    let shown = 0;
-    for (const claim of claims) {
-      const text = claim.textContent.toLowerCase();
-      const fits = (!verdict || claim.dataset.verdict === verdict) && (!kind || claim.dataset.kind === kind)
-        && words.every((word) => text.includes(word));
-      claim.hidden = !fits;
-      shown += fits;
-    }
-    empty.textContent = `${shown} of ${claims.length} claims shown`;
-  }
-
-  function remember() {
-    const fields = Object.entries(state()).filter(([, value]) => value);
-    if (fields.length) history.replaceState(null, "", `#?${new URLSearchParams(fields)}`);
-    else if (location.hash.startsWith("#?")) history.replaceState(null, "", location.pathname + location.search);
+    const [sort, order] = sorting();
+    for (const claim of claims) claim.hidden = !fits(claim);
+    tables.forEach((table, index) => {
+      const own = [...table.tBodies];
+      table.append(...own.toSorted((one, other) => compare(one, other, sort, order)));
+      const shown = own.filter((claim) => !claim.hidden).length;
+      table.nextElementSibling.hidden = shown > 0;
+      forms[index].querySelector(".found").textContent = `${shown} of ${own.length} claims, ${orders[sort][order]}`;
+      for (const header of table.querySelectorAll("th[data-sort]")) {
+        if (header.dataset.sort === sort) header.setAttribute("aria-sort", order);
+        else header.removeAttribute("aria-sort");
+      }
+    });
   }
 
   function set(wanted) {
-    for (const name of ["verdict", "kind", "search"]) form.elements[name].value = wanted.get(name) ?? "";
+    state = new URLSearchParams();
+    for (const name of fields) if (wanted.get(name)) state.set(name, wanted.get(name));
+    const [sort, order] = [wanted.get("sort"), wanted.get("order")];
+    if (sort in orders) state.set("sort", sort);
+    if (sort in orders && order in orders[sort]) state.set("order", order);
+    for (const form of forms) {
+      for (const name of ["verdict", "kind", "search"]) {
+        const [field, value] = [form.elements[name], state.get(name) ?? ""];
+        // A blank at the end of what is being typed stays.
+        if (field.value.trim() !== value) field.value = value;
+      }
+      form.elements.proved.checked = state.has("proved");
+    }
     apply();
   }
 
-  function follow() {
-    if (location.hash.startsWith("#?")) set(new URLSearchParams(location.hash.slice(2)));
-    const target = document.getElementById(location.hash.slice(1));
-    if (!target) return;
-    if (target.hidden) {
-      set(new URLSearchParams());
-      target.scrollIntoView();
-    }
-    const details = target.querySelector("details");
-    if (details && target.classList.contains("claim")) details.open = true;
+  // The address is a place on the page, and behind a question mark what is shown there.
+  function remember(place, wanted) {
+    set(wanted);
+    history.replaceState(null, "", `#${place}${state.size ? `?${state}` : ""}`);
   }
 
-  form.hidden = false;
-  form.addEventListener("submit", (event) => event.preventDefault());
-  for (const kind of ["input", "change"]) form.addEventListener(kind, () => { apply(); remember(); });
-  form.addEventListener("reset", () => setTimeout(() => { apply(); remember(); }));
+  function follow() {
+    const [place, query] = location.hash.slice(1).split("?");
+    if (query !== undefined) set(new URLSearchParams(query));
+    const target = document.getElementById(place);
+    if (!target) return;
+    if (target.hidden) set(new URLSearchParams());
+    if (target.classList.contains("claim")) target.querySelector("details").open = true;
+    target.scrollIntoView();
+  }
+
+  function addSorting(table, place) {
+    table.classList.add("sortable");
+    for (const header of table.querySelectorAll("th[data-sort]")) {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.append(...header.childNodes);
+      header.append(button);
+      button.addEventListener("click", () => {
+        const [sort, order] = sorting();
+        const directions = Object.keys(orders[header.dataset.sort]);
+        const next = sort === header.dataset.sort ? directions.find((other) => other !== order) : directions[0];
+        const wanted = new URLSearchParams(state);
+        wanted.set("sort", header.dataset.sort);
+        wanted.set("order", next);
+        remember(place, wanted);
+      });
+    }
+  }
+
+  forms.forEach((form, index) => {
+    const place = form.dataset.place;
+    const changed = () => remember(place, new URLSearchParams([...state].filter(([name]) => !fields.includes(name))
+      .concat([...new FormData(form)].map(([name, value]) => [name, value.trim()]))));
+    form.hidden = false;
+    form.addEventListener("submit", (event) => event.preventDefault());
+    for (const kind of ["input", "change"]) form.addEventListener(kind, changed);
+    form.addEventListener("reset", () => remember(place, new URLSearchParams()));
+    addSorting(tables[index], place);
+  });
+  for (const link of document.querySelectorAll("a[data-filter]")) link.href += `?${link.dataset.filter}`;
+
+  let closed = [];
   addEventListener("hashchange", follow);
-  addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((details) => { details.open = true; }));
+  addEventListener("beforeprint", () => {
+    closed = [...document.querySelectorAll("details:not([open])")];
+    for (const details of closed) details.open = true;
+  });
+  addEventListener("afterprint", () => { for (const details of closed) details.open = false; });
   apply();
   follow();
 })();

@@ -69,6 +69,20 @@ def at_print(number: float, unit: Fraction, beyond: int = BEYOND) -> tuple[str, 
     return text[:cut], text[cut:]
 
 
+def agreement(printed: str, computed: str) -> int:
+    """How many leading characters of `computed` stand at the same places in `printed`; 0 unless the points align."""
+    if printed.lstrip(MINUS).startswith("."):
+        printed = printed.replace(".", "0.", 1)
+    if places(printed) != places(computed):
+        return 0
+    return next((i for i, pair in enumerate(zip(printed, computed, strict=False)) if len(set(pair)) > 1), len(computed))
+
+
+def places(text: str) -> int:
+    """Characters before the decimal point."""
+    return len(text.partition(".")[0])
+
+
 def exact(number: Fraction) -> str:
     """A decimal fraction with all of its digits, such as an end of a rounding interval."""
     with localcontext() as context:

@@ -135,7 +135,8 @@ def test_mathml_is_set(visit: Any) -> None:
 def test_everything_is_there_without_scripts(visit: Any) -> None:
     page = visit(scripts=False)
     assert len(shown(page)) == len(claims())
-    assert not page.find_element(By.ID, "filter").is_displayed()
+    assert not page.find_element(By.CSS_SELECTOR, "form.filter").is_displayed()
+    assert not page.find_elements(By.CSS_SELECTOR, ".claims button")
     first = page.find_element(By.CSS_SELECTOR, "tbody.claim summary")
     evidence = page.find_element(By.CSS_SELECTOR, "tbody.claim .evidence")
     assert not evidence.is_displayed()
@@ -153,16 +154,16 @@ def test_evidence_opens_by_keyboard(visit: Any) -> None:
 def test_filter_and_its_address(visit: Any) -> None:
     differing = {anchor("claim", c.id) for c in claims() if c.verdict is Verdict.DIFFERS}
     page = visit()
-    page.find_element(By.CSS_SELECTOR, "#filter option[value=differs]").click()
+    page.find_element(By.CSS_SELECTOR, ".filter option[value=differs]").click()
     assert set(shown(page)) == differing
-    assert page.current_url.endswith("#?verdict=differs")
+    assert page.current_url.endswith(f"#paper-{KEY}.claims?verdict=differs")
     page.find_element(By.NAME, "search").send_keys("shorter period")
     assert shown(page) == [claim_id("shorter-is-better")]
-    page = visit(fragment="#?verdict=differs&search=shorter+period")
+    page = visit(fragment=f"#paper-{KEY}.claims?verdict=differs&search=shorter+period")
     assert shown(page) == [claim_id("shorter-is-better")]
-    page.find_element(By.CSS_SELECTOR, "#filter button").click()
+    page.find_element(By.CSS_SELECTOR, ".filter button").click()
     assert len(shown(page)) == len(claims())
-    assert "#" not in page.current_url
+    assert page.current_url.endswith(f"#paper-{KEY}.claims")
 
 
 def test_permalink_opens_its_claim_even_if_it_is_filtered_out(visit: Any) -> None:
@@ -211,5 +212,9 @@ def test_counts_of_all_verdicts_fit_a_narrow_window(visit: Any) -> None:
     )
     shown_counts = page.execute_script(edges)
     found = Counter(str(claim.verdict) for claim in claims())
-    assert {label: int(number) for label, number, _ in shown_counts} == {**found, "all": len(claims())}
+    assert {label: int(number) for label, number, _ in shown_counts} == {
+        **found,
+        "all": len(claims()),
+        "of them proved": sum(claim.proved for claim in claims()),
+    }
     assert all(right <= 320 for _, _, right in shown_counts)
