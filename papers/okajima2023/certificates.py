@@ -9,8 +9,9 @@ from replication.verify.subjects import subject
 
 KEY = "okajima2023"
 MAKERS = {
-    "multirate.gain-upper": multirate.gain_upper,
-    "multirate.optimum-upper": multirate.optimum_upper,
+    "multirate.gain": multirate.gain,
+    "multirate.optimum-noncausal": multirate.optimum_noncausal,
+    "multirate.optimum-causal": multirate.optimum_causal,
 }
 
 

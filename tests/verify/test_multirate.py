@@ -18,7 +18,7 @@ Tamper = Callable[[dict[str, Any]], None]
 
 @pytest.fixture
 def certificate() -> dict[str, Any]:
-    path = ROOT / "certificates" / "okajima2023" / "gains-33-upper.json"
+    path = ROOT / "certificates" / "okajima2023" / "gains-33.json"
     loaded: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return loaded
 
@@ -26,11 +26,11 @@ def certificate() -> dict[str, Any]:
 def test_the_certificate_proves_its_bound(certificate: dict[str, Any]) -> None:
     theorem = check(certificate)
     assert str(theorem.upper) == certificate["bound"]["upper"]
-    assert "1.32582013" in theorem.sentence
 
 
 def lower_the_bound(certificate: dict[str, Any]) -> None:
-    certificate["bound"]["upper"] = str(Fraction(certificate["bound"]["upper"]) * (1 - Fraction(1, 100_000)))
+    for side, bound in certificate["bound"].items():
+        certificate["bound"][side] = str(Fraction(bound) * (1 - Fraction(1, 100_000)))
 
 
 def change_an_entry(certificate: dict[str, Any]) -> None:
@@ -48,8 +48,8 @@ def take_another_plant(certificate: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("tamper", "reason"),
     [
-        (lower_the_bound, "inequality of Theorem 1 at phase"),
-        (change_an_entry, "inequality of Theorem 1 at phase"),
+        (lower_the_bound, "the matrix of Theorem 1 at phase"),
+        (change_an_entry, "the matrix of Theorem 1 at phase"),
         (swap_the_schedule, "parameters is not that of the wanted theorem"),
         (take_another_plant, "plant is not that of the wanted theorem"),
     ],

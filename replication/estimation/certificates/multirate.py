@@ -1,4 +1,4 @@
-"""Certificates of the gain of multi-rate observers: Lyapunov matrices P_k of Theorem 1 from above."""
+"""Certificates of the gain of multi-rate observers: Lyapunov matrices from above, disturbances from below."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from replication.errors import SolverError
-from replication.estimation.certificates.rounding import as_floats, rounded_array, rounded_up
-from replication.estimation.multirate.optimum import optimum, riccati_design
+from replication.estimation.certificates.disturbances import peak_disturbance, unseen_for_long, unseen_forever
+from replication.estimation.certificates.rounding import as_floats, rounded_array, rounded_down, rounded_up
+from replication.estimation.multirate.optimum import Optimum, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
@@ -19,44 +20,78 @@ from replication.estimation.riccati import RiccatiMap, along_period, fixed_point
 from replication.estimation.validation import Array
 
 MARGIN = 1e-7
-"""Relative distances: of the design to the optimum, of the Lyapunov matrices to the gain, of the bound to those."""
+"""Relative distances: of the design to the optimum, of the Lyapunov matrices to the gain, of the bounds to those."""
 SLACK = 1e-8
 """Added to every eigenvalue of W'W relative to the largest: the inequality then holds with that much room."""
-LEVEL_BITS, GAIN_BITS, STATE_BITS = 40, 30, 40
+LEVEL_BITS, STATE_BITS = 40, 40
 
 
-def problem_of(plant: Mapping[str, Any], parameters: Mapping[str, Any]) -> MultirateProblem:
-    """The estimation problem of a certificate: its plant seen by some of the sensors, in floating point."""
-    rows = list(parameters["sensors"])
-    C, D = as_floats(plant["C"])[rows], as_floats(plant["D"])[rows]
-    system = MultiratePlant(A=as_floats(plant["A"]), B_d=as_floats(plant["B_d"]), C=C, D=D, W=as_floats(plant["W"]))
-    return MultirateProblem(system, SensingSchedule(tuple(parameters["periods"]), tuple(parameters["offsets"])))
-
-
-def gain_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """Bound and witness for the gains of the plant; raises SolverError if rounding leaves no Lyapunov matrices."""
-    problem = problem_of(theorem["plant"], theorem["parameters"])
-    return _upper(problem.error_system(as_floats(theorem["plant"]["L"])))
-
-
-def optimum_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """Bound and witness for designed gains close to the optimum, rounded to short rationals first."""
-    problem = problem_of(theorem["plant"], theorem["parameters"])
-    gains = rounded_array(riccati_design(problem, optimum(problem).upper * (1 + MARGIN)).gains, GAIN_BITS)
-    made = _upper(problem.error_system(as_floats(gains)))
-    return {"bound": made["bound"], "witness": {"L": gains, **made["witness"]}}
-
-
-def _upper(system: PeriodicSystem) -> dict[str, Any]:
-    level = l2_gain(system).upper * (1 + MARGIN)
+def gain(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """Bounds and witness for the gains of the plant; raises SolverError if rounding leaves no Lyapunov matrices."""
+    system = problem_of(theorem).error_system(as_floats(theorem["plant"]["L"]))
+    norm = l2_gain(system)
+    turn, v = peak_disturbance(system, norm.angle)
+    level = norm.upper * (1 + MARGIN)
     return {
-        "bound": {"upper": rounded_up(level * (1 + MARGIN), LEVEL_BITS)},
-        "witness": {"P": rounded_array(lyapunov_matrices(system, level), STATE_BITS)},
+        "bound": bounds(norm.lower, level),
+        "witness": {"P": rounded_array(lyapunov_matrices(system, level), STATE_BITS), "turn": turn, "v": v},
     }
 
 
+def optimum_noncausal(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """Bounds and witness for an optimum that sits on the non-causal bound."""
+    problem = problem_of(theorem)
+    best = optimum(problem)
+    turn, d = unseen_forever(problem, best.noncausal.angle)
+    upper, witness = design(problem, best)
+    return {"bound": bounds(best.noncausal.lower, upper), "witness": {**witness, "turn": turn, "d": d}}
+
+
+def optimum_causal(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """Bounds and witness for an optimum above the non-causal bound."""
+    problem = problem_of(theorem)
+    best = optimum(problem)
+    start, d, lower = unseen_for_long(problem, best.lower)
+    upper, witness = design(problem, best)
+    return {"bound": bounds(lower, upper), "witness": {**witness, "start": start, "d": d}}
+
+
+def bounds(lower: float, upper: float) -> dict[str, str]:
+    """Both bounds, with a margin for what rounding the witness costs."""
+    return {
+        "lower": rounded_down(lower * (1 - MARGIN), LEVEL_BITS),
+        "upper": rounded_up(upper * (1 + MARGIN), LEVEL_BITS),
+    }
+
+
+def design(problem: MultirateProblem, best: Optimum) -> tuple[float, dict[str, Any]]:
+    """A level just above the optimum, and P_k, Y_k = P_k L_k that satisfy Theorem 2 there."""
+    gains = riccati_design(problem, best.upper * (1 + MARGIN)).gains
+    system = problem.error_system(gains)
+    level = l2_gain(system).upper * (1 + MARGIN)
+    P = lyapunov_matrices(system, level)
+    return level, {"P": rounded_array(P, STATE_BITS), "Y": rounded_array(P @ gains, STATE_BITS)}
+
+
+def problem_of(theorem: Mapping[str, Any]) -> MultirateProblem:
+    """The estimation problem of a theorem in floating point; sensors that are not used never measure.
+
+    Their rows are left out, and the columns of their noise stay without effect.
+    """
+    plant, parameters = theorem["plant"], theorem["parameters"]
+    rows = list(parameters["sensors"])
+    system = MultiratePlant(
+        A=as_floats(plant["A"]),
+        B_d=as_floats(plant["B_d"]),
+        C=as_floats(plant["C"])[rows],
+        D=as_floats(plant["D"])[rows],
+        W=as_floats(plant["W"]),
+    )
+    return MultirateProblem(system, SensingSchedule(tuple(parameters["periods"]), tuple(parameters["offsets"])))
+
+
 def lyapunov_matrices(system: PeriodicSystem, level: float) -> Array:
-    """P_k (N, n, n) with P_k = A_k' (I - P_(k+1) B_k B_k'/g^2)^-1 P_(k+1) A_k + C_k'C_k + slack, for D_k = 0.
+    """P_k (N, n, n) with P_(k-1) = A_k' (I - P_k B_k B_k'/g^2)^-1 P_k A_k + C_k'C_k + slack, for D_k = 0.
 
     Raises SolverError if the recursion has no limit at this level g.
     """
@@ -71,5 +106,4 @@ def lyapunov_matrices(system: PeriodicSystem, level: float) -> Array:
     last = fixed_point(backwards)
     if last is None:
         raise SolverError(f"no Lyapunov matrices at the level {level!r}: rounding spoils the recursion; raise it")
-    states = along_period(backwards, last)
-    return np.stack([states[0], *states[:0:-1]])
+    return np.stack(along_period(backwards, last)[::-1])

@@ -1,0 +1,94 @@
+"""A plant under a sensing schedule, its error system, and the disturbances that no sensor shows.
+
+x(k+1) = A x(k) + B_d d(k), measured C_k x(k) + D_k w(k) with the rows C_k, D_k of the sensors measured at k, z = W x.
+With gains L_k: e(k+1) = A_k e(k) + B_k v(k), A_k = A - L_k C_k, B_k = [B_d, -L_k D_k], v = (d, w).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import lcm
+from typing import Any
+
+from flint import fmpq_mat
+
+from replication.verify.linear import block, take_rows
+from replication.verify.reading import fields, integer, matrix, sequence
+from replication.verify.theorem import require
+
+PLANT = ("A", "B_d", "C", "D", "W")
+LONGEST_PERIOD = 1000
+Schedule = list[list[int]]
+"""The sensors that are measured at each phase."""
+
+
+@dataclass(frozen=True)
+class Sensing:
+    """The plant seen by a number of sensors, and per phase the rows C_k, D_k that are measured."""
+
+    A: fmpq_mat
+    B_d: fmpq_mat
+    W: fmpq_mat
+    C: list[fmpq_mat]
+    D: list[fmpq_mat]
+    measured: Schedule
+    sensors: int
+
+    @property
+    def order(self) -> int:
+        """n, the number of states."""
+        return int(self.A.nrows())
+
+    def error_system(self, gains: list[fmpq_mat]) -> list[tuple[fmpq_mat, fmpq_mat]]:
+        """(A_k, B_k) of each phase for gains L_k (n, q); columns of sensors that are not measured have no effect."""
+        stages = []
+        for C, D, rows, L in zip(self.C, self.D, self.measured, gains, strict=True):
+            acting = take_rows(L.transpose(), rows).transpose()
+            stages.append((self.A - acting * C, block([[self.B_d, -acting * D]])))
+        return stages
+
+    def concealing(self, phase: int, x: fmpq_mat) -> fmpq_mat:
+        """The smallest sensor noise for which the sensors measured at `phase` show zero: w = -D_k'(D_k D_k')^-1 C_k x.
+
+        x (n, r) holds r states, one per column.
+        """
+        D = self.D[phase]
+        gram = D * D.transpose()
+        require(gram.rank() == gram.nrows(), f"a sensor measured at phase {phase} has no noise of its own")
+        return -D.transpose() * gram.solve(self.C[phase] * x) if gram.nrows() else fmpq_mat(D.ncols(), x.ncols())
+
+
+def schedule(parameters: Mapping[str, Any]) -> Schedule:
+    """Which of the sensors have (k - offset) mod period == 0, by their place in the list, at each phase k."""
+    periods = sequence(parameters["periods"], "parameters.periods", lambda N, path: integer(N, path, 1))
+    offsets = sequence(parameters["offsets"], "parameters.offsets", integer, len(periods))
+    common = lcm(*periods)
+    require(common <= LONGEST_PERIOD, f"the schedule repeats every {common} instants, more than {LONGEST_PERIOD}")
+    entries = list(zip(periods, offsets, strict=True))
+    return [[i for i, (N, theta) in enumerate(entries) if (k - theta) % N == 0] for k in range(common)]
+
+
+def of_certificate(certificate: Mapping[str, Any], *extra: str) -> tuple[Sensing, Any]:
+    """The plant of a certificate seen by the sensors of its schedule, and the relative width that is wanted.
+
+    extra: names of what the plant object holds besides its matrices.
+    """
+    names = (*PLANT, *extra)
+    plant = dict(zip(names, fields(certificate["plant"], "plant", "name", *names)[1:], strict=True))
+    chosen, *_, relative = fields(certificate["parameters"], "parameters", "sensors", "periods", "offsets", "relative")
+    sensors, measured = sequence(chosen, "parameters.sensors", integer), schedule(certificate["parameters"])
+    n = matrix(plant["A"], "plant.A").ncols()
+    C = matrix(plant["C"], "plant.C", columns=n)
+    D = matrix(plant["D"], "plant.D", rows=C.nrows())
+    require(max(sensors, default=0) < C.nrows(), f"parameters.sensors names a sensor that is not there: {sensors}")
+    system = Sensing(
+        matrix(plant["A"], "plant.A", n, n),
+        matrix(plant["B_d"], "plant.B_d", rows=n),
+        matrix(plant["W"], "plant.W", columns=n),
+        [take_rows(take_rows(C, sensors), rows) for rows in measured],
+        [take_rows(take_rows(D, sensors), rows) for rows in measured],
+        measured,
+        len(sensors),
+    )
+    return system, relative
