@@ -11,7 +11,6 @@ import numpy as np
 
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, MOTOR, PMI, REPAIRED
 from replication.estimation.dualrate.counterexample import prove_instability
-from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
 from replication.estimation.dualrate.lyapunov import (
     hurwitz_margins,
@@ -22,6 +21,7 @@ from replication.estimation.dualrate.lyapunov import (
 )
 from replication.estimation.dualrate.motor import Feedforward, feedforward
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.sweeps import radii_over_ratios, stable_periods
 
 

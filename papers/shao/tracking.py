@@ -27,10 +27,10 @@ from papers.shao.problem import (
     reading_loop,
 )
 from replication.errors import InfeasibleError
-from replication.estimation.dualrate.design import plant_of
 from replication.estimation.dualrate.loop import DualRateLoop, noise_gain, stability_radius
 from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import plant_of
 from replication.estimation.dualrate.readings import STRUCTURES, Structure
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.simulation import simulate

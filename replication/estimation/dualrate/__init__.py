@@ -1,1 +1,19 @@
 """Dual-rate output feedback: fast input, slow sensor; observers, exact analysis and simulation, readings of a text."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from replication.estimation.dualrate.facade import DualRateResult, analyse, compare, design, simulate
+    from replication.estimation.dualrate.observers import OBSERVERS
+    from replication.estimation.dualrate.problem import make_plant
+else:
+    from replication.estimation.lazy import lazy
+
+    __getattr__ = lazy(
+        __name__,
+        facade=("DualRateResult", "analyse", "compare", "design", "simulate"),
+        observers=("OBSERVERS",),
+        problem=("make_plant",),
+    )
+
+__all__ = ["OBSERVERS", "DualRateResult", "analyse", "compare", "design", "make_plant", "simulate"]

@@ -13,8 +13,8 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.design import DualRateDesign, Plant, as_plant
 from replication.estimation.dualrate.observers import Builder, ObserverStep
+from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant
 from replication.estimation.dualrate.sampled import Harmonic, Held, check_fit, over_time, sampled_model
 from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, ComplexArray

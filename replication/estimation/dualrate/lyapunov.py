@@ -13,9 +13,9 @@ import scipy.linalg
 from scipy.optimize import linear_sum_assignment
 
 from replication.errors import InfeasibleError
-from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.loop import close_loop, monodromy
 from replication.estimation.dualrate.observers import Builder
+from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.validation import Array, ComplexArray
 
 

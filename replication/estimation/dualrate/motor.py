@@ -13,7 +13,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.dualrate.arguments import one_of
-from replication.estimation.dualrate.design import DualRateDesign
+from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.validation import positive_integer, positive_scalar
 

@@ -16,10 +16,10 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.dualrate.current import current
-from replication.estimation.dualrate.design import DualRateDesign
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.response import slow_states, start_state
 from replication.estimation.dualrate.tracking import Points, output_rows, reference, tracking_error_ratio
 from replication.estimation.validation import Array

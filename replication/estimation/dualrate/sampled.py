@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import expm, matrix_balance
 
 from replication.errors import InvalidInputError
-from replication.estimation.dualrate.design import DualRateDesign, Plant
+from replication.estimation.dualrate.problem import DualRateDesign, Plant
 from replication.estimation.validation import Array, ComplexArray, as_matrix
 
 

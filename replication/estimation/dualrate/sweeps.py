@@ -14,9 +14,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from replication.estimation.dualrate.arguments import increasing_grid
-from replication.estimation.dualrate.design import DualRateDesign, Plant
 from replication.estimation.dualrate.loop import MARGINAL, DualRateLoop, close_loop, stability_radius
 from replication.estimation.dualrate.observers import Builder
+from replication.estimation.dualrate.problem import DualRateDesign, Plant
 from replication.estimation.dualrate.tracking import reference, tracking_error_ratio
 from replication.estimation.validation import Array
 

@@ -1,1 +1,19 @@
 """Multi-rate observers: periodically time-varying gains for sensors with different periods (Okajima et al., 2023)."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from replication.estimation.multirate.facade import MultirateResult, analyse, design, simulate
+    from replication.estimation.multirate.plant import MultiratePlant
+    from replication.estimation.multirate.timing import search_timing
+else:
+    from replication.estimation.lazy import lazy
+
+    __getattr__ = lazy(
+        __name__,
+        facade=("MultirateResult", "analyse", "design", "simulate"),
+        plant=("MultiratePlant",),
+        timing=("search_timing",),
+    )
+
+__all__ = ["MultiratePlant", "MultirateResult", "analyse", "design", "search_timing", "simulate"]

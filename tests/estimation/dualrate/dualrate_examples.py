@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from replication.estimation.dualrate.design import DualRateDesign, dual_rate_design, make_plant, plant_of
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant, plant_of
 
 PMSM = Motor(
     resistance=0.54, flux=0.61, inductance=0.0096, pole_pairs=4, friction=1e-4, inertia=0.016, torque_constant=3.66

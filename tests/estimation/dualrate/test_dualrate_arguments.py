@@ -10,11 +10,11 @@ import scipy.signal
 from dualrate_examples import MOTOR, MOTOR_DESIGN, PMSM, START, motor_loop
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.design import DualRateDesign, dual_rate_design, make_plant
 from replication.estimation.dualrate.loop import close_loop, noise_gain, stability_radius
 from replication.estimation.dualrate.lyapunov import slow_rate_gap, theorem_constants
 from replication.estimation.dualrate.motor import Feedforward, feedforward, tracking_command
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
 from replication.estimation.dualrate.readings import Reading, Structure
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.sampled import Harmonic

@@ -14,7 +14,6 @@ from scipy.optimize import linear_sum_assignment
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.current import current
-from replication.estimation.dualrate.design import dual_rate_design, make_plant, plant_of
 from replication.estimation.dualrate.loop import (
     DualRateLoop,
     close_loop,
@@ -24,6 +23,7 @@ from replication.estimation.dualrate.loop import (
     stability_radius,
 )
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import dual_rate_design, make_plant, plant_of
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.dualrate.simulation import SIMULATED, simulate
 from replication.estimation.dualrate.tracking import steady_state, tracking_error_ratio

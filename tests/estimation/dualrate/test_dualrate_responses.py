@@ -7,10 +7,10 @@ import pytest
 from dualrate_examples import MOTOR_DESIGN, START, motor_loop
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.design import dual_rate_design, make_plant
 from replication.estimation.dualrate.loop import close_loop
 from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import dual_rate_design, make_plant
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.dualrate.simulation import SIMULATED, simulate

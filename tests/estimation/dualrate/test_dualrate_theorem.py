@@ -14,10 +14,10 @@ from replication.estimation.dualrate.counterexample import (
     exponential_bounds,
     prove_instability,
 )
-from replication.estimation.dualrate.design import dual_rate_design, make_plant
 from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
 from replication.estimation.dualrate.lyapunov import prediction_gap, slow_rate_gap, theorem_constants
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import dual_rate_design, make_plant
 from replication.estimation.dualrate.sweeps import over_plants, radii_over_periods, radii_over_ratios, stable_periods
 from replication.estimation.dualrate.tracking import tracking_error_ratio
 

@@ -1,0 +1,121 @@
+"""Observers that run in a loop, one instant after the other: `reset`, then `step(u, y)`.
+
+`step(u, y)` takes the known input u(k) and the measurements y(k) of the present instant k, and returns the estimate of
+the state at the next one, x^(k+1); before the first step `estimate` is x^(0). So a controller may use x^(k) in u(k).
+
+Entries of y of sensors that do not measure at an instant are ignored, whatever they are. An entry that is None or NaN
+although its sensor should measure is missing: the observer goes on as if it were what it expects (no correction), and
+`missed` counts it. The guaranteed level holds for the schedule without misses.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.validation import Array, as_array
+
+
+class RunningObserver(ABC):
+    """An observer with its present state; `instant` counts the steps, `missed` the measurements that did not come."""
+
+    def __init__(self, states: int, inputs: int, measurements: int) -> None:
+        """Start at x^(0) = 0."""
+        self.states, self.inputs, self.measurements = states, inputs, measurements
+        self.reset()
+
+    def reset(self, estimate: Any = None) -> Array:
+        """Go back to instant 0 with x^(0) = `estimate` (n,), zero if None, and return it; InvalidInputError."""
+        start = np.zeros(self.states) if estimate is None else as_array("estimate", estimate, (self.states,))
+        self.instant, self.missed = 0, 0
+        self._begin(start)
+        return self.estimate
+
+    def step(self, u: Any, y: Any) -> Array:
+        """Take u(k) (m,) and y(k) (q,) and return x^(k+1) (n,).
+
+        u may be None if the plant has no known input; y may be None if nothing was measured; a single number stands for
+        a vector of one. Raises InvalidInputError for other lengths, text, or infinities; the observer is then as
+        before.
+        """
+        known = _vector("u", u, self.inputs) if u is not None or self.inputs else np.zeros(0)
+        if np.any(np.isnan(known)):
+            raise InvalidInputError(f"u must be {self.inputs} numbers, got {u!r}; an input is known at every instant")
+        self._advance(known, _vector("y", y, self.measurements))
+        self.instant += 1
+        return self.estimate
+
+    @property
+    @abstractmethod
+    def estimate(self) -> Array:
+        """x^(k), the estimate of the state at the present instant, (n,)."""
+
+    @abstractmethod
+    def _begin(self, start: Array) -> None: ...
+
+    @abstractmethod
+    def _advance(self, u: Array, y: Array) -> None: ...
+
+    def _completed(self, y: Array, expected: Array, due: Array) -> Array:
+        """y with what is not due or missing replaced by what is expected; counts what is missing."""
+        given = due & ~np.isnan(y)
+        self.missed += int(np.sum(due & ~given))
+        return np.where(given, y, expected)
+
+
+@dataclass(frozen=True, eq=False)
+class Phase:
+    """o+ = transition o + input u + injection y, x^ = readout o; `due` (q,): which sensors measure."""
+
+    transition: Array
+    input: Array
+    injection: Array
+    readout: Array
+    due: Array
+
+
+class PeriodicObserver(RunningObserver):
+    """A periodic recursion; a missing measurement is replaced by C x^(k)."""
+
+    def __init__(self, phases: Sequence[Phase], output: Array) -> None:
+        """phases: one for each instant of the period; output: C (q, n)."""
+        self.phases, self.output = tuple(phases), output
+        super().__init__(output.shape[1], phases[0].input.shape[1], output.shape[0])
+
+    @property
+    def estimate(self) -> Array:
+        """x^(k), (n,)."""
+        return np.asarray(self.phases[self.instant % len(self.phases)].readout @ self._state)
+
+    def _begin(self, start: Array) -> None:
+        # The observer's own state comes first; what it holds or has predicted so far is nothing.
+        self._state = np.zeros(len(self.phases[0].transition))
+        self._state[: self.states] = start
+
+    def _advance(self, u: Array, y: Array) -> None:
+        phase = self.phases[self.instant % len(self.phases)]
+        y = self._completed(y, self.output @ self.estimate, phase.due)
+        self._state = phase.transition @ self._state + phase.input @ u + phase.injection @ y
+
+
+def _vector(name: str, value: Any, size: int) -> Array:
+    """`value` as (size,) floats, NaN where an entry is None; None stands for all missing."""
+    if value is None:
+        return np.full(size, np.nan)
+    entries = list(np.atleast_1d(np.asarray(value, dtype=object)).ravel())
+    try:
+        if any(isinstance(entry, (str, bytes, complex)) for entry in entries):
+            raise TypeError
+        vector = np.array([np.nan if entry is None else float(entry) for entry in entries])
+    except (TypeError, ValueError):
+        raise InvalidInputError(f"{name} must hold numbers (None where one is missing), got {value!r}") from None
+    if len(vector) != size:
+        raise InvalidInputError(f"{name} must have {size} entries, got {value!r}")
+    if np.any(np.isinf(vector)):
+        raise InvalidInputError(f"{name} must be finite, got {value!r}; a missing measurement is None or NaN")
+    return vector
