@@ -1,48 +1,54 @@
 """Experiments on a Dask cluster that already exists: the same tasks, the same answers, on other machines.
 
-Dask hands the tasks out and finds out that a worker died; the computing is done by a fresh process for each task, beside
-the worker. So a worker that has run for weeks computes with the sources as they are on its disk now, and code that ends
-its process ends no worker.
+Dask hands out the tasks and finds out which worker died. The computing is done by a fresh process for each task beside
+the worker: one that has run for weeks thus computes with the sources that lie on its disk now, and code that ends its
+process ends no worker.
 """
 
 from __future__ import annotations
 
 import os
-import platform
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from replication.audit.pool import KILLED
-from replication.audit.worker import Answer, Task
+from replication.audit.cache import Dependencies
+from replication.audit.pool import KILLED, end_with
+from replication.audit.provenance import read_packages
+from replication.audit.sources import SourceTree
+from replication.audit.worker import Answer, Task, compute
 from replication.errors import AuditError
 
-TIMEOUT = 20
-"""Seconds to wait for the scheduler, and for a first worker."""
+TIMEOUT = 10
+"""Seconds to wait for the scheduler, and then for a first worker."""
 
 
 class Order(msgspec.Struct, frozen=True, kw_only=True):
-    """A task with what the machine that computes it must have: sources by checksum, Python, versions of packages."""
+    """A task as it is sent to another machine, which must have what it depends on."""
 
     name: str
-    function: str
-    inputs: str
-    sources: dict[str, str]
-    python: str
-    packages: dict[str, str]
+    dependencies: Dependencies
+
+
+class Delivery(msgspec.Struct, frozen=True, kw_only=True):
+    """The answer as it is sent back."""
+
+    text: str | None
+    seconds: float
+    error: str
 
 
 @dataclass(frozen=True)
 class Cluster:
     """The cluster whose scheduler is at `address`, for example `tcp://10.0.0.1:8786`.
 
-    Its workers need this package at the same sources, with the same versions of Python and packages; each task is
-    compared before it is computed. A task whose worker is lost is given to another one, three times at most.
+    Its workers need this project at the same sources and the same versions of Python and packages; a worker that has
+    others refuses the task. A task whose worker is lost goes to another one, as often as Dask is configured to try.
     """
 
     address: str
@@ -50,24 +56,104 @@ class Cluster:
     def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
         """Yield the answer of each task as it comes.
 
-        Raises AuditError if Dask is not installed or no scheduler or worker answers.
+        Raises AuditError if Dask is not installed or no scheduler or no worker answers.
         """
         try:
-            from distributed import Client, as_completed
+            from distributed import as_completed
         except ModuleNotFoundError:
-            raise AuditError("a cluster needs Dask; install it with `pip install distributed`") from None
+            raise AuditError("a cluster needs Dask: `pip install distributed`, or the extra `dask`") from None
+        client = _connect(self.address)
+        futures: dict[Any, str] = {}
         try:
-            client: Any = Client(self.address, timeout=TIMEOUT, set_as_default=False)
-        except (OSError, ValueError, TimeoutError) as error:
-            raise AuditError(f"no scheduler answers at {self.address!r}: {error}; start one with `dask scheduler`") from None
-        futures: list[Any] = []
-        try:
-            _wait_for_worker(client, self.address)
-            orders = [msgspec.json.encode(_order(task)) for task in tasks]
-            futures = [client.submit(compute_apart, order, pure=False, key=_key(task)) for task, order in zip(tasks, orders)]
-            names = {future.key: task.name for future, task in zip(futures, tasks, strict=True)}
-            for future in as_completed(futures):
-                yield _answer(names[future.key], future)
+            for task in tasks:
+                order = msgspec.json.encode(Order(name=task.name, dependencies=task.dependencies))
+                futures[client.submit(compute_apart, order, pure=False)] = task.name
+            for future in as_completed(futures, loop=client.loop):
+                yield _answer(futures[future], future)
         finally:
-            client.cancel(futures)
+            client.cancel(list(futures), force=True)
             client.close()
+
+
+def compute_apart(order: bytes) -> bytes:
+    """Compute an order in a fresh process on this machine; the JSON of a `Delivery`."""
+    done = subprocess.run(
+        [sys.executable, "-m", "replication.audit.cluster", str(os.getpid())],
+        input=order,
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(path or "." for path in sys.path)},
+        check=False,
+    )
+    if done.returncode or not done.stdout:
+        return msgspec.json.encode(Delivery(text=None, seconds=0.0, error=KILLED))
+    return done.stdout
+
+
+def fulfil(order: Order) -> Delivery:
+    """Compute `order` in this process, unless this machine has other sources, Python or packages than it asks for."""
+    import papers
+    from replication.audit.runner import default_packages
+
+    packages = default_packages(Path(next(iter(papers.__path__))).resolve().parent)
+    refusal = _other(order.dependencies, SourceTree(packages))
+    if refusal:
+        return Delivery(text=None, seconds=0.0, error=refusal)
+    answer = compute(Task(order.name, order.dependencies, packages))
+    return Delivery(text=answer.text, seconds=answer.seconds, error=answer.error)
+
+
+def _other(wanted: Dependencies, sources: SourceTree) -> str:
+    """What this machine has not as the order wants it, as a sentence; empty if all is there."""
+    found = {**sources.files_of(wanted.function.partition(":")[0]), **read_packages(wanted.packages)}
+    python = ".".join(map(str, sys.version_info[:2]))
+    expected = {**wanted.sources, **wanted.packages, "Python": wanted.python}
+    different = [name for name, value in expected.items() if {**found, "Python": python}.get(name) != value]
+    if not different:
+        return ""
+    listed = ", ".join(different[:4])
+    return f"the worker on {os.uname().nodename} has not the same {listed}; install the same commit and lock there"
+
+
+def _connect(address: str) -> Any:
+    """A client of the scheduler, with at least one worker there."""
+    from distributed import Client
+    from distributed.comm import resolve_address
+
+    client: Any = None
+    try:
+        resolve_address(address)
+        client = Client(address, timeout=TIMEOUT, set_as_default=False)
+        client.wait_for_workers(1, timeout=TIMEOUT)
+    except (OSError, ValueError) as error:
+        if client is None:
+            raise AuditError(
+                f"no scheduler answers at {address!r} ({error}); start one with `dask scheduler`"
+            ) from None
+        client.close()
+        raise AuditError(f"the scheduler at {address!r} has no worker; start some with `dask worker`") from None
+    return client
+
+
+def _answer(name: str, future: Any) -> Answer:
+    """The delivery of a future; the death of one worker after another over the same task is its failure."""
+    from distributed.scheduler import KilledWorker
+
+    try:
+        delivery = msgspec.json.decode(future.result(), type=Delivery)
+    except KilledWorker as error:
+        return Answer(name, None, 0.0, f"{KILLED} ({error})")
+    return Answer(name, delivery.text, delivery.seconds, delivery.error)
+
+
+def _main() -> None:
+    """Read an order on standard input, write the delivery; what the computation prints goes to standard error."""
+    end_with(int(sys.argv[1]))
+    out = os.dup(sys.stdout.fileno())
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    delivery = fulfil(msgspec.json.decode(sys.stdin.buffer.read(), type=Order))
+    with os.fdopen(out, "wb") as stream:
+        stream.write(msgspec.json.encode(delivery))
+
+
+if __name__ == "__main__":
+    _main()

@@ -9,37 +9,56 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 from replication.audit.provenance import THREADS
 from replication.audit.worker import Answer, Task, compute
+from replication.errors import AuditError
 
 KILLED = "the process was killed while it computed this, perhaps for want of memory, or the code ended it"
 
 
-def compute_all(tasks: Sequence[Task], jobs: int) -> Iterator[Answer]:
-    """Yield the answer of each task, in the order in which they finish.
+class Executor(Protocol):
+    """What computes the tasks of a run: processes of this machine, or a cluster."""
 
-    jobs: number of processes; one of them is never this one, which thus outlives all that a task may do.
-    If a process ends, the tasks that were under way are repeated one by one, so that the one to blame is found and no
-    other one suffers.
+    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
+        """Yield the answer of each task, in the order in which they finish."""
+
+
+@dataclass(frozen=True)
+class Processes:
+    """Processes of this machine, `jobs` of them, one per core if that is None; raises AuditError if it is below one.
+
+    None of them is this one, which thus outlives all that a task may do. If a process ends, the tasks that were under
+    way are repeated one by one, so that the one to blame is found and no other one suffers.
     """
-    if jobs == 1:
-        yield from _one_by_one(tasks)
-        return
-    waiting = list(tasks)
-    while waiting:
-        begun: list[Task] = []
-        finished: set[str] = set()
-        try:
-            for answer in _in_parallel(waiting, jobs, begun):
-                finished.add(answer.name)
-                yield answer
+
+    jobs: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.jobs is not None and self.jobs < 1:
+            raise AuditError(f"the number of jobs must be at least 1, got {self.jobs}; leave it out for one per core")
+
+    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
+        """Yield the answer of each task, in the order in which they finish."""
+        jobs = self.jobs or os.cpu_count() or 1
+        if jobs == 1:
+            yield from _one_by_one(tasks)
             return
-        except BrokenProcessPool:
-            suspects = [task for task in begun if task.name not in finished]
-        waiting = [task for task in waiting if task not in begun]
-        yield from _one_by_one(suspects)
+        waiting = list(tasks)
+        while waiting:
+            begun: list[Task] = []
+            finished: set[str] = set()
+            try:
+                for answer in _in_parallel(waiting, jobs, begun):
+                    finished.add(answer.name)
+                    yield answer
+                return
+            except BrokenProcessPool:
+                suspects = [task for task in begun if task.name not in finished]
+            waiting = [task for task in waiting if task not in begun]
+            yield from _one_by_one(suspects)
 
 
 def _in_parallel(tasks: Sequence[Task], jobs: int, begun: list[Task]) -> Iterator[Answer]:
@@ -54,7 +73,7 @@ def _in_parallel(tasks: Sequence[Task], jobs: int, begun: list[Task]) -> Iterato
 
     try:
         with joblib.parallel_config(
-            backend="loky", inner_max_num_threads=THREADS, initializer=_end_with, initargs=(os.getpid(),)
+            backend="loky", inner_max_num_threads=THREADS, initializer=end_with, initargs=(os.getpid(),)
         ):
             # One task at a time and none in advance, so that `begun` names little more than what is running.
             parallel = joblib.Parallel(jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
@@ -89,7 +108,7 @@ def _single_process() -> Any:
     from joblib.externals.loky import ProcessPoolExecutor
 
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(THREADS))
-    return ProcessPoolExecutor(1, initializer=_end_with, initargs=(os.getpid(),), env=threads)
+    return ProcessPoolExecutor(1, initializer=end_with, initargs=(os.getpid(),), env=threads)
 
 
 @contextlib.contextmanager
@@ -105,7 +124,7 @@ def _deaf_children() -> Iterator[None]:
         signal.signal(signal.SIGINT, handler)
 
 
-def _end_with(parent: int) -> None:
+def end_with(parent: int) -> None:
     """End this process soon after its parent: nobody would wait for the answer of an orphan."""
 
     def watch() -> None:

@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,7 +19,7 @@ import replication
 from replication.audit.records import RunRecord
 from replication.errors import AuditError
 
-LOCK = "requirements.lock"
+LOCK, COMMIT_FILE = "requirements.lock", "COMMIT"
 THREADS = 1
 """Threads of the linear algebra in each process; one, so that sums are always taken in the same order."""
 
@@ -64,14 +65,16 @@ def run_record(root: Path) -> RunRecord:
 def git_state(root: Path) -> tuple[str, bool | None]:
     """Commit of the sources and whether they were edited since, untracked sources included, what a run writes not.
 
-    ("unknown", None) if `root` is not the top of a git repository, as after unpacking an archive.
+    If `root` is not the top of a git repository, the commit is what an unpacked archive says, else "unknown", and
+    whether sources were edited is None.
     """
-    top = _git(root, "rev-parse", "--show-toplevel")
-    commit = _git(root, "rev-parse", "HEAD")
+    top = git(root, "rev-parse", "--show-toplevel")
+    commit = git(root, "rev-parse", "HEAD")
     if top is None or commit is None or Path(top).resolve() != root.resolve():
-        return "unknown", None
+        packed = root / COMMIT_FILE
+        return packed.read_text(encoding="utf-8").strip() if packed.is_file() else "unknown", None
     outputs = [f":(exclude){path}" for path in OUTPUTS]
-    status = _git(root, "status", "--porcelain", "--untracked-files=all", "--", ".", *outputs)
+    status = git(root, "status", "--porcelain", "--untracked-files=all", "--", ".", *outputs)
     return commit, None if status is None else status != ""
 
 
@@ -85,7 +88,7 @@ def run_date() -> str:
     return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
-def _git(root: Path, *arguments: str) -> str | None:
+def git(root: Path, *arguments: str) -> str | None:
     """Output of a git command, or None if git is missing or says no."""
     program = shutil.which("git")
     if program is None:
@@ -101,6 +104,11 @@ def _package_versions(root: Path) -> dict[str, str]:
         return {}
     declared = tomllib.loads(project.read_text(encoding="utf-8")).get("project", {}).get("dependencies", [])
     names = sorted(re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0] for requirement in declared)
+    return read_packages(names)
+
+
+def read_packages(names: Iterable[str]) -> dict[str, str]:
+    """The installed version of each package; raises AuditError if one is not installed."""
     try:
         return {name: importlib.metadata.version(name) for name in names}
     except importlib.metadata.PackageNotFoundError as error:

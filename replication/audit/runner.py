@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from replication.audit.cache import Cache, Dependencies, Entry, Lookup
 from replication.audit.claims import validate_claims
 from replication.audit.jsonvalues import encode, solvers_in
 from replication.audit.model import Experiment, Paper
-from replication.audit.pool import compute_all
+from replication.audit.pool import Executor, Processes
 from replication.audit.progress import Action, Progress, Silent, Step
 from replication.audit.provenance import Environment, read_environment, run_record
 from replication.audit.records import ResultsFile
@@ -60,21 +59,19 @@ def run(
     *,
     cache: Cache,
     root: Path,
-    jobs: int | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
     packages: Mapping[str, Path] | None = None,
 ) -> Outcome:
-    """Audit `papers`, a project at `root` (lock, git), in `jobs` processes; None means one per core.
+    """Audit `papers`, a project at `root` (lock, git), by `executor`; None means one process per core.
 
-    Results do not depend on `jobs` and pass through JSON, so that a fresh and a stored one are the same. Each is stored
-    when it is there: after an interruption, a second run takes up where the first one ended. An experiment that fails
-    is an error in the records of what uses it and leaves the rest alone.
+    Results do not depend on the executor and pass through JSON, so that a fresh and a stored one are the same. Each is
+    stored when it is there: after an interruption, a second run takes up where the first one ended. An experiment that
+    fails is an error in the records of what uses it and leaves the rest alone.
     packages: name and directory of the packages that count as sources; `default_packages(root)` unless given.
     Raises AuditError for mistakes in the papers, before anything is computed.
     """
     validate_claims(papers)
-    if jobs is not None and jobs < 1:
-        raise AuditError(f"the number of jobs must be at least 1, got {jobs}; leave it out for one per core")
     packages = packages or default_packages(root)
     sources = SourceTree(packages)
     plans = _plan(papers, cache, sources, read_environment(root))
@@ -84,7 +81,7 @@ def run(
     tasks = _longest_first([plan for name, plan in plans.items() if name not in computed], packages)
     with progress or Silent() as watcher:
         watcher.begin(len(tasks))
-        for answer in compute_all(tasks, jobs or os.cpu_count() or 1) if tasks else ():
+        for answer in (executor or Processes()).compute(tasks) if tasks else ():
             done, step = _finish(answer, plans[answer.name], cache, sources)
             computed[answer.name], steps[answer.name] = done, step
             watcher.step(step)
@@ -117,10 +114,7 @@ def _longest_first(plans: Sequence[_Plan], packages: Mapping[str, Path]) -> list
     known = [plan.lookup.last_seconds for plan in plans]
     durations = [math.inf if seconds is None else seconds for seconds in known]
     order = sorted(range(len(plans)), key=lambda index: -durations[index])
-    return [
-        Task(plans[i].experiment.name, plans[i].dependencies.function, plans[i].dependencies.inputs, packages)
-        for i in order
-    ]
+    return [Task(plans[i].experiment.name, plans[i].dependencies, packages) for i in order]
 
 
 def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree) -> tuple[Computed, Step]:

@@ -26,6 +26,8 @@ NAMES = (
     "diff",
     "certify",
     "verify",
+    "export",
+    "artifact",
 )
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from replication.commands.shared import DIFFERENT, FAILED, FINE, add_figures, add_output, project_root, say
 
 if TYPE_CHECKING:
+    from replication.audit.pool import Executor
     from replication.audit.progress import Progress
     from replication.audit.records import ResultsFile
 
@@ -30,6 +31,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-cache", action="store_true", help="compute everything again; results are stored all the same"
     )
+    parser.add_argument(
+        "--backend",
+        choices=("processes", "dask"),
+        default="processes",
+        help="what computes: processes of this machine, or a Dask cluster that runs already (default: processes)",
+    )
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of the cluster, for example tcp://10.0.0.1:8786")
     add_output(parser, "where results.json and index.html go")
     add_figures(parser, "where the SVG and CSV files go")
 
@@ -47,6 +55,7 @@ def command(chosen: argparse.Namespace) -> int:
     from replication.audit.runner import run
     from replication.audit.summary import run_lines
 
+    executor = _executor(chosen)
     root = project_root()
     selected = papers.load(chosen.papers or papers.KEYS)
     whole = len(selected) == len(papers.KEYS)
@@ -55,7 +64,7 @@ def command(chosen: argparse.Namespace) -> int:
     require_writable(output, "--output")
     require_writable(figures, "--figures")
     cache = Cache(root / ".cache" / "replication", read=not chosen.no_cache)
-    outcome = run(selected, cache=cache, root=root, jobs=chosen.jobs, progress=_progress())
+    outcome = run(selected, cache=cache, root=root, executor=executor, progress=_progress())
     drawn = draw_figures(selected, outcome.results_by_experiment, figures, cache=cache, root=root)
     results = msgspec.structs.replace(outcome.results, figures=drawn)
     write_results(output / "results.json", results)
@@ -70,6 +79,19 @@ def _code(results: ResultsFile, failures: Sequence[str]) -> int:
     if failures or errors(results):
         return FAILED
     return DIFFERENT if unexpected(results) else FINE
+
+
+def _executor(chosen: argparse.Namespace) -> Executor:
+    from replication.audit.cluster import Cluster
+    from replication.audit.pool import Processes
+    from replication.errors import InvalidInputError
+
+    on_cluster = chosen.backend == "dask"
+    if on_cluster != (chosen.scheduler is not None):
+        raise InvalidInputError("--backend dask and --scheduler ADDRESS go together; give both or neither")
+    if on_cluster and chosen.jobs is not None:
+        raise InvalidInputError("--jobs is for processes of this machine; a cluster has the workers that it has")
+    return Cluster(chosen.scheduler) if on_cluster else Processes(chosen.jobs)
 
 
 def _progress() -> Progress:

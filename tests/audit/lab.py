@@ -20,12 +20,13 @@ import json, sys
 from pathlib import Path
 import msgspec, papers
 from replication.audit.cache import Cache
+from replication.audit.pool import Processes
 from replication.audit.progress import Plain
 from replication.audit.runner import run
 options = json.loads(sys.argv[1])
 root = Path.cwd()
 outcome = run(papers.load(options["papers"] or papers.KEYS), cache=Cache(root / ".cache", read=options["read"]),
-              root=root, jobs=options["jobs"], progress=Plain(sys.stderr))
+              root=root, executor=Processes(options["jobs"]), progress=Plain(sys.stderr))
 print(json.dumps({"values": outcome.results_by_experiment, "log": {step.name: [step.action, step.reason, step.error]
       for step in outcome.log}, "failures": outcome.failures, "file": msgspec.to_builtins(outcome.results)}))
 """

@@ -17,6 +17,7 @@ from papers.okajima2023.experiments import design, norm_of_gains
 from papers.okajima2023.simulations import gain_distribution, tail_probability
 from replication.audit.cache import Cache
 from replication.audit.model import Kind, ScopeItem, Verdict
+from replication.audit.pool import Processes
 from replication.audit.runner import Outcome, run
 from replication.audit.verdict import rejudge
 from replication.errors import InvalidInputError
@@ -84,7 +85,7 @@ def test_changed_plant_turns_claims_red(tmp_path: Path) -> None:
         PAPER, experiments=changed, claims=claims, errata=(), figures=(), tables=(), findings=lambda results: (),
         scope=(ScopeItem(part="Table 1", claims=tuple(claim.id for claim in claims)),),
     )  # fmt: skip
-    outcome = run([paper], cache=Cache(tmp_path), root=ROOT, jobs=1)
+    outcome = run([paper], cache=Cache(tmp_path), root=ROOT, executor=Processes(1))
     assert {record.verdict for record in outcome.results.claims} == {Verdict.DIFFERS}
 
 

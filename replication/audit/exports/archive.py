@@ -1,14 +1,13 @@
 """One zip of everything: sources, lock, results, figures, certificates, report, exports, with a checksum for each file.
 
-Unpacked, it is a project like the one that it came from: `make report` rebuilds it, and `sha256sum -c SHA256SUMS` or
-`python -m replication artifact --check DIR` tells whether any file was changed.
+Unpacked, it is a project like the one that it came from: `make report` rebuilds it, `make artifact` packs it again, and
+`sha256sum -c SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any file was changed.
 """
 
 from __future__ import annotations
 
 import hashlib
-import shutil
-import subprocess
+import io
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
@@ -17,10 +16,11 @@ from replication.audit.exports.linked_data import crate
 from replication.audit.exports.software import read_software
 from replication.audit.exports.write import export_texts, to_json
 from replication.audit.files import write_atomically
-from replication.audit.records import read_results
+from replication.audit.provenance import COMMIT_FILE, git, git_state
+from replication.audit.records import RunRecord, read_results
 from replication.errors import AuditError
 
-MANIFEST, CRATE, COMMIT = "SHA256SUMS", "ro-crate-metadata.json", "COMMIT"
+MANIFEST, CRATE, EXPORTS = "SHA256SUMS", "ro-crate-metadata.json", "exports"
 BUILT = ("report/index.html", "report/results.json")
 EPOCH = (1980, 1, 1, 0, 0, 0)
 """The earliest time that a zip can hold, given to every file: the same content is then the same archive."""
@@ -31,11 +31,9 @@ EXECUTABLE, PLAIN = 0o100755, 0o100644
 def write_archive(root: Path, path: Path) -> int:
     """Write the archive of the project at `root` at `path`, whole or not at all; returns the number of files.
 
-    Raises AuditError if the project has not been run, its results were made from edited sources or from another commit
-    than the one that is checked out, or a certificate or source file that git knows is missing.
+    Raises AuditError if the project has not been run, its results come from edited sources or from another commit than
+    the one that is checked out, or a source file is missing.
     """
-    import io
-
     content = dict(_content(root))
     buffer = io.BytesIO()
     top = path.stem
@@ -82,16 +80,15 @@ def _manifest(directory: Path) -> Iterator[tuple[str, str]]:
 def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     """Name, bytes and mode of each file; the manifest and the RO-Crate describe all the others."""
     results = read_results(root / "report" / "results.json")
-    commit = _require_unedited(root, results.run.commit, results.run.dirty)
-    files = [Path(name) for name in (*_tracked(root), *BUILT)]
-    missing = [str(file) for file in files if not (root / file).is_file()]
+    commit = _require_unedited(root, results.run)
+    described = sorted({Path(name) for name in (*_sources(root), *BUILT)})
+    missing = [str(file) for file in described if not (root / file).is_file()]
     if missing:
         raise AuditError(f"files are missing: {', '.join(missing[:5])}; check them out and run `make report`")
-    described = [file for file in sorted(set(files)) if not (root / file).is_symlink()]
     software = read_software(root)
-    texts = {f"exports/{name}": text for name, text in export_texts(results, software).items()}
+    texts = {f"{EXPORTS}/{name}": text for name, text in export_texts(results, software).items()}
     texts[CRATE] = to_json(crate(results, software, root, described))
-    texts[COMMIT] = f"{commit}\n"
+    texts[COMMIT_FILE] = f"{commit}\n"
     content = {name: (text.encode(), PLAIN) for name, text in texts.items()}
     for file in described:
         executable = (root / file).stat().st_mode & 0o100
@@ -101,21 +98,21 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     yield from content.items()
 
 
-def _require_unedited(root: Path, commit: str, dirty: bool | None) -> str:
-    head = _git(root, "rev-parse", "HEAD").strip()
-    if commit != head or dirty:
-        state = "edited sources" if dirty else f"commit {commit[:12]}"
-        raise AuditError(f"the results come from {state}, the sources are at {head[:12]}; commit, then `make report`")
+def _require_unedited(root: Path, run: RunRecord) -> str:
+    head, dirty = git_state(root)
+    if run.commit != head or run.dirty or dirty:
+        state = "edited sources" if run.dirty else f"commit {run.commit[:12]}"
+        now = f"{head[:12]}{', edited' if dirty else ''}"
+        raise AuditError(f"the results come from {state}, the sources are at {now}; commit, then `make report`")
     return head
 
 
-def _tracked(root: Path) -> list[str]:
-    return [name for name in _git(root, "ls-files", "-z").split("\0") if name]
-
-
-def _git(root: Path, *arguments: str) -> str:
-    program = shutil.which("git")
-    done = program and subprocess.run([program, "-C", str(root), *arguments], capture_output=True, text=True, check=False)
-    if not done or done.returncode:
-        raise AuditError(f"{root} is no git checkout; the list of source files comes from `git ls-files`")
-    return done.stdout
+def _sources(root: Path) -> list[str]:
+    """The files that git knows; in an unpacked archive, those of its manifest that packing does not write anew."""
+    if (listed := git(root, "ls-files", "-z")) is not None and git_state(root)[1] is not None:
+        return [name for name in listed.split("\0") if name]
+    packed = {name for name, _ in _manifest(root)} - {CRATE, COMMIT_FILE}
+    edited = [line for line in changed_files(root) if line.partition("/")[0] not in ("figures", "report")]
+    if edited:
+        raise AuditError(f"sources of this archive were changed ({edited[0]}); pack from a git checkout")
+    return [name for name in packed if not name.startswith(f"{EXPORTS}/")]

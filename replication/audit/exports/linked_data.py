@@ -1,4 +1,4 @@
-"""JSON-LD in the vocabulary of schema.org: the papers and the reviews of their claims, and the archive as an RO-Crate."""
+"""JSON-LD in the vocabulary of schema.org: papers, reviews of their claims, and the archive as an RO-Crate."""
 
 from __future__ import annotations
 

@@ -57,7 +57,9 @@ def rescience(results: ResultsFile, software: Software) -> str:
             "keywords": list(software.keywords),
             "language": "Python",
             "domain": "Control engineering",
-            "code": [without_empty({"url": software.repository_code, "doi": software.doi, "version": software.version})],
+            "code": [
+                without_empty({"url": software.repository_code, "doi": software.doi, "version": software.version})
+            ],
             "date": results.run.date,
             "replication": [
                 without_empty(
@@ -91,4 +93,3 @@ def bibtex(results: ResultsFile, software: Software) -> str:
 
 def _yaml(content: Json) -> str:
     return msgspec.yaml.encode(content, order=None).decode()
-

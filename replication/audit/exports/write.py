@@ -29,7 +29,7 @@ def export_texts(results: ResultsFile, software: Software) -> dict[str, str]:
 
 
 def write_exports(results: ResultsFile, root: Path, directory: Path) -> tuple[Path, ...]:
-    """Write every export of `results` below `directory`; returns the paths. The project at `root` gives CITATION.cff."""
+    """Write every export of `results` below `directory`; returns the paths. root: of the project, for CITATION.cff."""
     paths = []
     for name, text in export_texts(results, read_software(root)).items():
         write_atomically(directory / name, text.encode())

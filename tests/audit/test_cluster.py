@@ -1,0 +1,135 @@
+"""Runs on a Dask cluster of two workers: the same results as by processes, and nothing lost when a worker dies."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from distributed import Client, LocalCluster
+from lab import Lab, make_lab
+from test_runner import without_seconds
+
+pytestmark = pytest.mark.slow
+
+ORDER = """
+import msgspec, papers
+from pathlib import Path
+from replication.audit.cache import Cache
+from replication.audit.cluster import Order
+from replication.audit.pool import Processes
+from replication.audit.runner import run
+
+class Spy:
+    def compute(self, tasks):
+        (task,) = (task for task in tasks if task.name == "toy2020.square")
+        print(msgspec.json.encode(Order(name=task.name, dependencies=task.dependencies)).decode())
+        return Processes(1).compute(tasks)
+
+run(papers.load(papers.KEYS), cache=Cache(Path(".cache")), root=Path.cwd(), executor=Spy())
+"""
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Lab:
+    return make_lab(tmp_path)
+
+
+@pytest.fixture
+def cluster(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    for name, value in lab.environment().items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.chdir(lab.root)
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as running:
+        yield running
+
+
+def results(lab: Lab) -> Any:
+    return json.loads((lab.root / "report" / "results.json").read_text(encoding="utf-8"))
+
+
+def on(cluster: Any) -> tuple[str, ...]:
+    return "run", "--no-cache", "--backend", "dask", "--scheduler", cluster.scheduler_address
+
+
+def test_two_workers_give_what_one_process_gives(lab: Lab, cluster: Any) -> None:
+    alone = lab.cli("run", "--jobs", "1", "--no-cache")
+    first = results(lab)
+    together = lab.cli(*on(cluster))
+    assert together.returncode == alone.returncode, together.stderr
+    assert without_seconds(results(lab)) == without_seconds(first)
+
+
+def test_a_worker_killed_in_the_middle_loses_nothing(lab: Lab, cluster: Any) -> None:
+    for label in "ab":
+        lab.edit("toy2020/experiments.py", f'"seconds": 0.0, "label": "{label}"', f'"seconds": 2.0, "label": "{label}"')
+    command = [sys.executable, "-m", "replication", *on(cluster)]
+    run = subprocess.Popen(command, cwd=lab.root, env=lab.environment(), stdout=subprocess.PIPE, text=True)
+    with Client(cluster) as client:
+        victim = wait_for(lambda: busy(client))
+        pid = client.run(os.getpid, workers=[victim])[victim]
+    os.kill(pid, signal.SIGKILL)
+    run.communicate(timeout=100)
+    assert run.returncode == 0
+    killed = without_seconds(results(lab))
+    lab.cli("run", "--jobs", "1", "--no-cache")
+    assert killed == without_seconds(results(lab))
+
+
+def test_code_that_ends_its_process_is_an_error_and_no_dead_worker(lab: Lab, cluster: Any) -> None:
+    lab.edit("toy2020/squares.py", "def square(", "import os\n\n\ndef square(")
+    lab.edit("toy2020/squares.py", "    return", "    os._exit(7)\n    return")
+    done = lab.cli(*on(cluster))
+    assert done.returncode == 3
+    errors = {record["name"]: record["error"] for record in results(lab)["experiments"] if record["error"]}
+    assert list(errors) == ["toy2020.square"]
+    assert "process was killed" in errors["toy2020.square"]
+
+
+def test_worker_with_other_sources_refuses(lab: Lab) -> None:
+    order = lab.python("-c", ORDER).stdout
+    assert fulfilled(lab, order)["error"] == ""
+    lab.edit("toy2020/squares.py", "product", "multiple")
+    assert "has not the same papers/toy2020/squares.py; install the same commit" in fulfilled(lab, order)["error"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "advice"),
+    [
+        (("--backend", "dask"), "--backend dask and --scheduler ADDRESS go together"),
+        (("--scheduler", "tcp://127.0.0.1:1"), "--backend dask and --scheduler ADDRESS go together"),
+        (("--backend", "dask", "--scheduler", "x://y", "--jobs", "2"), "--jobs is for processes of this machine"),
+        (("--backend", "dask", "--scheduler", "x://y:1"), "no scheduler answers at 'x://y:1'"),
+        (("--backend", "dask", "--scheduler", "tcp://127.0.0.1:1"), "start one with `dask scheduler`"),
+    ],
+)
+def test_wrong_options_say_what_to_do(lab: Lab, arguments: tuple[str, ...], advice: str) -> None:
+    done = lab.cli("run", *arguments)
+    assert done.returncode == 2
+    assert advice in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def fulfilled(lab: Lab, order: str) -> Any:
+    command = [sys.executable, "-m", "replication.audit.cluster", str(os.getpid())]
+    done = subprocess.run(command, cwd=lab.root, env=lab.environment(), input=order, capture_output=True, text=True)
+    return json.loads(done.stdout)
+
+
+def busy(client: Any) -> str | None:
+    return next((worker for worker, tasks in client.processing().items() if tasks), None)
+
+
+def wait_for(condition: Callable[[], str | None], seconds: float = 60) -> str:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        found = condition()
+        if found:
+            return found
+        time.sleep(0.05)
+    raise AssertionError("nothing happened")

@@ -1,0 +1,196 @@
+"""Exports of a toy run: files that their readers can read, and an archive that packs, checks and rebuilds itself."""
+
+import hashlib
+import json
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from lab import Lab, make_lab
+from sample import results as sample
+
+from replication.audit.exports.archive import changed_files
+from replication.audit.exports.badges import badge, draw
+from replication.audit.exports.linked_data import media_type
+from replication.audit.exports.software import read_software
+from replication.audit.exports.write import export_texts
+from replication.audit.records import ResultsFile
+from replication.errors import AuditError
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
+    return sample(tmp_path_factory.mktemp("figures"))
+
+
+@pytest.fixture(scope="module")
+def texts(results: ResultsFile) -> dict[str, str]:
+    return export_texts(results, read_software(ROOT))
+
+
+@pytest.fixture(scope="module")
+def packed(tmp_path_factory: pytest.TempPathFactory) -> Lab:
+    """A toy project under git, run and packed."""
+    lab = make_lab(tmp_path_factory.mktemp("project") / "toy")
+    shutil.copy(ROOT / "CITATION.cff", lab.root)
+    (lab.root / ".gitignore").write_text("report/\n.cache/\n*.zip\n", encoding="utf-8")
+    for arguments in (("init", "--quiet"), ("add", "."), ("commit", "--quiet", "-m", "start")):
+        identity = ("-c", "user.name=Toy", "-c", "user.email=toy@example.org", "-c", "commit.gpgsign=false")
+        subprocess.run(["git", *identity, *arguments], cwd=lab.root, check=True)
+    assert lab.cli("run", "--jobs", "1").returncode == 0
+    assert lab.cli("artifact", "--to", "one.zip").returncode == 0
+    return lab
+
+
+def unpack(lab: Lab, where: Path) -> Lab:
+    with zipfile.ZipFile(lab.root / "one.zip") as archive:
+        archive.extractall(where)
+    return Lab(where / "one")
+
+
+def test_every_export_is_there(texts: dict[str, str], results: ResultsFile) -> None:
+    keys = [paper.key for paper in results.papers]
+    assert set(texts) == {
+        "badges/all.svg", "claims.jsonld", "citation.bib", "metadata.yaml",
+        *(f"badges/{key}.svg" for key in keys), *(f"codecheck/{key}/codecheck.yml" for key in keys),
+    }  # fmt: skip
+
+
+def test_linked_data_has_each_claim_with_its_verdict(texts: dict[str, str], results: ResultsFile) -> None:
+    graph = json.loads(texts["claims.jsonld"])["@graph"]
+    reviews = {node["@id"]: node["reviewRating"]["alternateName"] for node in graph if node["@type"] == "ClaimReview"}
+    assert reviews == {f"#claim-{claim.id}": str(claim.verdict) for claim in results.claims}
+    named = {node["@id"] for node in graph}
+    assert {node["itemReviewed"]["appearance"]["@id"] for node in graph if "itemReviewed" in node} <= named
+
+
+def test_codecheck_names_every_figure_and_no_checker(texts: dict[str, str], results: ResultsFile) -> None:
+    for paper in results.papers:
+        content = yaml.safe_load(texts[f"codecheck/{paper.key}/codecheck.yml"])
+        files = {entry["file"] for entry in content["manifest"]}
+        assert files >= {f"figures/{f.name}.svg" for f in results.figures if f.paper == paper.key and not f.error}
+        assert content["paper"]["title"] == paper.title
+        assert not {"codechecker", "certificate", "check_time"} & content.keys()
+
+
+def test_metadata_names_every_paper(texts: dict[str, str], results: ResultsFile) -> None:
+    content = yaml.safe_load(texts["metadata.yaml"])
+    assert [entry["bib"] for entry in content["replication"]] == [paper.key for paper in results.papers]
+    assert texts["citation.bib"].startswith("@software{")
+
+
+def test_badge_says_it_in_word_and_shape() -> None:
+    fine, wrong = (ET.fromstring(draw("a <b> & c", "3 of 4", fine=fine)) for fine in (True, False))
+    assert fine.get("aria-label") == "a <b> & c: 3 of 4"
+    marks = [
+        [path.get("d") for path in drawing.iter("{http://www.w3.org/2000/svg}path")][1] for drawing in (fine, wrong)
+    ]
+    assert marks[0] != marks[1]
+
+
+def test_badge_counts_what_could_be_checked_or_what_moved(results: ResultsFile) -> None:
+    pinned = tuple(claim for claim in results.claims if claim.verdict == claim.expected_verdict)
+    checked = [claim for claim in pinned if claim.verdict not in ("not checkable", "error")]
+    agree = sum(claim.verdict != "differs" for claim in checked)
+    assert ET.fromstring(badge("x", pinned)).get("aria-label") == f"x: {agree} of {len(checked)} agree"
+    moved = len(results.claims) - len(pinned)
+    assert moved
+    assert ET.fromstring(badge("x", results.claims)).get("aria-label") == f"x: {moved} off the pin"
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("a.json", "application/json"),
+        ("a.svg", "image/svg+xml"),
+        ("a.py", "text/x-python"),
+        ("LICENSE", "application/octet-stream"),
+    ],
+)
+def test_media_types_do_not_depend_on_the_machine(name: str, expected: str) -> None:
+    assert media_type(Path(name)) == expected
+
+
+def test_citation_file_with_a_mistake_is_named(tmp_path: Path) -> None:
+    with pytest.raises(AuditError, match=r"CITATION.cff is missing"):
+        read_software(tmp_path)
+    (tmp_path / "CITATION.cff").write_text("title: [1]\n", encoding="utf-8")
+    with pytest.raises(AuditError, match=r"title"):
+        read_software(tmp_path)
+
+
+@pytest.mark.slow
+def test_archive_is_the_same_twice_and_holds_all(packed: Lab) -> None:
+    assert packed.cli("artifact", "--to", "two.zip").returncode == 0
+    with zipfile.ZipFile(packed.root / "one.zip") as first, zipfile.ZipFile(packed.root / "two.zip") as second:
+        assert {name.partition("/")[2]: first.read(name) for name in first.namelist()} == {
+            name.partition("/")[2]: second.read(name) for name in second.namelist()
+        }
+        inside = {name.partition("/")[2] for name in first.namelist()}
+    assert inside >= {
+        "report/index.html",
+        "report/results.json",
+        "requirements.lock",
+        "exports/badges/all.svg",
+        "COMMIT",
+    }
+
+
+@pytest.mark.slow
+def test_archive_describes_its_files(packed: Lab, tmp_path: Path) -> None:
+    root = unpack(packed, tmp_path).root
+    crate = json.loads((root / "ro-crate-metadata.json").read_text(encoding="utf-8"))
+    nodes: dict[str, Any] = {node["@id"]: node for node in crate["@graph"]}
+    files = [nodes[part["@id"]] for part in nodes["./"]["hasPart"]]
+    assert files
+    for node in files:
+        assert node["sha256"] == hashlib.sha256((root / node["@id"]).read_bytes()).hexdigest()
+    subprocess.run(["sha256sum", "--check", "--quiet", "SHA256SUMS"], cwd=root, check=True)
+
+
+@pytest.mark.slow
+def test_unpacked_archive_rebuilds_checks_and_packs_itself(packed: Lab, tmp_path: Path) -> None:
+    inside = unpack(packed, tmp_path)
+    assert inside.cli("check").returncode == 0
+    assert inside.cli("artifact", "--to", "one.zip").returncode == 0
+    assert (inside.root / "one.zip").read_bytes() == (packed.root / "one.zip").read_bytes()
+    done = inside.cli("run", "--jobs", "1")
+    assert done.returncode == 0, done.stderr
+    rebuilt, stored = (json.loads((lab.root / "report/results.json").read_text()) for lab in (inside, packed))
+    assert rebuilt["run"]["commit"] == stored["run"]["commit"] != "unknown"
+    assert [claim["computed"] for claim in rebuilt["claims"]] == [claim["computed"] for claim in stored["claims"]]
+
+
+@pytest.mark.slow
+def test_changed_file_of_an_archive_is_found(packed: Lab, tmp_path: Path) -> None:
+    inside = unpack(packed, tmp_path)
+    assert inside.cli("artifact", "--check", ".").stdout == "0 files changed\n"
+    inside.edit("toy2020/squares.py", "product", "multiple")
+    done = inside.cli("artifact", "--check", ".")
+    assert done.returncode == 1
+    assert "papers/toy2020/squares.py: changed" in done.stdout
+    assert "sources of this archive were changed (papers/toy2020" in inside.cli("artifact").stderr
+
+
+@pytest.mark.slow
+def test_edited_sources_are_not_packed(packed: Lab, tmp_path: Path) -> None:
+    edited = Lab(shutil.copytree(packed.root, tmp_path / "copy"))
+    edited.edit("toy2020/squares.py", "Squares", "Cubes")
+    done = edited.cli("artifact")
+    assert done.returncode == 2
+    assert "commit, then `make report`" in done.stderr
+    assert not (edited.root / "dist").exists()
+
+
+@pytest.mark.parametrize("line", ["x  a", f"{'0' * 64}  ../a", f"{'0' * 64}  /etc/passwd", "0" * 64])
+def test_manifest_that_leads_out_is_refused(tmp_path: Path, line: str) -> None:
+    (tmp_path / "SHA256SUMS").write_text(f"{line}\n", encoding="utf-8")
+    with pytest.raises(AuditError, match="line 1"):
+        changed_files(tmp_path)
