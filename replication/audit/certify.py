@@ -10,7 +10,7 @@ from typing import Any
 
 from replication.audit.files import write_atomically
 from replication.audit.names import one_of
-from replication.audit.pool import compute_all
+from replication.audit.pool import Processes
 from replication.audit.runner import default_packages
 from replication.audit.worker import Answer, Task
 from replication.verify.run import check, verify
@@ -43,7 +43,7 @@ def certify(root: Path, names: Sequence[str], *, again: bool, jobs: int) -> Iter
         for paper, name in chosen
         if again or verify(file_of(paper, name, root), root).theorem is None
     ]
-    for answer in compute_all(tasks, jobs) if tasks else ():
+    for answer in Processes(jobs).compute(tasks) if tasks else ():
         yield _finish(answer, root)
 
 

@@ -17,9 +17,8 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.cache import Dependencies
 from replication.audit.pool import KILLED, end_with
-from replication.audit.provenance import read_packages
+from replication.audit.provenance import read_environment, read_packages
 from replication.audit.sources import SourceTree
 from replication.audit.worker import Answer, Task, compute
 from replication.errors import AuditError
@@ -29,10 +28,14 @@ TIMEOUT = 10
 
 
 class Order(msgspec.Struct, frozen=True, kw_only=True):
-    """A task as it is sent to another machine, which must have what it depends on."""
+    """A task as it is sent to another machine, with what must be there: sources by SHA-256, Python, packages."""
 
     name: str
-    dependencies: Dependencies
+    function: str
+    inputs: str
+    sources: dict[str, str]
+    python: str
+    packages: dict[str, str]
 
 
 class Delivery(msgspec.Struct, frozen=True, kw_only=True):
@@ -66,13 +69,26 @@ class Cluster:
         futures: dict[Any, str] = {}
         try:
             for task in tasks:
-                order = msgspec.json.encode(Order(name=task.name, dependencies=task.dependencies))
+                order = msgspec.json.encode(order_of(task))
                 futures[client.submit(compute_apart, order, pure=False)] = task.name
             for future in as_completed(futures, loop=client.loop):
                 yield _answer(futures[future], future)
         finally:
             client.cancel(list(futures), force=True)
             client.close()
+
+
+def order_of(task: Task) -> Order:
+    """What `task` needs of the machine that computes it, as it is here."""
+    environment = read_environment(task.packages["papers"].parent)
+    return Order(
+        name=task.name,
+        function=task.function,
+        inputs=task.inputs,
+        sources=SourceTree(task.packages).files_of(task.function.partition(":")[0]),
+        python=environment.python,
+        packages=environment.packages,
+    )
 
 
 def compute_apart(order: bytes) -> bytes:
@@ -95,14 +111,14 @@ def fulfil(order: Order) -> Delivery:
     from replication.audit.runner import default_packages
 
     packages = default_packages(Path(next(iter(papers.__path__))).resolve().parent)
-    refusal = _other(order.dependencies, SourceTree(packages))
+    refusal = _other(order, SourceTree(packages))
     if refusal:
         return Delivery(text=None, seconds=0.0, error=refusal)
-    answer = compute(Task(order.name, order.dependencies, packages))
+    answer = compute(Task(order.name, order.function, order.inputs, packages))
     return Delivery(text=answer.text, seconds=answer.seconds, error=answer.error)
 
 
-def _other(wanted: Dependencies, sources: SourceTree) -> str:
+def _other(wanted: Order, sources: SourceTree) -> str:
     """What this machine has not as the order wants it, as a sentence; empty if all is there."""
     found = {**sources.files_of(wanted.function.partition(":")[0]), **read_packages(wanted.packages)}
     python = ".".join(map(str, sys.version_info[:2]))

@@ -114,7 +114,10 @@ def _longest_first(plans: Sequence[_Plan], packages: Mapping[str, Path]) -> list
     known = [plan.lookup.last_seconds for plan in plans]
     durations = [math.inf if seconds is None else seconds for seconds in known]
     order = sorted(range(len(plans)), key=lambda index: -durations[index])
-    return [Task(plans[i].experiment.name, plans[i].dependencies, packages) for i in order]
+    return [
+        Task(plans[i].experiment.name, plans[i].dependencies.function, plans[i].dependencies.inputs, packages)
+        for i in order
+    ]
 
 
 def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree) -> tuple[Computed, Step]:

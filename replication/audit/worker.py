@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from replication.audit.cache import Dependencies
 from replication.audit.jsonvalues import encode
 from replication.audit.model import Experiment
 from replication.audit.provenance import THREADS
@@ -20,10 +19,11 @@ from replication.errors import AuditError
 
 @dataclass(frozen=True)
 class Task:
-    """An experiment in a form that any process can read. packages: those of the project, by name and directory."""
+    """An experiment in a form that any process can read. inputs: JSON text. packages: those of the project."""
 
     name: str
-    dependencies: Dependencies
+    function: str
+    inputs: str
     packages: Mapping[str, Path]
 
 
@@ -56,11 +56,11 @@ def compute(task: Task) -> Answer:
     begin = time.perf_counter()
     text, error = None, ""
     try:
-        function = _find(task.dependencies.function)
+        function = _find(task.function)
         begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
         # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
         with threadpoolctl.threadpool_limits(THREADS):
-            text = encode(f"the result of {task.name}", function(**json.loads(task.dependencies.inputs)))
+            text = encode(f"the result of {task.name}", function(**json.loads(task.inputs)))
     except (Exception, SystemExit) as failure:  # noqa: BLE001 - the one place where failures become data
         error = describe(failure, SourceTree(task.packages))
     return Answer(task.name, text, time.perf_counter() - begin, error)

@@ -21,14 +21,14 @@ ORDER = """
 import msgspec, papers
 from pathlib import Path
 from replication.audit.cache import Cache
-from replication.audit.cluster import Order
+from replication.audit.cluster import order_of
 from replication.audit.pool import Processes
 from replication.audit.runner import run
 
 class Spy:
     def compute(self, tasks):
         (task,) = (task for task in tasks if task.name == "toy2020.square")
-        print(msgspec.json.encode(Order(name=task.name, dependencies=task.dependencies)).decode())
+        print(msgspec.json.encode(order_of(task)).decode())
         return Processes(1).compute(tasks)
 
 run(papers.load(papers.KEYS), cache=Cache(Path(".cache")), root=Path.cwd(), executor=Spy())
