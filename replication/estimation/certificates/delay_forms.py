@@ -1,0 +1,209 @@
+"""Exact quadratic forms of Theorem 3 as dictionaries of coefficients, for the rounding of Gram matrices.
+
+Functionals u are numbered: the point variables, then int t^c f_k(t) dt at points + c * functions + k. A form maps
+("pair", i, j), i <= j, to the coefficient of u_i u_j, and ("local", c, k, l), k <= l, to that of int t^c f_k f_l dt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from flint import fmpq, fmpq_mat
+
+Key = tuple[Any, ...]
+Form = dict[Key, fmpq]
+Entry = tuple[int, int]
+
+WEIGHTS: tuple[Mapping[int, int], ...] = ({0: 1}, {1: -1, 2: -1})
+"""The weights 1 and -t(t+1), by powers."""
+
+
+@dataclass(frozen=True)
+class Basis:
+    """zeta(t) = [u; t^a f(t); t^a int s^b f(s) ds] with a, b <= degree, under the weight number `weight`."""
+
+    points: int
+    functions: int
+    degree: int
+    weight: int
+
+    @property
+    def size(self) -> int:
+        """Number of entries."""
+        return self.points + self.functions * (self.degree + 1) * (self.degree + 2)
+
+    def local(self, power: int, function: int) -> int:
+        """Position of t^power f(t)."""
+        return self.points + power * self.functions + function
+
+    def distributed(self, power: int, inner: int, function: int) -> int:
+        """Position of t^power int s^inner f(s) ds."""
+        count = self.degree + 1
+        return self.points + (count + power * count + inner) * self.functions + function
+
+    def members(self) -> list[tuple[int, int | None, int | None]]:
+        """For each entry: the power of t, the functional it is a multiple of, and the function it is a multiple of."""
+        powers = range(self.degree + 1)
+        functions = range(self.functions)
+        moments = [(a, self.points + b * self.functions + k, None) for a in powers for b in powers for k in functions]
+        return [
+            *((0, p, None) for p in range(self.points)),
+            *((a, None, k) for a in powers for k in functions),
+            *moments,
+        ]
+
+    def terms(self) -> Iterator[tuple[Entry, Key, fmpq]]:
+        """Entry (i <= j) of the Gram matrix, monomial, and the coefficient with which it enters the form."""
+        members = self.members()
+        for i, (first, left, f) in enumerate(members):
+            for j in range(i, len(members)):
+                second, right, g = members[j]
+                for shift, factor in WEIGHTS[self.weight].items():
+                    power, weight = first + second + shift, fmpq(factor * (1 if i == j else 2))
+                    if f is not None and g is not None:
+                        yield (i, j), ("local", power, min(f, g), max(f, g)), weight
+                    elif left is not None and right is not None:
+                        yield (i, j), pair(left, right), weight * fmpq((-1) ** power, power + 1)
+                    else:
+                        fixed, free = (left, g) if f is None else (right, f)
+                        yield (i, j), pair(fixed, self.points + power * self.functions + free), weight  # type: ignore[operator, arg-type]
+
+
+def pair(first: int, second: int) -> Key:
+    """The key of u_first u_second."""
+    return ("pair", min(first, second), max(first, second))
+
+
+def add(form: Form, key: Key, value: fmpq) -> None:
+    """Add to one coefficient."""
+    form[key] = form.get(key, fmpq(0)) + value
+
+
+def form_of(basis: Basis, gram: fmpq_mat) -> Form:
+    """int g zeta' M zeta."""
+    form: Form = {}
+    for (i, j), key, weight in basis.terms():
+        add(form, key, weight * gram[i, j])
+    return form
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """e' = A0 e + late l - B w and f_k' = (1 / delay) df_k/dt with f(0) = e, f(-1) = l; z = C10 e + late_output l.
+
+    The measured states are the last `measured`. Point variables of the derivative: (w, v, e, l).
+    """
+
+    A0: fmpq_mat
+    late: fmpq_mat
+    delays: tuple[fmpq, ...]
+    B: fmpq_mat
+    C10: fmpq_mat
+    late_output: fmpq_mat
+    measured: int
+
+    @property
+    def states(self) -> int:
+        """Number n of states."""
+        return int(self.A0.nrows())
+
+    @property
+    def functions(self) -> int:
+        """Number of scalar histories."""
+        return self.states * len(self.delays)
+
+    @property
+    def first(self) -> int:
+        """Index of the first entry of e among the point variables of the derivative."""
+        return int(self.B.ncols() + self.C10.nrows())
+
+    @property
+    def points(self) -> int:
+        """Number of point variables of the derivative."""
+        return self.first + self.states + self.functions
+
+
+def rates(system: Dynamics, count: int) -> tuple[list[int], list[dict[int, fmpq]]]:
+    """For each functional of V: its number among those of the derivative, and its rate as a combination of them."""
+    n, width, e = system.states, system.functions, system.first
+    late, base = e + n, system.points
+    where = [e + i for i in range(n)]
+    rate: list[dict[int, fmpq]] = []
+    for i in range(n):
+        row = {k: -system.B[i, k] for k in range(system.B.ncols())}
+        row |= {e + k: system.A0[i, k] for k in range(n)}
+        row |= {late + k: system.late[i, k] for k in range(width)}
+        rate.append(row)
+    for c in range(count):
+        for k in range(width):
+            speed = 1 / system.delays[k // n]
+            where.append(base + c * width + k)
+            row = {late + k: -speed * (-1) ** c}
+            if c == 0:
+                row[e + k % n] = speed
+            else:
+                row[base + (c - 1) * width + k] = -speed * c
+            rate.append(row)
+    return where, rate
+
+
+def derivative(system: Dynamics, storage: Form) -> Form:
+    """dV/dt as a form of the point variables (w, v, e, l) and the histories; V has e as its point variables."""
+    n, width, e = system.states, system.functions, system.first
+    count = 1 + max(((key[2] - n) // width for key in storage if key[0] == "pair"), default=-1)
+    where, rate = rates(system, count)
+    form: Form = {}
+    for key, value in storage.items():
+        if key[0] == "pair":
+            _, i, j = key
+            for fixed, moving in ((i, j), (j, i)):
+                for target, weight in rate[moving].items():
+                    add(form, pair(where[fixed], target), value * weight)
+            continue
+        _, c, k, m = key
+        speed = value / system.delays[k // n]
+        if c == 0:
+            add(form, pair(e + k % n, e + m % n), speed)
+        else:
+            add(form, ("local", c - 1, k, m), -speed * c)
+        add(form, pair(e + n + k, e + n + m), -speed * (-1) ** c)
+    return form
+
+
+def supply(system: Dynamics, gamma: fmpq) -> Form:
+    """2 v'z - gamma (|w|^2 + |v|^2)."""
+    r, p, n = system.B.ncols(), system.C10.nrows(), system.states
+    form: Form = {pair(i, i): -gamma for i in range(r + p)}
+    for i in range(p):
+        for k in range(n):
+            add(form, pair(r + i, system.first + k), 2 * system.C10[i, k])
+        for k in range(system.functions):
+            add(form, pair(r + i, system.first + n + k), 2 * system.late_output[i, k])
+    return form
+
+
+def cancellable(system: Dynamics, key: Key) -> bool:
+    """Whether the free operator Z of Theorem 3 can cancel this coefficient of the derivative."""
+    n, hidden = system.states, system.states - system.measured
+    late = system.first + n
+
+    def kind(i: int) -> tuple[str, bool]:
+        if i < system.first:
+            return "input", False
+        if i < late:
+            return "state", i - system.first >= hidden
+        if i < system.points:
+            return "end", (i - late) % n >= hidden
+        return "history", (i - system.points) % n >= hidden
+
+    if key[0] == "local":
+        _, _, k, m = key
+        return bool(k // n == m // n and (k % n >= hidden or m % n >= hidden))
+    (first, seen), (second, seen_too) = kind(key[1]), kind(key[2])
+    if "input" in (first, second) or first == second == "end":
+        return False
+    if "end" in (first, second):
+        return seen if first == "end" else seen_too
+    return seen or seen_too
