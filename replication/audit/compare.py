@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Verdict
-from replication.audit.records import ClaimRecord, ResultsFile
+from replication.audit.records import ClaimRecord, ExperimentRecord, ResultsFile
 
 TEXT = ("printed", "statement", "place", "kind", "expected_verdict", "tolerance", "tolerance_reason", "erratum")
 NUMBERS = (
@@ -26,6 +26,7 @@ class Cause(StrEnum):
     CLAIM = "the claim itself was changed"
     ERRATUM = "the outcome of the erratum's proof changed"
     INPUTS = "other inputs of its experiments"
+    SOLVER = "another solver, or other options of it"
     CODE = "other code of its experiments"
     LOCK = "other lock of packages"
     PACKAGES = "other versions of Python or packages"
@@ -83,7 +84,10 @@ def render(changes: list[Change]) -> list[str]:
     for change in changes:
         verdict = str(change.new) if change.old == change.new else f"{change.old or '—'} → {change.new or '—'}"
         lines.append(f"{change.claim}: {verdict}")
-        lines.extend(f"    {field.field}: {field.old!r} → {field.new!r}{_moved(field)}" for field in change.fields)
+        lines.extend(
+            f"    {field.field}: {field.old!r} → {field.new!r}{moved(field) and f' ({moved(field)})'}"
+            for field in change.fields
+        )
         lines.append(f"    cause: {'; '.join(change.causes)}")
     return lines
 
@@ -122,10 +126,16 @@ def _experiment_causes(old: ClaimRecord, before: ResultsFile, after: ResultsFile
     pairs = [(used[run.name], run) for run in after.experiments if run.name in used]
     if any(first.inputs != second.inputs for first, second in pairs):
         yield Cause.INPUTS
+    if any(_settings(first) != _settings(second) for first, second in pairs):
+        yield Cause.SOLVER
     # A key covers sources, inputs, lock, Python and packages: it tells of other code only if the rest is the same.
     same_setting = not _differ((before.run, after.run), "lock_sha256", "python", "packages")
     if same_setting and any(first.key != second.key and first.inputs == second.inputs for first, second in pairs):
         yield Cause.CODE
+
+
+def _settings(experiment: ExperimentRecord) -> tuple[Any, ...]:
+    return tuple((solver.name, solver.version, solver.options) for solver in experiment.solvers)
 
 
 def _proof(record: ClaimRecord, results: ResultsFile) -> tuple[tuple[bool, bool], ...]:
@@ -136,8 +146,8 @@ def _differ(pair: tuple[Any, Any], *names: str) -> bool:
     return any(getattr(pair[0], name) != getattr(pair[1], name) for name in names)
 
 
-def _moved(field: FieldChange) -> str:
-    """How far a single number moved, relative to its old size."""
+def moved(field: FieldChange) -> str:
+    """How far a single number moved, relative to its old size; empty for anything else."""
     if not isinstance(field.old, float) or not isinstance(field.new, float) or field.old == 0:
         return ""
-    return f" ({(field.new - field.old) / abs(field.old):+.2e} relative)"
+    return f"{(field.new - field.old) / abs(field.old):+.2e} relative"

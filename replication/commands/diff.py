@@ -14,18 +14,25 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("old", type=Path, metavar="OLD")
     parser.add_argument("new", type=Path, metavar="NEW")
-    parser.add_argument("--json", action="store_true", help="print JSON")
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--json", action="store_true", help="print JSON")
+    form.add_argument("--html", type=Path, metavar="FILE", help="write a page that loads nothing, as the report does")
 
 
 def command(chosen: argparse.Namespace) -> int:
-    """Print the changes as text or JSON."""
+    """Print the changes as text or JSON, or write them as a page."""
     import msgspec
 
     from replication.audit.compare import compare, render
     from replication.audit.records import read_results
 
-    changes = compare(read_results(chosen.old), read_results(chosen.new))
-    if chosen.json:
+    old, new = read_results(chosen.old), read_results(chosen.new)
+    changes = compare(old, new)
+    if chosen.html is not None:
+        from replication.audit.comparepage import build_page
+
+        say([f"page: {build_page(old, new, changes, chosen.html)}"])
+    elif chosen.json:
         say([msgspec.json.format(msgspec.json.encode(changes), indent=2).decode()])
     else:
         say(render(changes))

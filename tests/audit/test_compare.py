@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import html5lib
 import msgspec
 import pytest
 from cases import EXPERIMENT, RUN, errata_of, recorded, results_file
 from msgspec.structs import replace
 
 from replication.audit.compare import Cause, compare, render
-from replication.audit.model import Evidence, Proof, Verdict
+from replication.audit.comparepage import render_page
+from replication.audit.model import Evidence, Proof, SolverRecord, Verdict
 from replication.audit.records import ClaimRecord, ResultsFile
 
 
@@ -20,6 +22,7 @@ def record(value: float = 1.3268, **more: Any) -> ClaimRecord:
 
 OLD = results_file(record())
 MOVED = results_file(record(1.3269))
+SOLVER = SolverRecord(name="s", version="1", status="solved", options={"eps": 1e-9})
 
 
 def only(old: ResultsFile, new: ResultsFile) -> tuple[Cause, ...]:
@@ -45,6 +48,7 @@ def test_seconds_and_lines_of_code_are_no_change() -> None:
         (results_file(record(statement="Another.")), (Cause.CLAIM,)),
         (replace(MOVED, experiments=(replace(EXPERIMENT, key="k1"),)), (Cause.CODE,)),
         (replace(MOVED, experiments=(replace(EXPERIMENT, key="k1", inputs={"n": 3}),)), (Cause.INPUTS,)),
+        (replace(MOVED, experiments=(replace(EXPERIMENT, solvers=(SOLVER,)),)), (Cause.SOLVER,)),
         (replace(MOVED, run=replace(RUN, lock_sha256="l1")), (Cause.LOCK,)),
         (replace(MOVED, run=replace(RUN, packages={"numpy": "2.2"})), (Cause.PACKAGES,)),
         (replace(MOVED, run=replace(RUN, python="3.12.0")), (Cause.PACKAGES,)),
@@ -95,3 +99,22 @@ def test_changes_are_plain_json() -> None:
     decoded = msgspec.json.decode(msgspec.json.encode(compare(OLD, results_file(record(1.34)))))
     assert decoded[0]["claim"] == "toy.value"
     assert decoded[0]["fields"][0] == {"field": "verdict", "old": "reproduced", "new": "differs"}
+
+
+def test_page_shows_each_change_with_its_cause_and_escapes() -> None:
+    new = results_file(record(1.3269, statement="<script>alert(1)</script>"))
+    new = replace(new, run=replace(RUN, cpu="<b>another</b>"))
+    page = render_page(OLD, new, compare(OLD, new))
+    tree = html5lib.parse(page, namespaceHTMLElements=False)
+    text = " ".join("".join(tree.itertext()).split())
+    assert "1 of 1 claims changed, 0 of them in the verdict." in text
+    assert f"Cause: {Cause.CLAIM}; {Cause.MACHINE}." in text
+    assert "computed1.32681.3269+7.54e-05 relative" in text
+    assert "<script>alert(1)</script>" in text
+    assert not [tag for tag in ("script", "b") if tree.find(f".//{tag}") is not None]
+    assert [mark.findtext("bdi") for mark in tree.iter("mark")] == ["<b>another</b>"]
+    assert page == render_page(OLD, new, compare(OLD, new))
+
+
+def test_page_of_equal_runs_says_so() -> None:
+    assert "None of 1 claims changed." in render_page(OLD, OLD, [])
