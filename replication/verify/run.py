@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from replication.verify import delay, multirate
+from replication.verify import delay, dualrate, dualrate_motor, dualrate_theory, multirate
 from replication.verify.reading import fields, parse, rational, text
 from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
 from replication.verify.theorem import Refused, Theorem, require
@@ -16,7 +16,13 @@ from replication.verify.theorem import Refused, Theorem, require
 Statement = Callable[[Mapping[str, Any]], Theorem]
 """Proves the theorem of a certificate from its fields plant, parameters, bound and witness, or raises Refused."""
 
-STATEMENTS: Mapping[str, Statement] = {**multirate.STATEMENTS, **delay.STATEMENTS}
+STATEMENTS: Mapping[str, Statement] = {
+    **multirate.STATEMENTS,
+    **delay.STATEMENTS,
+    **dualrate.STATEMENTS,
+    **dualrate_motor.STATEMENTS,
+    **dualrate_theory.STATEMENTS,
+}
 
 FIELDS = ("format", "paper", "name", "claims", "statement", "plant", "parameters", "bound", "witness")
 

@@ -109,17 +109,23 @@ def steady_state(loop: DualRateLoop) -> SteadyState:
 
 def tracking_error_ratio(loop: DualRateLoop, points: Points = Points.BETWEEN) -> float:
     """sup |y − y_d| / |y_d| in the steady state, a pure number; raises InfeasibleError if the loop is unstable."""
-    points, steady = one_of(Points, points), steady_state(loop)
-    if points is not Points.BETWEEN:
-        rows = output_rows(loop, 1)
-        return float(np.max(np.abs(_errors(loop, steady, rows)[: 1 if points is Points.SLOW else None])))
-    substeps = _substeps(loop)
+    points = one_of(Points, points)
+    if points is Points.BETWEEN:
+        return tracking_error_peak(loop)[0]
+    sizes = np.abs(_errors(loop, steady_state(loop), output_rows(loop, 1)))
+    return float(np.max(sizes[: 1 if points is Points.SLOW else None]))
+
+
+def tracking_error_peak(loop: DualRateLoop) -> tuple[float, float]:
+    """The ratio of `tracking_error_ratio` over all times, and the time in [0, M T) where it is met, s."""
+    steady, substeps = steady_state(loop), _substeps(loop)
     sizes = np.abs(_errors(loop, steady, output_rows(loop, substeps))).ravel()
     width = loop.design.period / substeps
     peaks = np.flatnonzero((sizes >= np.roll(sizes, 1)) & (sizes >= np.roll(sizes, -1)))
     peaks = peaks[np.argsort(-sizes[peaks], kind="stable")][:REFINED]
     near = [peak * width for peak in peaks if sizes[peak] >= NEARLY_HIGHEST * sizes.max()]
-    return max(float(sizes.max()), *(_refined(loop, steady, time, width) for time in near))
+    highest = float(sizes.max()), int(sizes.argmax()) * width
+    return max(highest, *(_refined(loop, steady, time, width) for time in near))
 
 
 def _substeps(loop: DualRateLoop) -> int:
@@ -128,15 +134,15 @@ def _substeps(loop: DualRateLoop) -> int:
     return max(LEAST_SUBSTEPS, int(np.ceil(POINTS_PER_TURN * loop.design.period * fastest / (2 * np.pi))))
 
 
-def _refined(loop: DualRateLoop, steady: SteadyState, time: float, width: float) -> float:
-    """The highest amplitude of the error within `width` of `time`."""
+def _refined(loop: DualRateLoop, steady: SteadyState, time: float, width: float) -> tuple[float, float]:
+    """The highest amplitude of the error within `width` of `time`, and where it is met, modulo the slow period."""
     found = minimize_scalar(
         lambda t: -_error_size(loop, steady, t),
         bounds=(time - width, time + width),
         method="bounded",
         options={"xatol": 1e-9 * width},
     )
-    return float(-found.fun)
+    return -float(found.fun), float(found.x) % loop.design.slow_period
 
 
 def estimation_error_ratio(loop: DualRateLoop) -> float:

@@ -1,0 +1,187 @@
+"""Statements on the dual-rate loops of Shao et al.: stability by Φ, growth that references excite, tracking errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from flint import acb, acb_mat, acb_poly, arb, fmpq
+
+from replication.verify.dualrate_loop import (
+    APO,
+    FAST,
+    PMI,
+    REPAIRED,
+    SRC,
+    Loop,
+    monodromy,
+    precisely,
+    read_loop,
+    read_observer,
+    require_empty,
+)
+from replication.verify.dualrate_response import (
+    error_at,
+    motion,
+    require_error_below,
+    require_position_form,
+    starts,
+    steady_passage,
+    steady_start,
+)
+from replication.verify.dualrate_roots import require_roots_within, root_near, without_root
+from replication.verify.printed import above, below
+from replication.verify.reading import fields, integer, matrix, positive, rational, sequence
+from replication.verify.theorem import Theorem, require
+
+NAMES = {
+    SRC: "the single-rate loop",
+    PMI: "the loop with model interpolation",
+    APO: "the loop with the alternating predictive observer",
+    REPAIRED: "the loop with the repaired predictor",
+    FAST: "the loop with a sensor at every fast instant",
+}
+
+
+def radius(certificate: Mapping[str, Any]) -> Theorem:
+    """Bounds of the largest modulus of the eigenvalues of Φ."""
+    (chosen,) = fields(certificate["parameters"], "parameters", "observer")
+    lower, upper = fields(certificate["bound"], "bound", "lower", "upper")
+    (guess,) = fields(certificate["witness"], "witness", "root")
+    loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
+    low, high = positive(lower, "bound.lower"), positive(upper, "bound.upper")
+    _require_eigenvalue_beyond(loop, observer, guess, low)
+    require_roots_within(monodromy(loop, observer).charpoly(), high, "the eigenvalues of Φ")
+    return Theorem(
+        sentence=f"Over one slow period {NAMES[observer]} has the spectral radius {below(low)} to {above(high)}.",
+        lower=low,
+        upper=high,
+    )
+
+
+def stable(certificate: Mapping[str, Any]) -> Theorem:
+    """All eigenvalues of Φ lie inside a circle of radius below one."""
+    (chosen,) = fields(certificate["parameters"], "parameters", "observer")
+    (size,) = fields(certificate["witness"], "witness", "radius")
+    require_empty(certificate, "bound")
+    loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
+    high = positive(size, "witness.radius")
+    require(high < 1, f"witness.radius must be below one, got {size}")
+    require_roots_within(monodromy(loop, observer).charpoly(), high, "the eigenvalues of Φ")
+    return Theorem(
+        sentence=f"Without a reference {NAMES[observer]} is stable: its spectral radius over one slow period is below "
+        f"{above(high)}.",
+        holds=True,
+    )
+
+
+def unstable(certificate: Mapping[str, Any]) -> Theorem:
+    """Φ has an eigenvalue outside the unit circle."""
+    (chosen,) = fields(certificate["parameters"], "parameters", "observer")
+    guess, size = fields(certificate["witness"], "witness", "root", "radius")
+    require_empty(certificate, "bound")
+    loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
+    low = positive(size, "witness.radius")
+    require(low > 1, f"witness.radius must be above one, got {size}")
+    _require_eigenvalue_beyond(loop, observer, guess, low)
+    return Theorem(
+        sentence=f"Without a reference {NAMES[observer]} is unstable: an eigenvalue over one slow period exceeds "
+        f"{below(low)} in modulus.",
+        holds=True,
+    )
+
+
+def no_bounded_error(certificate: Mapping[str, Any]) -> Theorem:
+    """The tracking error is unbounded from x(0) = start with each of the given ζ(0).
+
+    d(n) = y − (its steady state) at the slow instants is C Φⁿ (z(0) − Im X). With λ an eigenvalue outside the unit
+    circle and ψ(z) = det(z I − Φ)/(z − λ), ψ of the shift makes c λⁿ of it, c = C ψ(Φ)(z(0) − Im X), which is no
+    bounded sequence unless c = 0; then d is not bounded either, while y_d and the steady state are.
+    """
+    chosen, frequency, estimates = fields(certificate["parameters"], "parameters", "observer", "frequency", "estimates")
+    (guess,) = fields(certificate["witness"], "witness", "root")
+    require_empty(certificate, "bound")
+    plant = dict(certificate["plant"])
+    require("start" in plant, "the plant has no start")
+    start = matrix(plant.pop("start"), "plant.start", columns=1)
+    loop, observer = read_loop(plant), read_observer(chosen)
+    require_position_form(loop)
+    n, sigma = loop.order, positive(frequency, "parameters.frequency")
+    read = sequence(estimates, "parameters.estimates", lambda value, path: matrix(value, path, n, 1))
+    require(len(read) > 0 and start.nrows() == n, "the starts do not fit the plant")
+    Phi = acb_mat(monodromy(loop, observer))
+    polynomial = acb_poly(Phi.charpoly().coeffs())
+    root = root_near(polynomial, _complex(guess))
+    require(bool(abs(root) > 1), "the eigenvalue is not proved to lie outside the unit circle")
+    steady = steady_start(loop, observer, acb(0, sigma)).tolist()
+    reached = acb_mat([[*loop.C.entries(), *[0] * n]])
+    rows = _applied(without_root(polynomial, root), reached, Phi)
+    for estimate in read:
+        offset = acb_mat(
+            [[x - entry[0].imag] for x, entry in zip([*start.entries(), *estimate.entries()], steady, strict=True)]
+        )
+        require(not (rows * offset)[0, 0].contains(0), "the eigenvalue is not proved to be excited and seen")
+    return Theorem(
+        sentence=f"With y_d = sin({sigma} t), {NAMES[observer]} has no bounded tracking error from this x(0) and "
+        f"{len(read)} starts of ζ: they excite an eigenvalue of modulus {below(abs(root).lower().fmpq(), 3)} or more.",
+        holds=True,
+    )
+
+
+def tracking_error(certificate: Mapping[str, Any]) -> Theorem:
+    """Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state over all times.
+
+    The error is Im(amplitude · e^{st}) with an amplitude of period M T. σ M T is rational and not zero, so no
+    rational multiple of π: the phases at which an instant of the period is met are dense, and the supremum is the
+    largest modulus of the amplitude.
+    """
+    chosen, frequency = fields(certificate["parameters"], "parameters", "observer", "frequency")
+    lower, upper = fields(certificate["bound"], "bound", "lower", "upper")
+    phase, time, scales = fields(certificate["witness"], "witness", "phase", "time", "scales")
+    loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
+    low, high = positive(lower, "bound.lower"), positive(upper, "bound.upper")
+    sigma, after = positive(frequency, "parameters.frequency"), rational(time, "witness.time")
+    at = integer(phase, "witness.phase")
+    require(at < loop.M and 0 <= after <= loop.T, "witness.phase or witness.time lies outside the slow period")
+    weights = sequence(scales, "witness.scales", positive, loop.order + 2)
+    require_position_form(loop)
+    s = acb(0, arb(sigma))
+    require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
+    moving = motion(loop, s, weights)
+    begun = starts(loop, steady_passage(loop, observer, s), s)
+    require(bool(error_at(moving, begun[at], after) >= arb(low / 100)), "the error at the given time is not as large")
+    for start in begun:
+        require_error_below(moving, start, loop.T, high / 100)
+    return Theorem(
+        sentence=f"With y_d = sin({sigma} t), the largest tracking error of {NAMES[observer]} in the steady state is "
+        f"{below(low, 7)} to {above(high, 7)} percent of the amplitude.",
+        lower=low,
+        upper=high,
+    )
+
+
+def _require_eigenvalue_beyond(loop: Loop, observer: str, guess: Any, low: fmpq) -> None:
+    root = root_near(acb_poly(monodromy(loop, observer).charpoly().coeffs()), _complex(guess))
+    require(bool(abs(root) >= arb(low)), f"the eigenvalue is not proved to be at least {below(low)} in modulus")
+
+
+def _complex(value: Any) -> acb:
+    real, imaginary = sequence(value, "witness.root", rational, 2)
+    return acb(arb(real), arb(imaginary))
+
+
+def _applied(polynomial: acb_poly, row: acb_mat, matrix: acb_mat) -> acb_mat:
+    """row · polynomial(matrix), by Horner's scheme."""
+    total = row * acb(0)
+    for coefficient in polynomial.coeffs()[::-1]:
+        total = total * matrix + row * coefficient
+    return total
+
+
+STATEMENTS: Mapping[str, Callable[[Mapping[str, Any]], Theorem]] = {
+    "dualrate.radius": precisely(radius),
+    "dualrate.stable": precisely(stable),
+    "dualrate.unstable": precisely(unstable),
+    "dualrate.no-bounded-error": precisely(no_bounded_error),
+    "dualrate.tracking-error": precisely(tracking_error),
+}

@@ -1,0 +1,138 @@
+"""Identities of Shao et al. with a symbol for every entry, at the size of the example: three states, input, output.
+
+An identity holds iff the difference of its sides is the zero polynomial in these symbols.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from flint import fmpq, fmpq_mat, fmpq_mpoly, fmpq_mpoly_ctx
+
+from replication.verify.linear import identity, require_positive_semidefinite
+from replication.verify.theorem import require
+
+Matrix = list[list[fmpq_mpoly]]
+"""A matrix of polynomials, as rows."""
+
+STATES = 3
+
+
+def symbols(**shapes: tuple[int, int]) -> dict[str, Matrix]:
+    """Matrices of these shapes whose entries are all different symbols."""
+    names = [f"{name}_{i}_{j}" for name, (rows, columns) in shapes.items() for i in range(rows) for j in range(columns)]
+    entries = iter(fmpq_mpoly_ctx.get(names).gens())
+    return {
+        name: [[next(entries) for _ in range(columns)] for _ in range(rows)] for name, (rows, columns) in shapes.items()
+    }
+
+
+def add(*terms: Matrix) -> Matrix:
+    """The sum."""
+    return [[sum(entries[1:], entries[0]) for entries in zip(*rows, strict=True)] for rows in zip(*terms, strict=True)]
+
+
+def scale(factor: int | fmpq, term: Matrix) -> Matrix:
+    """factor · term."""
+    return [[factor * entry for entry in row] for row in term]
+
+
+def product(*factors: Matrix) -> Matrix:
+    """The product from left to right."""
+    total = factors[0]
+    for factor in factors[1:]:
+        columns = list(zip(*factor, strict=True))
+        total = [[_dot(row, column) for column in columns] for row in total]
+    return total
+
+
+def require_equal(left: Matrix, right: Matrix, what: str) -> None:
+    """Refuse unless both sides are the same polynomials."""
+    same = all(entry.is_zero() for row in add(left, scale(-1, right)) for entry in row)
+    require(same, f"{what} is no identity")
+
+
+def require_error_equations() -> None:
+    """(9) is (10), entry by entry, with y_p (case 1) and with y (case 2) at t_k."""
+    n = STATES
+    square, column, row, one = (n, n), (n, 1), (1, n), (1, 1)
+    s = symbols(A=square, B=column, C=row, K=row, L=column, x=column, xi=column, held=column, y=one, predicted=one)
+    A, B, C, K, L = (s[name] for name in "ABCKL")
+    zeta = add(s["x"], scale(-1, s["xi"]))
+    guided = add(A, scale(-1, product(L, C)))
+    moved = add(s["held"], scale(-1, zeta))
+    change = add(s["y"], scale(-1, product(C, s["x"])))
+    for used in (s["predicted"], s["y"]):
+        first = add(product(A, s["x"]), product(B, K, s["held"]))
+        second = add(product(A, s["xi"]), scale(-1, product(L, add(used, scale(-1, product(C, zeta))))))
+        joint = add(product(A, s["x"]), product(B, K, s["x"]), scale(-1, product(B, K, s["xi"])))
+        require_equal(first, add(joint, product(B, K, moved)), "the first row of (9) = (10)")
+        gap = add(used, scale(-1, s["y"]))
+        rest = add(product(guided, s["xi"]), scale(-1, product(L, change)), scale(-1, product(L, gap)))
+        require_equal(second, rest, "the second row of (9) = (10)")
+
+
+def require_sampled_observer() -> None:
+    """(7) solves (3): the Taylor coefficients in t of both, which determine them.
+
+    By (3), (k + 1) z_{k+1} = Â z_k, and Â z_0 + B u + L ȳ for k = 0. By (7), z_k = F_k ζ + G_k u + H_k ȳ with the
+    coefficients of F, G, H. Both multiply by Â/(k + 1) for k ≥ 1, so k = 0 and k = 1 settle all.
+    """
+    n = STATES
+    s = symbols(A=(n, n), B=(n, 1), L=(n, 1), zeta=(n, 1), u=(1, 1), y=(1, 1))
+    A, B, L = s["A"], s["B"], s["L"]
+    pushed = add(product(B, s["u"]), product(L, s["y"]))
+    first = add(product(A, s["zeta"]), pushed)
+    second = scale(fmpq(1, 2), product(A, first))
+    sampled_first = add(product(A, s["zeta"]), product(B, s["u"]), product(L, s["y"]))
+    half = fmpq(1, 2)
+    sampled_second = add(
+        scale(half, product(A, A, s["zeta"])), scale(half, product(A, B, s["u"])), scale(half, product(A, L, s["y"]))
+    )
+    require_equal(first, sampled_first, "(3) = (7) in the first power of t")
+    require_equal(second, sampled_second, "(3) = (7) in the second power of t")
+
+
+def require_rates() -> None:
+    """y' = C A x + C B K ζ_k, K ζ' = K Â ζ + K B K ζ_k + K L C x_k + K L e_p: (1), (3) and (8) with ȳ = C x_k + e_p."""
+    n = STATES
+    column, row = (n, 1), (1, n)
+    s = symbols(
+        A=(n, n), B=column, C=row, K=row, L=column, x=column, zeta=column, first=column, held=column, gap=(1, 1)
+    )
+    A, B, C, K, L = (s[name] for name in "ABCKL")
+    u = product(K, s["held"])
+    speed = product(C, add(product(A, s["x"]), product(B, u)))
+    require_equal(speed, add(product(C, A, s["x"]), product(C, B, K, s["held"])), "the rate of y in (12)")
+    guided = add(A, scale(-1, product(L, C)))
+    measured = add(product(C, s["first"]), s["gap"])
+    drift = product(K, add(product(guided, s["zeta"]), product(B, u), product(L, measured)))
+    terms = (
+        product(K, guided, s["zeta"]),
+        product(K, B, K, s["held"]),
+        product(K, L, C, s["first"]),
+        product(K, L, s["gap"]),
+    )
+    require_equal(drift, add(*terms), "the rate of K ζ in (14)")
+
+
+SIGNALS: Mapping[str, Sequence[int]] = {"x": (1, 0), "zeta": (1, -1)}
+"""State and estimate as combinations of (x, ξ)."""
+
+
+def require_weight(signal: str, weight: fmpq) -> None:
+    """Refuse unless |signal| ≤ weight |χ| for all χ = (x, ξ): weight² I − mᵀm ⪰ 0, m the map from χ to the signal."""
+    m = fmpq_mat([list(SIGNALS[signal])])
+    require(weight >= 0, f"the weight of {signal} is negative")
+    require_positive_semidefinite(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}")
+
+
+def require_contraction() -> None:
+    """1 − φ = (1 − E)(1 − c) with φ = E + (1 − E) c of (22), E = e^{−T/(2 λ_max)} and c the left side of (18)."""
+    E, c = (entry for row in symbols(e=(1, 2))["e"] for entry in row)
+    require(((1 - (E + (1 - E) * c)) - (1 - E) * (1 - c)).is_zero(), "1 − φ is not (1 − E)(1 − c)")
+
+
+def _dot(left: Sequence[fmpq_mpoly], right: Sequence[fmpq_mpoly]) -> fmpq_mpoly:
+    terms = [a * b for a, b in zip(left, right, strict=True)]
+    return sum(terms[1:], terms[0])

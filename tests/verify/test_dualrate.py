@@ -1,0 +1,187 @@
+"""Certificates of the dual-rate loops: all that are committed prove their theorem, and each way to cheat is told."""
+
+import copy
+import json
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from replication.verify.run import check
+from replication.verify.subjects import theorems
+from replication.verify.theorem import Refused
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "certificates" / "shao"
+WANTED = theorems("shao")[0]
+
+
+@cache
+def _committed(name: str) -> str:
+    return (FOLDER / f"{name}.json").read_text(encoding="utf-8")
+
+
+def committed(name: str) -> dict[str, Any]:
+    loaded: dict[str, Any] = json.loads(_committed(name))
+    return loaded
+
+
+def own(name: str, **changes: Any) -> dict[str, Any]:
+    """The same certificate about a plant of one's own, with the values at paths such as `witness.root.0` changed."""
+    certificate = {**copy.deepcopy(committed(name)), "paper": None, "claims": []}
+    for path, value in changes.items():
+        *way, last = path.split("__")
+        place: Any = certificate
+        for step in way:
+            place = place[int(step) if isinstance(place, list) else step]
+        if value is GONE:
+            del place[last]
+        else:
+            place[int(last) if isinstance(place, list) else last] = value
+    return certificate
+
+
+GONE = object()
+
+
+@pytest.mark.parametrize("name", WANTED)
+def test_every_wanted_theorem_is_proved(name: str) -> None:
+    certificate = committed(name)
+    theorem = check(certificate)
+    assert theorem.sentence.endswith(".")
+    assert (theorem.holds is None) == bool(certificate["bound"])
+    assert {side: str(getattr(theorem, side)) for side in certificate["bound"]} == certificate["bound"]
+
+
+def test_what_is_refuted_is_said_to_be_false() -> None:
+    false = {name for name in WANTED if check(committed(name)).holds is False}
+    assert false == {"prediction-bound", "condition", "counterexample", "feedforward-printed"}
+
+
+@pytest.mark.parametrize("name", [name for name in WANTED if committed(name)["bound"]])
+def test_a_bound_moved_by_a_hundred_thousandth_is_refused(name: str) -> None:
+    for side, sign in (("lower", 1), ("upper", -1)):
+        moved = Fraction(committed(name)["bound"][side]) * (1 + sign * Fraction(1, 100_000))
+        with pytest.raises(Refused, match=r"not proved|not as large|bound that is proved"):
+            check(own(name, **{f"bound__{side}": str(moved)}))
+
+
+@pytest.mark.parametrize("name", WANTED)
+def test_a_certificate_of_another_subject_is_refused(name: str) -> None:
+    for field in ("claims", "plant", "parameters", "statement"):
+        certificate = committed(name)
+        certificate[field] = {"claims": ["shao.other"], "plant": {"name": "x"}, "parameters": {"x": 1}}.get(field, "x")
+        with pytest.raises(Refused, match=f"{field} is not that of the wanted theorem"):
+            check(certificate)
+
+
+CHEATS = [
+    ("radius-motor-apo", {"witness__root__0": "1/2"}, "eigenvalue is not proved to be at least"),
+    ("radius-motor-apo", {"witness__root__1": "1"}, "eigenvalue is not proved to be at least"),
+    ("radius-motor-apo", {"parameters__observer": "fast_sensor"}, "not proved"),
+    ("radius-motor-apo", {"parameters__observer": "luenberger"}, "parameters.observer must be one of"),
+    ("radius-motor-apo", {"bound__lower": GONE}, "bound lacks the field lower"),
+    ("radius-motor-apo", {"plant__A__1": ["0", "1"]}, "plant.A must have rows of one length"),
+    ("radius-motor-apo", {"plant__A": [["1", "2"]]}, "plant.A must be square"),
+    ("radius-motor-apo", {"plant__M": "5/2"}, "plant.M must be whole"),
+    ("radius-motor-apo", {"plant__M": "1001"}, "plant.M must be whole and at most 1000"),
+    ("radius-motor-apo", {"plant__T": "0"}, "plant.T must be positive"),
+    ("radius-motor-apo", {"plant__T": "1/10"}, "not proved"),
+    ("stable-apo", {"witness__radius": "9/10"}, "eigenvalues of Φ are not proved to lie inside"),
+    ("stable-apo", {"witness__radius": "1"}, "witness.radius must be below one"),
+    ("stable-apo", {"parameters__observer": "single_rate"}, "eigenvalues of Φ are not proved to lie inside"),
+    ("stable-apo", {"bound": {"upper": "1"}}, "bound has the unknown field upper"),
+    ("unstable-src", {"witness__radius": "1"}, "witness.radius must be above one"),
+    ("unstable-src", {"witness__radius": "6"}, "eigenvalue is not proved to be at least 6"),
+    ("unstable-src", {"parameters__observer": "fast_sensor"}, "eigenvalue is not proved to be at least"),
+    ("unstable-src", {"bound": {"upper": "6"}}, "bound has the unknown field upper"),
+    ("table-src-1", {"witness__root": ["0", "0"]}, "not proved to lie outside the unit circle"),
+    ("table-src-1", {"parameters__observer": "model_interpolation"}, "not proved to lie outside the unit circle"),
+    ("table-src-1", {"parameters__estimates": []}, "the starts do not fit the plant"),
+    ("table-src-1", {"plant__start": [["0"], ["0"]]}, "the starts do not fit the plant"),
+    ("table-src-1", {"plant__start": GONE}, "the plant has no start"),
+    ("table-src-1", {"parameters__frequency": "-1"}, "parameters.frequency must be positive"),
+    ("table-src-1", {"bound": {"upper": "6"}}, "bound has the unknown field upper"),
+    ("table-apo-1", {"witness__time": "1/10"}, "the error at the given time is not as large"),
+    ("table-apo-1", {"witness__phase": 3}, "the error at the given time is not as large"),
+    ("table-apo-1", {"witness__phase": 5}, "lies outside the slow period"),
+    ("table-apo-1", {"witness__time": "1/4"}, "lies outside the slow period"),
+    ("table-apo-1", {"witness__time": "-1/100"}, "lies outside the slow period"),
+    ("table-apo-1", {"witness__scales__0": "0"}, "witness.scales.0. must be positive"),
+    ("table-apo-1", {"witness__scales": ["1"] * 5}, "choose other scales"),
+    ("table-apo-1", {"witness__scales": ["1"] * 4}, "must have 5 entries"),
+    ("table-apo-1", {"parameters__observer": "model_interpolation"}, "not proved to be below the bound"),
+    ("table-pmi-1", {"parameters__observer": "alternating_predictive"}, "not as large"),
+    ("table-apo-1", {"parameters__observer": "single_rate"}, "eigenvalues of Φ are not proved to lie inside"),
+    ("table-apo-1", {"parameters__frequency": "1"}, "not proved to be below the bound"),
+    (
+        "table-apo-1",
+        {
+            "plant__A": [["-1"]],
+            "plant__B": [["1"]],
+            "plant__C": [["1"]],
+            "plant__K": [["0"]],
+            "plant__L": [["1"]],
+            "witness__scales": ["1"] * 3,
+        },
+        "plant of order 3, not 1",
+    ),
+    *(
+        ("table-apo-1", {f"plant__{entry}": value}, "position, speed and acceleration")
+        for entry, value in {"A__0__1": "2", "A__2__0": "1", "B__0__0": "1", "B__2__0": "0", "C__0__1": "1"}.items()
+    ),
+    ("lyapunov", {"witness__P__0__0": "6549"}, "P does not solve the Lyapunov equation"),
+    ("lyapunov", {"witness__P__0__1": "0"}, "witness.P must be symmetric"),
+    ("lyapunov", {"plant__K__0__0": "20"}, "P does not solve the Lyapunov equation"),
+    ("condition", {"witness__lyapunov__low": "1/100"}, "P − low I is not positive definite"),
+    ("condition", {"witness__lyapunov__high": "13256"}, "high I − P is not positive definite"),
+    ("condition", {"witness__lyapunov__low": "0"}, "witness.lyapunov.low must be positive"),
+    ("condition", {"witness__lyapunov__least": [["0"]] * 6}, "a vector of the witness is zero"),
+    ("condition-scalar", {"plant__T": "1/600"}, None),
+    ("condition-scalar", {"witness__lyapunov__low": "1/10", "witness__lyapunov__high": "2"}, "not decided"),
+    ("prediction-bound", {"parameters__longest": "1/10"}, "not proved to fail for all periods"),
+    ("prediction-bound", {"witness__chi": [["1"], *[["0"]] * 5]}, "not proved to fail for all periods"),
+    ("prediction-bound", {"plant__M": "1"}, "no virtual measurement"),
+    ("counterexample", {"parameters__longest": "1/1000"}, "may allow periods above 1/1000 s"),
+    ("counterexample", {"parameters__longest": "1"}, "not proved negative for all periods up to 1 s"),
+    ("counterexample", {"parameters__ratios": []}, "parameters.ratios is empty"),
+    ("counterexample", {"parameters__ratios": [1]}, "must be at least 2"),
+    ("counterexample", {"plant__L": [["3"]]}, "P does not solve"),
+    ("output-bounds", {"parameters__weights__CBK": "7/5"}, "the weight 7/5 of zeta is not positive semidefinite"),
+    ("output-bounds", {"parameters__weights__CA": "9/10"}, "the weight 9/10 of x is not positive semidefinite"),
+    ("output-bounds", {"parameters__weights__CA": "-1"}, "must be positive"),
+    ("estimate-bound", {"parameters__weights__KA": "7/5"}, "the weight 7/5 of zeta"),
+    ("estimate-bound", {"parameters__weights__KBK": "7/5"}, "the weight 7/5 of zeta"),
+    ("estimate-bound", {"parameters__weights__KLC": "9/10"}, "the weight 9/10 of x"),
+    ("estimate-bound", {"parameters__longest": "2"}, "beyond one second"),
+    ("estimate-bound", {"parameters__quantity": "input"}, "parameters.quantity must be one of output, feedback"),
+    ("hurwitz-feedback", {"plant__K__0__0": "20"}, "A \\+ B K is not Hurwitz"),
+    ("hurwitz-observer", {"plant__L__0__0": "-9"}, "A − L C is not Hurwitz"),
+    ("hurwitz-feedback", {"parameters__matrix": "plant"}, "parameters.matrix must be one of feedback, observer"),
+    ("coordinates", {"plant__KT": "3"}, "A is not that of"),
+    ("coordinates", {"plant__B__2__0": "1"}, "B is not that of"),
+    ("coordinates", {"plant__C__0": ["0", "1", "0"]}, "C does not read the position"),
+    ("torque-constant", {"plant__Psi": "3/5"}, "the lower bound that is proved is 18/5"),
+    ("torque-constant", {"plant__R": "-1"}, "plant.R must be positive"),
+    ("slow-period", {"plant__T": "1/4"}, "the lower bound that is proved is 5/4"),
+    ("feedforward", {"parameters__orders": [3, 1]}, "must have 3 entries"),
+    (
+        "feedforward",
+        {"plant__A": [["-1"]], "plant__B": [["1"]], "plant__C": [["1"]], "plant__K": [["0"]], "plant__L": [["1"]]},
+        "plant of order 3, not 1",
+    ),
+    ("contraction", {"witness": {"x": "1"}}, "witness has the unknown field x"),
+    ("discrete-observer", {"parameters": {"x": "1"}}, "parameters has the unknown field x"),
+    ("error-equations", {"bound": {"lower": "1"}}, "bound has the unknown field lower"),
+]
+
+
+@pytest.mark.parametrize(("name", "changes", "reason"), CHEATS)
+def test_a_tampered_certificate_is_refused(name: str, changes: dict[str, Any], reason: str | None) -> None:
+    if reason is None:
+        assert check(own(name, **changes)).holds is False
+        return
+    with pytest.raises(Refused, match=reason):
+        check(own(name, **changes))
