@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from flint import acb, acb_mat, arb, ctx, fmpq, fmpq_mat
+from flint import acb, acb_mat, arb, ctx, fmpq
 
+from replication.verify.delay_hidden import BITS, exponential, require_hidden
 from replication.verify.delay_plant import DelayPlant, read_plant
 from replication.verify.delay_sos import require_level
-from replication.verify.linear import submatrix, zeros
 from replication.verify.printed import above, below
-from replication.verify.reading import fields, integer, matrix, positive, rational, sequence
+from replication.verify.reading import fields, integer, positive, rational, sequence
 from replication.verify.theorem import Theorem, require
-
-BITS = 128
-"""Working precision of the balls."""
 
 
 def gain_upper(certificate: Mapping[str, Any]) -> Theorem:
@@ -37,7 +34,7 @@ def gain_lower(certificate: Mapping[str, Any]) -> Theorem:
     fields(certificate["parameters"], "parameters")
     (lower,) = fields(certificate["bound"], "bound", "lower")
     gamma = positive(lower, "bound.lower")
-    frequency = _require_hidden(read_plant(certificate["plant"]), gamma, certificate["witness"])
+    frequency = require_hidden(read_plant(certificate["plant"]), gamma, certificate["witness"], exponential)
     return Theorem(
         sentence=f"{_name(certificate)}: no observer, causal or not, has an L2 gain from w to the error of z below "
         f"{below(gamma)}: near {below(frequency, 6)} rad/s a disturbance with y = 0 has that gain to z.",
@@ -55,48 +52,12 @@ def near_optimal(certificate: Mapping[str, Any]) -> Theorem:
     gamma = positive(level, "witness.level")
     plant = read_plant(certificate["plant"])
     require_level(plant, gamma, degree, sos)
-    _require_hidden(plant, gamma / factor, hidden)
+    require_hidden(plant, gamma / factor, hidden, exponential)
     return Theorem(
         sentence=f"{_name(certificate)}: the observer with the gains of a storage of degree {degree} has an L2 gain "
         f"below its level {above(gamma)}, which is at most {factor} times what any observer has.",
         holds=True,
     )
-
-
-def _require_hidden(plant: DelayPlant, gamma: fmpq, witness: Any) -> fmpq:
-    """Refuse unless some x with C2 x = 0 has |C(iw) x| >= gamma |B^-1 M(iw) x| at the frequency w of the witness.
-
-    M(s) = s I - A0 - sum A_i exp(-s tau_i) and C(s) = C10 + sum C1_i exp(-s tau_i); B must have an inverse. Returns w.
-    """
-    frequency_value, direction_value = fields(witness, "witness", "frequency", "state")
-    frequency = rational(frequency_value, "witness.frequency")
-    n = plant.states
-    x = matrix(direction_value, "witness.state", n, 1)
-    require(plant.C2 * x == zeros(plant.C2.nrows(), 1), "witness.state is seen by y: C2 x is not zero")
-    require(plant.B.ncols() == n and plant.B.det() != 0, "B has no inverse, so that the disturbance is not known")
-    ctx.prec = BITS
-    s = acb(0, arb(frequency))
-    turns = [(-s * acb(arb(delay))).exp() for delay in plant.delays]
-    back = plant.B.inv()
-    w = acb_mat(back * x) * s - acb_mat(back * plant.A0 * x) - _delayed(back * plant.late, turns, x)
-    z = acb_mat(plant.C10 * x) + _delayed(plant.late_output, turns, x)
-    excess = _energy(z) - arb(gamma) ** 2 * _energy(w)
-    require(bool(excess >= 0), f"the gain at this frequency is not proved to reach {below(gamma)}")
-    return frequency
-
-
-def _delayed(late: fmpq_mat, turns: list[acb], x: fmpq_mat) -> acb_mat:
-    """sum over the delays of turn_i late_i x."""
-    n = x.nrows()
-    rows = range(late.nrows())
-    result = acb_mat(late.nrows(), 1)
-    for i, turn in enumerate(turns):
-        result += acb_mat(submatrix(late, rows, range(i * n, (i + 1) * n)) * x) * turn
-    return result
-
-
-def _energy(vector: acb_mat) -> arb:
-    return sum((entry.real**2 + entry.imag**2 for entry in vector.entries()), arb(0))
 
 
 def unstable(certificate: Mapping[str, Any]) -> Theorem:

@@ -12,7 +12,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.linear import block
+from replication.verify.linear import block, submatrix, zeros
 from replication.verify.reading import fields, matrices, matrix, positive, sequence
 from replication.verify.theorem import require
 
@@ -55,28 +55,28 @@ def read_plant(value: Mapping[str, Any]) -> DelayPlant:
     )
 
 
-def in_coordinates(plant: DelayPlant, change: fmpq_mat) -> DelayPlant:
-    """The same system for the state `change` x; refuses a matrix that has no inverse."""
-    require(change.det() != 0, "witness.change has no inverse")
-    back = change.inv()
-    apart = spread(back, len(plant.delays))
+def measured_last(plant: DelayPlant, change: Any) -> DelayPlant:
+    """The same system for the state `change` x; refuses unless then C2 = [0 c] with an invertible c."""
+    n, q = plant.states, plant.C2.nrows()
+    new = matrix(change, "witness.change", n, n)
+    require(new.det() != 0, "witness.change has no inverse")
+    back = new.inv()
+    sensor = plant.C2 * back
+    require(q <= n and submatrix(sensor, range(q), range(n - q)) == zeros(q, n - q), "C2 is not [0 c] after the change")
+    require(submatrix(sensor, range(q), range(n - q, n)).det() != 0, "c in C2 = [0 c] has no inverse")
+    count = len(plant.delays)
     return replace(
         plant,
-        A0=change * plant.A0 * back,
-        late=change * plant.late * apart,
-        B=change * plant.B,
+        A0=new * plant.A0 * back,
+        late=new * plant.late * repeated(back, count),
+        B=new * plant.B,
         C10=plant.C10 * back,
-        late_output=plant.late_output * apart,
-        C2=plant.C2 * back,
+        late_output=plant.late_output * repeated(back, count),
+        C2=sensor,
     )
 
 
-def spread(M: fmpq_mat, count: int) -> fmpq_mat:
+def repeated(M: fmpq_mat, count: int) -> fmpq_mat:
     """diag(M, .., M) with `count` blocks."""
-    rows, columns = M.nrows(), M.ncols()
-    result = fmpq_mat(rows * count, columns * count)
-    for k in range(count):
-        for i in range(rows):
-            for j in range(columns):
-                result[k * rows + i, k * columns + j] = M[i, j]
-    return result
+    empty = zeros(M.nrows(), M.ncols())
+    return block([[M if i == j else empty for j in range(count)] for i in range(count)])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from itertools import combinations
 from typing import Any
@@ -16,14 +16,13 @@ from replication.estimation.certificates.delay_forms import Dynamics
 from replication.estimation.certificates.delay_gram import centred, exact_grams
 from replication.estimation.certificates.rounding import as_floats, rounded, rounded_down, rounded_up
 from replication.estimation.delay import DelaySystem, delay_system, minimum_gain, rightmost_roots
-from replication.estimation.delay.spectrum import characteristic
 
 STEPS = (1e-6, 5e-6, 2e-5)
 """Relative distances of a level from the least one, tried in turn until there is room for rounding."""
 TRACE, WIDE_TRACE = 30.0, 1e4
 """Bound on the traces of the Gram matrices: small numbers close to the least level; more of it for small levels."""
 LEVEL_BITS, FREQUENCY_BITS, ROOT_BITS = 40, 20, 20
-BELOW = 1e-10
+BELOW = 1e-8
 """Relative distance of a lower bound from the gain that floating point finds."""
 FREQUENCIES = 4001
 """Grid of the search for the frequency of a lower bound."""
@@ -86,8 +85,9 @@ def _beside(parts: list[list[list[fmpq]]]) -> fmpq_mat:
     return fmpq_mat([[entry for part in parts for entry in part[i]] for i in range(len(parts[0]))])
 
 
-def _floating(dynamics: Dynamics, sensor: fmpq_mat) -> DelaySystem:
-    """The same system in floating point."""
+def floating(plant: Mapping[str, Any], change: fmpq_mat) -> DelaySystem:
+    """The plant in the coordinates `change`, in floating point, each number rounded once."""
+    dynamics, sensor = dynamics_of(plant, change), exact(plant["C2"]) * change.inv()
     n = dynamics.states
     late, output = as_floats(written(dynamics.late)), as_floats(written(dynamics.late_output))
     return delay_system(
@@ -104,9 +104,8 @@ def _floating(dynamics: Dynamics, sensor: fmpq_mat) -> DelaySystem:
 def grams(plant: Mapping[str, Any], gamma: str, degree: int, trace: float = TRACE) -> dict[str, Any]:
     """Witness of Theorem 3 at the level gamma; raises InfeasibleError if there is no room for rounding."""
     change = change_of(plant)
-    dynamics = dynamics_of(plant, change)
-    inner = _floating(dynamics, exact(plant["C2"]) * change.inv())
-    found = exact_grams(dynamics, rational(gamma), degree, centred(inner, float(Fraction(gamma)), degree, trace))
+    point = centred(floating(plant, change), float(Fraction(gamma)), degree, trace)
+    found = exact_grams(dynamics_of(plant, change), rational(gamma), degree, point)
     return {"change": written(change), **{name: [written(gram) for gram in pair] for name, pair in found.items()}}
 
 
@@ -135,9 +134,12 @@ def gain_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     return {"bound": {"lower": gamma}, "witness": witness}
 
 
-def hidden_gain(plant: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+def hidden_gain(
+    plant: Mapping[str, Any], lag: Callable[[complex], complex] = lambda s: np.exp(-s)
+) -> tuple[str, dict[str, Any]]:
     """The largest gain of a disturbance that leaves y at zero, and the frequency and the state that show it.
 
+    lag: the transfer function of a delay tau as a function of s tau; another one than exp(-s) for an approximation.
     For plants with one unmeasured state, so that C_2x = 0 leaves one direction; raises InvalidInputError for others.
     """
     sensor = exact(plant["C2"])
@@ -150,9 +152,10 @@ def hidden_gain(plant: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 
     def gain(frequency: float) -> float:
         s = 1j * frequency
-        output = system.c10 + sum(c * np.exp(-s * delay) for c, delay in zip(system.c1, system.delays, strict=True))
-        disturbance = np.linalg.solve(system.b, characteristic(system, s) @ x)
-        return float(np.linalg.norm(output @ x) / np.linalg.norm(disturbance))
+        turns = [lag(s * delay) for delay in system.delays]
+        output = system.c10 + sum(turn * c for turn, c in zip(turns, system.c1, strict=True))
+        rate = s * np.eye(n) - system.a0 - sum(turn * a for turn, a in zip(turns, system.a, strict=True))
+        return float(np.linalg.norm(output @ x) / np.linalg.norm(np.linalg.solve(system.b, rate @ x)))
 
     reach = 2.0 * float(np.linalg.norm(system.a0, 2) + sum(np.linalg.norm(a, 2) for a in system.a))
     grid = np.linspace(0.0, reach, FREQUENCIES)
