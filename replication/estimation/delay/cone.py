@@ -20,11 +20,14 @@ class DegreeRule(StrEnum):
 
     tensor: a, b <= d; total: a + b <= d; both with a weighted term of degree d-1, so that both terms reach the same
     degrees. wide: a <= d, b <= 2d, both terms of degree d; no strictly feasible point exists, and solvers stop early.
+    bessel: the smaller cone of `bessel` with d moments of each history; it lies in that of the tensor rule of degree
+    max(1, d-1), and in that of the total rule of degree 1 if d = 1.
     """
 
     TENSOR = "tensor"
     TOTAL = "total"
     WIDE = "wide"
+    BESSEL = "bessel"
 
 
 @dataclass(frozen=True)
@@ -50,13 +53,15 @@ class ConeBlock:
 
 
 def cone_blocks(degree: int, rule: DegreeRule) -> tuple[ConeBlock, ConeBlock]:
-    """The two matrices of the cone of degree d >= 1."""
+    """The two matrices of the cone of degree d >= 1, for every rule but bessel."""
     weighted = degree if rule is DegreeRule.WIDE else degree - 1
     return ConeBlock(degree, rule, False), ConeBlock(weighted, rule, True)
 
 
 def required_count(degree: int, rule: DegreeRule) -> int:
     """Legendre coefficients that hold every product in the cone of degree d: the highest is that of g Z_1 Z_1."""
+    if rule is DegreeRule.BESSEL:
+        return max(degree, 2)  # the multiplier S + (1+η)T has degree one
     return 2 * degree + (3 if rule is DegreeRule.WIDE else 1)
 
 

@@ -13,8 +13,9 @@ import numpy as np
 import scipy.sparse as sparse
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay import lie
+from replication.estimation.delay import bessel, lie
 from replication.estimation.delay.cone import DegreeRule, cone_blocks, cone_map, required_count
+from replication.estimation.delay.forms import FormSpace
 from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_clarabel, solve_sdpa
 from replication.estimation.delay.spectrum import require_detectable
 from replication.estimation.delay.system import DelaySystem, gain_scaled, measured_last
@@ -61,13 +62,20 @@ def assemble(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TEN
     degree = positive_integer("degree", degree)
     inner, change = measured_last(system)
     count = required_count(degree, rule)
-    blocks = cone_blocks(degree, rule)
-    v_space, h_space = lie.state_space(inner, count), lie.derivative_space(inner, count)
-    storage = sparse.hstack([cone_map(block, v_space) for block in blocks], format="csr")
-    dissipation = sparse.hstack([cone_map(block, h_space) for block in blocks], format="csr")
-    sizes = tuple(block.size(space) for space in (v_space, h_space) for block in blocks)
+    storage, v_sizes = _cone(lie.state_space(inner, count), degree, rule, ramp=True)
+    # The derivative of the ramp is constant: the dissipation needs none.
+    dissipation, h_sizes = _cone(lie.derivative_space(inner, count), degree, rule, ramp=False)
     derivative = (lie.lie_derivative(inner, count) @ storage).tocsr()
-    return Assembly(inner, change, degree, rule, count, storage, derivative, dissipation, sizes)
+    return Assembly(inner, change, degree, rule, count, storage, derivative, dissipation, v_sizes + h_sizes)
+
+
+def _cone(space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool) -> tuple[sparse.csr_array, tuple[int, ...]]:
+    """Map from the matrices of the cone to the coefficients of its forms, and the orders of the matrices."""
+    if rule is DegreeRule.BESSEL:
+        return bessel.cone(space, degree, ramp=ramp)
+    blocks = cone_blocks(degree, rule)
+    stacked = sparse.hstack([cone_map(block, space) for block in blocks], format="csr")
+    return stacked, tuple(block.size(space) for block in blocks)
 
 
 def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> Program:
@@ -161,9 +169,10 @@ def cross_checked_gain(system: DelaySystem, degree: int, rule: DegreeRule = Degr
 def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: Solution) -> Certificate:
     """Read V and the coefficients of 2⟨e, 𝒵C_2e⟩ off a solution."""
     system, count = assembly.system, assembly.count
-    matrices = [block.ravel() for block in solution.blocks]
-    storage = assembly.storage @ np.concatenate(matrices[:2]) + epsilon * lie.storage_identity(system, count)
-    dissipation = assembly.dissipation @ np.concatenate(matrices[2:])
+    matrices = np.concatenate([block.ravel() for block in solution.blocks])
+    own = assembly.storage.shape[1]
+    storage = assembly.storage @ matrices[:own] + epsilon * lie.storage_identity(system, count)
+    dissipation = assembly.dissipation @ matrices[own:]
     cross, level = lie.supply(system, count)
     total = lie.lie_derivative(system, count) @ storage + cross + gamma * level + dissipation
     total = total + epsilon * lie.dissipation_identity(system, count)
