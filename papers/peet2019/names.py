@@ -9,7 +9,10 @@ FIGURE_DEGREE = 4
 """The text gives degree 4 for the level 2.327 of Example 2."""
 
 LARGEST_DEFAULT = 15
-"""Cells of Table I up to this product n·K are run by default; `benchmarks/bench_delay.py --full` runs the others."""
+"""Cells of Table I up to this product n·K are run by default with the full cone of degree 1."""
+
+LARGEST_SMALL_CONE = 30
+"""Cells from there to this product are run with the small cone; `benchmarks/bench_delay.py --full` runs all."""
 
 
 def reference(example: str) -> str:
@@ -40,6 +43,11 @@ def cell(states: int, delays: int) -> str:
 def default_cells() -> tuple[tuple[int, int], ...]:
     """Cells (n, K) of the default run."""
     return tuple((n, k) for k in DELAY_COUNTS for n in STATES if n * k <= LARGEST_DEFAULT)
+
+
+def small_cone_cells() -> tuple[tuple[int, int], ...]:
+    """Larger cells (n, K) of the default run, by the small cone."""
+    return tuple((n, k) for k in DELAY_COUNTS for n in STATES if LARGEST_DEFAULT < n * k <= LARGEST_SMALL_CONE)
 
 
 IDENTITIES = f"{KEY}.identities"

@@ -24,7 +24,7 @@ from papers.peet2019.experiments import (
 from papers.peet2019.figures import FIGURES
 from papers.peet2019.identities import identities
 from papers.peet2019.inversion import inverse_identities
-from papers.peet2019.scaling import SMALL_LEVEL, example_4_roots, level_of, sizes
+from papers.peet2019.scaling import SMALL_LEVEL, example_4_roots, level_of, sizes, small_cone_cost
 from papers.peet2019.scaling import cost as cost_of
 from replication.audit.model import Experiment, Formula, Paper, Results, ScopeItem, Table
 
@@ -92,6 +92,10 @@ EXPERIMENTS: tuple[Experiment, ...] = (
     *(
         _experiment(names.cell(n, k), cost_of, states=n, delays=k, level=level_of(n, k))
         for n, k in names.default_cells()
+    ),
+    *(
+        _experiment(names.cell(n, k), small_cone_cost, states=n, delays=k, level=SMALL_LEVEL)
+        for n, k in names.small_cone_cells()
     ),
     _experiment(names.SIZES, sizes, states=list(data.STATES), delays=list(data.DELAY_COUNTS)),
     _experiment(names.ROOTS, example_4_roots, states=list(data.STATES), delays=list(data.DELAY_COUNTS)),

@@ -12,12 +12,16 @@ from replication.estimation.delay import (
     DegreeRule,
     DelaySystem,
     SdpaOptions,
+    bessel,
     delay_system,
+    lie,
     rightmost_roots,
     synthesis,
 )
-from replication.estimation.delay.sdp import Program, solve_sdpa
+from replication.estimation.delay.cone import cone_blocks
+from replication.estimation.delay.sdp import Program, Solution, solve_sdpa
 from replication.estimation.delay.system import transformed
+from replication.estimation.validation import Array
 
 Json = dict[str, Any]
 
@@ -61,6 +65,41 @@ def cost(states: int, delays: int, level: float | None, threads: int = 1) -> Jso
         "blocks": list(task.blocks),
         "solver": solver_record(solution),
     }
+
+
+def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) -> Json:
+    """A certificate of `level` for Example 4 from the small cone with one moment, checked as one of degree 1.
+
+    The solution is written in the matrices of `cost_program`; what it misses there is measured, without a solver.
+    """
+    small = synthesis.assemble(example_4(states, delays, jordan=1.0), 1, DegreeRule.BESSEL)
+    task = synthesis.program(small, 0.0, level)
+    solution = solve_sdpa(task, replace(CERTIFY, threads=threads))
+    matrices = _in_degree_one(small, solution)
+    full = cost_program(states, delays, level)
+    residual = np.abs(full.a @ np.concatenate([matrix.ravel() for matrix in matrices]) - full.b).max()
+    return {
+        "gamma": level,
+        "equalities": task.a.shape[0],
+        "blocks": list(task.blocks),
+        "solver": solver_record(solution),
+        "full": {
+            "equalities": full.a.shape[0],
+            "residual": float(residual / (1.0 + np.abs(full.b).max())),
+            "least_eigenvalue": min(float(np.linalg.eigvalsh(matrix)[0]) for matrix in matrices),
+        },
+    }
+
+
+def _in_degree_one(small: synthesis.Assembly, solution: Solution) -> list[Array]:
+    """The matrices of both cones at degree 1, total rule, from a solution in the small cone."""
+    spaces = (lie.state_space(small.system, small.count), lie.derivative_space(small.system, small.count))
+    first = 1 + 2 * small.system.delay_count
+    parts = (solution.blocks[:first], solution.blocks[first:])
+    target = cone_blocks(1, DegreeRule.TOTAL)
+    return [
+        matrix for part, space in zip(parts, spaces, strict=True) for matrix in bessel.lifted(part, space, 1, target)
+    ]
 
 
 def sizes(states: list[int], delays: list[int]) -> Json:

@@ -11,7 +11,7 @@ from papers.peet2019.errata import WRONG
 from papers.peet2019.experiments import as_printed, closed_loop, references, synthesised, system_of
 from papers.peet2019.identities import MISPRINTS, identities
 from papers.peet2019.inversion import inverse_identities
-from papers.peet2019.scaling import cost, example_4, sizes
+from papers.peet2019.scaling import SMALL_LEVEL, cost, cost_program, example_4, sizes, small_cone_cost
 from replication.audit.claims import validate_claims
 from replication.audit.model import Kind, Verdict
 from replication.estimation.delay import rightmost_roots
@@ -115,6 +115,15 @@ def test_the_cost_does_not_say_more_than_the_point_holds() -> None:
     assert cost(2, 2, None, threads=2)["gamma"] == found["gamma"]
 
 
+@pytest.mark.parametrize(("states", "delays"), [(1, 1), (3, 2), (2, 5)])
+def test_certificate_of_the_small_cone_is_one_of_degree_one(states: int, delays: int) -> None:
+    found = small_cone_cost(states, delays, SMALL_LEVEL)
+    assert found["full"]["equalities"] == cost_program(states, delays, SMALL_LEVEL).a.shape[0] > found["equalities"]
+    assert found["full"]["residual"] < ROUNDING
+    assert found["full"]["least_eigenvalue"] > -ROUNDING
+    assert found["solver"]["residuals"]["least eigenvalue"] > 0.0
+
+
 def test_example_4_keeps_its_zeros_and_its_optimum() -> None:
     system = example_4(4, 2, jordan=1.0)
     assert np.array_equal(system.c2, [[0.0, 0.0, 0.0, 1.0]])
@@ -124,6 +133,8 @@ def test_example_4_keeps_its_zeros_and_its_optimum() -> None:
 
 
 def test_default_cells_stay_below_the_limit() -> None:
-    cells = names.default_cells()
-    assert (5, 3) in cells and (5, 5) not in cells
+    assert (5, 3) in names.default_cells() and (5, 5) not in names.default_cells()
+    assert (10, 3) in names.small_cone_cells() and (5, 10) not in names.small_cone_cells()
+    cells = (*names.default_cells(), *names.small_cone_cells())
+    assert len(set(cells)) == len(cells)
     assert {names.cell(n, k) for n, k in cells} <= {experiment.name for experiment in PAPER.experiments}
