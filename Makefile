@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme test test-fast bench lint format lock clean help
+.PHONY: report figures readme test test-fast docs artifact bench lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/ and report/index.html (the default)
 	$(BIN)/python -m replication run
@@ -28,6 +28,12 @@ test: lint ## all checks: lint, types, every test
 
 test-fast: $(STAMP) ## the tests that take no more than a few seconds and need no browser
 	$(BIN)/python -m pytest -m "not slow and not browser"
+
+docs: $(STAMP) ## the documentation as pages in build/docs, which need no network
+	$(BIN)/python -m mkdocs build --quiet
+
+artifact: report ## one zip of sources, lock, results, figures, certificates and report in dist/
+	$(BIN)/python -m replication artifact
 
 bench: $(STAMP) ## the benchmarks, and benchmarks/results.md from their times
 	mkdir -p .benchmarks

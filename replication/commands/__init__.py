@@ -24,6 +24,7 @@ NAMES = (
     "check",
     "report",
     "diff",
+    "new",
     "certify",
     "verify",
     "export",

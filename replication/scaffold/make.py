@@ -1,0 +1,54 @@
+"""Making the package of a new paper from the templates beside this file."""
+
+from __future__ import annotations
+
+import keyword
+import re
+import shutil
+import tempfile
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from replication.audit.files import write_atomically
+from replication.errors import InvalidInputError
+
+MODULES = ("init", "data", "experiments", "claims", "figures", "paper")
+LONGEST = 40
+
+
+def scaffold(key: str, root: Path) -> tuple[Path, ...]:
+    """Write papers/KEY/ and tests/papers/test_KEY.py of the project at `root`, whole or not at all; returns the files.
+
+    Raises InvalidInputError if `key` is no name of a module in lower case, or one of these exists.
+    """
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", key) or keyword.iskeyword(key) or len(key) > LONGEST:
+        raise InvalidInputError(
+            f"the key of a paper is a Python name in lower case of at most {LONGEST} characters, "
+            f"for example okajima2023; got {key!r}"
+        )
+    package, test = root / "papers" / key, root / "tests" / "papers" / f"test_{key}.py"
+    for path in (package, test, package.with_suffix(".py")):
+        if path.exists():
+            raise InvalidInputError(f"{path} exists; choose another key, or remove it first")
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, keep_trailing_newline=True
+    )
+    texts = {name: environment.get_template(f"{name}.py.j2").render(key=key) for name in (*MODULES, "test")}
+    package.parent.mkdir(parents=True, exist_ok=True)
+    # A dot in front keeps a half-written package from being found as a paper.
+    unfinished = Path(tempfile.mkdtemp(dir=package.parent, prefix=f".{key}."))
+    try:
+        for name in MODULES:
+            (unfinished / _file(name)).write_text(texts[name], encoding="utf-8")
+        write_atomically(test, texts["test"].encode())
+        unfinished.chmod(0o755)
+        unfinished.rename(package)
+    except BaseException:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        raise
+    return (*(package / _file(name) for name in MODULES), test)
+
+
+def _file(name: str) -> str:
+    return "__init__.py" if name == "init" else f"{name}.py"

@@ -1,0 +1,90 @@
+"""The documentation: it builds without a warning, loads nothing, and the guide to a new paper does what it says."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import html5lib
+import pytest
+from lab import Lab, make_lab
+
+from replication.errors import InvalidInputError
+from replication.scaffold.make import scaffold
+
+ROOT = Path(__file__).parents[1]
+GUIDE = (ROOT / "docs" / "adding-a-paper.md").read_text(encoding="utf-8")
+BLOCK = re.compile(r"```python\n# (papers/\S+)\n(.*?)```", re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    directory = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(directory)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return directory
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> Lab:
+    return make_lab(tmp_path)
+
+
+@pytest.mark.slow
+def test_site_loads_nothing_from_elsewhere(site: Path) -> None:
+    pages = sorted(site.rglob("*.html"))
+    assert len(pages) > 10
+    for page in pages:
+        tree = html5lib.parse(page.read_text(encoding="utf-8"), namespaceHTMLElements=False)
+        loaded = [node.get("src") or "" for tag in ("script", "img", "iframe") for node in tree.iter(tag)]
+        loaded += [node.get("href") or "" for node in tree.iter("link")]
+        assert not [address for address in loaded if re.match(r"(https?:)?//", address)], page
+
+
+@pytest.mark.slow
+def test_formulas_of_the_site_are_mathml(site: Path) -> None:
+    page = (site / "methods" / "multirate.html").read_text(encoding="utf-8")
+    assert page.count("<math") > 5
+    assert "$" not in re.sub(r"<(pre|code|annotation).*?</\1>", "", page, flags=re.DOTALL)
+
+
+@pytest.mark.slow
+def test_a_new_paper_runs_as_it_is(lab: Lab) -> None:
+    assert lab.cli("new", "fresh2030").returncode == 0
+    done = lab.cli("run", "fresh2030", "--jobs", "1")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1 reproduced" in done.stdout
+    assert lab.python("-m", "pytest", "-q", "tests/papers/test_fresh2030.py").returncode == 0
+
+
+@pytest.mark.slow
+def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
+    assert lab.cli("new", "randomwalk").returncode == 0
+    blocks = BLOCK.findall(GUIDE)
+    assert [name.rpartition("/")[2] for name, _ in blocks] == [
+        "data.py", "experiments.py", "claims.py", "figures.py", "paper.py",
+    ]  # fmt: skip
+    for name, text in blocks:
+        (lab.root / name).write_text(text, encoding="utf-8")
+    done = lab.cli("run", "randomwalk", "--jobs", "1")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (lab.root / "report" / "randomwalk" / "index.html").is_file()
+    assert lab.python("-m", "pytest", "-q", "tests/papers/test_randomwalk.py").returncode == 0
+
+
+@pytest.mark.parametrize("key", ["", "Upper", "1st", "a-b", "../up", "class", "a" * 41, "toy2020"])
+def test_a_key_that_does_not_do_is_refused_and_nothing_is_written(lab: Lab, key: str) -> None:
+    before = sorted(lab.root.rglob("*"))
+    with pytest.raises(InvalidInputError, match=r"for example okajima2023|exists"):
+        scaffold(key, lab.root)
+    assert sorted(lab.root.rglob("*")) == before
+
+
+def test_every_command_of_the_guide_exists() -> None:
+    from replication import commands
+
+    named = set(
+        re.findall(r"python -m replication (\w+)", "\n".join(path.read_text() for path in ROOT.glob("docs/**/*.md")))
+    )
+    assert named <= set(commands.NAMES)
