@@ -57,8 +57,8 @@
     state = new URLSearchParams();
     for (const name of fields) if (wanted.get(name)) state.set(name, wanted.get(name));
     const [sort, order] = [wanted.get("sort"), wanted.get("order")];
-    if (sort in orders) state.set("sort", sort);
-    if (sort in orders && order in orders[sort]) state.set("order", order);
+    if (Object.hasOwn(orders, sort)) state.set("sort", sort);
+    if (Object.hasOwn(orders, sort) && Object.hasOwn(orders[sort], order)) state.set("order", order);
     for (const form of forms) {
       for (const name of ["verdict", "kind", "search"]) {
         const [field, value] = [form.elements[name], state.get(name) ?? ""];

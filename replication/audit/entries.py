@@ -49,6 +49,18 @@ class EntryView:
         return self.label.startswith(IMAGINARY)
 
     @property
+    def digits(self) -> tuple[tuple[str, str], ...]:
+        """The computed digits in parts, each with what it is: `agreed`, `off` or just `head`, and the `tail`.
+
+        A number that begins like the print and does not round to it is off with its first digit beyond the print.
+        """
+        rest, tail = self.head[self.agreed :], self.tail
+        if not self.inside and not rest:
+            digit = next((i for i, character in enumerate(tail) if character.isdigit()), -1) + 1
+            rest, tail = tail[:digit], tail[digit:]
+        return ("agreed", self.head[: self.agreed]), ("head" if self.inside else "off", rest), ("tail", tail)
+
+    @property
     def ladder(self) -> tuple[tuple[str, int, str, str], ...]:
         """What stands below each other in the evidence: name, blank columns, digits as in the print, the other ones."""
         named = zip(_LADDER, (self.printed, self.full, self.lower, self.upper), strict=True)

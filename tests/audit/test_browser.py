@@ -3,75 +3,23 @@
 from __future__ import annotations
 
 import base64
-import os
 import re
-import shutil
 from collections import Counter
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlparse
 
 import pytest
-from sample import KEY, build, claims
-from selenium import webdriver
+from looking import shown
+from sample import claims
 from selenium.webdriver.common.by import By
 
 from replication.audit.model import Verdict
-from replication.audit.view import anchor
 
 pytestmark = pytest.mark.browser
 
 WIDTHS = (320, 768, 1440)
 SMALLEST_CONTRAST = 4.5
-
-
-@pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> str:
-    return build(tmp_path_factory.mktemp("report")).as_uri()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[webdriver.Chrome]:
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if chromium is None or driver is None:
-        if os.environ.get("CI"):
-            pytest.fail("Chromium or its driver is missing; install both (Debian: chromium chromium-driver)")
-        pytest.skip("Chromium or its driver is missing; the report is tried where they are installed")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"):
-        options.add_argument(argument)
-    started = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield started
-    started.quit()
-
-
-@pytest.fixture
-def visit(browser: webdriver.Chrome, address: str) -> Callable[..., webdriver.Chrome]:
-    """Open the report in a window of some width and colour scheme, with or without scripts."""
-
-    def go(width: int = 1440, scheme: str = "light", fragment: str = "", scripts: bool = True) -> webdriver.Chrome:
-        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-        scheme_feature = [{"name": "prefers-color-scheme", "value": scheme}]
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": scheme_feature})
-        browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not scripts})
-        browser.get("about:blank")
-        browser.get(f"{address}{fragment}")
-        return browser
-
-    return go
-
-
-def claim_id(name: str) -> str:
-    return anchor("claim", f"{KEY}.{name}")
-
-
-def shown(browser: webdriver.Chrome) -> list[str]:
-    return [
-        e.get_attribute("id") or "" for e in browser.find_elements(By.CSS_SELECTOR, "tbody.claim") if e.is_displayed()
-    ]
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -99,7 +47,7 @@ def test_text_has_contrast(visit: Any, scheme: str) -> None:
       const style = (e) => getComputedStyle(e);
       const texts = [...document.querySelectorAll('body *')].filter((e) => e.checkVisibility()
         && [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim()));
-      const raised = style(document.querySelector('pre')).backgroundColor;
+      const raised = style(document.querySelector('.raised')).backgroundColor;
       return [[style(document.body).backgroundColor, raised], [...new Set(texts.map((e) => style(e).color))]];""")
     papers, inks = ([tuple(map(int, re.findall(r"\d+", colour)[:3])) for colour in group] for group in colours)
     assert len(inks) > len(Verdict)
@@ -142,38 +90,6 @@ def test_everything_is_there_without_scripts(visit: Any) -> None:
     assert not evidence.is_displayed()
     first.click()
     assert evidence.is_displayed()
-
-
-def test_evidence_opens_by_keyboard(visit: Any) -> None:
-    page = visit()
-    summary = page.find_element(By.CSS_SELECTOR, "tbody.claim summary")
-    summary.send_keys(" ")
-    assert page.find_element(By.CSS_SELECTOR, "tbody.claim .evidence").is_displayed()
-
-
-def test_filter_and_its_address(visit: Any) -> None:
-    differing = {anchor("claim", c.id) for c in claims() if c.verdict is Verdict.DIFFERS}
-    page = visit()
-    page.find_element(By.CSS_SELECTOR, ".filter option[value=differs]").click()
-    assert set(shown(page)) == differing
-    assert page.current_url.endswith(f"#paper-{KEY}.claims?verdict=differs")
-    page.find_element(By.NAME, "search").send_keys("shorter period")
-    assert shown(page) == [claim_id("shorter-is-better")]
-    page = visit(fragment=f"#paper-{KEY}.claims?verdict=differs&search=shorter+period")
-    assert shown(page) == [claim_id("shorter-is-better")]
-    page.find_element(By.CSS_SELECTOR, ".filter button").click()
-    assert len(shown(page)) == len(claims())
-    assert page.current_url.endswith(f"#paper-{KEY}.claims")
-
-
-def test_permalink_opens_its_claim_even_if_it_is_filtered_out(visit: Any) -> None:
-    page = visit(fragment=f"#{claim_id('zero')}")
-    evidence = page.find_element(By.CSS_SELECTOR, f"[id='{claim_id('zero')}'] .evidence")
-    assert evidence.is_displayed()
-    page = visit(fragment="#?verdict=differs")
-    page.execute_script("location.hash = arguments[0]", claim_id("zero"))
-    page.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
-    assert page.find_element(By.ID, claim_id("zero")).is_displayed()
 
 
 @pytest.mark.parametrize("scripts", [True, False])

@@ -1,0 +1,91 @@
+"""The report for everyone: no violation of the accessibility rules, nothing cut off on paper, cues where it scrolls."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from axe_core_python.selenium import Axe
+from selenium.webdriver.common.by import By
+
+pytestmark = pytest.mark.browser
+
+WIDTHS = (320, 768, 1440)
+PAPER = {"width": 190, "height": 277}
+"""A4 without margins of 10 mm."""
+PIXELS_PER_MM = 96 / 25.4
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_no_violation(visit: Any, width: int, scheme: str) -> None:
+    page = visit(width, scheme)
+    page.execute_script("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    found = Axe().run(page, options={"resultTypes": ["violations"]})["violations"]
+    assert [(rule["id"], node["html"][:120]) for rule in found for node in rule["nodes"]] == []
+
+
+def test_axe_would_find_a_violation(visit: Any) -> None:
+    page = visit()
+    page.execute_script("document.querySelector('svg.figure').removeAttribute('aria-label')")
+    assert [rule["id"] for rule in Axe().run(page, context="main figure")["violations"]] == ["svg-img-alt"]
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_what_scrolls_shows_that_there_is_more(visit: Any, width: int) -> None:
+    """The edge behind which there is more is shaded, and no longer when that edge is reached."""
+    page = visit(width)
+    wide = [
+        box
+        for box in page.find_elements(By.CSS_SELECTOR, ".scroll")
+        if page.execute_script("return arguments[0].scrollWidth > arguments[0].clientWidth + 1", box)
+    ]
+    assert wide or width > min(WIDTHS)
+    for box in wide:
+        assert box.value_of_css_property("background-image").count("linear-gradient") == 4
+        assert box.value_of_css_property("background-attachment") == "local, local, scroll, scroll"
+
+
+def print_layout(visit: Any, scripts: bool) -> Any:
+    """The page in the layout of print, as wide as A4 between its margins, with scripts on to measure it."""
+    page = visit(scripts=scripts)
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    size = {"width": int(PAPER["width"] * PIXELS_PER_MM), "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    page.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+    page.execute_script("dispatchEvent(new Event('beforeprint'))")
+    return page
+
+
+@pytest.mark.parametrize("scripts", [True, False])
+def test_no_table_or_figure_is_cut_on_paper(visit: Any, scripts: bool) -> None:
+    page = print_layout(visit, scripts)
+    beyond = """const edge = document.documentElement.clientWidth;
+      return [...document.querySelectorAll('main *')].filter((e) => e.checkVisibility() && !e.closest('.unseen')
+        && e.getBoundingClientRect().right > edge + 1).map((e) => e.outerHTML.slice(0, 120))"""
+    assert page.execute_script(beyond) == []
+    clipped = """return [...document.querySelectorAll('main *')].filter((e) => e.checkVisibility()
+      && !e.closest('.unseen, svg, math') && e.scrollWidth > e.clientWidth + 1 && e.clientWidth
+      && getComputedStyle(e).overflowX !== 'visible').map((e) => e.outerHTML.slice(0, 120))"""
+    assert page.execute_script(clipped) == []
+
+
+def test_rows_and_figures_are_not_split_between_pages(visit: Any) -> None:
+    """Whatever is kept in one piece fits a page, so that the browser can keep it."""
+    page = print_layout(visit, scripts=True)
+    kept = "tr:not(.statement), figure, .erratum, .ladder, .evidence dl > div"
+    pieces = """return [...document.querySelectorAll(arguments[0])].filter((e) => e.checkVisibility()).map((e) =>
+      [getComputedStyle(e).breakInside, e.getBoundingClientRect().height, e.outerHTML.slice(0, 120)])"""
+    found = page.execute_script(pieces, kept)
+    assert len(found) > 100
+    assert [text for kept, _, text in found if kept != "avoid"] == []
+    assert [text for _, height, text in found if height > PAPER["height"] * PIXELS_PER_MM] == []
+
+
+def test_the_head_of_a_table_stands_on_each_of_its_pages(visit: Any) -> None:
+    page = print_layout(visit, scripts=True)
+    heads = """return [...document.querySelectorAll('main thead')].map((e) => getComputedStyle(e).display)"""
+    assert set(page.execute_script(heads)) == {"table-header-group"}
+    # A box inside a header cell is drawn on the first page only; its text must stand in the cell itself.
+    boxes = "return [...document.querySelectorAll('thead button')].map((e) => getComputedStyle(e).display)"
+    assert set(page.execute_script(boxes)) == {"contents"}
