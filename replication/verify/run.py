@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from replication.verify import delay, delay_pade, dualrate, dualrate_motor, dualrate_theory, multirate
+from replication.verify import delay, delay_pade, dualrate, dualrate_motor, dualrate_theory, multirate, nonuniform
 from replication.verify.reading import fields, parse, rational, text
 from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
 from replication.verify.theorem import Refused, Theorem, require
@@ -23,6 +23,7 @@ STATEMENTS: Mapping[str, Statement] = {
     **dualrate.STATEMENTS,
     **dualrate_motor.STATEMENTS,
     **dualrate_theory.STATEMENTS,
+    **nonuniform.STATEMENTS,
 }
 
 FIELDS = ("format", "paper", "name", "claims", "statement", "plant", "parameters", "bound", "witness")

@@ -128,7 +128,8 @@ def _natural(plant: SampledPlant, filter_: Filter, h: float, per_duration: bool)
 
     The units of w, y, z and of the states then matter neither to the solver nor to the hulls.
     """
-    plant = plant.in_coordinates(_balancing(plant))
+    balancing = _balancing(plant)
+    plant = plant.in_coordinates(balancing)
     stage = error_system(plant, filter_, h, per_duration=per_duration)
     reached = gramian(stage.A, stage.B)
     # Each state in its own unit first, so that the small number added means the same to all of them.
@@ -141,7 +142,8 @@ def _natural(plant: SampledPlant, filter_: Filter, h: float, per_duration: bool)
     T = np.linalg.inv(np.linalg.cholesky(scaled)) / units
     T[:, plant.order :] *= own
     level = periodic_gain(plant, filter_, [h], per_duration=per_duration).upper
-    return ErrorSystem(plant, filter_, T, level if level > 0 else 1.0, per_duration)
+    original = np.concatenate([1 / np.diag(balancing), own])
+    return ErrorSystem(plant, filter_, T, level if level > 0 else 1.0, per_duration, original)
 
 
 def _balancing(plant: SampledPlant) -> Array:

@@ -29,13 +29,17 @@ SLACK = 1e-6
 
 @dataclass(frozen=True)
 class ErrorSystem:
-    """The error system (5) with state T [x; x^] and e / level, as a function of stacks of transition matrices."""
+    """The error system (5) with state T [x; x^] and e / level, as a function of stacks of transition matrices.
+
+    units (n + nf,): x and x^ here are those of the plant and filter that were asked about, divided by these.
+    """
 
     plant: SampledPlant
     filter: Filter
     T: Array
     level: float
     per_duration: bool
+    units: Array
 
     @property
     def output(self) -> Array:
@@ -53,6 +57,11 @@ class ErrorSystem:
         steps[:, n:, n + nf :] = self.filter.B @ self.plant.D
         steps[:, :, : n + nf] = steps[:, :, : n + nf] @ np.linalg.inv(self.T)
         return self.T @ steps
+
+    def storage(self, P: Array) -> Array:
+        """The storage matrices P (leaves, N, N) for the error e and the states that were asked about."""
+        whole = self.T / self.units
+        return np.asarray(self.level**2 * whole.T @ P @ whole)
 
     def weights(self, periods: Array) -> Array:
         """w(h) of the squared norms."""

@@ -1,0 +1,187 @@
+"""Gain of the error system (5) over sampling sequences: Lyapunov functions above, periodic disturbances below.
+
+The gain is the least g with sum w_k |e_k|^2 <= g^2 sum w_k |w_k|^2 from rest, for every disturbance and every sequence
+of periods h_k in a range; the weights w_k are 1, or h_k for the gain per duration.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
+
+from replication.verify.balls import require_positive_definite
+from replication.verify.linear import block, identity, zeros
+from replication.verify.linear import require_positive_definite as require_definite
+from replication.verify.nonuniform_system import (
+    Filter,
+    Plant,
+    Time,
+    along,
+    chord_remainder,
+    error_output,
+    error_step,
+    require_stable,
+    seconds,
+    step_at,
+)
+from replication.verify.reading import fields, integer, positive, rational, sequence, symmetric
+from replication.verify.theorem import Refused, require
+
+HALVINGS = 24
+"""Times that a piece of the range may be halved before the storage matrices are refused."""
+
+
+def lyapunov_level(plant: Plant, filter_: Filter, ends: tuple[Time, Time], weight: str, bound: Any, given: Any) -> fmpq:
+    """The level g of `bound`, after proving from the witness that no sequence with periods between `ends` exceeds it.
+
+    `given` holds the cells that cut the range (shares from 0 to 1), the storage matrices P_c, and `next`: the matrix
+    that follows P_c when the period lies in cell a. For every c, a and every h of the cell, with d = next[c][a],
+
+        [P_c - w C'C, 0; 0, w g^2 I] - M' P_d M > 0,   M = [A-bar(h), B-bar(h)], C = C-bar, w = 1 or h:
+
+    the energy x' P_c x stored at k then covers what is still to come. Summed along any sequence from rest, that is the
+    bound; at w = 0 it proves asymptotic stability too.
+    """
+    (stated,) = fields(bound, "bound", "upper")
+    level = positive(stated, "bound.upper")
+    shares, following, P = _automaton(given, plant.A.nrows() + filter_.A.nrows())
+    for c, storage in enumerate(P):
+        require_definite(storage, f"P[{c}]")
+    proof = _Inequality(plant, filter_, weight, level, [arb_mat(storage) for storage in P], ends)
+    for letter, (a, b) in enumerate(pairwise(shares)):
+        proof.require_on(a, b, [(c, row[letter]) for c, row in enumerate(following)], HALVINGS)
+    return level
+
+
+def _automaton(given: Any, size: int) -> tuple[list[fmpq], list[list[int]], list[fmpq_mat]]:
+    """Cells that cover the range exactly, a following matrix for each matrix and cell, and the matrices."""
+    edges, rows, matrices = fields(given, "witness.storage", "cells", "next", "P")
+    shares = sequence(edges, "witness.storage.cells", rational)
+    increasing = all(a < b for a, b in pairwise(shares))
+    require(shares[:1] == [0] and shares[-1:] == [1] and increasing, "witness.storage.cells must rise from 0 to 1")
+    P = sequence(matrices, "witness.storage.P", lambda value, path: symmetric(value, path, size))
+    following = sequence(
+        rows, "witness.storage.next", lambda row, path: sequence(row, path, integer, len(shares) - 1), len(P)
+    )
+    require(len(P) > 0, "witness.storage.P must not be empty")
+    outside = [d for row in following for d in row if d >= len(P)]
+    require(not outside, f"witness.storage.next points at P{outside[:1]}, but there are {len(P)} matrices")
+    return shares, following, P
+
+
+class _Inequality:
+    """The inequality of `lyapunov_level` on pieces of the range."""
+
+    def __init__(
+        self, plant: Plant, filter_: Filter, weight: str, level: fmpq, P: list[arb_mat], ends: tuple[Time, Time]
+    ) -> None:
+        require(weight in ("samples", "duration"), f"the weight must be samples or duration, got {weight!r:.20}")
+        self.plant, self.filter, self.weight, self.P, self.ends = plant, filter_, weight, P, ends
+        output = error_output(plant, filter_)
+        states, inputs = output.ncols(), plant.B.ncols()
+        demanded = -(output.transpose() * output)
+        supplied = identity(inputs) * level**2
+        corner = zeros(states, inputs)
+        self.paid = arb_mat(block([[demanded, corner], [corner.transpose(), supplied]]))
+        self.kept = arb_mat(block([[identity(states), corner]]))
+
+    def require_on(self, a: fmpq, b: fmpq, transitions: list[tuple[int, int]], halvings: int) -> None:
+        """Refuse unless the inequality holds for these pairs (c, d) at every period between the shares a and b.
+
+        It is concave in M and w together (P_d > 0), so that it need hold only at both ends of a chord, each with the
+        remainder of the chord added as a ball. Pairs that fail are tried again on both halves.
+        """
+        start, stop = (seconds(along(*self.ends, share)) for share in (a, b))
+        rest = chord_remainder(self.plant, start, stop - start)
+        corners = [(error_step(self.plant, self.filter, step_at(self.plant, h) + rest), h) for h in (start, stop)]
+        failed = [pair for pair in transitions if not all(self._holds(pair, M, h) for M, h in corners)]
+        if not failed:
+            return
+        if halvings == 0:
+            c, d = failed[0]
+            raise Refused(f"the storage inequality from P[{c}] to P[{d}] is not proved at h = {start.str(8)} s")
+        middle = (a + b) / 2
+        self.require_on(a, middle, failed, halvings - 1)
+        self.require_on(middle, b, failed, halvings - 1)
+
+    def _holds(self, pair: tuple[int, int], M: arb_mat, h: arb) -> bool:
+        before, after = (self.P[i] for i in pair)
+        paid = self.paid * h if self.weight == "duration" else self.paid
+        try:
+            room = self.kept.transpose() * before * self.kept + paid - M.transpose() * after * M
+            require_positive_definite(room, "the storage inequality")
+        except Refused:
+            return False
+        return True
+
+
+def attained_level(plant: Plant, filter_: Filter, ends: tuple[Time, Time], weight: str, bound: Any, given: Any) -> fmpq:
+    """The level of `bound`, after proving that a periodic sequence of periods and a disturbance exceed it.
+
+    `given` holds the pattern of periods, as shares of the way between `ends` with numbers of samples, a point z of the
+    unit circle by t = tan(arg(z) / 2), and the complex disturbances w_0 ... w_{p-1} of a pattern. With w_{k+p} = z w_k
+    the stable error system tends to a motion with x_p = z x_0, whose ratio of sum |e|^2 to sum |w|^2 over a pattern is
+    what the ratio over N patterns tends to as N grows; the real or the imaginary part of w attains at least as much.
+    """
+    (stated,) = fields(bound, "bound", "lower")
+    level = positive(stated, "bound.lower")
+    require(weight in ("samples", "duration"), f"the weight must be samples or duration, got {weight!r:.20}")
+    require_stable(plant, filter_)
+    runs, turn, disturbances = fields(given, "witness", "pattern", "turn", "w")
+    periods = _pattern(runs, ends)
+    inputs = plant.B.ncols()
+    w = sequence(disturbances, "witness.w", lambda value, path: _complex_vector(value, path, inputs), len(periods))
+    steps = {time: acb_mat(error_step(plant, filter_, step_at(plant, seconds(time)))) for time in set(periods)}
+    states = plant.A.nrows() + filter_.A.nrows()
+    through, forced = acb_mat(identity(states)), acb_mat(zeros(states, 1))
+    frame = acb_mat(block([[identity(states)], [zeros(inputs, states)]]))
+    for time, drive in zip(periods, w, strict=True):
+        through = steps[time] * frame * through
+        forced = _advance(steps[time], forced, drive)
+    z = circle_point(rational(turn, "witness.turn"))
+    x = (acb_mat(identity(states)) * z - through).solve(forced)
+    output = acb_mat(error_output(plant, filter_))
+    errors, supplied = arb(0), arb(0)
+    for time, drive in zip(periods, w, strict=True):
+        share = seconds(time) if weight == "duration" else arb(1)
+        errors += share * energy(output * x)
+        supplied += share * energy(drive)
+        x = _advance(steps[time], x, drive)
+    require(supplied > 0, "witness.w must not be zero")
+    require(errors > level**2 * supplied, f"the disturbance does not attain {level}: {(errors / supplied).sqrt()}")
+    return level
+
+
+def _pattern(value: Any, ends: tuple[Time, Time]) -> list[Time]:
+    """The periods of one pattern from pairs [share of the way between the ends, number of samples]."""
+
+    def run(pair: Any, path: str) -> list[Time]:
+        require(isinstance(pair, list) and len(pair) == 2, f"{path} must be [share, samples]")
+        share = rational(pair[0], path)
+        require(0 <= share <= 1, f"{path} must lie between the ends: a share from 0 to 1")
+        return [along(*ends, share)] * integer(pair[1], path, 1)
+
+    return [time for times in sequence(value, "witness.pattern", run) for time in times]
+
+
+def _complex_vector(value: Any, path: str, size: int) -> acb_mat:
+    """A column of complex numbers from pairs [real, imaginary]."""
+    pairs = sequence(value, path, lambda entry, where: sequence(entry, where, rational, 2), size)
+    return acb_mat(size, 1, [acb(arb(real), arb(imaginary)) for real, imaginary in pairs])
+
+
+def _advance(step: acb_mat, x: acb_mat, drive: acb_mat) -> acb_mat:
+    """A-bar x + B-bar w."""
+    return step * acb_mat(x.tolist() + drive.tolist())
+
+
+def circle_point(t: fmpq) -> acb:
+    """(1 + it) / (1 - it) = (1 - t^2 + 2it) / (1 + t^2), a point of the unit circle."""
+    return acb(arb((1 - t * t) / (1 + t * t)), arb(2 * t / (1 + t * t)))
+
+
+def energy(column: acb_mat) -> arb:
+    """The sum of the squared moduli."""
+    return sum((entry.real * entry.real + entry.imag * entry.imag for entry in column.entries()), arb(0))

@@ -1,0 +1,146 @@
+"""Gains under nonuniform sampling: the verifier proves what was made, and refuses each tampered certificate."""
+
+import copy
+import json
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from replication.verify.run import check
+from replication.verify.theorem import Refused
+
+FOLDER = Path(__file__).parents[2] / "certificates" / "mustafa"
+Certificate = dict[str, Any]
+Tamper = Callable[[Certificate], None]
+
+
+def load(name: str) -> Certificate:
+    """A certificate as one of a plant of one's own, so that not its subject but its mathematics is checked."""
+    certificate: Certificate = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    return {**certificate, "paper": None, "claims": []}
+
+
+def scaled(side: str, factor: str) -> Tamper:
+    def tamper(certificate: Certificate) -> None:
+        certificate["bound"][side] = str(Fraction(certificate["bound"][side]) * Fraction(factor))
+
+    return tamper
+
+
+def put(value: Any, *path: Any) -> Tamper:
+    """Write a value at a path of keys and positions."""
+
+    def tamper(certificate: Certificate) -> None:
+        inner: Any = certificate
+        for key in path[:-1]:
+            inner = inner[key]
+        inner[path[-1]] = value
+
+    return tamper
+
+
+def remove(*path: Any) -> Tamper:
+    def tamper(certificate: Certificate) -> None:
+        inner: Any = certificate
+        for key in path[:-1]:
+            inner = inner[key]
+        del inner[path[-1]]
+
+    return tamper
+
+
+LESS, MORE = "99999/100000", "100001/100000"
+STORAGE = ("witness", "storage")
+REFUSED = [
+    ("nominal-1-upper", scaled("upper", LESS), "storage inequality from P.0. to P.0. is not proved at h = .0.06783"),
+    ("nominal-1-upper", scaled("upper", "-1"), "bound.upper must be positive"),
+    ("nominal-1-upper", put("1/1000", *STORAGE, "P", 0, 0, 0), r"P\[0\] is not positive definite"),
+    ("nominal-1-upper", put("1/1000", *STORAGE, "P", 0, 0, 1), r"P\[0\] must be symmetric"),
+    ("nominal-1-upper", put("1/7", "witness", "filter", "B", 0, 0), "storage inequality"),
+    ("nominal-1-upper", put("1", "plant", "D", 0, 0), "storage inequality"),
+    ("nominal-1-upper", put("h_u", "parameters", "to"), "storage inequality"),
+    ("nominal-1-upper", put("h_m", "parameters", "to"), "parameters.to must be one of h_l, middle, h_u"),
+    ("nominal-1-upper", put("energy", "parameters", "weight"), "the weight must be samples or duration"),
+    ("nominal-1-upper", put("duration", "parameters", "weight"), "storage inequality"),
+    ("range-2-upper", scaled("upper", "998/1000"), "storage inequality"),
+    ("range-2-upper", put("0", *STORAGE, "next", 0, 0), "must be an integer"),
+    ("range-2-upper", put(20, *STORAGE, "next", 0, 0), r"next points at P\[20\], but there are 20 matrices"),
+    ("range-2-upper", put(5, *STORAGE, "next", 0, 0), "storage inequality"),
+    ("range-2-upper", remove(*STORAGE, "next", 0), "must have 20 entries"),
+    ("range-2-upper", put("1/8", *STORAGE, "cells", 0), "cells must rise from 0 to 1"),
+    ("range-2-upper", put("7/8", *STORAGE, "cells", 2), "cells must rise from 0 to 1"),
+    ("range-2-upper", put("2", *STORAGE, "cells", 1), "cells must rise from 0 to 1"),
+    ("range-2-upper", put("1", *STORAGE, "cells", 1), "cells must rise from 0 to 1"),
+    ("range-2-upper", put(["1/10", "0"], "plant", "h_u"), "storage inequality"),
+    ("range-2-upper", put("1/7", "plant", "filter", "A", 0, 0), "storage inequality"),
+    ("printed-filter-level", put("119/1251", "parameters", "level"), "the bound .* exceeds the level 119/1251"),
+    ("printed-filter-lower", scaled("lower", MORE), "the disturbance does not attain"),
+    ("printed-filter-lower", scaled("lower", "-1"), "bound.lower must be positive"),
+    ("printed-filter-lower", put([[["0", "0"]]], "witness", "w"), "witness.w must not be zero"),
+    ("printed-filter-lower", put([["2", 1]], "witness", "pattern"), "a share from 0 to 1"),
+    ("printed-filter-lower", put([["-1", 1]], "witness", "pattern"), "a share from 0 to 1"),
+    ("printed-filter-lower", put([["1", 0]], "witness", "pattern"), "must be at least 1"),
+    ("printed-filter-lower", put([["1"]], "witness", "pattern"), "must be .share, samples"),
+    ("printed-filter-lower", put("energy", "parameters", "weight"), "the weight must be samples or duration"),
+    ("printed-filter-lower", put([["2", "0"], ["0", "1/2"]], "plant", "filter", "A"), "the filter is not Schur"),
+    ("printed-filter-lower", put([["2", "0"], ["0", "-1"]], "plant", "A"), "the plant is not Hurwitz"),
+    ("printed-filter-lower", put([["1", "0"], ["0", "-1"]], "plant", "A"), "it has the eigenvalue 1"),
+    ("range-1-lower", scaled("lower", MORE), "the disturbance does not attain"),
+    ("range-1-lower", put([["0", 4], ["1", 50]], "witness", "pattern"), "the disturbance does not attain"),
+    ("range-1-lower", put("1", "witness", "turn"), "the disturbance does not attain"),
+    ("range-1-lower", remove("witness", "w", 0), "must have 54 entries"),
+    ("range-2-lower", put("3", "parameters", "level"), "is below the level 3"),
+    ("range-1-no-filter", put("1/7", "parameters", "level"), "is below the level 1/7"),
+    ("floor-1", scaled("lower", MORE), "the hidden disturbance does not attain"),
+    ("floor-1", scaled("lower", "-1"), "bound.lower must be positive"),
+    ("floor-1", put(["0", "0"], "witness", "start"), "witness.start must not be zero"),
+    ("floor-1", put(["1"], "witness", "start"), "witness.start must be a state"),
+    ("floor-1", put([["1"]], "plant", "D"), "zeros of w -> y are not proved to lie outside the unit circle"),
+    ("floor-2", scaled("lower", MORE), "the hidden disturbance does not attain"),
+    ("floor-2", put(["1", "1"], "witness", "start"), "witness.start must be a disturbance"),
+    ("floor-2", put([["1/10"]], "plant", "D"), "witness.start must be a state"),
+    ("stable-1", put({"upper": "1"}, "bound"), "bound has the unknown field upper"),
+    ("stable-1", put({"P": []}, "witness"), "witness has the unknown field P"),
+    ("stable-1", remove("parameters", "filter"), "parameters lacks the field filter"),
+    ("stable-2", put({}, "plant", "filter"), "plant.filter lacks the field A, B, C"),
+    ("stable-2", put([["1", "0"], ["0", "1/2"]], "plant", "filter", "A"), "the filter is not Schur"),
+    ("stable-2", put([["1/2", "0"]], "plant", "filter", "A"), "plant.filter.A must be square"),
+    ("stable-2", put([["-1", "0"]], "plant", "A"), "plant.A must be square"),
+    ("stable-2", put([["0", "0"], ["0", "-1"]], "plant", "A"), "the plant is not Hurwitz"),
+    ("stable-2", put(["0", "0"], "plant", "h_l"), "plant.h_l must be positive"),
+    ("stable-2", put(["1/1000", "0"], "plant", "h_u"), "plant.h_u must exceed plant.h_l"),
+    ("stable-2", remove("plant", "h_u"), "plant lacks the field h_u"),
+]
+
+
+@pytest.mark.parametrize("name", [*sorted({name for name, _, _ in REFUSED}), "duration-1-upper", "duration-1-lower"])
+def test_what_was_made_is_proved(name: str) -> None:
+    certificate = load(name)
+    theorem = check(certificate)
+    assert {side: str(getattr(theorem, side)) for side in certificate["bound"]} == certificate["bound"]
+
+
+@pytest.mark.parametrize(("name", "tamper", "reason"), REFUSED)
+def test_a_tampered_certificate_is_refused(name: str, tamper: Tamper, reason: str) -> None:
+    certificate = copy.deepcopy(load(name))
+    tamper(certificate)
+    with pytest.raises(Refused, match=reason):
+        check(certificate)
+
+
+def test_the_plant_of_the_paper_is_the_only_one() -> None:
+    certificate = json.loads((FOLDER / "floor-2.json").read_text(encoding="utf-8"))
+    assert check(certificate).lower is not None
+    certificate["plant"]["h_u"] = ["1/10", "0"]
+    with pytest.raises(Refused, match="plant is not that of the wanted theorem"):
+        check(certificate)
+
+
+def test_verdicts_of_levels() -> None:
+    assert check(load("printed-filter-level")).holds is True
+    assert check(load("range-1-no-filter")).holds is False
+    assert check(load("stable-2")).holds is True
+    assert check(load("printed-filter-upper")).holds is None
