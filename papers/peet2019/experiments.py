@@ -8,31 +8,19 @@ from typing import Any
 import numpy as np
 
 from replication.errors import ReplicationError
-from replication.estimation.delay import (
-    DegreeRule,
-    DelaySystem,
-    Scheme,
-    SdpaOptions,
-    certificate_at,
-    chebyshev_model,
-    check,
-    delay_system,
-    error_system,
-    evaluate,
-    hinf_gain,
-    hinf_norm,
-    lie,
-    lmi_gain,
-    minimum_gain,
-    observer_gains,
-    pade_model,
-    riccati_gain,
-    rightmost_roots,
-    simulate,
-    synthesis,
-)
-from replication.estimation.delay.sdp import Solution, solve_sdpa
-from replication.estimation.delay.spectrum import GainBracket
+from replication.estimation.delay import lie, synthesis
+from replication.estimation.delay.collocation import Scheme
+from replication.estimation.delay.cone import DegreeRule
+from replication.estimation.delay.gains import evaluate, observer_gains
+from replication.estimation.delay.galerkin import check
+from replication.estimation.delay.lmi import lmi_gain, riccati_gain
+from replication.estimation.delay.models import chebyshev_model, pade_model
+from replication.estimation.delay.observer import error_system
+from replication.estimation.delay.response import hinf_norm, simulate
+from replication.estimation.delay.sdp import SdpaOptions, Solution, solve_sdpa
+from replication.estimation.delay.spectrum import GainBracket, hinf_gain, rightmost_roots
+from replication.estimation.delay.synthesis import certificate_at, minimum_gain
+from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.validation import Array
 
 Json = dict[str, Any]

@@ -8,19 +8,11 @@ from typing import Any
 import numpy as np
 
 from papers.peet2019.experiments import solver_record
-from replication.estimation.delay import (
-    DegreeRule,
-    DelaySystem,
-    SdpaOptions,
-    bessel,
-    delay_system,
-    lie,
-    rightmost_roots,
-    synthesis,
-)
-from replication.estimation.delay.cone import cone_blocks
-from replication.estimation.delay.sdp import Program, Solution, solve_sdpa
-from replication.estimation.delay.system import transformed
+from replication.estimation.delay import bessel, lie, synthesis
+from replication.estimation.delay.cone import DegreeRule, cone_blocks
+from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_sdpa
+from replication.estimation.delay.spectrum import rightmost_roots
+from replication.estimation.delay.system import DelaySystem, delay_system, transformed
 from replication.estimation.validation import Array
 
 Json = dict[str, Any]

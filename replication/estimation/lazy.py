@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 
-def lazy(package: str, **names: Sequence[str]) -> Callable[[str], Any]:
-    """The `__getattr__` of `package`: the names of each submodule, given as submodule=(name, ...)."""
-    homes = {name: module for module, taken in names.items() for name in taken}
+def lazy(package: str, **names: str) -> Callable[[str], Any]:
+    """The `__getattr__` of `package`: the names of each submodule, given as submodule="name name"."""
+    homes = {name: module for module, taken in names.items() for name in taken.split()}
 
     def attribute(name: str) -> Any:
         if name not in homes:

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     import control
     from rich.table import Table
 
-    from replication.estimation.api.running import RunningObserver
     from replication.plotting import Figure
 
 
@@ -122,7 +121,8 @@ class GainResult(Shown):
     """Gains of an estimator and the worst-case gain that they guarantee.
 
     method: name of the method. quantity: what the worst-case gain is from and to. bracket: that gain lies inside;
-    `value` is the upper end, which is guaranteed. gains: read-only arrays by name; axes: what their axes are.
+    `value` is the upper end, which is guaranteed. gains: read-only arrays by name; axes: what their axes are. Each
+    method's class adds `observer`, which makes a `RunningObserver` with these gains.
     """
 
     method: str
@@ -139,10 +139,6 @@ class GainResult(Shown):
         return self.bracket.upper
 
     @abstractmethod
-    def observer(self) -> RunningObserver:
-        """A fresh observer with these gains, for use in a loop: `reset`, then `step(u, y)` at each instant."""
-
-    @abstractmethod
     def to_statespace(self) -> control.StateSpace:
         """The estimator (or, where it says so, its error) as a `control.StateSpace` with the names of the plant."""
 
@@ -156,11 +152,11 @@ class GainResult(Shown):
     def rows(self) -> list[tuple[str, str, str]]:
         """Guaranteed level, bracket, gains, evidence."""
         low, high = numerals(self.bracket.lower, self.bracket.upper)
-        gains = ", ".join(f"{name} {self.axes[name]} = {gain.shape}" for name, gain in self.gains.items())
+        gains = ", ".join(f"{name} {gain.shape}" for name, gain in self.gains.items())
         return [
             ("guaranteed level", high, self.quantity),
             ("bracket", f"[{low}, {high}]", f"width {self.bracket.width:.1e} of the level"),
-            ("gains", gains, ""),
+            ("gains", gains, "shapes; see `axes`"),
             *((fact.what, f"{_text(fact.value)}{fact.unit and ' '}{fact.unit}", fact.method) for fact in self.evidence),
         ]
 

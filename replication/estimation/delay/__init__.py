@@ -1,21 +1,46 @@
 """H∞-optimal observers for systems with several state delays: synthesis by sums of squares, gains, closed loop."""
 
-from replication.estimation.delay.collocation import Scheme
-from replication.estimation.delay.cone import DegreeRule
-from replication.estimation.delay.gains import GainValues, ObserverGains, evaluate, observer_gains
-from replication.estimation.delay.galerkin import GalerkinCheck, check
-from replication.estimation.delay.lmi import lmi_gain, riccati_gain
-from replication.estimation.delay.models import Model, chebyshev_model, from_control, pade_model, to_control
-from replication.estimation.delay.observer import ErrorSystem, error_system
-from replication.estimation.delay.response import Trajectory, hinf_norm, simulate
-from replication.estimation.delay.sdp import SdpaOptions
-from replication.estimation.delay.spectrum import frequency_response, hinf_gain, rightmost_roots
-from replication.estimation.delay.synthesis import Certificate, certificate_at, minimum_gain
-from replication.estimation.delay.system import DelaySystem, delay_system
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from replication.estimation.delay.collocation import Scheme
+    from replication.estimation.delay.cone import DegreeRule
+    from replication.estimation.delay.facade import DelayAnalysis, DelayResult, analyse, design, simulate
+    from replication.estimation.delay.gains import GainValues, ObserverGains, evaluate, observer_gains
+    from replication.estimation.delay.galerkin import GalerkinCheck, check
+    from replication.estimation.delay.lmi import lmi_gain, riccati_gain
+    from replication.estimation.delay.models import Model, chebyshev_model, from_control, pade_model, to_control
+    from replication.estimation.delay.observer import ErrorSystem, error_system
+    from replication.estimation.delay.response import Trajectory, hinf_norm
+    from replication.estimation.delay.sdp import SdpaOptions
+    from replication.estimation.delay.spectrum import frequency_response, hinf_gain, rightmost_roots
+    from replication.estimation.delay.synthesis import Certificate, certificate_at, minimum_gain
+    from replication.estimation.delay.system import DelaySystem, delay_system
+else:
+    from replication.estimation.lazy import lazy
+
+    __getattr__ = lazy(
+        __name__,
+        collocation="Scheme",
+        cone="DegreeRule",
+        facade="DelayAnalysis DelayResult analyse design simulate",
+        gains="GainValues ObserverGains evaluate observer_gains",
+        galerkin="GalerkinCheck check",
+        lmi="lmi_gain riccati_gain",
+        models="Model chebyshev_model from_control pade_model to_control",
+        observer="ErrorSystem error_system",
+        response="Trajectory hinf_norm",
+        sdp="SdpaOptions",
+        spectrum="frequency_response hinf_gain rightmost_roots",
+        synthesis="Certificate certificate_at minimum_gain",
+        system="DelaySystem delay_system",
+    )
 
 __all__ = [
     "Certificate",
     "DegreeRule",
+    "DelayAnalysis",
+    "DelayResult",
     "DelaySystem",
     "ErrorSystem",
     "GainValues",
@@ -25,10 +50,12 @@ __all__ = [
     "Scheme",
     "SdpaOptions",
     "Trajectory",
+    "analyse",
     "certificate_at",
     "chebyshev_model",
     "check",
     "delay_system",
+    "design",
     "error_system",
     "evaluate",
     "frequency_response",

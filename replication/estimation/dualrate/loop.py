@@ -7,8 +7,8 @@ r(k) adds to K x̂(k), and each sensor reading may carry noise.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 import scipy.linalg
 
@@ -18,6 +18,9 @@ from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_pl
 from replication.estimation.dualrate.sampled import Harmonic, Held, check_fit, over_time, sampled_model
 from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, ComplexArray
+
+if TYPE_CHECKING:
+    import control
 
 MARGINAL = 1e-12
 """A monodromy radius this near to one is one, up to rounding."""
@@ -146,6 +149,8 @@ def lifted_system(loop: DualRateLoop) -> control.StateSpace:
     output = np.hstack([loop.plant.output, np.zeros((rows, loop.size - loop.plant.size))])
     direct = np.zeros((rows, loop.steps[0].noise.shape[1]))
     lifted = PeriodicSystem(tuple(Stage(step.state, step.noise, output, direct) for step in loop.steps)).lift()
+    import control
+
     return control.StateSpace(lifted.A, lifted.B, lifted.C, lifted.D, loop.design.slow_period)
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 
 from replication.errors import InvalidInputError
@@ -16,6 +16,9 @@ from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.validation import positive_integer, positive_scalar
+
+if TYPE_CHECKING:
+    import control
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,6 +58,8 @@ class Motor:
 
     def system(self) -> control.StateSpace:
         """θ''' + a₃ θ'' + a₂ θ' = b u_q in continuous time; output θ."""
+        import control
+
         state = [[0, 1, 0], [0, 0, 1], [0, -self.velocity_coefficient, -self.acceleration_coefficient]]
         return control.StateSpace(state, [[0], [0], [self.input_gain]], [[1, 0, 0]], [[0]])
 

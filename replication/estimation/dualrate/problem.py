@@ -6,13 +6,13 @@ The input is held over the period T; the sensor delivers y = C x every M T. Time
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import control
 import numpy as np
 import scipy.linalg
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.signals import is_statespace
 from replication.estimation.validation import (
     Array,
     ComplexArray,
@@ -21,6 +21,9 @@ from replication.estimation.validation import (
     positive_scalar,
     undetectable_mode,
 )
+
+if TYPE_CHECKING:
+    import control
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +88,7 @@ def make_plant(state: Any, input: Any, output: Any) -> Plant:
 
 def plant_of(system: control.StateSpace) -> Plant:
     """The plant of a continuous-time, strictly proper `control.StateSpace`; raises InvalidInputError."""
-    if not isinstance(system, control.StateSpace):
+    if not is_statespace(system):
         raise InvalidInputError(
             f"a plant must be a control.StateSpace or made by make_plant(A, B, C), got {type(system).__name__}"
         )

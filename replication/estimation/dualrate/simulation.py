@@ -7,8 +7,8 @@ acts as it is told in the text, instant by instant. Shares no matrix with `loop`
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 from scipy.linalg import matrix_balance
 
@@ -17,6 +17,9 @@ from replication.estimation.dualrate.arguments import finite_vector
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, row_of_output
 from replication.estimation.dualrate.sampled import Harmonic, check_fit
 from replication.estimation.validation import Array, positive_integer
+
+if TYPE_CHECKING:
+    import control
 
 SIMULATED = (
     "single_rate",

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 from scipy.optimize import brentq
 
@@ -19,6 +19,9 @@ from replication.estimation.dualrate.observers import Builder
 from replication.estimation.dualrate.problem import DualRateDesign, Plant
 from replication.estimation.dualrate.tracking import reference, tracking_error_ratio
 from replication.estimation.validation import Array
+
+if TYPE_CHECKING:
+    import control
 
 Interval = tuple[float, float]
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import control
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.signals import is_statespace
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 _NOT_GIVEN = np.zeros((0, 0))
@@ -84,7 +84,7 @@ class MultiratePlant:
         the sensor noise matrix (q, q_w). Raises InvalidInputError for a continuous-time system, a feedthrough from an
         input to a sensor (the observer has no place for one), or an unknown input.
         """
-        if not isinstance(system, control.StateSpace):
+        if not is_statespace(system):
             raise InvalidInputError(f"system must be a control.StateSpace, got {type(system).__name__}")
         if not system.isdtime(strict=True):
             raise InvalidInputError(

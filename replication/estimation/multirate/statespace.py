@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import control
+from typing import TYPE_CHECKING
+
 import numpy as np
 import numpy.typing as npt
 
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import as_array, positive_scalar
+
+if TYPE_CHECKING:
+    import control
 
 
 def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> PeriodicSystem:
@@ -34,5 +38,7 @@ def lifted_statespace(system: PeriodicSystem, *, dt: float = 1.0) -> control.Sta
     dt: the base period in seconds; the sampling period of the result is N dt. The state is that at phase 0. Its
     H-infinity norm is the l2-induced norm of `system` (an error system, say, or an observer).
     """
+    import control
+
     A, B, C, D = system.lift()
     return control.ss(A, B, C, D, positive_scalar("dt", dt, unit="seconds") * system.period)

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from scipy.sparse.linalg import ArpackNoConvergence
 
-from replication.errors import InvalidInputError
+from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult, Panel, Simulation, frozen
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.signals import Signals, is_statespace, numbered, split_outputs
@@ -237,7 +238,13 @@ def _result(
     leaves: int,
     horizon: int,
 ) -> NonuniformResult:
-    gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
+    try:
+        gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
+    except ArpackNoConvergence as error:
+        raise SolverError(
+            f"no worst disturbance over {horizon} samples was found ({error}): many hurt alike; change `horizon`, or "
+            "widen the range of sampling periods"
+        ) from error
     attack, guarantee = gain.attack, gain.guarantee
     found = (
         Evidence(

@@ -6,7 +6,7 @@ import importlib
 import pytest
 
 
-@pytest.mark.parametrize("method", ["multirate", "nonuniform", "dualrate"])
+@pytest.mark.parametrize("method", ["multirate", "nonuniform", "dualrate", "delay"])
 def test_doctests(method: str) -> None:
     module = importlib.import_module(f"replication.estimation.{method}.facade")
     failures, tried = doctest.testmod(module)

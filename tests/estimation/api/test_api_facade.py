@@ -1,0 +1,183 @@
+"""What holds for the public functions of all four methods: names, laziness, results, exports."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import io
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+
+from replication.errors import InvalidInputError
+from replication.estimation.api.results import Bracket, GainResult, numerals
+from replication.estimation.api.signals import Signals
+from tests.estimation.api.api_plants import CASES, METHODS, result_of
+
+ROOT = Path(__file__).parents[3]
+HEAVY = ("numpy", "scipy", "control", "cvxpy", "clarabel", "sdpap", "matplotlib", "rich", "jinja2", "joblib", "msgspec")
+
+
+def loaded_after(code: str) -> set[str]:
+    program = f"import sys\n{code}\nprint([name for name in {HEAVY!r} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
+    return set(ast.literal_eval(done.stdout.splitlines()[-1]))
+
+
+def test_importing_the_package_and_its_methods_loads_nothing_heavy_until_used() -> None:
+    code = f"import replication, replication.cli\nfrom replication.estimation import {', '.join(METHODS)}"
+    assert loaded_after(code) == set()
+    assert "numpy" in loaded_after(f"{code}\nmultirate.design")
+
+
+def test_arrays_need_neither_python_control_nor_a_plot_library() -> None:
+    code = (
+        "from replication.estimation import multirate\n"
+        "plant = multirate.MultiratePlant(A=[[0.5]], B_d=[[1]], C=[[1]], D=[[1]])\n"
+        "multirate.design(plant, periods=(2,))"
+    )
+    assert loaded_after(code) & {"control", "matplotlib", "cvxpy", "rich"} == set()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_lazy_names_are_those_that_type_checkers_see(method: str) -> None:
+    package = importlib.import_module(f"replication.estimation.{method}")
+    tree = ast.parse(Path(str(package.__file__)).read_text(encoding="utf-8"))
+    seen = {
+        alias.name: node.module
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and node.module and f".{method}." in node.module
+        for alias in node.names
+    }
+    assert sorted(seen) == sorted(package.__all__)
+    for name, module in seen.items():
+        assert getattr(package, name) is getattr(importlib.import_module(module), name)
+    with pytest.raises(AttributeError, match="has no attribute 'desing'"):
+        package.desing  # noqa: B018
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_bracket_is_around_the_gain_and_its_upper_end_is_the_value(method: str) -> None:
+    result = result_of(method)
+    assert 0 < result.bracket.lower <= result.bracket.upper == result.value
+    assert all(fact.what and fact.method for fact in result.evidence)
+    with pytest.raises(KeyError, match="there are"):
+        result.fact("nothing")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_results_cannot_be_changed(method: str) -> None:
+    result = result_of(method)
+    with pytest.raises(AttributeError):
+        result.method = "other"  # type: ignore[misc]
+    with pytest.raises(ValueError, match="read-only"):
+        next(iter(result.gains.values()))[...] = 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_dictionary_is_json_and_reads_back_exactly(method: str) -> None:
+    result = result_of(method)
+    read = json.loads(result.to_json())
+    assert read == result.to_dict()
+    assert read["bracket"] == {"lower": result.bracket.lower, "upper": result.bracket.upper}
+    for name, gain in result.gains.items():
+        assert np.array_equal(np.array(read["gains"][name]["value"]), gain)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_matlab_reads_the_same_gains_and_the_bytes_do_not_change(method: str) -> None:
+    result = result_of(method)
+    read = scipy.io.loadmat(io.BytesIO(result.to_mat()))
+    for name, gain in result.gains.items():
+        assert np.array_equal(read[name].reshape(gain.shape), gain)
+    assert result.to_mat() == result.to_mat()
+    assert b"Created" not in result.to_mat()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_the_c_header_holds_the_same_gains(method: str) -> None:
+    result = result_of(method)
+    header = result.to_c_header("filter")
+    assert header.startswith("/* ") and header.count("#ifndef FILTER_H") == header.count("#endif") == 1
+    arrays = re.findall(r"^static const double filter_(\w+?)((?:\[\d+\])+) = (\{.*\});$", header, re.MULTILINE)
+    assert [name for name, _, _ in arrays] == list(result.gains)
+    for name, shape, values in arrays:
+        gain = result.gains[name]
+        assert shape == "".join(f"[{size}]" for size in gain.shape)
+        assert np.array_equal(np.array(ast.literal_eval(values.replace("{", "[").replace("}", "]"))), gain)
+        assert all(f"#define FILTER_{name.upper()}_DIM{i} {size}\n" in header for i, size in enumerate(gain.shape))
+
+
+@pytest.mark.parametrize("name", ["2nd", "a-b", "int", "", "x" * 40, "a b", "../x", "é"])
+def test_a_header_needs_an_identifier(name: str) -> None:
+    with pytest.raises(InvalidInputError, match="C identifier"):
+        result_of("multirate").to_c_header(name)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_text_table_and_html_show_the_same_rows(method: str) -> None:
+    from rich.console import Console
+
+    result = result_of(method)
+    console = Console(width=400, file=io.StringIO(), record=True)
+    console.print(result)
+    table, page = console.export_text(), result._repr_html_()
+    assert page.count("<tr>") == len(result.rows()) + 1
+    for what, value, how in result.rows():
+        assert f"{what}: {value}" in str(result)
+        assert what in table and value in table and how in table
+    assert repr(result).startswith(f"<{type(result).__name__}: guaranteed level ")
+
+
+def test_html_escapes_the_names_of_signals() -> None:
+    class Shout(GainResult):
+        def panels(self) -> tuple[()]:
+            return ()
+
+        def to_statespace(self) -> None:  # type: ignore[override]
+            return None
+
+    result = Shout(
+        method="<b>",
+        quantity="<script>alert(1)</script>",
+        bracket=Bracket(1.0, 2.0),
+        gains={},
+        axes={},
+        evidence=(),
+        signals=Signals((), (), (), ()),
+    )
+    assert "<script>" not in result._repr_html_() and "&lt;script&gt;" in result._repr_html_()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_plot_shows_the_curve_and_the_guaranteed_level(method: str) -> None:
+    result = result_of(method)
+    figure = result.plot()
+    (panel,) = result.panels()
+    (axes,) = figure.axes
+    drawn = {line.get_label(): line for line in axes.lines}
+    assert {re.sub(r" [0-9.e+-]+$", "", str(label)) for label in drawn} == {*panel.lines, *panel.levels}
+    for name, values in panel.lines.items():
+        assert np.array_equal(drawn[name].get_ydata(), values)
+        assert values.max() <= result.value * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_simulation_has_a_table_a_plot_and_a_dictionary(method: str) -> None:
+    simulation = CASES[method].simulate(result_of(method))
+    assert len(simulation.plot().axes) == len([s for s in simulation.signals.values() if s.size])
+    assert json.loads(json.dumps(simulation.to_dict()))["time"]["value"] == simulation.time.tolist()
+    assert all(len(signal) == len(simulation.time) for signal in simulation.signals.values())
+    if simulation.ratio is not None:
+        assert 0 < simulation.ratio <= result_of(method).value * (1 + 1e-6)
+
+
+def test_numerals_tell_numbers_apart() -> None:
+    assert numerals(1.0, 1.0 + 1e-9) == ["1", "1.000000001"]
+    assert numerals(2.0, 2.0) == ["2", "2"]

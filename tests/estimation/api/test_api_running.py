@@ -1,0 +1,195 @@
+"""Observers that run step by step agree with simulations that share no code with them; what is missing is counted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from replication.errors import InvalidInputError
+from replication.estimation import delay, dualrate, multirate, nonuniform
+from replication.estimation.dualrate.sampled import over_time
+from replication.estimation.nonuniform.worst_case import simulate_error
+from tests.estimation.api.api_plants import METHODS, TANKS, TIMES, WAVES, result_of
+
+EXACT = 1e-10
+SAMPLED = 1e-3
+"""Largest error of a delay observer fed by samples 10 ms apart, relative; it falls with the square of the distance."""
+KINK = 5e-3
+"""A history that starts constant has a kink, which polynomials over it do not follow exactly."""
+
+
+def running(method: str) -> Any:
+    result = result_of(method)
+    return result.observer(0.01) if method == "delay" else result.observer()
+
+
+def sizes(method: str) -> tuple[int, int]:
+    signals = result_of(method).signals
+    return len(signals.inputs), len(signals.measurements)
+
+
+def test_multirate_agrees_with_the_error_system() -> None:
+    result, rng = result_of("multirate"), np.random.default_rng(1)
+    plant, schedule = result.problem.plant, result.problem.schedule
+    d, w, u = (rng.standard_normal((40, size)) for size in (1, 2, 1))
+    expected = multirate.simulate(result, 40, disturbance=np.hstack([d, w])).signals["error"]
+    observer, x = result.observer(), np.zeros(2)
+    for k in range(40):
+        assert np.allclose(x - observer.estimate, expected[k], atol=EXACT)
+        y = plant.C @ x + plant.D @ w[k]
+        # A sensor that is not due may show anything.
+        observer.step(u[k], [value if due else np.nan for value, due in zip(y, schedule.mask[k % 4], strict=True)])
+        x = plant.A @ x + plant.B_u @ u[k] + plant.B_d @ d[k]
+    assert (observer.instant, observer.missed) == (40, 0)
+
+
+def test_nonuniform_agrees_with_the_simulation() -> None:
+    result, rng = result_of("nonuniform"), np.random.default_rng(2)
+    periods, w = rng.uniform(0.05, 0.2, 60), rng.standard_normal((60, 2))
+    expected = simulate_error(result.plant, result.filter, periods, w)
+    observer, x = result.observer(), np.zeros(2)
+    for k, h in enumerate(periods):
+        assert np.allclose(result.plant.L @ x - observer.estimate, expected[k], atol=EXACT)
+        observer.step(None, result.plant.C @ x + result.plant.D @ w[k])
+        Phi, Gamma = result.plant.discretise(float(h))
+        x = Phi @ x + Gamma @ w[k]
+
+
+@pytest.mark.parametrize("name", sorted(set(dualrate.OBSERVERS) - {"state_feedback", "single_rate"}))
+def test_dualrate_agrees_with_the_closed_loop(name: str) -> None:
+    given = result_of("dualrate")
+    loop = given.loop
+    gains = {"feedback": given.gains["K"], "injection": given.gains["L"]}
+    result = dualrate.analyse(loop.plant, **gains, period=0.02, ratio=10, observer=name)
+    errors = dualrate.simulate(result, [1.0, 0.5], estimate=[0.2, 0.0], slow_periods=6).signals["estimation error"]
+    observer, x = result.observer(), np.array([1.0, 0.5])
+    observer.reset([0.2, 0.0])
+    step = over_time(loop.plant, 0.02, None)
+    for k in range(60):
+        assert np.allclose(x - observer.estimate, errors[10 * k], atol=EXACT)
+        u = result.gains["K"] @ observer.estimate
+        observer.step(u, loop.plant.output @ x if k % 10 == 0 or name == "fast_sensor" else None)
+        x = step.state @ x + step.input @ u
+    assert observer.missed == 0
+
+
+def test_delay_agrees_with_the_simulation() -> None:
+    result = result_of("delay")
+    expected = delay.simulate(result, TIMES, WAVES).signals["error of x"]
+    states = plant_response()
+    observer = result.observer(0.01)
+    found = np.array([observer.step(None, x[:1]) for x in states]) - states
+    assert np.abs(found - expected).max() <= SAMPLED * np.abs(expected).max()
+
+
+def plant_response() -> np.ndarray[Any, Any]:
+    """x at TIMES by the classical Runge-Kutta method; the delay is a whole number of steps."""
+    A, late, h, lag = TANKS.A, np.array([[0, 0], [0.5, 0.2]]), 0.01, 40
+    x = np.zeros((len(TIMES), 2))
+
+    def past(k: float) -> Any:
+        low = int(np.floor(k))
+        return np.zeros(2) if k <= 0 else x[low] + (k - low) * (x[low + 1] - x[low]) if k > low else x[low]
+
+    def rate(k: float, state: Any) -> Any:
+        w = np.array([np.interp(k * h, TIMES, column) for column in WAVES.T])
+        return A @ state + late @ past(k - lag) + w
+
+    for k in range(len(TIMES) - 1):
+        k1 = rate(k, x[k])
+        k2 = rate(k + 0.5, x[k] + h / 2 * k1)
+        k3 = rate(k + 0.5, x[k] + h / 2 * k2)
+        x[k + 1] = x[k] + h / 6 * (k1 + 2 * k2 + 2 * k3 + rate(k + 1, x[k] + h * k3))
+    return x
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_reset_starts_again(method: str) -> None:
+    observer, (inputs, measurements) = running(method), sizes(method)
+    y = np.linspace(0.3, 0.7, measurements)
+    first = [observer.step(np.ones(inputs), y) for _ in range(6)]
+    observer.step(np.ones(inputs), None)
+    observer.reset()
+    assert (observer.instant, observer.missed) == (0, 0)
+    assert np.array_equal([observer.step(np.ones(inputs), y) for _ in range(6)], first)
+
+
+@pytest.mark.parametrize("method", ["multirate", "dualrate", "delay"])
+def test_a_missing_measurement_is_one_that_is_expected(method: str) -> None:
+    inputs, measurements = sizes(method)
+    one, other = running(method), running(method)
+    plant_output = {
+        "multirate": lambda: one.output,
+        "dualrate": lambda: one.output,
+        "delay": lambda: result_of("delay").system.c2,
+    }[method]()
+    one.reset([0.4, -0.2]), other.reset([0.4, -0.2])
+    expected = plant_output @ one.estimate
+    assert np.allclose(one.step(np.ones(inputs), expected), other.step(np.ones(inputs), [None] * measurements))
+    assert one.missed == 0 and other.missed == (1 if method == "multirate" else measurements)
+
+
+def test_a_missing_measurement_does_not_touch_the_model_of_a_delayed_plant() -> None:
+    """Without measurements the observer follows the plant that is left to itself."""
+    observer = running("delay")
+    observer.reset([1.0, -1.0])
+    for _ in range(200):
+        observer.step(None, None)
+    assert observer.missed == 200
+    free = delay.design(TANKS, delayed=[[[0, 0], [0.5, 0.2]]], delays=[0.4], measured=["float"], level=50.0, order=12)
+    other = free.observer(0.01)
+    other.reset([1.0, -1.0])
+    for _ in range(200):
+        other.step(None, [np.nan])
+    # Whatever the gains are, they have nothing to correct.
+    assert np.allclose(observer.estimate, other.estimate, rtol=KINK)
+
+
+def test_a_sample_that_did_not_come_makes_a_filter_wait() -> None:
+    observer = running("nonuniform")
+    before = observer.step(None, 1.0)
+    assert np.array_equal(observer.step(None, None), before)
+    assert observer.missed == 1
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("bad", [[np.inf], ["1"], [1.0, 2.0, 3.0], [1j], [[1.0, 2.0], [3.0, 4.0]], [object()]])
+def test_measurements_that_are_none_are_refused_and_change_nothing(method: str, bad: Any) -> None:
+    observer, (inputs, _) = running(method), sizes(method)
+    observer.step(np.ones(inputs), None)
+    before, instant = observer.estimate.copy(), observer.instant
+    with pytest.raises(InvalidInputError, match="y must"):
+        observer.step(np.ones(inputs), bad)
+    assert np.array_equal(observer.estimate, before) and observer.instant == instant
+
+
+@pytest.mark.parametrize("bad", [None, [np.nan], [None], [1.0, 2.0], "1"])
+def test_an_input_is_known_at_every_instant(bad: Any) -> None:
+    with pytest.raises(InvalidInputError, match="u must"):
+        running("multirate").step(bad, None)
+
+
+def test_a_plant_without_known_inputs_takes_none() -> None:
+    with pytest.raises(InvalidInputError, match="u must have 0 entries"):
+        running("nonuniform").step([1.0], 1.0)
+
+
+def test_a_filter_takes_complete_samples() -> None:
+    plant = nonuniform.SampledPlant([[-1, 0], [0, -2]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[1, 0], [0, 1]], [[1, 1]])
+    observer = nonuniform.design(plant, periods=(0.1, 0.2), leaves=1, horizon=20).observer()
+    with pytest.raises(InvalidInputError, match="complete or None"):
+        observer.step(None, [1.0, None])
+
+
+@pytest.mark.parametrize("bad", [[1.0], [np.nan, 1.0], "ab"])
+def test_a_start_must_fit(bad: Any) -> None:
+    with pytest.raises(InvalidInputError, match="estimate must"):
+        running("dualrate").reset(bad)
+
+
+@pytest.mark.parametrize("bad", [0, -1.0, np.nan, "x"])
+def test_a_delay_observer_needs_a_sampling_period(bad: Any) -> None:
+    with pytest.raises(InvalidInputError, match="dt must"):
+        result_of("delay").observer(bad)

@@ -1,0 +1,268 @@
+"""What a stranger may try with the public functions: plants of all kinds, and mistakes that must be named."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import ArpackNoConvergence
+
+from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
+from replication.estimation import delay, dualrate, multirate, nonuniform
+from replication.estimation.nonuniform import facade
+from tests.estimation.api.api_plants import CART, CASES, METHODS, PIPE, SERVO, SPRING, TANKS, TIMES, WAVES, result_of
+
+SAME = 1e-9
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_names_of_the_plant_are_kept(method: str) -> None:
+    signals = result_of(method).signals
+    assert (signals.states, signals.inputs, signals.measurements, signals.outputs) == CASES[method].names
+
+
+def test_arrays_give_what_a_statespace_gives() -> None:
+    cart = multirate.MultiratePlant(
+        A=CART.A, B_d=CART.B[:, :1], B_u=CART.B[:, 1:], C=CART.C, D=np.diag([0.5, 0.1]), dt=0.1
+    )
+    pairs = [
+        (multirate.design(cart, periods=(1, 4), offsets=(0, 2)), "multirate"),
+        (
+            nonuniform.design(
+                nonuniform.SampledPlant(SPRING.A, SPRING.B, SPRING.C[:1], SPRING.D[:1], SPRING.C[1:]),
+                periods=nonuniform.PeriodRange(0.05, 0.2),
+                leaves=2,
+                horizon=100,
+            ),
+            "nonuniform",
+        ),
+        (dualrate.design(dualrate.make_plant(SERVO.A, SERVO.B, SERVO.C), period=0.02, ratio=10), "dualrate"),
+        (
+            delay.design(
+                delay.delay_system(TANKS.A, PIPE, [0.4], TANKS.B, TANKS.C[1:], TANKS.C[:1]),
+                order=12,
+            ),
+            "delay",
+        ),
+    ]
+    for given, method in pairs:
+        assert given.bracket == result_of(method).bracket
+        assert given.signals.states == ("x[0]", "x[1]")
+
+
+def test_the_observer_of_one_period_is_a_statespace_with_the_names_of_the_plant() -> None:
+    result = multirate.design(CART, periods=(1, 1), noise=[0.5, 0.1], disturbances=["wind"])
+    system = result.to_statespace()
+    assert (system.dt, list(system.state_labels)) == (0.1, ["position", "speed"])
+    assert list(system.input_labels) == ["force", "encoder", "camera"]
+    assert list(system.output_labels) == ["estimate of position", "estimate of speed"]
+    lifted = result_of("multirate").to_statespace()
+    assert lifted.dt == pytest.approx(0.4) and lifted.input_labels[:3] == ["force@0", "encoder@0", "camera@0"]
+
+
+def test_other_statespaces_have_names_and_the_gain_of_the_bracket() -> None:
+    filter_ = result_of("nonuniform").to_statespace()
+    assert filter_.dt is True and list(filter_.input_labels) == ["gauge"]
+    constant = nonuniform.analyse(SPRING, filter_, periods=(0.1, 0.1), measured=1, leaves=1, horizon=50)
+    assert constant.to_statespace().dt == 0.1
+    loop = result_of("dualrate")
+    lifted = loop.to_statespace()
+    assert lifted.dt == pytest.approx(0.2) and lifted.output_labels[-1] == "camera@9"
+    peak = max(np.linalg.norm(lifted(np.exp(1j * angle)), 2) for angle in np.linspace(0, np.pi, 50)) / np.sqrt(10)
+    assert peak == pytest.approx(loop.bracket.lower, rel=SAME)  # it lies at angle zero
+    error = result_of("delay").to_statespace()
+    assert list(error.output_labels) == ["error of deep"]
+    frequency = result_of("delay").fact("lower end attained at").value
+    assert np.linalg.norm(error(1j * frequency), 2) == pytest.approx(result_of("delay").bracket.lower, rel=SAME)
+
+
+def test_analysing_a_design_gives_its_bracket() -> None:
+    cart = {"periods": (1, 4), "offsets": (0, 2), "noise": [0.5, 0.1], "disturbances": ["wind"]}
+    designed = result_of("multirate")
+    assert multirate.analyse(CART, designed.gains["L"], **cart).bracket == designed.bracket
+    robust = result_of("nonuniform")
+    given = {"periods": (0.05, 0.2), "measured": 1, "leaves": 2, "horizon": 100}
+    assert nonuniform.analyse(SPRING, robust.to_statespace(), **given).bracket == robust.bracket
+    loop = result_of("dualrate")
+    gains = {"feedback": loop.gains["K"], "injection": loop.gains["L"]}
+    assert dualrate.analyse(SERVO, **gains, period=0.02, ratio=10).bracket == loop.bracket
+    alone = delay.analyse(TANKS, delayed=PIPE, delays=[0.4], measured=1)
+    assert float(alone.to_dict()["evidence"][1]["value"]) >= result_of("delay").bracket.lower
+    assert "rightmost root" in str(alone) and len(alone.plot().axes) == 1
+
+
+def test_best_offsets_are_no_worse_than_any() -> None:
+    given = {"noise": [0.5, 0.1], "disturbances": ["wind"]}
+    best = multirate.design(CART, periods=(2, 4), offsets="best", **given)
+    every = [multirate.design(CART, periods=(2, 4), offsets=(0, i), **given).value for i in range(2)]
+    assert best.value == pytest.approx(min(every), rel=SAME)
+
+
+def test_a_level_that_is_asked_for_is_kept_or_refused() -> None:
+    given = {"periods": (1, 4), "noise": [0.5, 0.1], "disturbances": ["wind"]}
+    least = multirate.design(CART, **given).fact("optimum").value
+    assert multirate.design(CART, level=2 * least, **given).value < 2 * least
+    with pytest.raises(InfeasibleError, match="no observer has a gain below"):
+        multirate.design(CART, level=0.9 * least, **given)
+    tanks = {"delayed": PIPE, "delays": [0.4], "measured": 1, "order": 12}
+    assert delay.design(TANKS, level=1.0, **tanks).value == 1.0
+    with pytest.raises(ReplicationError):
+        delay.design(TANKS, level=0.1, **tanks)
+
+
+def test_a_nominal_filter_guarantees_less_than_a_robust_one() -> None:
+    given = {"periods": (0.05, 0.2), "measured": 1, "leaves": 2, "horizon": 100}
+    nominal = nonuniform.design(SPRING, goal="nominal", **given)
+    assert nominal.bracket.lower > result_of("nonuniform").value
+
+
+def test_compare_tells_which_observers_are_stable() -> None:
+    loop = result_of("dualrate")
+    radii = dualrate.compare(loop)
+    assert set(radii) == set(dualrate.OBSERVERS)
+    assert radii["running_prediction"] == loop.fact("monodromy radius").value
+
+
+def test_noise_of_a_loop_at_rest_is_averaged_over_the_instants() -> None:
+    """At zero frequency the output follows a constant reading error: the gain is at least one."""
+    assert result_of("dualrate").value >= 1 - SAME
+
+
+def test_simulations_take_arrays_and_seeds() -> None:
+    result = result_of("multirate")
+    drawn = [multirate.simulate(result, 30, disturbance="white", rng=np.random.default_rng(3)) for _ in range(2)]
+    assert np.array_equal(drawn[0].signals["error"], drawn[1].signals["error"])
+    again = multirate.simulate(result, 30, disturbance=drawn[0].signals["disturbance"])
+    assert again.ratio == drawn[0].ratio
+    free = multirate.simulate(result, 30, initial_error=[1.0, 0.0])
+    assert free.ratio is None and free.signals["error"][0].tolist() == [1.0, 0.0]
+    periods = np.full(20, 0.1)
+    filter_ = result_of("nonuniform")
+    worst = nonuniform.simulate(filter_, periods)
+    calm = nonuniform.simulate(filter_, periods, disturbance=np.ones((20, 2)))
+    assert calm.ratio < worst.ratio <= filter_.value
+
+
+CALLS: dict[str, tuple[Callable[[], Any], str]] = {
+    "multirate: no plant": (lambda: multirate.design([[1]], periods=(1,)), "plant must be a MultiratePlant or"),
+    "multirate: no noise": (lambda: multirate.design(CART, periods=(1, 4)), "give the sensor noise"),
+    "multirate: sensors": (
+        lambda: multirate.design(CART, periods=(1,), noise=[1, 1]),
+        "the schedule has 1 sensors, the plant has 2",
+    ),
+    "multirate: rate": (lambda: multirate.design(CART, periods=(1, 2.5), noise=[1, 1]), "must be a whole number"),
+    "multirate: offsets": (
+        lambda: multirate.design(CART, periods=(1, 4), offsets=(0, 4), noise=[1, 1]),
+        "from 0 to 3",
+    ),
+    "multirate: word": (
+        lambda: multirate.design(CART, periods=(1, 4), offsets="beste", noise=[1, 1]),
+        "offsets must be",
+    ),
+    "multirate: input": (
+        lambda: multirate.design(CART, periods=(1, 4), noise=[1, 1], disturbances=["rain"]),
+        "no input 'rain'; the inputs are wind, force",
+    ),
+    "multirate: continuous": (lambda: multirate.design(SERVO, periods=(1,), noise=[1]), "must be discrete-time"),
+    "multirate: both": (
+        lambda: multirate.design(
+            multirate.MultiratePlant(A=[[0.5]], B_d=[[1]], C=[[1]], D=[[1]]), periods=(1,), noise=[1]
+        ),
+        "belong to a control.StateSpace",
+    ),
+    "multirate: gains": (
+        lambda: multirate.analyse(CART, np.zeros((2, 2)), periods=(1, 4), noise=[1, 1]),
+        "gains must have shape",
+    ),
+    "multirate: white without rng": (
+        lambda: multirate.simulate(result_of("multirate"), 5, disturbance="white"),
+        "needs `rng`",
+    ),
+    "multirate: colour": (lambda: multirate.simulate(result_of("multirate"), 5, disturbance="pink"), "must be"),
+    "multirate: rows": (
+        lambda: multirate.simulate(result_of("multirate"), 5, disturbance=np.zeros((4, 3))),
+        "must have 5 rows",
+    ),
+    "nonuniform: measured": (lambda: nonuniform.design(SPRING, periods=(0.1, 0.2)), "give the measured outputs"),
+    "nonuniform: all measured": (
+        lambda: nonuniform.design(SPRING, periods=(0.1, 0.2), measured=2),
+        "leave at least one to be estimated",
+    ),
+    "nonuniform: name": (
+        lambda: nonuniform.design(SPRING, periods=(0.1, 0.2), measured=["gage"]),
+        "no output 'gage'; the outputs are gauge, velocity",
+    ),
+    "nonuniform: swapped": (lambda: nonuniform.design(SPRING, periods=(0.2, 0.1), measured=1), "swap them"),
+    "nonuniform: one period": (lambda: nonuniform.design(SPRING, periods=0.1, measured=1), "must be \\(h_l, h_u\\)"),
+    "nonuniform: three": (lambda: nonuniform.design(SPRING, periods=(1, 2, 3), measured=1), "must be \\(h_l, h_u\\)"),
+    "nonuniform: discrete": (lambda: nonuniform.design(CART, periods=(0.1, 0.2), measured=1), "continuous-time"),
+    "nonuniform: goal": (
+        lambda: nonuniform.design(SPRING, periods=(0.1, 0.2), measured=1, goal="best"),
+        'goal must be "robust" or "nominal"',
+    ),
+    "nonuniform: outside": (
+        lambda: nonuniform.simulate(result_of("nonuniform"), [0.1, 0.3]),
+        "must lie in \\[0.05, 0.2\\]",
+    ),
+    "nonuniform: filter": (
+        lambda: nonuniform.analyse(SPRING, [[1]], periods=(0.1, 0.2), measured=1),
+        "filter_ must be Filter",
+    ),
+    "dualrate: observer": (
+        lambda: dualrate.design(SERVO, period=0.1, ratio=2, observer="kalman"),
+        "observer must be one of single_rate",
+    ),
+    "dualrate: ratio": (lambda: dualrate.design(SERVO, period=0.1, ratio=1.5), "rate ratio M must be a whole number"),
+    "dualrate: weight": (
+        lambda: dualrate.design(SERVO, period=0.1, ratio=2, input_weight=[[-1]]),
+        "input_weight must be symmetric and positive definite",
+    ),
+    "dualrate: plant": (lambda: dualrate.design("servo", period=0.1, ratio=2), "a plant must be a control.StateSpace"),
+    "dualrate: start": (lambda: dualrate.simulate(result_of("dualrate"), [1.0], slow_periods=2), "x\\(0\\) must be"),
+    "delay: no delays": (lambda: delay.design(TANKS), "needs delayed="),
+    "delay: order of delays": (
+        lambda: delay.design(TANKS, delayed=PIPE * 2, delays=[0.4, 0.2], measured=1),
+        "must increase strictly",
+    ),
+    "delay: rule": (
+        lambda: delay.design(TANKS, delayed=PIPE, delays=[0.4], measured=1, rule="cubic"),
+        "rule must be one of",
+    ),
+    "delay: plant": (lambda: delay.design(3), "plant must be a delay_system"),
+    "delay: zero wave": (lambda: delay.simulate(result_of("delay"), TIMES, 0 * WAVES), "must not vanish"),
+}
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_mistakes_are_named(call: str) -> None:
+    function, message = CALLS[call]
+    with pytest.raises(InvalidInputError, match=message):
+        function()
+
+
+def test_an_unstable_loop_is_refused_with_advice() -> None:
+    with pytest.raises(InfeasibleError, match=r"monodromy radius .* choose a shorter period"):
+        dualrate.analyse(SERVO, feedback=[[1.0, 0.0]], injection=[[1.0], [0.0]], period=0.1, ratio=2)
+
+
+def test_measurements_that_reveal_the_disturbance_are_named() -> None:
+    plant = delay.delay_system([[0, 1], [-2, -0.3]], [[[0, 0], [0.5, 0.2]]], [0.4], [[0], [1]], np.eye(2), [[1, 0]])
+    with pytest.raises((InfeasibleError, SolverError), match="y has no noise and may reveal w"):
+        delay.design(plant)
+
+
+def test_a_search_that_does_not_settle_is_a_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: Any, **__: Any) -> None:
+        raise ArpackNoConvergence("no convergence", [], [])
+
+    monkeypatch.setattr(facade, "worst_case_gain", fail)
+    with pytest.raises(SolverError, match=r"no worst disturbance over 50 samples .* change `horizon`"):
+        nonuniform.design(SPRING, periods=(0.1, 0.1), measured=1, leaves=1, horizon=50)
+
+
+def test_no_stabilising_gain_is_named() -> None:
+    plant = dualrate.make_plant([[1.0, 0], [0, 2.0]], [[1.0], [0.0]], [[1.0, 1.0]])
+    with pytest.raises(InfeasibleError, match="no stabilising solution"):
+        dualrate.design(plant, period=0.1, ratio=2)
