@@ -7,12 +7,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+import msgspec
+
 from replication.audit.cache import Dependencies, Entry
 from replication.audit.jsonvalues import encode
 from replication.audit.model import Claim, Erratum, Experiment, Paper, Proof
 from replication.audit.pinned import paper_fields
 from replication.audit.records import (
     SCHEMA_VERSION,
+    CertificateRecord,
     ClaimRecord,
     ErratumRecord,
     ExperimentRecord,
@@ -53,6 +56,8 @@ class Available(dict[str, Any]):
 class _Run:
     computed: Mapping[str, Computed]
     sources: SourceTree
+    certificates: Sequence[CertificateRecord]
+    unproved: Mapping[str, str]
 
     def results(self, names: Sequence[str]) -> Available:
         chosen = {name: self.computed[name] for name in names}
@@ -70,13 +75,19 @@ class _Run:
 
 
 def assemble(
-    papers: Sequence[Paper], computed: Mapping[str, Computed], run: RunRecord, sources: SourceTree
+    papers: Sequence[Paper],
+    computed: Mapping[str, Computed],
+    run: RunRecord,
+    sources: SourceTree,
+    certificates: Sequence[CertificateRecord],
+    unproved: Mapping[str, str],
 ) -> tuple[ResultsFile, tuple[str, ...]]:
     """Answer all that the papers ask of the results; the records, and the failures that no record carries.
 
+    certificates: as they were verified. unproved: why there is none, by claim.
     Raises nothing on account of a paper: a function of a paper that fails becomes an error in its record.
     """
-    state = _Run(computed, sources)
+    state = _Run(computed, sources, certificates, unproved)
     records: list[PaperRecord] = []
     claims: list[ClaimRecord] = []
     errata: list[ErratumRecord] = []
@@ -99,6 +110,7 @@ def assemble(
         errata=tuple(errata),
         figures=(),
         experiments=tuple(experiments),
+        certificates=tuple(certificates),
     )
     return results, tuple(failures)
 
@@ -143,7 +155,7 @@ def _claim(
     state: _Run, paper: str, claim: Claim, proofs: Mapping[str, tuple[ErratumRecord, Proof | None]]
 ) -> ClaimRecord:
     evidence, error = state.attempt(claim.uses, claim.answer)
-    return make_record(
+    record = make_record(
         claim,
         paper,
         evidence,
@@ -151,7 +163,9 @@ def _claim(
         state.sources.location(claim.answer),
         sum(state.computed[name].seconds for name in claim.uses),
         error,
+        [certificate for certificate in state.certificates if claim.id in certificate.claims],
     )
+    return msgspec.structs.replace(record, unproved=state.unproved.get(claim.id, ""))
 
 
 def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, str]:

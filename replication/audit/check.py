@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from enum import StrEnum
+from pathlib import Path
 
 import msgspec
 
+from replication.audit import check_proofs
 from replication.audit.model import Paper, Verdict
 from replication.audit.pinned import stated, stored
 from replication.audit.records import SCHEMA_VERSION, ClaimRecord, ErratumRecord, ResultsFile
@@ -23,6 +25,7 @@ class Cause(StrEnum):
     ERROR = "error"
     SET = "missing or extra"
     TEXT = "text"
+    CERTIFICATE = "certificate"
 
 
 class Problem(msgspec.Struct, frozen=True, kw_only=True):
@@ -36,12 +39,14 @@ class Problem(msgspec.Struct, frozen=True, kw_only=True):
         return f"{self.where}: {self.cause}: {self.message}"
 
 
-def check(results: ResultsFile, papers: Sequence[Paper] | None) -> list[Problem]:
+def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | None = None) -> list[Problem]:
     """All that is wrong with `results`, in the order of the file; an empty list if nothing is.
 
     Every verdict, its deviation and its reason must follow from the stored numbers; every verdict must be the pinned
     one; nothing may have ended in an error. With `papers`, all that the file repeats from the code must be as it stands
     there: the papers, their claims, errata, figures and experiments, by name and by what they say (`pinned.stated`).
+    What claims gain by certificates must follow from the proofs in the file; with the project's `root`, those must be
+    of the certificates that lie there. They are not verified again: `python verify.py` does that.
 
     The numbers themselves, the words on how they came about, and the environment are taken as the run left them: what
     they are is known only by computing them again and comparing the files (`compare.compare`).
@@ -51,6 +56,7 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None) -> list[Problem]
     for record in results.claims:
         problems.extend(_verdict(record, errata))
     problems.extend(_errors(results))
+    problems.extend(_proofs(results, root))
     if papers is not None:
         problems.extend(_against_code(results, papers))
     return problems
@@ -104,6 +110,14 @@ def _errors(results: ResultsFile) -> Iterator[Problem]:
     for where, error in found:
         if error:
             yield Problem(where=where, cause=Cause.ERROR, message=error)
+
+
+def _proofs(results: ResultsFile, root: Path | None) -> Iterator[Problem]:
+    faults = [(Cause.FORGED, fault) for fault in check_proofs.unsupported(results)]
+    faults += [(Cause.ERROR, fault) for fault in check_proofs.refused(results)]
+    if root is not None:
+        faults += [(Cause.CERTIFICATE, fault) for fault in check_proofs.against_files(results, root)]
+    yield from (Problem(where=where, cause=cause, message=message) for cause, (where, message) in faults)
 
 
 def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Problem]:

@@ -11,7 +11,7 @@ from replication.audit.files import write_atomically
 from replication.audit.model import Kind, Numbers, ScopeItem, SolverRecord, Verdict
 from replication.errors import AuditError
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 Name = str
 
 
@@ -38,6 +38,8 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     not_checkable: the reason given for that verdict, else empty.
     code: file:line of the function that answers the claim. seconds: of the experiments that it uses, together.
     reason: why this verdict, in one sentence.
+    proved: whether the bracket, or the statement, is a theorem; `certificates` are the files that prove it.
+    unproved: why no theorem is possible, if that is so.
     """
 
     id: str
@@ -72,6 +74,8 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     note: str
     not_checkable: str
     experiments: tuple[str, ...]
+    certificates: tuple[str, ...]
+    unproved: str
 
 
 class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -102,6 +106,27 @@ class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown
     seconds: float
     solvers: tuple[SolverRecord, ...]
     error: str
+
+
+class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A certificate as the run verified it. path: below the project; claims: ids of those that it supports.
+
+    sentence: the theorem; reason: why it is not proved, else empty. lower, upper, items: proved bounds as rationals.
+    """
+
+    paper: Name
+    name: str
+    path: str
+    sha256: str
+    claims: tuple[str, ...]
+    statement: str
+    proved: bool
+    reason: str
+    sentence: str
+    lower: str | None
+    upper: str | None
+    holds: bool | None
+    items: tuple[tuple[str | None, str | None], ...]
 
 
 class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -170,6 +195,7 @@ class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     errata: tuple[ErratumRecord, ...]
     figures: tuple[FigureRecord, ...]
     experiments: tuple[ExperimentRecord, ...]
+    certificates: tuple[CertificateRecord, ...]
 
 
 def to_json(results: ResultsFile) -> bytes:

@@ -15,10 +15,12 @@ from replication.audit.assemble import Computed, assemble
 from replication.audit.cache import Cache, Dependencies, Entry, Lookup
 from replication.audit.claims import validate_claims
 from replication.audit.jsonvalues import encode, solvers_in
-from replication.audit.model import Experiment, Paper
+from replication.audit.model import Paper
 from replication.audit.pool import Executor, Processes
 from replication.audit.progress import Action, Progress, Silent, Step
+from replication.audit.proofs import Wanted, record, wanted
 from replication.audit.provenance import Environment, read_environment, run_record
+from replication.audit.proving import prove
 from replication.audit.records import ResultsFile
 from replication.audit.sources import SourceTree
 from replication.audit.worker import Answer, Task, describe, function_name
@@ -44,9 +46,12 @@ class Outcome:
 
 @dataclass(frozen=True)
 class _Plan:
-    experiment: Experiment
+    """A task of the run. arguments: JSON text of what its function is given, which may hold places on this disk."""
+
+    name: str
     dependencies: Dependencies
     lookup: Lookup
+    arguments: str
 
 
 def default_packages(root: Path) -> dict[str, Path]:
@@ -63,7 +68,7 @@ def run(
     progress: Progress | None = None,
     packages: Mapping[str, Path] | None = None,
 ) -> Outcome:
-    """Audit `papers`, a project at `root` (lock, git), by `executor`; None means one process per core.
+    """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`; None: one process per core.
 
     Results do not depend on the executor and pass through JSON, so that a fresh and a stored one are the same. Each is
     stored when it is there: after an interruption, a second run takes up where the first one ended. An experiment that
@@ -74,7 +79,9 @@ def run(
     validate_claims(papers)
     packages = packages or default_packages(root)
     sources = SourceTree(packages)
-    plans = _plan(papers, cache, sources, read_environment(root))
+    certificates, unproved = wanted(root, [paper.key for paper in papers])
+    environment = read_environment(root)
+    plans = _plan(papers, cache, sources, environment) | _proofs(certificates, root, cache, sources, environment)
     stored = {name: plan.lookup.entry for name, plan in plans.items() if plan.lookup.entry is not None}
     computed = {name: Computed(entry.dependencies, entry, "", entry.seconds) for name, entry in stored.items()}
     steps = {name: Step(name, Action.REUSED, plans[name].lookup.reason, stored[name].seconds) for name in stored}
@@ -85,8 +92,9 @@ def run(
             done, step = _finish(answer, plans[answer.name], cache, sources)
             computed[answer.name], steps[answer.name] = done, step
             watcher.step(step)
-    results, failures = assemble(papers, computed, run_record(root), sources)
     values = {name: done.entry.result for name in plans if (done := computed[name]).entry is not None}
+    proofs = [record(entry, values.pop(entry.task, None), computed[entry.task].error) for entry in certificates]
+    results, failures = assemble(papers, computed, run_record(root), sources, proofs, unproved)
     return Outcome(values, results, tuple(steps[name] for name in plans), failures)
 
 
@@ -105,7 +113,28 @@ def _plan(papers: Sequence[Paper], cache: Cache, sources: SourceTree, environmen
             python=environment.python,
             packages=environment.packages,
         )
-        plans[name] = _Plan(experiment, dependencies, cache.lookup(name, dependencies))
+        plans[name] = _Plan(name, dependencies, cache.lookup(name, dependencies), dependencies.inputs)
+    return plans
+
+
+def _proofs(
+    certificates: Sequence[Wanted], root: Path, cache: Cache, sources: SourceTree, environment: Environment
+) -> dict[str, _Plan]:
+    """One task for each certificate; its key holds the checksum of the file, not where the project lies."""
+    plans = {}
+    for certificate in certificates:
+        inputs = {"path": certificate.path, "subject": dict(certificate.subject)}
+        dependencies = Dependencies(
+            sources=sources.files_of(prove.__module__),
+            function=f"{prove.__module__}:{prove.__name__}",
+            inputs=encode(f"the inputs of {certificate.task}", inputs, sort=True),
+            lock=environment.lock_sha256,
+            python=environment.python,
+            packages=environment.packages,
+        )
+        arguments = encode(f"the inputs of {certificate.task}", {**inputs, "root": str(root)})
+        lookup = cache.lookup(certificate.task, dependencies)
+        plans[certificate.task] = _Plan(certificate.task, dependencies, lookup, arguments)
     return plans
 
 
@@ -114,10 +143,7 @@ def _longest_first(plans: Sequence[_Plan], packages: Mapping[str, Path]) -> list
     known = [plan.lookup.last_seconds for plan in plans]
     durations = [math.inf if seconds is None else seconds for seconds in known]
     order = sorted(range(len(plans)), key=lambda index: -durations[index])
-    return [
-        Task(plans[i].experiment.name, plans[i].dependencies.function, plans[i].dependencies.inputs, packages)
-        for i in order
-    ]
+    return [Task(plans[i].name, plans[i].dependencies.function, plans[i].arguments, packages) for i in order]
 
 
 def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree) -> tuple[Computed, Step]:

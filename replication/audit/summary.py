@@ -9,7 +9,7 @@ import msgspec
 
 from replication.audit.model import Paper, SolverRecord, Verdict
 from replication.audit.progress import Action, Step
-from replication.audit.records import ClaimRecord, ResultsFile
+from replication.audit.records import CertificateRecord, ClaimRecord, ResultsFile
 
 SLOWEST = 5
 NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed"})
@@ -27,6 +27,11 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
         yield "slowest: " + ", ".join(f"{step.name} {step.seconds:.1f} s" for step in slowest[:SLOWEST])
     for claim in unexpected(results):
         yield f"changed verdict: {claim.id} is {claim.verdict}, pinned is {claim.expected_verdict}: {claim.reason}"
+    proved = sum(certificate.proved for certificate in results.certificates)
+    if results.certificates:
+        yield f"certificates: {proved} of {len(results.certificates)} proved"
+    for certificate in unproved(results):
+        yield f"not proved: {certificate.path}: {certificate.reason}"
     for error in (*errors(results), *failures):
         yield f"error: {error}"
 
@@ -34,6 +39,11 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
 def unexpected(results: ResultsFile) -> tuple[ClaimRecord, ...]:
     """The claims whose verdict is not the pinned one, errors aside."""
     return tuple(claim for claim in results.claims if claim.verdict not in (claim.expected_verdict, Verdict.ERROR))
+
+
+def unproved(results: ResultsFile) -> tuple[CertificateRecord, ...]:
+    """The certificates that the verifier refused, or that are missing."""
+    return tuple(certificate for certificate in results.certificates if not certificate.proved)
 
 
 def errors(results: ResultsFile) -> tuple[str, ...]:

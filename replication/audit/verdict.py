@@ -6,7 +6,7 @@ judges a stored record anew. Both go through `case_of` and `judge`, so a verdict
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -16,7 +16,8 @@ from replication.audit.agreement import Judgement, apart, digits, judge_bound, j
 from replication.audit.evidence import plain, require_finite
 from replication.audit.model import Claim, Evidence, Kind, Proof, Verdict
 from replication.audit.printed import decimal_fraction, parse
-from replication.audit.records import ClaimRecord, ErratumRecord, Reading
+from replication.audit.proofs import with_proofs
+from replication.audit.records import CertificateRecord, ClaimRecord, ErratumRecord, Reading
 from replication.errors import AuditError
 
 SMALLEST_PROBABILITY = 0.01
@@ -58,17 +59,25 @@ def judge(case: Case) -> Judgement:
 
 
 def make_record(
-    claim: Claim, paper_key: str, evidence: Evidence | None, proof: Proof | None, code: str, seconds: float, error: str
+    claim: Claim,
+    paper_key: str,
+    evidence: Evidence | None,
+    proof: Proof | None,
+    code: str,
+    seconds: float,
+    error: str,
+    certificates: Sequence[CertificateRecord] = (),
 ) -> ClaimRecord:
     """The record of `claim` with its verdict; never raises.
 
     evidence: what the claim answered, None after a failure. proof: that of the claim's erratum, None without one or
     when it failed. code: file:line of the answer. seconds: of its experiments. error: the failure, or empty.
+    certificates: those that support the claim; what they prove takes the place of what was computed.
     """
     try:
         if error:
             raise AuditError(error)
-        usable, failure = plain(evidence), ""
+        usable, failure = with_proofs(claim.kind, plain(evidence), certificates), ""
     except AuditError as unusable:
         # No number of a failed or malformed answer is kept, so that judging the record again gives an error too.
         usable, failure = Evidence(method=""), str(unusable)
@@ -77,7 +86,11 @@ def make_record(
     if failure:
         judgement = Judgement(Verdict.ERROR, None, failure)
     return msgspec.structs.replace(
-        draft, verdict=judgement.verdict, deviation_ulp=judgement.deviation_ulp, reason=judgement.reason
+        draft,
+        verdict=judgement.verdict,
+        deviation_ulp=judgement.deviation_ulp,
+        reason=judgement.reason,
+        certificates=tuple(certificate.path for certificate in certificates),
     )
 
 
@@ -279,4 +292,6 @@ def _draft(claim: Claim, paper_key: str, evidence: Evidence, code: str, seconds:
         note=evidence.note,
         not_checkable=evidence.not_checkable,
         experiments=claim.uses,
+        certificates=(),
+        unproved="",
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from replication.commands.shared import DIFFERENT, FINE, add_output, results_path, say
+from replication.commands.shared import DIFFERENT, FINE, add_output, project_root, results_path, say
 
 TEXT = "derive every verdict of results.json again and compare its texts with the code"
 NOTES = """The verdicts must follow from the numbers of the file; the numbers are taken as they stand. Whether
@@ -25,7 +25,7 @@ def command(chosen: argparse.Namespace) -> int:
     from replication.audit.records import read_results
 
     results = read_results(results_path(chosen))
-    problems = check(results, papers.load())
+    problems = check(results, papers.load(), project_root())
     say(str(problem) for problem in problems)
     say([f"{len(problems)} problems in {len(results.claims)} claims"])
     return DIFFERENT if problems else FINE

@@ -74,11 +74,11 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _code(results: ResultsFile, failures: Sequence[str]) -> int:
-    from replication.audit.summary import errors, unexpected
+    from replication.audit.summary import errors, unexpected, unproved
 
     if failures or errors(results):
         return FAILED
-    return DIFFERENT if unexpected(results) else FINE
+    return DIFFERENT if unexpected(results) or unproved(results) else FINE
 
 
 def _executor(chosen: argparse.Namespace) -> Executor:

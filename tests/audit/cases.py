@@ -113,6 +113,7 @@ def results_file(*records: ClaimRecord, errata: tuple[ErratumRecord, ...] = ()) 
         errata=errata,
         figures=(),
         experiments=(EXPERIMENT,),
+        certificates=(),
     )
 
 

@@ -240,6 +240,7 @@ def results(directory: Path) -> ResultsFile:
                 error="",
             ),
         ),
+        certificates=(),
     )
 
 

@@ -1,0 +1,28 @@
+"""Verifying one committed certificate as a task of a run; imports the verifier only, so that little renews it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from replication.verify.reading import written
+from replication.verify.run import verify
+
+
+def prove(path: str, root: str, subject: dict[str, str]) -> dict[str, Any]:
+    """What the certificate at `path` below `root` proves: sentence, bounds as rationals, or the reason why nothing.
+
+    subject: checksums of what it depends on beside the verifier, which make it a new task when they change.
+    """
+    outcome = verify(Path(root) / path, Path(root))
+    theorem = outcome.theorem
+    if theorem is None:
+        return {"sentence": "", "reason": outcome.reason, "lower": None, "upper": None, "holds": None, "items": []}
+    return {
+        "sentence": theorem.sentence,
+        "reason": "",
+        "lower": written(theorem.lower),
+        "upper": written(theorem.upper),
+        "holds": theorem.holds,
+        "items": written(theorem.items),
+    }
