@@ -7,6 +7,7 @@ process ends no worker.
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -107,15 +108,23 @@ def compute_apart(order: bytes) -> bytes:
 
 def fulfil(order: Order) -> Delivery:
     """Compute `order` in this process, unless this machine has other sources, Python or packages than it asks for."""
-    import papers
     from replication.audit.runner import default_packages
 
-    packages = default_packages(Path(next(iter(papers.__path__))).resolve().parent)
+    packages = default_packages(_project(order.function))
     refusal = _other(order, SourceTree(packages))
     if refusal:
         return Delivery(text=None, seconds=0.0, error=refusal)
     answer = compute(Task(order.name, order.function, order.inputs, packages))
     return Delivery(text=answer.text, seconds=answer.seconds, error=answer.error)
+
+
+def _project(function: str) -> Path:
+    """The directory on this machine that holds the package of `function`."""
+    package = function.partition(":")[0].partition(".")[0]
+    found = importlib.util.find_spec(package)
+    if found is None or not found.submodule_search_locations:
+        raise AuditError(f"package {package} is not on this machine; install the project there")
+    return Path(found.submodule_search_locations[0]).resolve().parent
 
 
 def _other(wanted: Order, sources: SourceTree) -> str:
