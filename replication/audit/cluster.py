@@ -110,8 +110,11 @@ def fulfil(order: Order) -> Delivery:
     """Compute `order` in this process, unless this machine has other sources, Python or packages than it asks for."""
     from replication.audit.runner import default_packages
 
-    packages = default_packages(_project(order.function))
-    refusal = _other(order, SourceTree(packages))
+    try:
+        packages = default_packages(_project(order.function))
+        refusal = _other(order, SourceTree(packages))
+    except AuditError as error:  # a module or package that only the sender has
+        refusal = f"the worker on {os.uname().nodename}: {error}"
     if refusal:
         return Delivery(text=None, seconds=0.0, error=refusal)
     answer = compute(Task(order.name, order.function, order.inputs, packages))

@@ -96,6 +96,8 @@ def test_worker_with_other_sources_refuses(lab: Lab) -> None:
     assert fulfilled(lab, order)["error"] == ""
     lab.edit("toy2020/squares.py", "product", "multiple")
     assert "has not the same papers/toy2020/squares.py; install the same commit" in fulfilled(lab, order)["error"]
+    lab.path("toy2020/squares.py").unlink()
+    assert "papers.toy2020.squares is not a file" in fulfilled(lab, order)["error"]
 
 
 @pytest.mark.parametrize(
