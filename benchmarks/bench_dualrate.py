@@ -1,7 +1,6 @@
 """Speed of the exact dual-rate analysis against sub-stepped and stepped simulation, and of the search of readings."""
 
 import time
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,6 @@ import numpy as np
 from papers.shao import data
 from papers.shao.problem import APO, DESIGN, FREQUENCIES, PMI, READINGS, START, literal_loop
 from papers.shao.search import table_columns
-from replication.estimation.dualrate.counterexample import prove_instability
 from replication.estimation.dualrate.loop import DualRateLoop, stability_radius
 from replication.estimation.dualrate.response import start_state
 from replication.estimation.dualrate.search import search_block
@@ -94,10 +92,6 @@ def test_stability_radius(benchmark: Any) -> None:
 def test_one_block_of_the_search(benchmark: Any) -> None:
     result = benchmark.pedantic(search_block, args=(READINGS, table_columns(40, 2022), 0), rounds=3)
     benchmark.extra_info.update(readings=sum(result.tried.values()))
-
-
-def test_exact_counterexample(benchmark: Any) -> None:
-    assert benchmark(lambda: prove_instability(5, Fraction(1, 100))).holds
 
 
 def _seconds(function: Any) -> float:

@@ -10,7 +10,7 @@ from papers.shao.problem import COUNTEREXAMPLE, DESIGN, literal_loop
 from replication.estimation.certificates import dualrate
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.verify.subjects import subject
+from replication.verify.subjects import subject, theorems
 
 KEY = "shao"
 DESIGNS = {"motor": DESIGN, "motor-from-start": DESIGN, "scalar": COUNTEREXAMPLE}
@@ -22,6 +22,11 @@ def make(name: str) -> dict[str, Any]:
     """The certificate of one entry of theorems.json."""
     theorem = subject(KEY, name)
     return {**theorem, **MAKERS[theorem["statement"].removeprefix("dualrate.")](theorem)}
+
+
+def parameters(name: str) -> Mapping[str, Any]:
+    """The parameters of one entry of theorems.json."""
+    return theorems(KEY)[0][name].parameters
 
 
 def _loop(theorem: Theorem) -> DualRateLoop:

@@ -89,30 +89,28 @@ def contraction(results: Results) -> Evidence:
 
 
 def stability_theorem(results: Results) -> Evidence:
-    """The counter-example in exact arithmetic."""
+    """The counter-example, a loop that meets (18) and is unstable."""
     theorem = results["shao.theorem"]
-    proof = theorem["proof"]["5"]
-    ratios = [ratio for ratio, found in theorem["proof"].items() if found["holds"]]
+    scalar, radius = theorem["scalar"], theorem["radius"][APO]
     return Evidence(
         method=(
-            "counter-example A = B = C = 1, K = −2, L = 2, M = 5 in exact arithmetic: det(I − Φ) < 0 for every T "
-            "allowed by (18), so the loop has a real eigenvalue above one"
+            "counter-example A = B = C = 1, K = −2, L = 2, M = 5: left side of (18) and monodromy radius at "
+            f"T = {scalar['period']:g} s"
         ),
-        cross_check="monodromy radius in floating point",
-        holds=not proof["holds"],
-        proved=proof["holds"],
+        cross_check="det(I − Φ) < 0 for every T that (18) allows, in exact arithmetic: the certificate",
+        holds=scalar["condition"] >= 1 or radius < 1,
+        margin=1 - radius,
         quantities={
-            "radius at T = 0.001 s": theorem["radius"][APO],
-            "left side of (18) there": theorem["scalar"]["condition"],
-            "largest T allowed by (18), s": proof["allowed_period"],
-            "unstable up to T, s, at least": proof["proved_period"],
+            "radius": radius,
+            "left side of (18)": scalar["condition"],
+            "largest T allowed by (18), s": scalar["allowed_period"],
+            **{f"radius with M = {ratio}": value for ratio, value in scalar["radii"].items()},
             "radius with the repaired predictor": theorem["radius"][REPAIRED],
         },
         note=(
             "As T → 0 the rates of the error tend to eig(A − LC/M), and A − LC/M need not be Hurwitz. "
-            f"The same proof holds for M = {', '.join(ratios)}. Sec. I promises convergence to a bounded region, "
-            "Sec. IV to zero; both fail here. Sec. IV takes K and L as given: it assumes neither stabilisability nor "
-            "detectability."
+            "Sec. I promises convergence to a bounded region, Sec. IV to zero; both fail here. Sec. IV takes K and L "
+            "as given: it assumes neither stabilisability nor detectability."
         ),
     )
 

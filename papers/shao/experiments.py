@@ -28,7 +28,7 @@ EXPERIMENTS = (
     Experiment(
         name="shao.theorem",
         function=theorem,
-        inputs={"periods": [1e-4, 1e-5, 1e-6], "proved_period": "1/100", "counts": [1, 2, 3, 5, 8]},
+        inputs={"periods": [1e-4, 1e-5, 1e-6], "ratios": [2, 3, 5, 8]},
     ),
     Experiment(name="shao.bounds", function=step_bounds, inputs={"trials": 400, "seed": 3}),
     Experiment(

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 
+from papers.shao.certificates import parameters
 from papers.shao.claims_compare import ordering_counts, weak_gain_shares
 from papers.shao.claims_table import NOT_SEARCHED
 from papers.shao.experiments import SEARCH
@@ -24,11 +27,12 @@ def findings(results: Results) -> tuple[str, ...]:
 
 def _theory(results: Results) -> tuple[str, ...]:
     theorem = results["shao.theorem"]
-    proof, motor, bounds = theorem["proof"]["5"], theorem["motor"], results["shao.bounds"]
+    allowed, motor, bounds = theorem["scalar"]["allowed_period"], theorem["motor"], results["shao.bounds"]
+    proved = Fraction(parameters("counterexample")["longest"])
     return (
         "The stability theorem is false as printed: for A = B = C = 1, K = −2, L = 2, M = 5 every period that (18) "
-        f"allows (T below {proof['allowed_period']:.6f} s) gives an unstable loop, proved in exact arithmetic for all "
-        f"T up to {proof['proved_period']:g} s. The step that fails is the inequality (15): the error of the virtual "
+        f"allows (T below {allowed:.6f} s) gives an unstable loop, proved in exact arithmetic for all "
+        f"T up to {float(proved):g} s. The step that fails is the inequality (15): the error of the virtual "
         f"measurement does not vanish with T. In {bounds['trials']} random loops the sides of (12), "
         f"(13) and (14) came to at most {max(bounds['worst'].values()):.2f} of their bounds.",
         f"The example is not covered by the theorem: the left side of (18) is {motor['condition']:.3g} and should be "

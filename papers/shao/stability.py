@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, MOTOR, PMI, REPAIRED
-from replication.estimation.dualrate.counterexample import prove_instability
 from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
 from replication.estimation.dualrate.lyapunov import (
     hurwitz_margins,
@@ -49,31 +47,29 @@ def motor_model(seed: int) -> dict[str, Any]:
     }
 
 
-def theorem(periods: Sequence[float], proved_period: str, counts: Sequence[int]) -> dict[str, Any]:
-    """Condition (18) for the motor, both sides of (15) at small T, the exact counter-example, and the slow rates.
+def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
+    """Condition (18) for the motor, both sides of (15) at small T, the counter-example, and the slow rates.
 
-    periods: decreasing T in s for the limits. proved_period: T₀ of the proof as a fraction. counts: ratios M.
+    periods: decreasing T in s for the limits. ratios: M of the counter-example.
     """
     motor = theorem_constants(DESIGN)
     scalar = theorem_constants(COUNTEREXAMPLE)
-    proofs = {ratio: prove_instability(ratio, Fraction(proved_period)) for ratio in counts}
     return {
         "motor": {"condition": motor.condition, "smallest": motor.smallest, "alpha4": motor.alpha[3]},
-        "scalar": {"condition": scalar.condition, "period": COUNTEREXAMPLE.period},
+        "scalar": {
+            "condition": scalar.condition,
+            "period": COUNTEREXAMPLE.period,
+            "allowed_period": COUNTEREXAMPLE.period / scalar.condition,
+            "radii": {
+                str(ratio): stability_radius(close_loop(replace(COUNTEREXAMPLE, ratio=ratio), OBSERVERS[APO]))
+                for ratio in ratios
+            },
+        },
         "factor_margin": _factor_margin(),
         "periods": list(periods),
         "gap": {
             "motor": [prediction_gap(replace(DESIGN, period=T)) for T in periods],
             "scalar": [prediction_gap(replace(COUNTEREXAMPLE, period=T)) for T in periods],
-        },
-        "proof": {
-            str(ratio): {
-                "holds": proof.holds,
-                "leading": proof.polynomial[2],
-                "allowed_period": float(proof.allowed_period_above),
-                "proved_period": float(proof.period),
-            }
-            for ratio, proof in proofs.items()
         },
         "radius": {
             name: stability_radius(close_loop(COUNTEREXAMPLE, OBSERVERS[name])) for name in (APO, REPAIRED, FAST)

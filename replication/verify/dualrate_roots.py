@@ -27,8 +27,7 @@ def root_near(polynomial: acb_poly, guess: acb) -> acb:
     slope = polynomial.derivative()(guess)
     require(not slope.contains(0), "the derivative of the characteristic polynomial may vanish at the guessed root")
     distance = (polynomial.degree() * abs(polynomial(guess) / slope)).upper()
-    spread = arb(0, distance)
-    return guess + acb(spread, spread)
+    return acb(arb(guess.real, distance), arb(guess.imag, distance))
 
 
 def without_root(polynomial: acb_poly, root: acb) -> acb_poly:

@@ -1,20 +1,13 @@
-"""The stability theorem: its constants, the exact counter-example, the limit of the slow rates, stable sets."""
+"""The stability theorem: its constants, the counter-example, the limit of the slow rates, stable sets."""
 
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
 from dualrate_examples import MOTOR_DESIGN, motor_loop, random_design
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.counterexample import (
-    allowed_periods,
-    characteristic_at_one,
-    exponential_bounds,
-    prove_instability,
-)
-from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
+from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.lyapunov import prediction_gap, slow_rate_gap, theorem_constants
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
@@ -26,39 +19,13 @@ APO = OBSERVERS["alternating_predictive"]
 RUNNING = OBSERVERS["running_prediction"]
 
 
-@pytest.mark.parametrize("ratio", [1, 2, 3, 5, 7])
-@pytest.mark.parametrize("period", [1e-3, 0.05, 0.3])
-def test_exact_polynomial_is_the_characteristic_polynomial_of_the_loop(ratio: int, period: float) -> None:
-    h = np.expm1(period)
-    exact = sum(c * h**k for k, c in enumerate(characteristic_at_one(ratio))) / (1 + h) ** (3 * ratio)
-    loop = close_loop(replace(SCALAR, period=period, ratio=ratio), APO)
-    assert np.linalg.det(np.eye(loop.size) - monodromy(loop)) == pytest.approx(exact, rel=1e-6)
-
-
 def test_every_period_allowed_by_the_theorem_is_unstable() -> None:
-    proof = prove_instability(5, Fraction(1, 100))
-    assert proof.holds
-    constants = theorem_constants(SCALAR)
-    assert float(proof.allowed_period_below) <= 1e-3 / constants.condition <= float(proof.allowed_period_above)
-    for period in np.geomspace(1e-5, float(proof.allowed_period_above), 8):
+    allowed = SCALAR.period / theorem_constants(SCALAR).condition
+    for period in np.geomspace(allowed / 100, allowed, 8):
         design = replace(SCALAR, period=float(period))
         assert theorem_constants(design).condition < 1.001
         assert stability_radius(close_loop(design, APO)) > 1
         assert stability_radius(close_loop(design, RUNNING)) < 1
-
-
-def test_no_proof_where_the_loop_is_stable() -> None:
-    """At M = 1 every measurement is real and the loop is stable: the same argument must fail."""
-    assert not prove_instability(1, Fraction(1, 100)).unstable
-    assert stability_radius(close_loop(replace(SCALAR, ratio=1), APO)) < 1
-
-
-def test_exponential_is_enclosed() -> None:
-    lower, upper = exponential_bounds(Fraction(1, 3), terms=6)
-    assert lower < Fraction.from_float(np.exp(1 / 3)) < upper
-    assert upper - lower < Fraction(1, 10**5)
-    below, above = allowed_periods()
-    assert 0 < above - below < Fraction(1, 10**12)
 
 
 def test_lyapunov_equation_and_constants_of_the_scalar_loop() -> None:

@@ -1,0 +1,359 @@
+"""The steps of the dual-rate verifier against floating point, closed forms, and examples with known answers."""
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.linalg
+from flint import acb, acb_mat, acb_poly, arb, arb_mat, arb_poly, ctx, fmpq, fmpq_mat, fmpq_poly
+
+from papers.shao.problem import COUNTEREXAMPLE, DESIGN
+from replication.estimation.dualrate.loop import close_loop, monodromy
+from replication.estimation.dualrate.lyapunov import prediction_gap, theorem_constants
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
+from replication.verify import (
+    dualrate_identities,
+    dualrate_loop,
+    dualrate_lyapunov,
+    dualrate_motor,
+    dualrate_response,
+    dualrate_roots,
+    dualrate_scalar,
+)
+from replication.verify.dualrate_loop import Loop
+from replication.verify.linear import identity
+from replication.verify.theorem import Refused
+
+
+@pytest.fixture(autouse=True)
+def precision() -> Iterator[None]:
+    with ctx.workprec(dualrate_loop.BITS):
+        yield
+
+
+def exact(values: Any) -> fmpq_mat:
+    return fmpq_mat([[fmpq(*Fraction(float(entry)).as_integer_ratio()) for entry in row] for row in values])
+
+
+def loop_of(design: DualRateDesign) -> Loop:
+    model = design.model
+    matrices = {"A": model.state, "B": model.input, "C": model.output, "K": design.feedback, "L": design.injection}
+    period = fmpq(*Fraction(design.period).as_integer_ratio())
+    return Loop(**{name: exact(value) for name, value in matrices.items()}, T=period, M=design.ratio)
+
+
+def random_design(seed: int, ratio: int) -> DualRateDesign:
+    rng = np.random.default_rng(seed)
+    plant = make_plant(rng.normal(size=(2, 2)), rng.normal(size=(2, 1)), rng.normal(size=(1, 2)))
+    gains = {"feedback": rng.normal(size=(1, 2)), "injection": rng.normal(size=(2, 1))}
+    return dual_rate_design(plant, **gains, period=0.3, ratio=ratio)
+
+
+def floats(M: arb_mat) -> np.ndarray:
+    return np.array([[float(entry.mid()) for entry in row] for row in M.tolist()])
+
+
+@pytest.mark.parametrize("observer", dualrate_loop.OBSERVERS)
+@pytest.mark.parametrize("ratio", [1, 2, 4])
+def test_monodromy_has_the_eigenvalues_of_the_loop_with_all_its_memory(observer: str, ratio: int) -> None:
+    design = random_design(5, ratio)
+    ours = floats(dualrate_loop.monodromy(loop_of(design), observer))
+    theirs = monodromy(close_loop(design, OBSERVERS[observer]))
+    for power in range(1, 5):  # the other eigenvalues of the larger matrix are zero
+        traces = [float(np.trace(np.linalg.matrix_power(M, power))) for M in (ours, theirs)]
+        assert traces[0] == pytest.approx(traces[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [1, 2, 3, 5])
+@pytest.mark.parametrize("period", [fmpq(1, 1000), fmpq(3, 10)])
+def test_polynomial_of_the_scalar_loop_is_its_determinant(ratio: int, period: fmpq) -> None:
+    scalar = loop_of(COUNTEREXAMPLE)
+    loop = Loop(A=scalar.A, B=scalar.B, C=scalar.C, K=scalar.K, L=scalar.L, T=period, M=ratio)
+    Phi = dualrate_loop.monodromy(loop, dualrate_loop.APO)
+    determinant = (arb_mat(identity(2)) - Phi).det()
+    growth = arb(period).exp()
+    found = sum(arb(c) * (growth - 1) ** k for k, c in enumerate(dualrate_scalar.determinant(loop, ratio).coeffs()))
+    assert determinant.overlaps(found / growth ** (2 * ratio))
+    assert abs(determinant - found / growth ** (2 * ratio)) < arb("1e-60")
+
+
+@pytest.mark.parametrize("name", ["A", "B", "C", "L"])
+def test_polynomial_of_the_scalar_loop_is_for_that_loop_only(name: str) -> None:
+    scalar = loop_of(COUNTEREXAMPLE)
+    matrices = {entry: getattr(scalar, entry) for entry in "ABCKL"}
+    other = Loop(**{**matrices, name: 3 * matrices[name]}, T=scalar.T, M=scalar.M)
+    with pytest.raises(Refused, match="A = B = C = 1 and L = 2"):
+        dualrate_scalar.determinant(other, 5)
+    wide = loop_of(random_design(1, 5))
+    with pytest.raises(Refused, match="A = B = C = 1 and L = 2"):
+        dualrate_scalar.determinant(wide, 5)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "longest", "negative"),
+    [
+        ([0, 0, -1], 5, True),
+        ([0, -2, 1], 1, True),  # h < 2, and e − 1 = 1.718
+        ([0, -1.71875, 1], 1, True),
+        ([0, -1.718, 1], 1, False),
+        ([-2, 1, -5], 1, True),
+        ([-1, 1, -5], 1, False),  # negative, but not by the argument
+        ([0, 1], 1, False),
+        ([0, -3, 1, 1], 1, False),
+        ([0, -5, 1, 1], 1, True),
+        ([1, -9], 1, False),
+    ],
+)
+def test_a_polynomial_is_negative_if_its_lowest_coefficient_outweighs_the_rest(
+    coefficients: Sequence[float], longest: int, negative: bool
+) -> None:
+    polynomial = fmpq_poly([fmpq(*Fraction(c).as_integer_ratio()) for c in coefficients])
+    if negative:
+        dualrate_scalar.require_negative(polynomial, fmpq(longest))
+    else:
+        with pytest.raises(Refused, match="not proved negative"):
+            dualrate_scalar.require_negative(polynomial, fmpq(longest))
+
+
+def test_the_zero_polynomial_is_not_negative() -> None:
+    with pytest.raises(Refused, match="vanishes"):
+        dualrate_scalar.require_negative(fmpq_poly([]), fmpq(1))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_roots_within_a_circle_are_told_from_roots_outside(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    coefficients = [*rng.integers(-9, 10, size=int(rng.integers(1, 6))).tolist(), 3]
+    polynomial, size = arb_poly(coefficients), float(max(abs(np.roots(coefficients[::-1]))))
+    dualrate_roots.require_roots_within(polynomial, fmpq(int(size * 1001) + 1, 1000), "roots")
+    with pytest.raises(Refused, match="roots are not proved to lie inside"):
+        dualrate_roots.require_roots_within(polynomial, fmpq(int(size * 999), 1000), "roots")
+    with pytest.raises(Refused, match="roots are not proved to lie inside"):
+        dualrate_roots.require_roots_within(arb_poly([-1, 1]), fmpq(1), "roots")
+
+
+def test_a_root_lies_in_its_disc_and_no_smaller_one_would_do() -> None:
+    """Of (z − 1)^n the root is as far from z as the disc reaches."""
+    for n in (1, 2, 5):
+        polynomial = acb_poly([-1, 1]) ** n
+        disc = dualrate_roots.root_near(polynomial, acb(3, 2))
+        assert disc.contains(1)
+        assert abs(disc - acb(3, 2)).upper() < 1.5 * arb(8).sqrt()
+    with pytest.raises(Refused, match="derivative of the characteristic polynomial may vanish"):
+        dualrate_roots.root_near(acb_poly([1, 0, 1]), acb(0))
+
+
+def test_a_root_is_divided_out() -> None:
+    quotient = dualrate_roots.without_root(acb_poly([-30, 31, -10, 1]), acb(5))
+    assert [int(float(c.real.mid())) for c in quotient.coeffs()] == [6, -5, 1]
+
+
+GENERIC = dual_rate_design(
+    make_plant([[0.3, 1.0], [-0.4, -2.0]], [[0.7], [1.1]], [[1.0, 0.4]]),
+    feedback=[[-2.0, -0.3]],
+    injection=[[2.0], [0.5]],
+    period=0.01,
+    ratio=3,
+)
+"""No product of its matrices vanishes."""
+
+
+@pytest.mark.parametrize("design", [COUNTEREXAMPLE, DESIGN, GENERIC])
+def test_constants_of_the_theorem(design: DualRateDesign) -> None:
+    loop, found = loop_of(design), theorem_constants(design)
+    lyapunov = lyapunov_of(loop)
+    constants = dualrate_lyapunov.constants(loop, lyapunov)
+    named = (constants.output, constants.feedback, constants.prediction, constants.total)
+    for ours, theirs in zip(named, found.alpha, strict=True):
+        assert float(ours.mid()) == pytest.approx(theirs, rel=1e-6)
+    side = dualrate_lyapunov.condition_per_second(loop, lyapunov) * design.period
+    assert float(side.mid()) == pytest.approx(found.condition, rel=1e-6)
+
+
+def lyapunov_of(loop: Loop) -> dualrate_lyapunov.Lyapunov:
+    """P to floating point, with its eigenvalues as exact points."""
+    joint = floats(arb_mat(dualrate_lyapunov.joint_matrix(loop)))
+    P = scipy.linalg.solve_continuous_lyapunov(joint.T, -np.eye(len(joint)))
+    P = (P + P.T) / 2
+    values = np.linalg.eigvalsh(P)
+    return dualrate_lyapunov.Lyapunov(P=exact(P), smallest=arb(values[0]), largest=arb(values[-1]))
+
+
+def test_joint_matrix_has_the_blocks_of_the_manuscript() -> None:
+    design = random_design(3, 2)
+    A, B, C = design.model.state, design.model.input, design.model.output
+    K, L = design.feedback, design.injection
+    expected = np.block([[A + B @ K, -B @ K], [np.zeros((2, 2)), A - L @ C]])
+    np.testing.assert_allclose(floats(arb_mat(dualrate_lyapunov.joint_matrix(loop_of(design)))), expected)
+
+
+def test_norms_are_those_of_rows_and_columns_only() -> None:
+    assert dualrate_lyapunov.norm(fmpq_mat([[3, 4]])).contains(5)
+    assert dualrate_lyapunov.norm(fmpq_mat([[3], [4]])).contains(5)
+    with pytest.raises(Refused, match="row or a column"):
+        dualrate_lyapunov.norm(fmpq_mat([[1, 0], [0, 1]]))
+
+
+@pytest.mark.parametrize("ratio", [2, 5])
+def test_both_sides_of_the_prediction_bound_hold_what_a_simulation_gives(ratio: int) -> None:
+    """V, simulated over two fast periods from one start, stays below the V of the bound; the gap is exact."""
+    design = DualRateDesign(COUNTEREXAMPLE.model, COUNTEREXAMPLE.feedback, COUNTEREXAMPLE.injection, 0.05, ratio)
+    loop = loop_of(design)
+    lyapunov, start = lyapunov_of(loop), np.array([0.3, -1.0])
+    P, alpha = theorem_constants(design).P, theorem_constants(design).alpha[2]
+    gap, bound = dualrate_lyapunov.prediction_sides(loop, lyapunov, exact(start[:, None]), loop.T)
+    assert gap.contains(arb(np.exp(0.05)) * arb("1.0"))
+    assert gap.lower() > 0.9
+    x, xi = start
+    zeta, measured, energies = x - xi, x, []
+    for _ in range(2):
+        u, x0, zeta0 = -2 * zeta, x, zeta
+        for time in np.linspace(0, 0.05, 21):
+            growth = np.expm1(time)
+            x = x0 + growth * (x0 + u)
+            zeta = np.exp(-time) * zeta0 - np.expm1(-time) * (u + 2 * measured)
+            chi = np.array([x, x - zeta])
+            energies.append(chi @ P @ chi)
+        measured = np.exp(0.05) * zeta0 + np.expm1(0.05) * u
+    needed = alpha * 0.05 * np.sqrt(max(energies))
+    assert needed <= float(bound.upper()) <= 2 * needed
+    assert max(energies[21:]) > max(energies[:21])
+
+
+def test_prediction_bound_of_the_motor_is_that_of_the_evidence() -> None:
+    period = fmpq(1, 10**6)
+    loop, design = loop_of(DESIGN), DualRateDesign(DESIGN.model, DESIGN.feedback, DESIGN.injection, 1e-6, 5)
+    lyapunov = lyapunov_of(loop)
+    worst, printed = prediction_gap(design)
+    chi = np.linalg.solve(theorem_constants(design).P, np.array([0, 0, 0, 1.0, 0, 0]))
+    gap, bound = dualrate_lyapunov.prediction_sides(loop, lyapunov, exact(chi[:, None] / worst), period)
+    assert float(gap.mid()) == pytest.approx(worst, rel=1e-4)
+    assert printed <= float(bound.upper()) <= 1.1 * printed
+
+
+def test_hurwitz_matrices_are_told_from_others() -> None:
+    rng = np.random.default_rng(7)
+    counts = {True: 0, False: 0}
+    for _ in range(300):
+        size = int(rng.integers(1, 5))
+        M = rng.integers(-4, 3, size=(size, size))
+        growth = float(np.max(np.linalg.eigvals(M).real))
+        if abs(growth) < 1e-6:
+            continue
+        counts[growth < 0] += 1
+        if growth < 0:
+            dualrate_motor.require_hurwitz(fmpq_mat(M.tolist()), "M")
+        else:
+            with pytest.raises(Refused, match="M is not Hurwitz"):
+                dualrate_motor.require_hurwitz(fmpq_mat(M.tolist()), "M")
+    assert min(counts.values()) > 30
+    with pytest.raises(Refused, match="determinant 2 is not positive"):
+        dualrate_motor.require_hurwitz(fmpq_mat([[0, 1], [0, -1]]), "M")
+
+
+def test_transfer_function() -> None:
+    loop, s = loop_of(random_design(4, 2)), fmpq(7, 3)
+    resolvent = (s * identity(2) - loop.A).solve(loop.B)
+    assert dualrate_motor.transfer_numerator(loop)(s) == (loop.C * resolvent)[0, 0] * loop.A.charpoly()(s)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "left", "right", "below"),
+    [
+        ([-1], -1, 1, True),
+        ([0], -1, 1, False),
+        ([1], -1, 1, False),
+        ([-1, 0, 1], fmpq(-9, 10), fmpq(99, 100), True),  # t² < 1
+        ([-1, 0, 1], fmpq(-9, 10), fmpq(101, 100), False),
+        ([-1, 0, 1], fmpq(-101, 100), fmpq(9, 10), False),
+        ([fmpq(-1, 10**9), 0, -1], -1, 1, True),
+        ([fmpq(1, 10**9), 0, -1], -1, 1, False),
+        ([0, 1, -1], fmpq(1, 4), 2, False),
+        ([-1, fmpq(39, 10), fmpq(-39, 10)], 0, 1, True),  # −0.025 in the middle
+        ([-1, fmpq(41, 10), fmpq(-41, 10)], 0, 1, False),
+    ],
+)
+def test_polynomials_below_zero_on_an_interval(coefficients: Sequence[Any], left: Any, right: Any, below: bool) -> None:
+    polynomial = arb_poly(coefficients)
+    if below:
+        dualrate_response.require_below(polynomial, fmpq(left), fmpq(right))
+    else:
+        with pytest.raises(Refused, match="not proved to be below"):
+            dualrate_response.require_below(polynomial, fmpq(left), fmpq(right))
+
+
+def growing() -> dualrate_response.Motion:
+    """v' = v, error v: in these weights no bound of the norms is loose."""
+    return dualrate_response.Motion(N=acb_mat([[1]]), row=acb_mat([[1]]), scales=[fmpq(3)])
+
+
+@pytest.mark.parametrize(("terms", "count"), [(1, 1), (2, 1), (3, 2), (6, 4)])
+def test_taylor_polynomials_and_their_remainders_enclose_the_error(
+    terms: int, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dualrate_response, "TERMS", terms)
+    monkeypatch.setattr(dualrate_response, "PIECES", count)
+    start, length = acb_mat([[2]]), fmpq(2)
+    half = length / (2 * count)
+    found = list(dualrate_response.pieces(growing(), start, length))
+    assert len(found) == count
+    for k, (polynomial, remainder) in enumerate(found):
+        assert len(polynomial.coeffs()) == terms
+        middle, exact_gaps = (2 * k + 1) * half, []
+        for part in range(-4, 5):
+            time = half * part / 4
+            value = dualrate_response.error_at(growing(), start, middle + time)
+            exact_gaps.append(abs(value - polynomial(acb(time)).real))
+        assert all(gap <= remainder for gap in exact_gaps)
+        assert remainder < 4 * max(float(gap.mid()) for gap in exact_gaps)
+
+
+def test_growth_and_sizes_in_weights() -> None:
+    moving = dualrate_response.Motion(N=acb_mat([[1, -8], [acb(0, 3), 2]]), row=acb_mat([[2, -5]]), scales=[4, 1])
+    assert moving.growth.contains(14)  # of 1 + 8/4 and 12 + 2
+    assert dualrate_response.Motion(N=moving.N, row=moving.row, scales=[1, 1]).growth.contains(9)
+    assert moving.size(acb_mat([[6], [acb(0, 2)]])).contains(2)
+    assert moving.size(acb_mat([[6], [1]])).contains(fmpq(3, 2))
+    assert moving.output_size().contains(13)
+
+
+def test_error_is_bounded_where_it_is_largest_and_no_lower(monkeypatch: pytest.MonkeyPatch) -> None:
+    """2 e^t on [0, 2], with few terms too."""
+    largest = 2 * float(np.exp(2))
+    dualrate_response.require_error_below(growing(), acb_mat([[2]]), fmpq(2), fmpq(int(largest * 1001) + 1, 1000))
+    with pytest.raises(Refused, match="not proved to be below"):
+        dualrate_response.require_error_below(growing(), acb_mat([[2]]), fmpq(2), fmpq(int(largest * 999), 1000))
+    monkeypatch.setattr(dualrate_response, "TERMS", 2)
+    monkeypatch.setattr(dualrate_response, "PIECES", 1)
+    with pytest.raises(Refused, match="remainder of the Taylor polynomial exceeds"):
+        dualrate_response.require_error_below(growing(), acb_mat([[2]]), fmpq(2), fmpq(7))
+
+
+def test_identities_that_are_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    checked: list[str] = []
+    monkeypatch.setattr(dualrate_identities, "require_equal", lambda left, right, what: checked.append(what))
+    dualrate_identities.require_error_equations()
+    dualrate_identities.require_sampled_observer()
+    dualrate_identities.require_rates()
+    assert checked == [
+        *["the first row of (9) = (10)", "the second row of (9) = (10)"] * 2,
+        "(3) = (7) in the first power of t",
+        "(3) = (7) in the second power of t",
+        "the rate of y in (12)",
+        "the rate of K ζ in (14)",
+    ]
+
+
+def test_what_is_no_identity_is_refused() -> None:
+    s = dualrate_identities.symbols(a=(1, 2), b=(2, 1), c=(1, 1))
+    same = dualrate_identities.product(s["a"], s["b"])
+    dualrate_identities.require_equal(
+        same, dualrate_identities.scale(fmpq(1, 2), dualrate_identities.add(same, same)), ""
+    )
+    assert len({str(entry) for matrix in s.values() for row in matrix for entry in row}) == 5
+    for other in (s["c"], dualrate_identities.scale(2, same), dualrate_identities.add(same, s["c"])):
+        with pytest.raises(Refused, match="sum is no identity"):
+            dualrate_identities.require_equal(same, other, "sum")
