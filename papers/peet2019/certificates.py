@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from papers.peet2019.scaling import SMALL_LEVEL
-from replication.estimation.certificates import delay, delay_pade
+from replication.estimation.certificates import delay, delay_dual, delay_pade
 from replication.verify.subjects import subject
 
 KEY = "peet2019"
 MAKERS = {
     "delay.gain-upper": delay.gain_upper,
     "delay.gain-lower": delay.gain_lower,
+    "delay.degree-lower": delay_dual.degree_lower,
     "delay.near-optimal": delay.near_optimal,
     "delay.pade-upper": delay_pade.pade_upper,
     "delay.pade-lower": delay_pade.pade_lower,

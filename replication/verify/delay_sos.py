@@ -7,10 +7,10 @@ Z can cancel is left out of the comparison; everything else must match exactly. 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from itertools import product
 from typing import Any
 
-from flint import fmpq, fmpq_mat
+from flint import fmpq
 
 from replication.verify.delay_forms import (
     BUMP,
@@ -47,8 +47,9 @@ def require_level(plant: DelayPlant, gamma: fmpq, degree: int, witness: Any) -> 
     V = _sum_of_squares(storage, "witness.storage", n, functions, degree)
     N = _sum_of_squares(dissipation, "witness.dissipation", points, functions, degree)
     for power, part in V.S.items():
-        _require_zero(part, lambda i, j: i // n != j // n, f"V couples two delays in S at power {power}")
-    _require_balance(total(_rate(inner, gamma, V), N), inner)
+        for i, j in product(range(functions), repeat=2):
+            require(i // n == j // n or part[i, j] == 0, f"V couples two delays in S at power {power}")
+    require_zero(total(rate(inner, gamma, V), N), inner, cancelled=False, what="the identity of Theorem 3 fails")
 
 
 def _sum_of_squares(value: Any, path: str, points: int, functions: int, degree: int) -> Form:
@@ -62,7 +63,7 @@ def _sum_of_squares(value: Any, path: str, points: int, functions: int, degree: 
     )
 
 
-def _rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
+def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
     """dV/dt - gamma(|w|^2 + |v|^2) + 2 v'z on (w, v, e, l) and the histories f; l = f(-1), e = f(0) for every delay.
 
     e' = A0 e + [A_1 ..] l - B w and f' = rates df/ds with rates = 1/delay: integrated by parts.
@@ -109,11 +110,11 @@ def _rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
     return Form(P, Q, {power: -(part * rates) for power, part in slope(V.S).items()}, R)
 
 
-def _require_balance(form: Form, plant: DelayPlant) -> None:
-    """Refuse unless every coefficient vanishes that 2<e, Z C2 e> cannot cancel.
+def require_zero(form: Form, plant: DelayPlant, *, cancelled: bool, what: str) -> None:
+    """Refuse unless all coefficients vanish that 2<e, Z C2 e> can cancel (`cancelled`), or all that it cannot.
 
     Z maps the measured parts of e, of l and of f to the whole of e and f: it reaches (e, e), (e, f) and (f, f) where
-    either side is measured, and (e, l) and (f, l) where l is measured.
+    either side is measured, and (e, l) and (f, l) where l is measured; in S it acts within one delay.
     """
     n, q = plant.states, plant.C2.nrows()
     start = plant.B.ncols() + plant.C10.nrows()
@@ -122,33 +123,25 @@ def _require_balance(form: Form, plant: DelayPlant) -> None:
     def seen(i: int) -> bool:
         return i % n >= n - q
 
-    def point_kept(i: int, j: int) -> bool:
+    def between_points(i: int, j: int) -> bool:
         low, high = min(i, j), max(i, j)
-        if low < start or low >= late:
-            return True
-        return not (seen(high - start) or (high < late and seen(low - start)))
+        return start <= low < late and (seen(high - start) or (high < late and seen(low - start)))
 
-    def row_kept(i: int, j: int) -> bool:
-        if i < start:
-            return True
-        return not (seen(i - start) or (i < late and seen(j)))
+    def to_history(i: int, j: int) -> bool:
+        return i >= start and (seen(i - start) or (i < late and seen(j)))
 
-    def kernel_kept(i: int, j: int) -> bool:
-        return not (seen(i) or seen(j))
+    def kernel(i: int, j: int) -> bool:
+        return seen(i) or seen(j)
 
-    def local_kept(i: int, j: int) -> bool:
-        return i // n != j // n or kernel_kept(i, j)
+    def local(i: int, j: int) -> bool:
+        return i // n == j // n and kernel(i, j)
 
-    _require_zero(form.P, point_kept, "the identity fails between end values")
-    for power, part in form.Q.items():
-        _require_zero(part, row_kept, f"the identity fails between end values and histories at power {power}")
-    for power, part in form.S.items():
-        _require_zero(part, local_kept, f"the identity fails in S at power {power}")
-    for powers, part in form.R.items():
-        _require_zero(part, kernel_kept, f"the identity fails in R at powers {powers}")
-
-
-def _require_zero(M: fmpq_mat, kept: Callable[[int, int], bool], what: str) -> None:
-    for i in range(M.nrows()):
-        for j in range(M.ncols()):
-            require(not kept(i, j) or M[i, j] == 0, f"{what}: entry ({i}, {j}) is {M[i, j]}")
+    parts = [(form.P, between_points, "P")]
+    parts += [(part, to_history, f"Q, power {power}") for power, part in form.Q.items()]
+    parts += [(part, local, f"S, power {power}") for power, part in form.S.items()]
+    parts += [(part, kernel, f"R, powers {powers}") for powers, part in form.R.items()]
+    for part, reached, name in parts:
+        for i in range(part.nrows()):
+            for j in range(part.ncols()):
+                if reached(i, j) is cancelled:
+                    require(part[i, j] == 0, f"{what} in {name}: entry ({i}, {j}) is {part[i, j]}")

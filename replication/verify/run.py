@@ -8,7 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from replication.verify import delay, delay_pade, dualrate, dualrate_motor, dualrate_theory, multirate, nonuniform
+from replication.verify import (
+    delay,
+    delay_dual,
+    delay_pade,
+    dualrate,
+    dualrate_motor,
+    dualrate_theory,
+    multirate,
+    nonuniform,
+)
 from replication.verify.reading import fields, parse, rational, text
 from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
 from replication.verify.theorem import Refused, Theorem, require
@@ -19,6 +28,7 @@ Statement = Callable[[Mapping[str, Any]], Theorem]
 STATEMENTS: Mapping[str, Statement] = {
     **multirate.STATEMENTS,
     **delay.STATEMENTS,
+    **delay_dual.STATEMENTS,
     **delay_pade.STATEMENTS,
     **dualrate.STATEMENTS,
     **dualrate_motor.STATEMENTS,
