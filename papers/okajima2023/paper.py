@@ -47,7 +47,7 @@ def _experiment(name: str, function: object, **inputs: object) -> Experiment:
     return Experiment(name=f"{KEY}.{name}", function=function, inputs=inputs)  # type: ignore[arg-type]
 
 
-def _stated(printed: str) -> list[list[float]]:
+def stated(printed: str) -> list[list[float]]:
     """Printed poles as (real, imaginary); one of each conjugate pair."""
     return [[float(entry.value) for entry in cell] + [0.0] * (2 - len(cell)) for cell in parse(printed).cells]
 
@@ -80,8 +80,8 @@ EXPERIMENTS = (
     _experiment("unstable.as-printed", as_printed, plant=data.plant(), gains=data.gains(data.GAINS_42)),
     _experiment(
         "unstable.recovered", recovered, printed_A=data.matrix(data.A_41), printed_gains=data.gains(data.GAINS_42),
-        stated_poles=_stated(data.POLES_A),
-        stated_error_poles=[pole[0] for pole in _stated(data.POLES_A_E)], half_unit=HALF_UNIT_OF_GAINS,
+        stated_poles=stated(data.POLES_A),
+        stated_error_poles=[pole[0] for pole in stated(data.POLES_A_E)], half_unit=HALF_UNIT_OF_GAINS,
         step=DIAGONAL_STEP, bound=LARGEST_ENTRY, wider_bound=WIDER,
     ),
 )  # fmt: skip

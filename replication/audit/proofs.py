@@ -102,9 +102,10 @@ def with_proofs(kind: Kind, evidence: Evidence, certificates: Sequence[Certifica
         return evidence
     paths = ", ".join(certificate.path for certificate in certificates)
     if kind in STATEMENTS:
-        if not {certificate.holds for certificate in certificates} <= {True, False}:
+        said = {certificate.holds for certificate in certificates} - {None}
+        if not said:
             raise AuditError(f"the theorems of {paths} do not say whether the claim holds")
-        if any(certificate.holds != evidence.holds for certificate in certificates):
+        if said != {evidence.holds}:
             raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {evidence.holds}")
         return msgspec.structs.replace(evidence, proved=True)
     if evidence.value is None:
@@ -126,10 +127,14 @@ def with_proofs(kind: Kind, evidence: Evidence, certificates: Sequence[Certifica
 
 
 def proved_ends(certificates: Sequence[CertificateRecord]) -> list[Ends]:
-    """The proved bracket of each number, the narrowest of all theorems, rounded outwards to floats."""
-    brackets = [certificate.items or ((certificate.lower, certificate.upper),) for certificate in certificates]
+    """The proved bracket of each number, the narrowest of all theorems on it, rounded outwards to floats.
+
+    Theorems that only say yes or no play no part. Raises AuditError if none bounds a number.
+    """
+    found = [certificate.items or ((certificate.lower, certificate.upper),) for certificate in certificates]
+    brackets = [bracket for bracket in found if any(end for pair in bracket for end in pair)]
     if len({len(bracket) for bracket in brackets}) != 1:
-        raise AuditError(f"{', '.join(c.path for c in certificates)} bound different counts of numbers")
+        raise AuditError(f"{', '.join(c.path for c in certificates)} bound no number, or different counts of them")
     ends = []
     for pairs in zip(*brackets, strict=True):
         lows = [Fraction(low) for low, _ in pairs if low is not None]

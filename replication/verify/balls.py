@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flint import arb, arb_mat, fmpq, fmpq_mat
+from flint import acb, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.theorem import Refused, require
 
@@ -38,3 +38,15 @@ def require_positive_definite(M: arb_mat, what: str) -> None:
             factor = rest[i][k] / pivot
             for j in range(k + 1, i + 1):
                 rest[i][j] -= factor * rest[j][k]
+
+
+def roots(polynomial: fmpq_poly) -> list[acb]:
+    """Enclosures of all complex roots, each as often as its multiplicity; apart from each other unless equal."""
+    found: list[tuple[acb, int]] = polynomial.complex_roots()  # type: ignore[assignment]  # its stubs say otherwise
+    return [root for root, multiplicity in found for _ in range(multiplicity)]
+
+
+def ends(ball: arb) -> tuple[fmpq, fmpq]:
+    """Rationals that bound every number of a ball."""
+    require(ball.is_finite(), "a ball has no finite ends")
+    return ball.lower().fmpq(), ball.upper().fmpq()

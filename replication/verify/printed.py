@@ -29,6 +29,19 @@ def printed_matrix(printed: str) -> fmpq_mat:
     return fmpq_mat(rows)
 
 
+def printed_poles(printed: str) -> list[list[fmpq]]:
+    """Real and imaginary part of each pole of a list such as "(1.031, 1.085±0.240i)", one of each pair."""
+    require(printed[:1] == "(" and printed[-1:] == ")", f"{printed!r} is not a printed list of poles")
+    parts = [pole.strip().removesuffix("i").split("±") for pole in printed[1:-1].split(",")]
+    return [[decimal(pole[0]), decimal(pole[1] if len(pole) > 1 else "0")] for pole in parts]
+
+
+def half_unit(printed: str) -> fmpq:
+    """Half a unit in the last place of the last decimal in a text."""
+    places = len(re.findall(r"\.([0-9]+)", printed)[-1])
+    return fmpq(1, 2 * 10**places)
+
+
 def above(number: fmpq, places: int = 9) -> str:
     """`number` rounded up to so many decimals: for a sentence that says "at most"."""
     return _decimals(int((number * 10**places).ceil()), places)

@@ -56,6 +56,13 @@ def optimum_causal(theorem: Mapping[str, Any]) -> dict[str, Any]:
     return {"bound": bounds(lower, upper), "witness": {**witness, "start": start, "d": d}}
 
 
+def feasible_design(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """An upper bound alone: a level of Theorem 2 with P_k and Y_k."""
+    problem = problem_of(theorem)
+    upper, witness = design(problem, optimum(problem))
+    return {"bound": {"upper": bounds(upper, upper)["upper"]}, "witness": witness}
+
+
 def bounds(lower: float, upper: float) -> dict[str, str]:
     """Both bounds, with a margin for what rounding the witness costs."""
     return {

@@ -38,3 +38,8 @@ def as_floats(values: Any) -> Array:
     if isinstance(values, str):
         return np.asarray(float(Fraction(values)))
     return np.array([as_floats(value) for value in values])
+
+
+def decimals(values: Any) -> Any:
+    """Numbers that are short decimals, as the rationals they are written as, in nested lists."""
+    return str(Fraction(str(values))) if isinstance(values, (int, float)) else [decimals(value) for value in values]

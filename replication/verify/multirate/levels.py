@@ -30,8 +30,8 @@ def gain(certificate: Certificate) -> Theorem:
     disturbance = matrices(v, "witness.v", stages[0][1].ncols(), R.nrows(), count)
     _require_lower(lower, attained(stages, system.W, R, disturbance))
     return Theorem(
-        sentence=f"The error system of the given gains has an l2 gain between {below(lower)} and {above(upper)}; the "
-        "upper bound is one of Theorem 1.",
+        sentence=f"The error system of the given gains is stable, with an l2 gain between {below(lower)} and "
+        f"{above(upper)}; the upper bound is one of Theorem 1.",
         lower=lower,
         upper=upper,
         holds=True,

@@ -77,18 +77,23 @@ def of_certificate(certificate: Mapping[str, Any], *extra: str) -> tuple[Sensing
     names = (*PLANT, *extra)
     plant = dict(zip(names, fields(certificate["plant"], "plant", "name", *names)[1:], strict=True))
     chosen, *_, relative = fields(certificate["parameters"], "parameters", "sensors", "periods", "offsets", "relative")
-    sensors, measured = sequence(chosen, "parameters.sensors", integer), schedule(certificate["parameters"])
+    sensors = sequence(chosen, "parameters.sensors", integer)
     n = matrix(plant["A"], "plant.A").ncols()
     C = matrix(plant["C"], "plant.C", columns=n)
     D = matrix(plant["D"], "plant.D", rows=C.nrows())
     require(max(sensors, default=0) < C.nrows(), f"parameters.sensors names a sensor that is not there: {sensors}")
-    system = Sensing(
+    system = select(
         matrix(plant["A"], "plant.A", n, n),
         matrix(plant["B_d"], "plant.B_d", rows=n),
         matrix(plant["W"], "plant.W", columns=n),
-        [take_rows(take_rows(C, sensors), rows) for rows in measured],
-        [take_rows(take_rows(D, sensors), rows) for rows in measured],
-        measured,
-        len(sensors),
+        take_rows(C, sensors),
+        take_rows(D, sensors),
+        schedule(certificate["parameters"]),
     )
     return system, relative
+
+
+def select(A: fmpq_mat, B_d: fmpq_mat, W: fmpq_mat, C: fmpq_mat, D: fmpq_mat, measured: Schedule) -> Sensing:
+    """A plant whose sensors are the rows of C and D, under a schedule."""
+    C_k, D_k = ([take_rows(M, rows) for rows in measured] for M in (C, D))
+    return Sensing(A, B_d, W, C_k, D_k, measured, C.nrows())

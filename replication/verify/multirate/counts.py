@@ -1,0 +1,142 @@
+"""What can be counted or read off exactly: schedules, sizes of Theorem 2, zeros of gains, ranks, products."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from flint import fmpq, fmpq_mat
+
+from replication.verify.linear import block, identity, take_rows, zeros
+from replication.verify.multirate.bounds import monodromy
+from replication.verify.multirate.sensing import schedule
+from replication.verify.reading import fields, integer, matrices, matrix, sequence
+from replication.verify.theorem import Theorem
+
+Certificate = Mapping[str, Any]
+
+
+def selection(certificate: Certificate) -> Theorem:
+    """The diagonals of S_0, S_1, .. of eq. (4), row by row."""
+    measured, sensors = _schedule(certificate)
+    entries = [fmpq(int(i in rows)) for rows in measured for i in range(sensors)]
+    return Theorem(
+        sentence=f"The sensors measured at each instant are {measured}, and again from instant {len(measured)} on.",
+        items=tuple((entry, entry) for entry in entries),
+    )
+
+
+def common_period(certificate: Certificate) -> Theorem:
+    """The number of instants after which the schedule repeats, and no smaller one."""
+    measured, _ = _schedule(certificate)
+    period = next(k for k in range(1, len(measured) + 1) if measured[k:] + measured[:k] == measured)
+    return _count(period, "The schedule repeats after {} instants.")
+
+
+def idle_instants(certificate: Certificate) -> Theorem:
+    """The longest run of instants without any measurement."""
+    measured, _ = _schedule(certificate)
+    runs, run = [0], 0
+    for rows in measured * 2:
+        run = 0 if rows else run + 1
+        runs.append(run)
+    return _count(max(runs), "The longest time without a measurement is {} instants.")
+
+
+def dual_rate(certificate: Certificate) -> Theorem:
+    """Whether all sensors measure at instant 0 and none at any other of the period."""
+    measured, sensors = _schedule(certificate)
+    holds = measured == [list(range(sensors)), *([] for _ in measured[1:])]
+    return Theorem(sentence=f"All sensors measure at instant 0 of {len(measured)}, and none at any other.", holds=holds)
+
+
+def variables(certificate: Certificate) -> Theorem:
+    """The unknowns of Theorem 2: entries of the symmetric P_k and of Y_k at every phase, and the level."""
+    measured, sensors = _schedule(certificate)
+    n = matrix(certificate["plant"]["A"], "plant.A").nrows()
+    phases = range(len(measured))
+    unknowns = {("P", k, i, j) for k in phases for i in range(n) for j in range(i + 1)}
+    unknowns |= {("Y", k, i, j) for k in phases for i in range(n) for j in range(sensors)}
+    return _count(len(unknowns) + 1, "Theorem 2 has {} unknown numbers.")
+
+
+def rows(certificate: Certificate) -> Theorem:
+    """The rows of the matrix (30) of one phase, from the sizes of its diagonal blocks."""
+    A, B_d, D = (matrix(certificate["plant"][name], f"plant.{name}") for name in ("A", "B_d", "D"))
+    return _count(A.nrows() + A.ncols() + B_d.ncols() + D.ncols(), "The matrix of Theorem 2 has {} rows at each phase.")
+
+
+def unmeasured(certificate: Certificate) -> Theorem:
+    """Whether the gains are zero in the columns of sensors that are not measured."""
+    measured, sensors = _schedule(certificate)
+    L = _gains(certificate, sensors, len(measured))
+    others = [(k, i) for k, rows in enumerate(measured) for i in range(sensors) if i not in rows]
+    holds = all(entry == 0 for k, i in others for entry in take_rows(L[k].transpose(), [i]).entries())
+    return Theorem(
+        sentence=f"The gains are zero in all {len(others)} columns of sensors that are not measured at that phase.",
+        holds=holds,
+    )
+
+
+def observable(certificate: Certificate) -> Theorem:
+    """Whether C, CA, .. CA^(n-1) stacked have rank n."""
+    A, C = matrix(certificate["plant"]["A"], "plant.A"), matrix(certificate["plant"]["C"], "plant.C")
+    n, power, blocks = A.nrows(), identity(A.nrows()), []
+    for _ in range(n):
+        blocks.append([C * power])
+        power = power * A
+    rank = block(blocks).rank()
+    return Theorem(sentence=f"The observability matrix of (C, A) has rank {rank}, of {n}.", holds=rank == n)
+
+
+def product(certificate: Certificate) -> Theorem:
+    """Whether the poles of the product over one period do not depend on where it starts, but do on its order."""
+    measured, sensors = _schedule(certificate)
+    A, C = matrix(certificate["plant"]["A"], "plant.A"), matrix(certificate["plant"]["C"], "plant.C")
+    L = _gains(certificate, sensors, len(measured))
+    selected = [diagonal([int(i in rows) for i in range(sensors)]) for rows in measured]
+    factors = [(A - L_k * S_k * C, zeros(A.nrows(), 1)) for L_k, S_k in zip(L, selected, strict=True)]
+    poles, shifted, reverse = (
+        monodromy(order).charpoly() for order in (factors, factors[1:] + factors[:1], factors[::-1])
+    )
+    return Theorem(
+        sentence="A_e as a product over one period, later factors to the left, has the same characteristic polynomial "
+        "from instant 1 as from instant 0; with the factors in the other order it has another one.",
+        holds=poles == shifted and poles != reverse,
+    )
+
+
+def diagonal(entries: list[int]) -> fmpq_mat:
+    """The diagonal matrix of these entries."""
+    size = len(entries)
+    return fmpq_mat(size, size, [entries[i] if i == j else 0 for i in range(size) for j in range(size)])
+
+
+def _schedule(certificate: Certificate) -> tuple[list[list[int]], int]:
+    """The sensors measured at each phase, and how many sensors there are; there is nothing to witness."""
+    fields(certificate["witness"], "witness")
+    fields(certificate["bound"], "bound")
+    periods, _ = fields(certificate["parameters"], "parameters", "periods", "offsets")
+    return schedule(certificate["parameters"]), len(sequence(periods, "parameters.periods", integer))
+
+
+def _gains(certificate: Certificate, sensors: int, count: int) -> list[fmpq_mat]:
+    n = matrix(certificate["plant"]["A"], "plant.A").nrows()
+    return matrices(certificate["plant"]["L"], "plant.L", n, sensors, count)
+
+
+def _count(number: int, sentence: str) -> Theorem:
+    return Theorem(sentence=sentence.format(number), lower=fmpq(number), upper=fmpq(number))
+
+
+STATEMENTS: Mapping[str, Callable[[Certificate], Theorem]] = {
+    "multirate.selection": selection,
+    "multirate.common-period": common_period,
+    "multirate.idle-instants": idle_instants,
+    "multirate.dual-rate": dual_rate,
+    "multirate.variables": variables,
+    "multirate.rows": rows,
+    "multirate.unmeasured": unmeasured,
+    "multirate.observable": observable,
+    "multirate.product": product,
+}
