@@ -31,7 +31,10 @@ def parameters(name: str) -> Mapping[str, Any]:
 
 def _loop(theorem: Theorem) -> DualRateLoop:
     """The loop that a theorem is about, with its reference if there is one."""
-    parameters = theorem["parameters"]
+    return _loop_of(theorem, theorem["parameters"])
+
+
+def _loop_of(theorem: Theorem, parameters: Mapping[str, Any]) -> DualRateLoop:
     design, observer = DESIGNS[theorem["plant"]["name"]], parameters["observer"]
     if "frequency" in parameters:
         return literal_loop(observer, float(Fraction(parameters["frequency"])), design)
@@ -69,10 +72,21 @@ def _prediction(theorem: Theorem) -> dict[str, Any]:
     return {"bound": {}, "witness": {"lyapunov": dualrate.lyapunov(plant), "chi": dualrate.worst_error(plant)}}
 
 
+def _ordered(theorem: Theorem) -> dict[str, Any]:
+    pairs = [[_loop_of(theorem, setting) for setting in pair] for pair in theorem["parameters"]["pairs"]]
+    return {"bound": {}, "witness": {"places": [dualrate.between_errors(*pair) for pair in pairs]}}
+
+
+def _slower(theorem: Theorem) -> dict[str, Any]:
+    other = {"observer": theorem["parameters"]["than"]}
+    return {"bound": {}, "witness": dualrate.between_radii(_loop(theorem), _loop_of(theorem, other))}
+
+
 MAKERS: Mapping[str, Callable[[Theorem], dict[str, Any]]] = {
     "sampled-observer": _bare,
     "error-equations": _bare,
     "contraction": _bare,
+    "estimates-ordered": _bare,
     "step-bound": _bare,
     "coordinates": _bare,
     "hurwitz": _bare,
@@ -87,5 +101,7 @@ MAKERS: Mapping[str, Callable[[Theorem], dict[str, Any]]] = {
     "stable": lambda theorem: dualrate.stable(_loop(theorem)),
     "unstable": lambda theorem: dualrate.unstable(_loop(theorem)),
     "no-bounded-error": lambda theorem: dualrate.excited(_loop(theorem)),
+    "errors-ordered": _ordered,
+    "as-fast": _slower,
     "tracking-error": lambda theorem: dualrate.tracking_error(_loop(theorem)),
 }

@@ -22,16 +22,15 @@ from replication.verify.dualrate_loop import (
 )
 from replication.verify.dualrate_response import (
     error_at,
-    motion,
-    require_error_below,
+    read_place,
+    require_all_below,
     require_position_form,
-    starts,
-    steady_passage,
+    steady_motion,
     steady_start,
 )
-from replication.verify.dualrate_roots import require_roots_within, root_near, without_root
+from replication.verify.dualrate_roots import is_less, require_roots_within, root_near, without_root
 from replication.verify.printed import above, below
-from replication.verify.reading import fields, integer, matrix, positive, rational, sequence
+from replication.verify.reading import fields, matrix, positive, rational, sequence
 from replication.verify.theorem import Theorem, require
 
 NAMES = {
@@ -50,7 +49,7 @@ def radius(certificate: Mapping[str, Any]) -> Theorem:
     (guess,) = fields(certificate["witness"], "witness", "root")
     loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
     low, high = positive(lower, "bound.lower"), positive(upper, "bound.upper")
-    _require_eigenvalue_beyond(loop, observer, guess, low)
+    require_eigenvalue_beyond(loop, observer, guess, low)
     require_roots_within(monodromy(loop, observer).charpoly(), high, "the eigenvalues of Φ")
     return Theorem(
         sentence=f"Over one slow period {NAMES[observer]} has the spectral radius {below(low)} to {above(high)}.",
@@ -83,7 +82,7 @@ def unstable(certificate: Mapping[str, Any]) -> Theorem:
     loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
     low = positive(size, "witness.radius")
     require(low > 1, f"witness.radius must be above one, got {size}")
-    _require_eigenvalue_beyond(loop, observer, guess, low)
+    require_eigenvalue_beyond(loop, observer, guess, low)
     return Theorem(
         sentence=f"Without a reference {NAMES[observer]} is unstable: an eigenvalue over one slow period exceeds "
         f"{below(low)} in modulus.",
@@ -112,7 +111,7 @@ def no_bounded_error(certificate: Mapping[str, Any]) -> Theorem:
     Phi = acb_mat(monodromy(loop, observer))
     polynomial = acb_poly(Phi.charpoly().coeffs())
     root = root_near(polynomial, _complex(guess))
-    require(bool(abs(root) > 1), "the eigenvalue is not proved to lie outside the unit circle")
+    require(is_less(1, abs(root)), "the eigenvalue is not proved to lie outside the unit circle")
     steady = steady_start(loop, observer, acb(0, sigma)).tolist()
     reached = acb_mat([[*loop.C.entries(), *[0] * n]])
     rows = _applied(without_root(polynomial, root), reached, Phi)
@@ -140,18 +139,12 @@ def tracking_error(certificate: Mapping[str, Any]) -> Theorem:
     phase, time, scales = fields(certificate["witness"], "witness", "phase", "time", "scales")
     loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
     low, high = positive(lower, "bound.lower"), positive(upper, "bound.upper")
-    sigma, after = positive(frequency, "parameters.frequency"), rational(time, "witness.time")
-    at = integer(phase, "witness.phase")
-    require(at < loop.M and 0 <= after <= loop.T, "witness.phase or witness.time lies outside the slow period")
-    weights = sequence(scales, "witness.scales", positive, loop.order + 2)
-    require_position_form(loop)
-    s = acb(0, arb(sigma))
-    require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
-    moving = motion(loop, s, weights)
-    begun = starts(loop, steady_passage(loop, observer, s), s)
-    require(bool(error_at(moving, begun[at], after) >= arb(low / 100)), "the error at the given time is not as large")
-    for start in begun:
-        require_error_below(moving, start, loop.T, high / 100)
+    sigma = positive(frequency, "parameters.frequency")
+    place = read_place(loop, phase, time, scales, "witness")
+    moving, begun = steady_motion(loop, observer, sigma, place.scales)
+    reached = error_at(moving, begun[place.phase], place.time)
+    require(is_less(arb(low / 100), reached), "the error at the given time is not as large")
+    require_all_below(moving, begun, loop.T, high / 100)
     return Theorem(
         sentence=f"With y_d = sin({sigma} t), the largest tracking error of {NAMES[observer]} in the steady state is "
         f"{below(low, 7)} to {above(high, 7)} percent of the amplitude.",
@@ -160,9 +153,10 @@ def tracking_error(certificate: Mapping[str, Any]) -> Theorem:
     )
 
 
-def _require_eigenvalue_beyond(loop: Loop, observer: str, guess: Any, low: fmpq) -> None:
+def require_eigenvalue_beyond(loop: Loop, observer: str, guess: Any, low: fmpq) -> None:
+    """Refuse unless Φ has an eigenvalue of modulus `low` or more near the guess of a witness."""
     root = root_near(acb_poly(monodromy(loop, observer).charpoly().coeffs()), _complex(guess))
-    require(bool(abs(root) >= arb(low)), f"the eigenvalue is not proved to be at least {below(low)} in modulus")
+    require(is_less(arb(low), abs(root)), f"the eigenvalue is not proved to be at least {below(low)} in modulus")
 
 
 def _complex(value: Any) -> acb:

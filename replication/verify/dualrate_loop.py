@@ -51,9 +51,11 @@ class Loop:
 
 @dataclass(frozen=True, kw_only=True)
 class Passage:
-    """States at the phases 0 … M − 1 and the inputs held from them, one column per start; x and ζ after M phases."""
+    """States x and estimates x̂ at the phases 0 … M − 1 and the inputs held from them, one column per start; x and ζ
+    after M phases."""
 
     states: list[acb_mat]
+    used: list[acb_mat]
     inputs: list[acb_mat]
     state: acb_mat
     estimate: acb_mat
@@ -92,11 +94,13 @@ def pass_period(loop: Loop, observer: str, state: acb_mat, estimate: acb_mat, co
     F, G = map(acb_mat, hold(loop.guided, loop.B, loop.T))
     H = acb_mat(hold(loop.guided, loop.L, loop.T)[1])
     C, K = acb_mat(loop.C), acb_mat(loop.K)
-    x, zeta, states, inputs = state, estimate, [], []
+    x, zeta = state, estimate
+    states, estimates, inputs = [], [], []
     measured, used = C * x, zeta
     u = K * used + _row(command(0), x.ncols())
     for phase in range(loop.M):
         states.append(x)
+        estimates.append(used)
         inputs.append(u)
         predicted, carried = A * zeta + B * u, A * used + B * u
         step = C * (predicted - zeta)
@@ -110,7 +114,7 @@ def pass_period(loop: Loop, observer: str, state: acb_mat, estimate: acb_mat, co
         used = carried if observer == PMI else zeta
         if observer != SRC:
             u = K * used + _row(command(phase + 1), x.ncols())
-    return Passage(states=states, inputs=inputs, state=x, estimate=zeta)
+    return Passage(states=states, used=estimates, inputs=inputs, state=x, estimate=zeta)
 
 
 def _row(value: acb, columns: int) -> acb_mat:

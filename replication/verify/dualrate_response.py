@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
 
 from replication.verify.dualrate_loop import Loop, Passage, monodromy, pass_period
+from replication.verify.dualrate_roots import is_less, require_roots_within
+from replication.verify.reading import integer, positive, rational, sequence
 from replication.verify.theorem import Refused, require
 
 TERMS, PIECES, PARTS = 24, 64, 2000
@@ -118,6 +121,30 @@ def starts(loop: Loop, passage: Passage, s: acb) -> list[acb_mat]:
     ]
 
 
+def steady_motion(loop: Loop, observer: str, sigma: fmpq, scales: Sequence[fmpq]) -> tuple[Motion, list[acb_mat]]:
+    """The motion within a fast period and v at each phase, with y_d = sin σt; refused unless the loop is stable."""
+    require_position_form(loop)
+    require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
+    s = acb(0, arb(sigma))
+    return motion(loop, s, scales), starts(loop, steady_passage(loop, observer, s), s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """Where an error is large: a time after the instant of a phase; and the weights in which the motion is bounded."""
+
+    phase: int
+    time: fmpq
+    scales: Sequence[fmpq]
+
+
+def read_place(loop: Loop, phase: Any, time: Any, scales: Any, path: str) -> Place:
+    """Refused unless phase and time lie within a slow period."""
+    at, after = integer(phase, f"{path}.phase"), rational(time, f"{path}.time")
+    require(at < loop.M and 0 <= after <= loop.T, f"{path}.phase or {path}.time lies outside the slow period")
+    return Place(phase=at, time=after, scales=sequence(scales, f"{path}.scales", positive, loop.order + 2))
+
+
 def error_at(moving: Motion, start: acb_mat, time: fmpq) -> arb:
     """|y − y_d| at a time after an instant."""
     return abs((moving.row * (moving.N * acb(time)).exp() * start)[0, 0])
@@ -142,12 +169,18 @@ def pieces(moving: Motion, start: acb_mat, length: fmpq) -> Iterator[tuple[acb_p
         v = step * v
 
 
+def require_all_below(moving: Motion, begun: Sequence[acb_mat], length: fmpq, bound: fmpq) -> None:
+    """Refuse unless |y − y_d| ≤ bound in all fast periods of a slow one."""
+    for start in begun:
+        require_error_below(moving, start, length, bound)
+
+
 def require_error_below(moving: Motion, start: acb_mat, length: fmpq, bound: fmpq) -> None:
     """Refuse unless |y − y_d| ≤ bound on all of a fast period."""
     half = length / (2 * PIECES)
     for polynomial, remainder in pieces(moving, start, length):
         allowed = arb(bound) - remainder
-        require(bool(allowed > 0), "the remainder of the Taylor polynomial exceeds the bound; choose other scales")
+        require(is_less(0, allowed), "the remainder of the Taylor polynomial exceeds the bound; choose other scales")
         parts = polynomial.coeffs()
         real, imaginary = arb_poly([c.real for c in parts]), arb_poly([c.imag for c in parts])
         require_below(real * real + imaginary * imaginary - arb_poly([allowed**2]), -half, half)
@@ -161,6 +194,6 @@ def require_below(polynomial: arb_poly, left: fmpq, right: fmpq) -> None:
             return
         a, b = todo.pop()
         middle, whole = (a + b) / 2, arb(a).union(arb(b))
-        if not polynomial(arb(middle)) + slope(whole) * (whole - arb(middle)) < 0:
+        if not is_less(polynomial(arb(middle)) + slope(whole) * (whole - arb(middle)), 0):
             todo += [(a, middle), (middle, b)]
     raise Refused("the largest error is not proved to be below the bound")

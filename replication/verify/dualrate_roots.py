@@ -7,6 +7,11 @@ from flint import acb, acb_poly, arb, arb_poly, fmpq
 from replication.verify.theorem import Refused, require
 
 
+def is_less(a: arb | int, b: arb | int) -> bool:
+    """Whether every point of the ball a is below every point of the ball b."""
+    return bool(a < b)
+
+
 def require_roots_within(polynomial: arb_poly, radius: fmpq, what: str) -> None:
     """Refuse unless all roots of a monic real polynomial lie inside the circle of this radius: Schur-Cohn in balls.
 
@@ -16,7 +21,7 @@ def require_roots_within(polynomial: arb_poly, radius: fmpq, what: str) -> None:
     coefficients = [c * arb(radius) ** k for k, c in enumerate(polynomial.coeffs())]
     while len(coefficients) > 1:
         first, last = coefficients[0], coefficients[-1]
-        if not abs(first) < abs(last):
+        if not is_less(abs(first), abs(last)):
             raise Refused(f"{what} are not proved to lie inside the circle of radius {radius}")
         turned = coefficients[::-1]
         coefficients = [a - b * first / last for a, b in zip(coefficients[1:], turned[1:], strict=True)]

@@ -8,6 +8,7 @@ from __future__ import annotations
 from flint import arb, fmpq, fmpq_poly
 
 from replication.verify.dualrate_loop import Loop
+from replication.verify.dualrate_roots import is_less
 from replication.verify.theorem import require
 
 H = fmpq_poly([0, 1])
@@ -47,6 +48,7 @@ def require_negative(polynomial: fmpq_poly, longest: fmpq) -> None:
     lowest = next((k for k, c in enumerate(coefficients) if c != 0), None)
     require(lowest is not None, "det(I − Φ) vanishes for every period")
     reach, low = arb(longest).exp() - 1, lowest or 0
-    rest = sum((arb(c) * reach ** (k - low) for k, c in enumerate(coefficients) if k > low and c > 0), arb(0))
-    sure = rest + arb(coefficients[low]) < 0
-    require(bool(sure), f"det(I − Φ) is not proved negative for all periods up to {longest} s")
+    rest = sum((arb(c).max(arb(0)) * reach**k for k, c in enumerate(coefficients[low + 1 :], 1)), arb(0))
+    require(
+        is_less(rest, -arb(coefficients[low])), f"det(I − Φ) is not proved negative for all periods up to {longest} s"
+    )

@@ -16,6 +16,7 @@ from replication.verify.dualrate_identities import (
 )
 from replication.verify.dualrate_loop import precisely, read_loop, require_empty
 from replication.verify.dualrate_lyapunov import condition_per_second, prediction_sides, read_lyapunov, require_solution
+from replication.verify.dualrate_roots import is_less
 from replication.verify.dualrate_scalar import determinant, require_negative
 from replication.verify.printed import above, below
 from replication.verify.reading import fields, integer, matrix, positive, sequence, symmetric
@@ -83,7 +84,7 @@ def prediction_bound(certificate: Mapping[str, Any]) -> Theorem:
     longest = positive(given, "parameters.longest")
     found = read_lyapunov(loop, matrices, "witness.lyapunov")
     gap, bound = prediction_sides(loop, found, matrix(chi, "witness.chi", 2 * loop.order, 1), longest)
-    require(bool(gap > bound), f"(15) is not proved to fail for all periods up to {longest} s")
+    require(is_less(bound, gap), f"(15) is not proved to fail for all periods up to {longest} s")
     return Theorem(
         sentence=f"For no period T up to {above(longest)} s does (15) hold: from some χ at a slow instant the error of "
         f"the next virtual measurement is at least {below(gap.lower().fmpq())}, its bound at most "
@@ -98,8 +99,8 @@ def condition(certificate: Mapping[str, Any]) -> Theorem:
     (matrices,) = fields(certificate["witness"], "witness", "lyapunov")
     loop = read_loop(certificate["plant"])
     side = condition_per_second(loop, read_lyapunov(loop, matrices, "witness.lyapunov")) * arb(loop.T)
-    holds = bool(side < 1)
-    require(holds or bool(side >= 1), f"the left side of (18) is {side.str(8)}: not decided")
+    holds = is_less(side, 1)
+    require(holds or is_less(1, side), f"the left side of (18) is {side.str(8)}: not decided")
     low, high = side.lower().fmpq(), side.upper().fmpq()
     return Theorem(
         sentence=f"The loop {'meets' if holds else 'does not meet'} (18), whose left side is {below(low)} to "
@@ -128,7 +129,7 @@ def counterexample(certificate: Mapping[str, Any]) -> Theorem:
     loop = read_loop(certificate["plant"])
     longest = positive(given, "parameters.longest")
     allowed = 1 / condition_per_second(loop, read_lyapunov(loop, matrices, "witness.lyapunov"))
-    require(bool(allowed <= arb(longest)), f"(18) may allow periods above {longest} s")
+    require(is_less(allowed, arb(longest)), f"(18) may allow periods above {longest} s")
     read = sequence(ratios, "parameters.ratios", lambda value, path: integer(value, path, 2))
     require(len(read) > 0, "parameters.ratios is empty")
     for ratio in read:

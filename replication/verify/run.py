@@ -14,6 +14,7 @@ from replication.verify import (
     delay_pade,
     dualrate,
     dualrate_motor,
+    dualrate_orders,
     dualrate_theory,
     multirate,
     nonuniform,
@@ -32,6 +33,7 @@ STATEMENTS: Mapping[str, Statement] = {
     **delay_pade.STATEMENTS,
     **dualrate.STATEMENTS,
     **dualrate_motor.STATEMENTS,
+    **dualrate_orders.STATEMENTS,
     **dualrate_theory.STATEMENTS,
     **nonuniform.STATEMENTS,
 }

@@ -10,6 +10,7 @@ import scipy.linalg
 from flint import acb, acb_mat, acb_poly, arb, arb_mat, arb_poly, ctx, fmpq, fmpq_mat, fmpq_poly
 
 from papers.shao.problem import COUNTEREXAMPLE, DESIGN
+from replication.estimation.certificates.dualrate import lyapunov_solution
 from replication.estimation.dualrate.loop import close_loop, monodromy
 from replication.estimation.dualrate.lyapunov import prediction_gap, theorem_constants
 from replication.estimation.dualrate.observers import OBSERVERS
@@ -123,6 +124,13 @@ def test_the_zero_polynomial_is_not_negative() -> None:
         dualrate_scalar.require_negative(fmpq_poly([]), fmpq(1))
 
 
+def test_balls_are_less_only_if_all_points_are() -> None:
+    assert dualrate_roots.is_less(arb(1, 0.5), arb(3, 1))
+    assert not dualrate_roots.is_less(arb(1), arb(1))
+    assert not dualrate_roots.is_less(arb(1, 0.5), arb(1.75, 0.5))
+    assert not dualrate_roots.is_less(2, 1)
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_roots_within_a_circle_are_told_from_roots_outside(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -180,6 +188,15 @@ def lyapunov_of(loop: Loop) -> dualrate_lyapunov.Lyapunov:
     P = (P + P.T) / 2
     values = np.linalg.eigvalsh(P)
     return dualrate_lyapunov.Lyapunov(P=exact(P), smallest=arb(values[0]), largest=arb(values[-1]))
+
+
+def test_an_indefinite_solution_of_the_lyapunov_equation_is_refused() -> None:
+    scalar = loop_of(COUNTEREXAMPLE)
+    unstable = {"A": [["1"]], "B": [["1"]], "C": [["1"]], "K": [["-1/2"]], "L": [["2"]]}
+    P = fmpq_mat([[fmpq(*map(int, entry.split("/"))) for entry in row] for row in lyapunov_solution(unstable)])
+    loop = Loop(A=scalar.A, B=scalar.B, C=scalar.C, K=fmpq_mat([[fmpq(-1, 2)]]), L=scalar.L, T=scalar.T, M=5)
+    with pytest.raises(Refused, match="P is not positive definite"):
+        dualrate_lyapunov.require_solution(loop, P)
 
 
 def test_joint_matrix_has_the_blocks_of_the_manuscript() -> None:

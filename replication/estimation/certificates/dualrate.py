@@ -42,13 +42,21 @@ def excited(loop: DualRateLoop) -> dict[str, Any]:
 
 def tracking_error(loop: DualRateLoop) -> dict[str, Any]:
     """Both bounds of the largest steady-state error in percent, where it is met, weights that balance the motion."""
-    ratio, time = tracking_error_peak(loop)
-    phase = min(int(time // loop.design.period), loop.design.ratio - 1)
-    after = rounded_down(max(0.0, time - phase * loop.design.period), TIME_BITS)
-    return {
-        "bound": _around(100 * ratio),
-        "witness": {"phase": phase, "time": after, "scales": _weights(loop)},
-    }
+    ratio, place = _peak(loop)
+    return {"bound": _around(100 * ratio), "witness": place}
+
+
+def between_errors(smaller: DualRateLoop, larger: DualRateLoop) -> dict[str, Any]:
+    """A level between the largest errors of two loops, and where the second exceeds it."""
+    ratio, place = _peak(larger)
+    return {"level": rounded((tracking_error_peak(smaller)[0] + ratio) / 2, LEVEL_BITS), **place}
+
+
+def between_radii(slower: DualRateLoop, faster: DualRateLoop) -> dict[str, Any]:
+    """The largest eigenvalue of the first loop, and a radius between it and those of the second."""
+    root = _largest_eigenvalue(slower)
+    radius = (abs(root) + abs(_largest_eigenvalue(faster))) / 2
+    return {"root": _pair(root), "radius": rounded(radius, LEVEL_BITS)}
 
 
 def lyapunov_solution(plant: Mapping[str, Any]) -> list[list[str]]:
@@ -88,6 +96,14 @@ def worst_error(plant: Mapping[str, Any]) -> list[list[str]]:
     chi = np.linalg.solve(P, np.hstack([0 * C, C]).T)
     found: list[list[str]] = rounded_array(chi / np.linalg.norm(chi), VECTOR_BITS)
     return found
+
+
+def _peak(loop: DualRateLoop) -> tuple[float, dict[str, Any]]:
+    """The largest error, its phase and the time after that, and weights that balance the motion."""
+    ratio, time = tracking_error_peak(loop)
+    phase = min(int(time // loop.design.period), loop.design.ratio - 1)
+    after = rounded_down(max(0.0, time - phase * loop.design.period), TIME_BITS)
+    return ratio, {"phase": phase, "time": after, "scales": _weights(loop)}
 
 
 def _largest_eigenvalue(loop: DualRateLoop) -> complex:
