@@ -1,7 +1,7 @@
 """The command line: `python -m replication` or `replication`; one module of `replication.commands` for each command.
 
 Exit codes: 0 all is well · 1 a verdict is not the pinned one, or `check` or `diff` found something · 2 bad usage or
-input · 3 an experiment, claim, erratum or figure ended in an error · 130 interrupted.
+input · 3 an experiment, claim, erratum or figure ended in an error, or no design was found · 130 interrupted.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ EXIT_CODES = """exit codes:
   0    all is well
   1    a verdict is not the pinned one, or `check` or `diff` found something
   2    bad usage or input
-  3    an experiment, claim, erratum or figure ended in an error
+  3    an experiment, claim, erratum or figure ended in an error, or no design was found
   130  interrupted; what was finished is kept and the next run takes up there
 """
 EXAMPLES = """examples:
@@ -28,6 +28,8 @@ EXAMPLES = """examples:
   replication list                       papers and claims with their verdicts
   replication show CLAIM                 all the evidence for one claim
   replication diff old.json new.json     what changed between two runs, and why
+  replication design multirate cart.toml --periods 1,4
+                                         gains for a plant of your own, and what they guarantee
 
 """
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from replication.errors import AuditError
@@ -21,6 +22,23 @@ def write_atomically(path: Path, content: bytes) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+def write_directory(directory: Path, files: Mapping[str, bytes]) -> None:
+    """Put a directory with just these files in the place of `directory`; until it is whole nothing is to be seen.
+
+    An earlier one is moved aside first and removed last. Its parent is made if need be.
+    """
+    parent = directory.parent
+    parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=parent, prefix=f".{directory.name}.") as temporary:
+        made, earlier = Path(temporary) / "made", Path(temporary) / "earlier"
+        made.mkdir()
+        for name, content in files.items():
+            (made / name).write_bytes(content)
+        if directory.exists():
+            directory.rename(earlier)
+        made.rename(directory)
 
 
 def require_writable(directory: Path, option: str) -> None:

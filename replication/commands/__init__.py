@@ -29,6 +29,7 @@ NAMES = (
     "verify",
     "export",
     "artifact",
+    "design",
 )
 
 

@@ -156,7 +156,7 @@ class GainResult(Shown):
         return [
             ("guaranteed level", high, self.quantity),
             ("bracket", f"[{low}, {high}]", f"width {self.bracket.width:.1e} of the level"),
-            ("gains", gains, "shapes; see `axes`"),
+            ("gains", gains, "shapes"),
             *((fact.what, f"{_text(fact.value)}{fact.unit and ' '}{fact.unit}", fact.method) for fact in self.evidence),
         ]
 

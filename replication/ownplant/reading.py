@@ -1,0 +1,231 @@
+"""Reads a plant file (TOML) and reports every mistake in it at once, each with its path; nothing is computed here.
+
+Beside the matrices of its method (`fields`) a file may hold name (starts the names of what is written), title,
+method, time_unit (only "s": rates, periods and delays are in seconds), and a table [names].
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+import tomllib
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from replication.errors import InvalidInputError
+from replication.ownplant.fields import FIELDS, NAMES, Field, Kind
+
+MAX_BYTES = 2_000_000
+MAX_ENTRIES = 40_000
+"""Entries of one matrix; a plant of 200 states. Larger ones are for the library, which takes arrays."""
+MAX_SHOWN = 20
+"""Mistakes that are listed; the others are counted."""
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
+MAX_LABEL = 60
+GENERAL = ("name", "title", "method", "time_unit", "names")
+
+Matrix = list[list[float]]
+
+
+@dataclass(frozen=True)
+class PlantFile:
+    """What a file holds. values: by field, checked in kind and shape; names: of signals, where the file gives them."""
+
+    name: str
+    title: str
+    method: str
+    values: Mapping[str, Any]
+    names: Mapping[str, tuple[str, ...]]
+
+
+def read_plant(path: Path, method: str) -> PlantFile:
+    """The plant in the file at `path` for one of the four methods.
+
+    Raises InvalidInputError that lists all mistakes, or says with its line where the file is not TOML; OSError if it
+    cannot be read.
+    """
+    found = _parsed(path)
+    problems: list[str] = []
+    known = {field.name: field for field in FIELDS[method]}
+    for key in found:
+        if key not in known and key not in GENERAL:
+            problems.append(f"{key}: {_unknown(key, [*known, *GENERAL])}")
+    _check_general(found, method, problems)
+    values = {name: _value(field, found[name], problems) for name, field in known.items() if name in found}
+    missing = [field for field in known.values() if field.required and field.name not in found]
+    problems += [f"{field.name}: is missing; write {field.kind}" for field in missing]
+    sizes = _sizes(known, values, problems)
+    names = _names(found.get("names", {}), sizes, problems)
+    _raise_if_any(path, problems)
+    name = found.get("name", path.stem if NAME.fullmatch(path.stem) else "plant")
+    return PlantFile(name, found.get("title", name), method, values, names)
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        raise InvalidInputError(f"{str(path)!r} is not a file; give the path of a plant file (TOML)")
+    with path.open("rb") as stream:
+        content = stream.read(MAX_BYTES + 1)
+    if len(content) > MAX_BYTES:
+        raise InvalidInputError(f"{path} is larger than {MAX_BYTES} bytes; pass arrays of that size to the library")
+    try:
+        text = content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InvalidInputError(f"{path} is not UTF-8 text: {error.reason} at byte {error.start}") from None
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InvalidInputError(f"{path} is not TOML: {error}{_line(text, str(error))}") from None
+    except RecursionError:
+        raise InvalidInputError(f"{path} is nested too deeply; a matrix is a list of rows") from None
+    except ValueError as error:
+        # An integer of thousands of digits, which Python refuses to read.
+        raise InvalidInputError(f"{path} holds a number that cannot be read: {error}") from None
+
+
+def _line(text: str, message: str) -> str:
+    """The line that a message of tomllib speaks of, a duplicate key for example."""
+    at = re.search(r"at line (\d+)", message)
+    lines = text.splitlines()
+    return f": {lines[int(at[1]) - 1].strip()[:MAX_LABEL]!r}" if at and int(at[1]) <= len(lines) else ""
+
+
+def _unknown(key: str, known: Collection[str]) -> str:
+    near = difflib.get_close_matches(key, known, n=1)
+    return "is not a key of this method" + (f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known)}")
+
+
+def _check_general(found: Mapping[str, Any], method: str, problems: list[str]) -> None:
+    name = found.get("name", "plant")
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        problems.append(
+            f"name: must start with a letter and hold at most 40 letters, digits, - and _, for files are called after "
+            f"it, got {_shown(name)}"
+        )
+    title = found.get("title", "")
+    if not isinstance(title, str) or not title.isprintable() or len(title) > 2 * MAX_LABEL:
+        problems.append(f"title: must be one line of at most {2 * MAX_LABEL} characters, got {_shown(title)}")
+    if found.get("method", method) != method:
+        problems.append(f"method: the file is for {_shown(found['method'])}, the command for '{method}'")
+    if found.get("time_unit", "s") != "s":
+        problems.append(
+            f"time_unit: must be 's', got {_shown(found['time_unit'])}; convert rates, periods and delays to seconds"
+        )
+
+
+def _value(field: Field, given: Any, problems: list[str]) -> Any:
+    if field.kind is Kind.NUMBER:
+        return _number(field.name, given, problems)
+    if field.kind is Kind.NUMBERS:
+        return _numbers(field.name, given, problems)
+    if field.kind is Kind.MATRIX:
+        return _matrix(field.name, given, problems)
+    if not isinstance(given, list):
+        problems.append(f"{field.name}: must be {field.kind}, got {_shown(given)}")
+        return None
+    if not given:
+        problems.append(f"{field.name}: is empty; write {field.kind}")
+    return [_matrix(f"{field.name}[{i}]", matrix, problems) for i, matrix in enumerate(given)]
+
+
+def _matrix(where: str, given: Any, problems: list[str]) -> Matrix | None:
+    if not isinstance(given, list) or not given or not all(isinstance(row, list) for row in given):
+        problems.append(f"{where}: must be {Kind.MATRIX}, got {_shown(given)}")
+        return None
+    entries = sum(len(row) for row in given)
+    if entries > MAX_ENTRIES:
+        problems.append(f"{where}: has {entries} entries, more than {MAX_ENTRIES}; pass such arrays to the library")
+        return None
+    if len({len(row) for row in given}) > 1:
+        problems.append(f"{where}: its rows have different lengths, {[len(row) for row in given][:MAX_SHOWN]}")
+        return None
+    before = len(problems)
+    matrix = [_numbers(f"{where}[{i}]", row, problems) for i, row in enumerate(given)]
+    return None if len(problems) > before else matrix
+
+
+def _numbers(where: str, given: Any, problems: list[str]) -> list[float]:
+    if not isinstance(given, list) or len(given) > MAX_ENTRIES:
+        problems.append(f"{where}: must be {Kind.NUMBERS} (at most {MAX_ENTRIES}), got {_shown(given)}")
+        return []
+    return [_number(f"{where}[{i}]", entry, problems) for i, entry in enumerate(given)]
+
+
+def _number(where: str, given: Any, problems: list[str]) -> float:
+    if isinstance(given, bool) or not isinstance(given, (int, float)):
+        advice = "; write it without quotes and unit" if isinstance(given, str) else ""
+        problems.append(f"{where}: {_shown(given)} is not a number{advice}")
+        return math.nan
+    try:
+        number = float(given)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        problems.append(f"{where}: {_shown(given)} is not finite")
+    return number
+
+
+def _sizes(known: Mapping[str, Field], values: Mapping[str, Any], problems: list[str]) -> dict[str, int]:
+    """What each letter stands for, from the first field that has it; adds a problem where a later one differs."""
+    sizes: dict[str, tuple[int, str]] = {}
+    for name, value in values.items():
+        for where, shape, letters in _shapes(known[name], value):
+            for axis, (size, letter) in enumerate(zip(shape, letters, strict=True)):
+                first, source = sizes.setdefault(letter, (size, where))
+                if size != first:
+                    word = "entries" if len(letters) == 1 else ("rows", "columns")[axis]
+                    rival = "itself has another number" if source == where else f"{source} sets {letter} = {first}"
+                    problems.append(f"{where}: has {size} {word}, where {rival}")
+    return {letter: size for letter, (size, _) in sizes.items()}
+
+
+def _shapes(field: Field, value: Any) -> list[tuple[str, tuple[int, ...], tuple[str, ...]]]:
+    """(path, sizes, letters) of each part of a value that is whole."""
+    if value is None or field.kind is Kind.NUMBER:
+        return []
+    if field.kind is Kind.NUMBERS:
+        return [(field.name, (len(value),), field.shape)]
+    if field.kind is Kind.MATRIX:
+        return [(field.name, (len(value), len(value[0])), field.shape)]
+    parts = [(f"{field.name}[{i}]", (len(M), len(M[0])), field.shape[1:]) for i, M in enumerate(value) if M]
+    return [(field.name, (len(value),), field.shape[:1]), *parts]
+
+
+def _names(given: Any, sizes: Mapping[str, int], problems: list[str]) -> dict[str, tuple[str, ...]]:
+    if not isinstance(given, dict):
+        problems.append(f"names: must be a table of lists, got {_shown(given)}")
+        return {}
+    names = {}
+    for key, labels in given.items():
+        where = f"names.{key}"
+        if key not in NAMES:
+            problems.append(f"{where}: {_unknown(key, NAMES)}")
+        elif not isinstance(labels, list) or not all(_is_label(label) for label in labels):
+            problems.append(f"{where}: must be a list of names of at most {MAX_LABEL} characters, got {_shown(labels)}")
+        elif len(set(labels)) < len(labels):
+            problems.append(f"{where}: a name stands there twice, got {_shown(labels)}")
+        elif NAMES[key] in sizes and len(labels) != sizes[NAMES[key]]:
+            problems.append(f"{where}: has {len(labels)} names for {sizes[NAMES[key]]} {key}")
+        else:
+            names[key] = tuple(labels)
+    return names
+
+
+def _is_label(label: Any) -> bool:
+    return isinstance(label, str) and label.isprintable() and 0 < len(label) <= MAX_LABEL
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= MAX_LABEL else f"{text[:MAX_LABEL]}..."
+
+
+def _raise_if_any(path: Path, problems: list[str]) -> None:
+    if problems:
+        more = [f"and {len(problems) - MAX_SHOWN} more"] if len(problems) > MAX_SHOWN else []
+        lines = "\n  ".join([*problems[:MAX_SHOWN], *more])
+        count = f"{len(problems)} mistakes" if len(problems) > 1 else "a mistake"
+        raise InvalidInputError(f"{path} has {count}:\n  {lines}")

@@ -1,0 +1,45 @@
+"""Writes a design into a directory: gains as JSON, MATLAB file and C header, the figure, and the page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from replication.audit.files import write_directory
+from replication.errors import InvalidInputError
+from replication.estimation.api.results import GainResult
+from replication.ownplant.page import page
+from replication.ownplant.reading import PlantFile
+from replication.plotting import draw_svg
+
+FILES = ("gains.json", "gains.mat", "gains.h", "figure.svg", "index.html")
+
+
+def require_free(directory: Path, *, replace: bool) -> None:
+    """Raise InvalidInputError unless `directory` is absent, or `replace` and holds nothing but an earlier design."""
+    if not directory.exists() and not directory.is_symlink():
+        return
+    if not replace:
+        raise InvalidInputError(f"{directory} exists; choose another --output, or --force to replace an earlier design")
+    if directory.is_symlink() or not directory.is_dir():
+        raise InvalidInputError(f"{directory} is no directory; choose another --output")
+    others = sorted(path.name for path in directory.iterdir() if path.name not in FILES)
+    if others:
+        raise InvalidInputError(
+            f"{directory} holds more than a design ({', '.join(others[:3])}); choose another --output"
+        )
+
+
+def write_design(directory: Path, plant: PlantFile, result: GainResult, call: str) -> None:
+    """All of FILES or none: they appear under their name at once."""
+    name = plant.name.replace("-", "_")[:20] + "_" + plant.method
+    figure = draw_svg(result.panels(), "figure")
+    write_directory(
+        directory,
+        {
+            "gains.json": result.to_json().encode(),
+            "gains.mat": result.to_mat(),
+            "gains.h": result.to_c_header(name[:31]).encode(),
+            "figure.svg": figure.encode(),
+            "index.html": page(plant.title, result, figure, call, FILES[:-1]).encode(),
+        },
+    )

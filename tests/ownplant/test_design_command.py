@@ -1,0 +1,183 @@
+"""`replication design`: what is printed and written, all or nothing, and the exit codes."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import html5lib
+import numpy as np
+import pytest
+import scipy.io
+
+from replication.cli import main
+from replication.ownplant import writing
+from replication.ownplant.writing import FILES
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+CASES = {
+    "multirate": ("cart.toml", "--periods", "1,4", "--offsets", "0,2"),
+    "nonuniform": ("spring.toml", "--periods", "0.05,0.2", "--leaves", "2", "--horizon", "100"),
+    "dualrate": ("servo.toml", "--period", "0.02", "--ratio", "10"),
+    "delay": ("tanks.toml", "--order", "12"),
+}
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run(method: str, *more: str) -> int:
+    file, *options = CASES[method]
+    return main(["design", method, str(EXAMPLES / file), *options, *more])
+
+
+@pytest.mark.parametrize("method", CASES)
+def test_a_design_is_printed_and_written(method: str, here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(method) == 0
+    printed = capsys.readouterr().out.splitlines()
+    (made,) = here.iterdir()
+    assert printed[-1] == f"written: {made.name}"
+    assert sorted(path.name for path in made.iterdir()) == sorted(FILES)
+    gains = json.loads((made / "gains.json").read_text(encoding="utf-8"))
+    level = re.fullmatch(r"guaranteed level: (\S+)  \(.*\)", printed[0])
+    assert level is not None and float(level[1]) == pytest.approx(gains["value"], rel=1e-5)
+    assert gains["bracket"]["lower"] <= gains["bracket"]["upper"] == gains["value"]
+    read = scipy.io.loadmat(made / "gains.mat")
+    for name, gain in gains["gains"].items():
+        assert np.array_equal(read[name].ravel(), np.ravel(gain["value"]))
+    stem = CASES[method][0].removesuffix(".toml")
+    assert f"{stem}_{method}_" in (made / "gains.h").read_text(encoding="utf-8")
+    check_page(made, method)
+
+
+def check_page(made: Path, method: str) -> None:
+    """Whole, self-contained, and it says how it was made."""
+    text = (made / "index.html").read_text(encoding="utf-8")
+    tree = html5lib.HTMLParser(strict=True, namespaceHTMLElements=False).parse(text)
+    assert tree.get("lang") == "en"
+    assert {link.get("href") for link in tree.iter("a")} == set(FILES[:-1])
+    assert len([svg for svg in tree.iter("{http://www.w3.org/2000/svg}svg") if svg.get("aria-label")]) == 1
+    assert not re.search(r"<(script|link|img|iframe)\b|@import|https?://(?!www\.w3\.org/2000/svg)", text)
+    code = next(tree.iter("code")).text
+    assert code.split()[:4] == ["replication", "design", method, CASES[method][0]]
+    for option in CASES[method][1:]:
+        assert option in code.split()
+
+
+def test_the_same_design_gives_the_same_bytes(here: Path) -> None:
+    assert run("dualrate", "--output", "one") == run("dualrate", "--output", "two") == 0
+    for name in FILES:
+        assert (here / "one" / name).read_bytes() == (here / "two" / name).read_bytes()
+
+
+def test_names_of_the_file_are_in_the_gains(here: Path) -> None:
+    assert run("multirate") == 0
+    signals = json.loads((here / "cart-multirate" / "gains.json").read_text(encoding="utf-8"))["signals"]
+    assert signals == {
+        "states": ["position", "speed"],
+        "inputs": ["force"],
+        "measurements": ["encoder", "camera"],
+        "outputs": ["position", "speed"],
+        "dt": 0.1,
+    }
+
+
+def test_gains_in_the_file_are_analysed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (EXAMPLES / "servo.toml").read_text(encoding="utf-8")
+    own = here / "own.toml"
+    own.write_text("K = [[-1.0, -0.5]]\nL = [[1.0], [0.2]]\n" + text, encoding="utf-8")
+    command = ["design", "dualrate", str(own), "--period", "0.02", "--ratio", "10"]
+    assert main([*command, "--output", "a"]) == 0
+    gains = json.loads((here / "a" / "gains.json").read_text(encoding="utf-8"))["gains"]
+    assert gains["K"]["value"] == [[-1.0, -0.5]]
+    own.write_text("K = [[-1.0, -0.5]]\n" + text, encoding="utf-8")
+    assert main([*command, "--output", "b"]) == 2
+    assert "one of K and L" in capsys.readouterr().err
+
+
+def test_an_earlier_design_is_replaced_only_if_asked_and_nothing_else_ever(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("dualrate", "--output", "out/deep") == 0
+    assert run("dualrate", "--output", "out/deep") == 2
+    assert "exists; choose another --output, or --force" in capsys.readouterr().err
+    (here / "out/deep/index.html").write_text("old", encoding="utf-8")
+    assert run("dualrate", "--output", "out/deep", "--force") == 0
+    assert (here / "out/deep/index.html").read_text(encoding="utf-8") != "old"
+    (here / "out/deep/mine.txt").write_text("keep", encoding="utf-8")
+    assert run("dualrate", "--output", "out/deep", "--force") == 2
+    assert "holds more than a design (mine.txt)" in capsys.readouterr().err
+    (here / "link").symlink_to("out")
+    assert run("dualrate", "--output", "link", "--force") == 2
+    assert "is no directory" in capsys.readouterr().err
+    assert [path.name for path in (here / "out").iterdir()] == ["deep"]
+
+
+def test_a_failure_while_writing_leaves_nothing(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run("dualrate", "--output", "out") == 0
+    before = {path.name: path.read_bytes() for path in (here / "out").iterdir()}
+
+    def fail(*_: object) -> str:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(writing, "page", fail)
+    assert run("dualrate", "--output", "out", "--force") == 2
+    assert {path.name: path.read_bytes() for path in (here / "out").iterdir()} == before
+    assert run("dualrate", "--output", "new") == 2
+    assert [path.name for path in here.iterdir()] == ["out"]
+
+
+def test_no_design_is_exit_code_3(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("multirate", "--level", "0.1") == 3
+    complaint = capsys.readouterr().err
+    assert "cart.toml: no observer has a gain below 0.1" in complaint and "Traceback" not in complaint
+    assert list(here.iterdir()) == []
+
+
+def test_a_plant_that_cannot_be_observed_is_exit_code_2(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    blind = here / "blind.toml"
+    blind.write_text("A = [[2.0]]\nB_d = [[1.0]]\nC = [[0.0]]\nD = [[1.0]]\n", encoding="utf-8")
+    assert main(["design", "multirate", str(blind), "--periods", "1"]) == 2
+    assert "blind.toml: the pair is not detectable" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["multirate", "x.toml"], "the following arguments are required: --periods"),
+        (["multirate", "x.toml", "--periods", "1,2.5"], "'2.5' is not a whole number from 0 on"),
+        (["multirate", "x.toml", "--periods", "0"], "'0' is not a whole number of at least 1"),
+        (["multirate", "x.toml", "--periods", ""], "'' is not a whole number"),
+        (["multirate", "x.toml", "--periods", "1", "--offsets", "-1"], "'-1' is not a whole number from 0 on"),
+        (["multirate", "x.toml", "--periods", "1", "--level", "nan"], "'nan' is not a positive number"),
+        (["nonuniform", "x.toml", "--periods", "0.1"], "'0.1' must be two numbers"),
+        (["nonuniform", "x.toml", "--periods", "0.1,inf"], "'inf' is not a positive number"),
+        (["dualrate", "x.toml", "--period", "1"], "required: --ratio"),
+        (["kalman", "x.toml"], "invalid choice: 'kalman'"),
+        ([], "the following arguments are required: METHOD"),
+    ],
+)
+def test_usage_is_checked(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        main(["design", *words])
+    assert end.value.code == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("path", ["no.toml", "a\0b", "x" * 300, "."])
+def test_files_that_cannot_be_read_are_exit_code_2(path: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["design", "multirate", path, "--periods", "1"]) == 2
+    complaint = capsys.readouterr().err
+    assert complaint.startswith("replication: ") and len(complaint.splitlines()) == 1
+
+
+@pytest.mark.parametrize("method", CASES)
+def test_help_of_a_method_lists_the_keys_of_its_file(method: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["design", method, "--help"])
+    text = capsys.readouterr().out
+    assert "keys of the plant file:" in text and "exit codes:" in text

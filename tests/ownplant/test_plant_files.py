@@ -1,0 +1,180 @@
+"""Plant files with mistakes of all kinds: every one is reported, with its path, at once, and nothing else happens."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from replication.errors import InvalidInputError
+from replication.ownplant.fields import FIELDS, described
+from replication.ownplant.reading import MAX_BYTES, MAX_ENTRIES, read_plant
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+GOOD = {
+    "multirate": "A = [[0.5]]\nB_d = [[1.0]]\nC = [[1.0]]\nD = [[1]]\n",
+    "nonuniform": "A = [[-0.5]]\nB = [[1.0, 0.0]]\nC = [[1.0]]\nD = [[0, 1]]\nL = [[1]]\n",
+    "dualrate": "A = [[-0.5]]\nB = [[1.0]]\nC = [[1.0]]\n",
+    "delay": "A0 = [[-0.5]]\nA = [[[0.1]]]\ndelays = [1]\nB = [[1.0]]\nC10 = [[1.0]]\nC2 = [[1]]\n",
+}
+
+
+def write(folder: Path, text: str, name: str = "plant.toml") -> Path:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def message(folder: Path, text: str, method: str = "multirate") -> str:
+    with pytest.raises(InvalidInputError) as caught:
+        read_plant(write(folder, text), method)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("method", FIELDS)
+def test_a_small_file_is_read(method: str, tmp_path: Path) -> None:
+    plant = read_plant(write(tmp_path, GOOD[method], "my-plant.toml"), method)
+    assert (plant.name, plant.title, plant.method, plant.names) == ("my-plant", "my-plant", method, {})
+    assert set(plant.values) == {field.name for field in FIELDS[method] if field.required}
+
+
+def test_every_mistake_is_reported_with_its_path(tmp_path: Path) -> None:
+    text = (
+        'name = "../x"\ntitel = "a"\nmethod = "delay"\ntime_unit = "ms"\ndt = "0.1 s"\n'
+        'A = [[1.0, nan], ["x", 0.98]]\nB_d = [[0.0]]\nC = [[0.0, 1.0], [1.0]]\nD = [[0.5, 0.0], [0.0, true]]\nW = 3\n'
+        '[names]\nstates = ["a", "a"]\ninput = ["u"]\n'
+    )
+    lines = message(tmp_path, text).splitlines()
+    assert lines[0].endswith("has 12 mistakes:")
+    expected = {
+        "titel": "did you mean title?",
+        "name": "files are called after it, got '../x'",
+        "method": "the file is for 'delay', the command for 'multirate'",
+        "time_unit": "must be 's', got 'ms'; convert",
+        "A[0][1]": "nan is not finite",
+        "A[1][0]": "'x' is not a number",
+        "C": "its rows have different lengths, [2, 1]",
+        "D[1][1]": "True is not a number",
+        "W": "must be a list of rows",
+        "dt": "'0.1 s' is not a number; write it without quotes and unit",
+        "names.states": "a name stands there twice",
+        "names.input": "did you mean inputs?",
+    }
+    found = dict(line.strip().split(": ", 1) for line in lines[1:])
+    assert found.keys() == expected.keys()
+    assert all(words in found[path] for path, words in expected.items())
+
+
+def test_shapes_are_compared_across_the_file(tmp_path: Path) -> None:
+    text = "A = [[1, 0], [0, 1]]\nB_d = [[1], [1], [1]]\nC = [[1, 0, 0]]\nD = [[1], [1]]\n[names]\nstates = ['a']\n"
+    assert message(tmp_path, text).splitlines()[1:] == [
+        "  B_d: has 3 rows, where A sets n = 2",
+        "  C: has 3 columns, where A sets n = 2",
+        "  D: has 2 rows, where C sets q = 1",
+        "  names.states: has 1 names for 2 states",
+    ]
+    assert "A: has 2 columns, where itself has another number" in message(tmp_path, "A = [[1, 0]]\n")
+
+
+def test_several_matrices_are_compared_with_the_number_of_delays(tmp_path: Path) -> None:
+    text = GOOD["delay"].replace("[[[0.1]]]", "[[[0.1]], [[1, 2]]]")
+    lines = message(tmp_path, text, "delay").splitlines()
+    assert "  A[1]: has 2 columns, where A0 sets n = 1" in lines
+    assert "  delays: has 1 entries, where A sets k = 2" in lines
+
+
+@pytest.mark.parametrize("method", FIELDS)
+def test_what_is_missing_is_listed(method: str, tmp_path: Path) -> None:
+    text = message(tmp_path, "", method)
+    for field in FIELDS[method]:
+        assert (f"{field.name}: is missing; write {field.kind}" in text) is field.required
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("A = [[1]]\nB_d = [[1]]\nA = [[2]]\n", "): 'A = [[2]]'"),
+        ("A = [[1\n", "is not TOML"),
+        ("A = [[1, ]\n[names]\n[names]\n", "is not TOML"),
+        ("a" * 3, "is not TOML"),
+        ("A = " + "[" * 5000 + "]" * 5000, "nested too deeply"),
+        (f"A = [[{'9' * 5000}]]", "a number that cannot be read"),
+        (f"A = [[{'9' * 400}]]", "A[0][0]: "),
+        ("A = [[1e400]]", "A[0][0]: inf is not finite"),
+        ("A = [[-inf]]", "A[0][0]: -inf is not finite"),
+        ("A = [[1979-05-27]]", "is not a number"),
+        ("A = [[{ x = 1 }]]", "is not a number"),
+        ("A = [1, 2]", "A: must be a list of rows"),
+        ("A = []", "A: must be a list of rows"),
+        ("A = [[]]", "A: "),
+        ("names = 3", "names: must be a table"),
+        ("title = 'a\\nb'\ntime_unit = 3", "time_unit: must be 's', got 3"),
+        ('title = "a\\u0000b"', "title: must be one line"),
+        ("title = 3", "title: must be one line"),
+    ],
+)
+def test_odd_files_are_refused(text: str, words: str, tmp_path: Path) -> None:
+    assert words in message(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    "name", ["../x", "/etc/x", "a/b", "a\\\\b", "", ".", "..", "-x", "a" * 41, "a\\u0000b", "é", "CON:", "a b", "~"]
+)
+def test_names_that_would_lead_elsewhere_are_refused(name: str, tmp_path: Path) -> None:
+    assert "name: must start with a letter" in message(tmp_path, f'name = "{name}"\n{GOOD["multirate"]}')
+
+
+def test_matrices_of_a_million_entries_are_refused_with_the_limit(tmp_path: Path) -> None:
+    row = "[" + "0," * 1000 + "]"
+    text = f"A = [{','.join([row] * 1000)}]"
+    assert len(text) > MAX_BYTES
+    assert f"is larger than {MAX_BYTES} bytes" in message(tmp_path, text)
+    smaller = f"A = [{','.join([row] * 100)}]"
+    assert f"A: has 100000 entries, more than {MAX_ENTRIES}; pass" in message(tmp_path, smaller)
+    assert f"delays: must be a list of numbers, such as [0.1, 0.2] (at most {MAX_ENTRIES})" in message(
+        tmp_path, f"delays = [{'0,' * (MAX_ENTRIES + 1)}]", "delay"
+    )
+
+
+def test_many_mistakes_are_counted(tmp_path: Path) -> None:
+    text = message(tmp_path, f"A = [{', '.join(['[true]'] * 100)}]")
+    assert "has 103 mistakes" in text and text.endswith("and 83 more") and len(text.splitlines()) == 22
+
+
+def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for path in (tmp_path, tmp_path / "nowhere", pipe, Path("a\0b"), Path("/dev/zero")):
+        with pytest.raises(InvalidInputError, match="is not a file"):
+            read_plant(path, "multirate")
+    with pytest.raises(OSError, match="too long"):
+        read_plant(tmp_path / ("x" * 300), "multirate")
+    (tmp_path / "latin").write_bytes(b"title = '\xe9'")
+    with pytest.raises(InvalidInputError, match="is not UTF-8 text"):
+        read_plant(tmp_path / "latin", "multirate")
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.recursive(st.none() | st.booleans() | st.floats() | st.text(), lambda inner: st.lists(inner, max_size=4)))
+def test_any_matrix_is_read_or_refused_by_name(value: object) -> None:
+    """Whatever stands in place of a matrix: a finite rectangle of numbers, or a list of what is wrong with it."""
+    from replication.ownplant.reading import _matrix
+
+    problems: list[str] = []
+    matrix = _matrix("A", value, problems)
+    assert (matrix is None) == bool(problems)
+    assert all(problem.startswith("A") for problem in problems)
+
+
+@pytest.mark.parametrize("method", FIELDS)
+def test_the_help_names_every_key(method: str) -> None:
+    for field in FIELDS[method]:
+        assert f"  {field.name} " in described(method)
+
+
+def test_examples_are_good_plants() -> None:
+    for name, method in (("cart", "multirate"), ("spring", "nonuniform"), ("servo", "dualrate"), ("tanks", "delay")):
+        assert read_plant(EXAMPLES / f"{name}.toml", method).name == name
