@@ -17,7 +17,9 @@ MAKERS = {
     "delay.pade-upper": delay_pade.pade_upper,
     "delay.pade-lower": delay_pade.pade_lower,
     "delay.unstable": delay.unstable,
-    "delay.not-unstable": delay.not_unstable,
+    "delay.not-unstable": delay.no_witness,
+    "delay.dissipation-identity": delay.no_witness,
+    "delay.operator-identity": delay.no_witness,
 }
 
 

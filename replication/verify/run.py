@@ -11,6 +11,8 @@ from typing import Any
 from replication.verify import (
     delay,
     delay_dual,
+    delay_identity,
+    delay_inverse,
     delay_pade,
     dualrate,
     dualrate_motor,
@@ -30,6 +32,8 @@ STATEMENTS: Mapping[str, Statement] = {
     **multirate.STATEMENTS,
     **delay.STATEMENTS,
     **delay_dual.STATEMENTS,
+    **delay_identity.STATEMENTS,
+    **delay_inverse.STATEMENTS,
     **delay_pade.STATEMENTS,
     **dualrate.STATEMENTS,
     **dualrate_motor.STATEMENTS,
