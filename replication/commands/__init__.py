@@ -25,6 +25,7 @@ NAMES = (
     "report",
     "diff",
     "new",
+    "notebooks",
     "certify",
     "verify",
     "export",
