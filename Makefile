@@ -15,8 +15,9 @@ export MKL_NUM_THREADS := 1
 .DELETE_ON_ERROR:
 .PHONY: report figures readme test test-fast docs artifact bench lint format lock clean help
 
-report: $(STAMP) ## recompute what changed, write figures/ and report/index.html (the default)
+report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
+	$(BIN)/python -m replication notebooks
 
 figures: report ## the same: figures/ is written with the report
 

@@ -174,6 +174,7 @@ PAPER = Paper(
     venue="manuscript; its latest reference is of 2010",
     doi="",
     summary=SUMMARY,
+    notebook="nonuniform",
     bibtex="""@misc{mustafa,
   author = {Mustafa, Ghulam and Chen, Tongwen and Fujioka, Hisaya},
   title  = {Robust $\\mathcal{H}_\\infty$ Filtering for Nonuniformly Sampled Systems},

@@ -159,6 +159,7 @@ PAPER = Paper(
     venue="IEEE Access 11, 20079-20087",
     doi="10.1109/ACCESS.2023.3249187",
     summary=SUMMARY,
+    notebook="multirate",
     bibtex="""@article{okajima2023,
   author  = {Okajima, Hiroshi and Hosoe, Yohei and Hagiwara, Tomomichi},
   title   = {State Observer Under Multi-Rate Sensing Environment and Its Design Using $l_2$-Induced Norm},

@@ -195,6 +195,7 @@ PAPER = Paper(
         "Observers for systems with several state delays that correct the estimate of the present state and of the "
         "history, designed by sums of squares so that the gain from disturbance to estimation error is least."
     ),
+    notebook="delay",
     bibtex=(
         "@inproceedings{peet2019,\n"
         "  author = {Peet, Matthew M. and Gu, Keqin},\n"

@@ -25,6 +25,7 @@ PAPER = Paper(
         "analyses the loop exactly as a periodic system, searches the readings of its simulation, and tests the "
         "stability theorem."
     ),
+    notebook="dualrate",
     bibtex=(
         "@unpublished{shao,\n"
         "  author = {Shao, Liren and Yang, Jun and Li, Shihua and Yi, Yang},\n"

@@ -200,7 +200,7 @@ class Formula:
 class Paper:
     """A source paper as this package audits it; year is None if the text gives none.
 
-    `findings` turns results into sentences that lead the paper's page.
+    `findings` turns results into sentences that lead the paper's page. notebook: name of its tutorial, if it has one.
     """
 
     key: str
@@ -211,6 +211,7 @@ class Paper:
     doi: str
     summary: str
     bibtex: str
+    notebook: str = ""
     experiments: tuple[Experiment, ...]
     claims: tuple[Claim, ...]
     errata: tuple[Erratum, ...] = ()

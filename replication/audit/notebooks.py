@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
+import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -69,15 +70,15 @@ def execute(path: Path, root: Path) -> Any:
 
     notebook = nbformat.read(path, as_version=4)
     notebook.cells.insert(0, nbformat.v4.new_code_cell(SET_UP))
-    # Sockets of the file system: no port of the machine is opened.
-    sockets = Config({"KernelManager": {"transport": "ipc"}})
-    client = NotebookClient(
-        notebook, config=sockets, kernel_name="python3", timeout=SECONDS, resources={"metadata": {"path": str(root)}}
-    )
-    try:
-        client.execute()
-    except (CellExecutionError, CellTimeoutError) as error:
-        raise AuditError(f"{path}: {error}; run it in Jupyter and correct the cell") from None
+    where = {"metadata": {"path": str(root)}}
+    with tempfile.TemporaryDirectory() as sockets:
+        # Sockets of the file system: no port of the machine is opened.
+        transport = Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}})
+        client = NotebookClient(notebook, config=transport, kernel_name="python3", timeout=SECONDS, resources=where)
+        try:
+            client.execute()
+        except (CellExecutionError, CellTimeoutError) as error:
+            raise AuditError(f"{path}: {error}; run it in Jupyter and correct the cell") from None
     del notebook.cells[0]
     return notebook
 
@@ -102,6 +103,7 @@ def _page(notebook: Any, key: str) -> str:
             body=Markup(body),
             key=key,
             style=Markup(source("style.css")),
+            own=Markup(source("notebook.css")),
             code_light=Markup(HtmlFormatter(style="default").get_style_defs(".highlight")),
             code_dark=Markup(HtmlFormatter(style="github-dark").get_style_defs(".highlight")),
         )

@@ -49,6 +49,7 @@ def paper_fields(paper: Paper) -> dict[str, Any]:
         "doi": paper.doi,
         "summary": paper.summary,
         "bibtex": paper.bibtex,
+        "notebook": paper.notebook,
         "formulas": tuple((formula.text, formula.latex) for formula in paper.formulas),
         "tables": tuple(
             TableRecord(place=table.place, caption=table.caption, header=table.header, rows=table.rows)

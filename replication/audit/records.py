@@ -153,7 +153,7 @@ class TableRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 
 class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the report says of a source paper beside its claims."""
+    """What the report says of a source paper beside its claims; notebook: name of its tutorial, or empty."""
 
     key: Name
     title: str
@@ -163,6 +163,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     doi: str
     summary: str
     bibtex: str
+    notebook: str = ""
     findings: tuple[str, ...]
     formulas: tuple[tuple[str, str], ...]
     tables: tuple[TableRecord, ...]

@@ -81,7 +81,8 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
     """Name, bytes and mode of each file; the manifest and the RO-Crate describe all the others."""
     results = read_results(root / "report" / "results.json")
     commit = _require_unedited(root, results.run)
-    described = sorted({Path(name) for name in (*_sources(root), *BUILT)})
+    tutorials = (path.relative_to(root) for path in (root / "report" / "notebooks").glob("*.html"))
+    described = sorted({*map(Path, (*_sources(root), *BUILT)), *tutorials})
     missing = [str(file) for file in described if not (root / file).is_file()]
     if missing:
         raise AuditError(f"files are missing: {', '.join(missing[:5])}; check them out and run `make report`")

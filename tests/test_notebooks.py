@@ -1,0 +1,54 @@
+"""The tutorials run to their end (their cells hold assertions), and their pages load nothing."""
+
+import re
+from pathlib import Path
+
+import html5lib
+import nbformat
+import pytest
+
+from replication.audit.notebooks import FOLDER, build_notebooks
+from replication.errors import AuditError
+
+ROOT = Path(__file__).parents[1]
+NAMES = sorted(path.stem for path in (ROOT / FOLDER).glob("*.ipynb"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_notebook_runs_and_its_page_stands_alone(name: str, tmp_path: Path) -> None:
+    (built,) = build_notebooks(ROOT, tmp_path, [name])
+    assert built.executed
+    text = built.page.read_text(encoding="utf-8")
+    tree = html5lib.parse(text, namespaceHTMLElements=False)
+    assert tree.find(".//script") is None
+    images = list(tree.iter("img"))
+    assert images
+    for image in images:
+        assert (image.get("src") or "").startswith("data:image/svg+xml")
+        assert re.match(r"Figure: .*plot\(\)", image.get("alt") or "")
+    (again,) = build_notebooks(ROOT, tmp_path, [name])
+    assert not again.executed
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_stored_notebook_holds_no_output(name: str) -> None:
+    notebook = nbformat.read(ROOT / FOLDER / f"{name}.ipynb", as_version=4)
+    nbformat.validate(notebook)
+    assert not any(cell.get("outputs") or cell.get("execution_count") for cell in notebook.cells)
+
+
+@pytest.mark.slow
+def test_failing_cell_is_named_and_leaves_no_page(tmp_path: Path) -> None:
+    folder = tmp_path / FOLDER
+    folder.mkdir(parents=True)
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("assert 1 == 2, 'so it is'")])
+    nbformat.write(notebook, folder / "wrong.ipynb")
+    with pytest.raises(AuditError, match=r"(?s)wrong\.ipynb.*so it is"):
+        list(build_notebooks(tmp_path, tmp_path / "pages"))
+    assert not list((tmp_path / "pages").glob("*"))
+
+
+def test_unknown_notebook_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(AuditError, match="multirate"):
+        list(build_notebooks(ROOT, tmp_path, ["multirat"]))
