@@ -7,7 +7,7 @@ evaluated. `papers/<key>/theorems.json` lists the wanted theorems, and the claim
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -107,22 +107,23 @@ def literals(path: Path) -> dict[str, Any]:
     written. Names with any other value are left out.
     """
     source = path.read_text(encoding="utf-8")
+    lines = source.encode().splitlines()  # columns of a syntax tree count bytes
     known: dict[str, Any] = {}
     for node in ast.parse(source).body:
         target = node.targets[0] if isinstance(node, ast.Assign) else getattr(node, "target", None)
         value = getattr(node, "value", None)
         if isinstance(target, ast.Name) and isinstance(value, ast.expr):
             try:
-                known[target.id] = _evaluate(value, source, known)
+                known[target.id] = _evaluate(value, lines, known)
             except Refused:
                 known.pop(target.id, None)
     return known
 
 
-def _evaluate(node: ast.expr, source: str, known: Mapping[str, Any]) -> Any:
+def _evaluate(node: ast.expr, source: Sequence[bytes], known: Mapping[str, Any]) -> Any:
     match node:
         case ast.Constant(value=float()):
-            return decimal(ast.get_source_segment(source, node) or "")
+            return decimal(source[node.lineno - 1][node.col_offset : node.end_col_offset].decode())
         case ast.Constant(value=str() | int() | None as value):
             return value
         case ast.UnaryOp(op=ast.USub(), operand=operand):

@@ -1,0 +1,460 @@
+"""Certificates of observers of systems with delays: what is proved, and that every tampered one is refused."""
+
+from __future__ import annotations
+
+import copy
+import json
+import random
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import pytest
+from flint import acb, arb, fmpq, fmpq_mat
+
+from replication.estimation.certificates import delay as maker
+from replication.estimation.certificates import delay_forms as oracle
+from replication.verify import delay, delay_forms, delay_hidden, delay_plant, delay_sos
+from replication.verify.linear import zeros
+from replication.verify.run import check
+from replication.verify.theorem import Refused
+
+FOLDER = Path(__file__).parents[2] / "certificates" / "peet2019"
+Json = dict[str, Any]
+Tamper = Callable[[Json], None]
+
+
+def certificate(name: str) -> Json:
+    found: Json = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    return found
+
+
+def refusal(given: Json, statement: Callable[[Json], object] = check) -> str:
+    """Why a certificate is refused."""
+    with pytest.raises(Refused) as caught:
+        statement(given)
+    return str(caught.value)
+
+
+def times(text: str, factor: Fraction) -> str:
+    return str(Fraction(text) * factor)
+
+
+SMALL = Fraction(1, 100_000)
+PROVED = {
+    "ex1-upper": ("upper", "0.2357"),
+    "ex1-lower": ("lower", "0.2357"),
+    "ex2-d1-upper": ("upper", "2.3327"),
+    "ex2-d2-upper": ("upper", "2.3270"),
+    "ex2-lower": ("lower", "2.3270"),
+    "ex3-d1-upper": ("upper", "1.3511"),
+    "ex3-lower": ("lower", "1.3500"),
+}
+
+
+@pytest.mark.parametrize("name", PROVED)
+def test_levels_are_those_of_the_bound(name: str) -> None:
+    side, digits = PROVED[name]
+    given = certificate(name)
+    theorem = check(given)
+    assert str(getattr(theorem, side)) == given["bound"][side]
+    assert getattr(theorem, "lower" if side == "upper" else "upper") is None
+    assert digits in theorem.sentence
+    assert theorem.holds is None
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "reason"),
+    [
+        ("ex1-upper", 1 - SMALL, "identity of Theorem 3 fails in P: entry"),
+        ("ex2-d2-upper", 1 - SMALL, "identity of Theorem 3 fails in P: entry"),
+        ("ex1-lower", 1 + SMALL, "not proved to reach"),
+        ("ex2-lower", 1 + SMALL, "not proved to reach"),
+        ("ex3-lower", 1 + SMALL, "not proved to reach"),
+    ],
+)
+def test_a_sharper_bound_is_refused(name: str, factor: Fraction, reason: str) -> None:
+    given = certificate(name)
+    given["bound"] = {side: times(bound, factor) for side, bound in given["bound"].items()}
+    assert reason in refusal(given)
+
+
+@pytest.mark.parametrize(
+    ("name", "field", "value", "reason"),
+    [
+        ("ex1-upper", "plant", certificate("ex2-d1-upper")["plant"], "plant is not that"),
+        ("ex1-upper", "parameters", {"degree": 2}, "parameters is not that"),
+        ("ex1-upper", "claims", ["peet2019.ex2.gamma-d1"], "claims is not that"),
+        ("ex1-upper", "bound", {}, "lacks the field upper"),
+        ("ex1-upper", "bound", {"upper": "-1"}, "must be positive"),
+        ("ex1-upper", "witness", {}, "lacks the field"),
+        ("ex1-lower", "witness", certificate("ex2-lower")["witness"] | {"frequency": "1"}, "not proved to reach"),
+        ("ex2-near-optimal", "parameters", {"degree": 2, "factor": "1"}, "parameters is not that"),
+    ],
+)
+def test_another_subject_is_refused(name: str, field: str, value: Any, reason: str) -> None:
+    assert reason in refusal(certificate(name) | {field: value})
+
+
+@pytest.mark.parametrize("gram", [("storage", 0), ("storage", 1), ("dissipation", 0), ("dissipation", 1)])
+def test_an_indefinite_gram_matrix_is_refused(gram: tuple[str, int]) -> None:
+    given = certificate("ex1-upper")
+    kind, weight = gram
+    given["witness"][kind][weight][-1][-1] = "-1"
+    assert f"witness.{kind} of degree {1 - weight} is not positive definite" in refusal(given)
+
+
+@pytest.mark.parametrize("gram", [("storage", 0), ("storage", 1), ("dissipation", 0), ("dissipation", 1)])
+def test_a_gram_matrix_of_another_size_is_refused(gram: tuple[str, int]) -> None:
+    given = certificate("ex1-upper")
+    kind, weight = gram
+    rows = given["witness"][kind][weight]
+    given["witness"][kind][weight] = [row[:-1] for row in rows[:-1]]
+    assert "rows, got" in refusal(given)
+
+
+def test_one_unit_in_the_last_place_is_refused() -> None:
+    given = certificate("ex1-upper")
+    first = Fraction(given["witness"]["dissipation"][0][0][0])
+    given["witness"]["dissipation"][0][0][0] = str(first + Fraction(1, first.denominator))
+    assert "the identity of Theorem 3 fails in P: entry (0, 0)" in refusal(given)
+
+
+def test_a_storage_that_couples_two_delays_is_refused() -> None:
+    given = certificate("ex3-d1-upper")
+    storage = given["witness"]["storage"][0]
+    a, b = 2, 4  # the constants of the first and of the second history
+    storage[a][b] = storage[b][a] = str(Fraction(1, 2**40))
+    assert "V couples two delays in S at power 0" in refusal(given)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ([["1", "0"], ["2", "0"]], "has no inverse"),
+        ([["0", "1"], ["1", "0"]], "C2 is not [0 c]"),
+        ([["1", "0"]], "must have 2 entries"),
+    ],
+)
+def test_other_coordinates_are_refused(change: Any, reason: str) -> None:
+    given = certificate("ex1-upper")
+    given["witness"]["change"] = change
+    assert reason in refusal(given)
+
+
+def test_coordinates_are_part_of_the_proof() -> None:
+    assert check(certificate("own-1-near-optimal")).holds
+    given = certificate("own-1-near-optimal")
+    given["witness"]["sos"]["change"] = [["2", "0"], ["1", "1"]]
+    assert "identity of Theorem 3 fails" in refusal(given)
+
+
+def integers(rng: random.Random, rows: int, columns: int) -> fmpq_mat:
+    return fmpq_mat(rows, columns, [rng.randint(-4, 4) for _ in range(rows * columns)])
+
+
+def some_plant(n: int = 2, delays: int = 2, measured: int = 1) -> delay_plant.DelayPlant:
+    """A plant of integers with C2 = [0 I], every matrix full."""
+    rng = random.Random(7)
+    seen = [[int(j == n - measured + i) for j in range(n)] for i in range(measured)]
+    return delay_plant.DelayPlant(
+        A0=integers(rng, n, n),
+        late=integers(rng, n, n * delays),
+        delays=tuple(fmpq(k + 2, 3) for k in range(delays)),
+        B=integers(rng, n, 2),
+        C10=integers(rng, 1, n),
+        late_output=integers(rng, 1, n * delays),
+        C2=fmpq_mat(seen),
+    )
+
+
+def as_dictionary(form: delay_forms.Form, points: int, functions: int) -> oracle.Form:
+    """The coefficients of the monomials of a form, in the way of the makers."""
+    found: oracle.Form = {}
+    for i, j in product(range(points), repeat=2):
+        oracle.add(found, oracle.pair(i, j), form.P[i, j])
+    for power, part in form.Q.items():
+        for i, k in product(range(points), range(functions)):
+            oracle.add(found, oracle.pair(i, points + power * functions + k), 2 * part[i, k])
+    for power, part in form.S.items():
+        for k, m in product(range(functions), repeat=2):
+            oracle.add(found, ("local", power, min(k, m), max(k, m)), part[k, m])
+    for (a, b), part in form.R.items():
+        for k, m in product(range(functions), repeat=2):
+            first, second = (points + power * functions + f for power, f in ((a, k), (b, m)))
+            oracle.add(found, oracle.pair(first, second), part[k, m])
+    return {key: value for key, value in found.items() if value != 0}
+
+
+def nonzero(form: oracle.Form) -> oracle.Form:
+    return {key: value for key, value in form.items() if value != 0}
+
+
+def symmetric(rng: random.Random, size: int) -> fmpq_mat:
+    half = integers(rng, size, size)
+    return half + half.transpose()
+
+
+@pytest.mark.parametrize(("degree", "weight"), [(1, 0), (0, 1), (2, 0), (1, 1)])
+def test_squares_are_those_of_a_second_derivation(degree: int, weight: int) -> None:
+    points, functions = 3, 2
+    basis = oracle.Basis(points, functions, degree, weight)
+    gram = symmetric(random.Random(degree), basis.size)
+    form = delay_forms.square(gram, (delay_forms.UNIFORM, delay_forms.BUMP)[weight], points, functions, degree)
+    assert delay_forms.basis_size(points, functions, degree) == basis.size
+    assert as_dictionary(form, points, functions) == nonzero(oracle.form_of(basis, gram))
+
+
+def test_the_weights_are_not_negative_between_the_ends() -> None:
+    for point in (Fraction(-k, 8) for k in range(9)):
+        for weight in (delay_forms.UNIFORM, delay_forms.BUMP):
+            assert sum(factor * point**power for power, factor in weight.items()) >= 0
+
+
+def storage_of(plant: delay_plant.DelayPlant, degree: int) -> tuple[delay_forms.Form, oracle.Form]:
+    """A storage of both weights with no coupling in S, by both derivations."""
+    n, functions = plant.states, plant.late.ncols()
+    rng = random.Random(3)
+    forms, exact = [], []
+    for weight, order in enumerate((degree, degree - 1)):
+        basis = oracle.Basis(n, functions, order, weight)
+        gram = symmetric(rng, basis.size)
+        for a, b, k, m in product(range(order + 1), range(order + 1), range(functions), range(functions)):
+            if k // n != m // n:
+                gram[basis.local(a, k), basis.local(b, m)] = fmpq(0)
+        forms.append(delay_forms.square(gram, (delay_forms.UNIFORM, delay_forms.BUMP)[weight], n, functions, order))
+        exact.append(oracle.form_of(basis, gram))
+    return delay_forms.total(*forms), {
+        key: exact[0].get(key, fmpq(0)) + exact[1].get(key, fmpq(0)) for key in {**exact[0], **exact[1]}
+    }
+
+
+def dynamics(plant: delay_plant.DelayPlant) -> oracle.Dynamics:
+    return oracle.Dynamics(plant.A0, plant.late, plant.delays, plant.B, plant.C10, plant.late_output, plant.C2.nrows())
+
+
+@pytest.mark.parametrize(("n", "delays"), [(2, 1), (2, 2), (3, 2)])
+def test_the_rate_of_the_storage_is_that_of_a_second_derivation(n: int, delays: int) -> None:
+    plant = some_plant(n, delays)
+    form, storage = storage_of(plant, 1)
+    system = dynamics(plant)
+    expected = oracle.derivative(system, storage)
+    for key, value in oracle.supply(system, fmpq(5, 3)).items():
+        oracle.add(expected, key, value)
+    found = delay_sos.rate(plant, fmpq(5, 3), form)
+    assert as_dictionary(found, system.points, system.functions) == nonzero(expected)
+    assert found.P.transpose() == found.P
+
+
+def monomials(points: int, functions: int) -> list[tuple[delay_forms.Form, oracle.Key]]:
+    """Every coefficient of a form at powers 0 and 1, alone, with its key."""
+    empty = delay_forms.Form(zeros(points, points), {}, {}, {})
+    found: list[tuple[delay_forms.Form, oracle.Key]] = []
+
+    def alone(rows: int, columns: int, i: int, j: int) -> fmpq_mat:
+        matrix = zeros(rows, columns)
+        matrix[i, j] = fmpq(1)
+        return matrix
+
+    for i, j in product(range(points), repeat=2):
+        form = delay_forms.Form(alone(points, points, i, j), empty.Q, empty.S, empty.R)
+        found.append((form, oracle.pair(i, j)))
+    for i, k in product(range(points), range(functions)):
+        form = delay_forms.Form(empty.P, {1: alone(points, functions, i, k)}, {}, {})
+        found.append((form, oracle.pair(i, points + functions + k)))
+    for k, m in product(range(functions), repeat=2):
+        part = alone(functions, functions, k, m)
+        found.append((delay_forms.Form(empty.P, {}, {1: part}, {}), ("local", 1, min(k, m), max(k, m))))
+        key = oracle.pair(points + k, points + functions + m)
+        found.append((delay_forms.Form(empty.P, {}, {}, {(0, 1): part}), key))
+    return found
+
+
+@pytest.mark.parametrize(("n", "delays", "measured"), [(2, 2, 1), (3, 1, 2)])
+def test_what_the_injection_cancels_is_left_out_and_nothing_else(n: int, delays: int, measured: int) -> None:
+    plant = some_plant(n, delays, measured)
+    system = dynamics(plant)
+    for form, key in monomials(system.points, system.functions):
+        reached = oracle.cancellable(system, key)
+        delay_sos.require_zero(form, plant, cancelled=not reached, what="nothing")
+        with pytest.raises(Refused, match=r"it is not zero in [PQRS].*entry \("):
+            delay_sos.require_zero(form, plant, cancelled=reached, what="it is not zero")
+
+
+def hidden_plant() -> Json:
+    """x_1' = -x_1 + x_1(t - 1)/2 + x_2 + w_1, z = x_1 + x_1(t - 2)/4, and y = 3 x_2."""
+    return {
+        "name": "own",
+        "A0": [["-1", "1"], ["0", "-1"]],
+        "A": [[["1/2", "0"], ["0", "0"]], [["0", "0"], ["0", "1"]]],
+        "delays": ["1", "2"],
+        "B": [["2", "0"], ["0", "1"]],
+        "C10": [["1", "0"]],
+        "C1": [[["0", "0"]], [["1/4", "0"]]],
+        "C2": [["0", "3"]],
+    }
+
+
+def own(statement: str, plant: Json, bound: Json, witness: Json, parameters: Json | None = None) -> Json:
+    return {
+        "format": "replication-certificate/1",
+        "paper": None,
+        "name": "own",
+        "claims": [],
+        "statement": statement,
+        "plant": plant,
+        "parameters": parameters or {},
+        "bound": bound,
+        "witness": witness,
+    }
+
+
+def lower(bound: str, frequency: str, plant: Json | None = None, state: Any = None) -> Json:
+    witness = {"frequency": frequency, "state": state or [["1"], ["0"]]}
+    return own("delay.gain-lower", plant or hidden_plant(), {"lower": bound}, witness)
+
+
+def test_the_gain_at_zero_frequency_is_that_of_the_steady_state() -> None:
+    # At rest 0 = -x_1 + x_1/2 + 2 w_1 and z = 5/4 x_1: the gain is 5.
+    assert check(lower("4999999999/1000000000", "0")).lower == fmpq(4999999999, 1000000000)
+    assert "not proved to reach 5.000" in refusal(lower("5000000001/1000000000", "0"))
+
+
+def test_the_gain_at_another_frequency_is_enclosed() -> None:
+    # At s = i: |1 + exp(-2i)/4| / |(i + 1 - exp(-i)/2)/2|.
+    one = acb(0, 1)
+    gain = (1 + (-2 * one).exp() / 4).abs_lower() / ((one + 1 - (-one).exp() / 2) / 2).abs_upper()
+    level = Fraction(int((gain * arb(10**9)).floor().unique_fmpz()), 10**9)
+    assert check(lower(str(level), "1")).lower is not None
+    assert "not proved" in refusal(lower(str(level + Fraction(1, 10**8)), "1"))
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"state": [["0"], ["1"]]}, "is seen by y"),
+        ({"state": [["1"], ["1"]]}, "is seen by y"),
+        ({"plant": {"B": [["2", "0"], ["1", "0"]]}}, "B has no inverse"),
+        ({"plant": {"B": [["2"], ["1"]]}}, "B has no inverse"),
+        ({"plant": {"A0": [["-1", "1"]]}}, "plant.A0 must be square"),
+        ({"plant": {"delays": ["2", "1"]}}, "plant.delays must increase"),
+        ({"plant": {"delays": ["1", "1"]}}, "plant.delays must increase"),
+        ({"plant": {"delays": ["1"]}}, "plant.A must have 1 entries"),
+        ({"plant": {"delays": []}}, "plant.delays must increase"),
+        ({"plant": {"delays": ["0", "1"]}}, "must be positive"),
+        ({"plant": {"B": [["2", "0"]]}}, "plant.B must have 2 entries"),
+        ({"plant": {"C2": [["3"]]}}, "plant.C2 must have 2 columns"),
+        ({"plant": {"C10": [["1"]]}}, "plant.C10 must have 2 columns"),
+        ({"plant": {"C1": [[["0", "0"]], [["1/4", "0"], ["0", "0"]]]}}, "plant.C1[1] must have 1 entries"),
+        ({"frequency": "NaN"}, "must be a rational"),
+    ],
+)
+def test_a_disturbance_that_does_not_fit_is_refused(change: Json, reason: str) -> None:
+    plant = {**hidden_plant(), **change.get("plant", {})}
+    given = lower("1", change.get("frequency", "0"), plant, change.get("state"))
+    assert reason in refusal(given)
+
+
+def test_a_delay_is_an_exponential() -> None:
+    value = delay_hidden.exponential(acb(0, 1))
+    assert value.real.overlaps(arb(1).cos()) and value.imag.overlaps(-arb(1).sin())
+
+
+def test_the_level_of_an_observer_is_close_to_what_any_observer_has() -> None:
+    theorem = check(certificate("ex1-near-optimal"))
+    assert theorem.holds is True
+    assert theorem.lower is None and theorem.upper is None
+    given = certificate("ex1-near-optimal")
+    given["parameters"]["factor"] = "100001/100000"
+    assert "not proved to reach" in refusal(given, delay.near_optimal)
+    given = certificate("ex1-near-optimal")
+    given["witness"]["level"] = times(given["witness"]["level"], 1 - SMALL)
+    assert "the identity of Theorem 3 fails" in refusal(given)
+    given = certificate("ex1-near-optimal")
+    given["parameters"]["degree"] = 0
+    assert "at least 1" in refusal(given, delay.near_optimal)
+
+
+def test_degree_zero_is_refused() -> None:
+    given = certificate("ex1-upper")
+    given["parameters"]["degree"] = 0
+    assert "at least 1" in refusal(given, delay.gain_upper)
+
+
+def roots(left: str, right: str, a: str = "2") -> Json:
+    """x_1' = a x_1 - x_1(t - 1) + x_2(t - 2), x_2' = -x_2: det M = (s - a + exp(-s)) (s + 1)."""
+    plant = {
+        "name": "own",
+        "A0": [[a, "0"], ["0", "-1"]],
+        "A": [[["-1", "0"], ["0", "0"]], [["0", "1"], ["0", "0"]]],
+        "delays": ["1", "2"],
+        "B": [["1"], ["0"]],
+        "C10": [["1", "0"]],
+        "C1": [[["0", "0"]], [["0", "0"]]],
+        "C2": [["0", "1"]],
+    }
+    return own("delay.unstable", plant, {}, {"left": left, "right": right})
+
+
+def test_a_positive_root_is_enclosed() -> None:
+    # s = 2 - exp(-s) at 1.8414056604..
+    theorem = check(roots("18414/10000", "18415/10000"))
+    assert theorem.holds is True
+    assert "between 1.841400 and 1.841500" in theorem.sentence
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "reason"),
+    [
+        ("18415/10000", "18416/10000", "does not change its sign"),
+        ("18413/10000", "18414/10000", "does not change its sign"),
+        ("18415/10000", "18414/10000", "must be below"),
+        ("18414/10000", "18414/10000", "must be below"),
+        ("0", "18415/10000", "must be positive"),
+    ],
+)
+def test_an_interval_without_a_positive_root_is_refused(left: str, right: str, reason: str) -> None:
+    assert reason in refusal(roots(left, right))
+
+
+def eigenvalues(*values: str) -> Json:
+    return own("delay.not-unstable", {"name": ""}, {}, {}, {"eigenvalues": list(values)})
+
+
+def test_example_4_is_not_unstable_up_to_half_of_pi() -> None:
+    assert check(certificate("ex4-not-unstable")).holds is False
+    assert check(eigenvalues("0", "1", "1570796/1000000")).holds is False
+    assert "1 is not below pi/2" in refusal(eigenvalues("0", "1570797/1000000"))
+    assert "0 is negative" in refusal(eigenvalues("-1/1000000"))
+
+
+def test_both_plants_are_unstable() -> None:
+    for name in ("ex1-unstable", "ex2-unstable"):
+        assert check(certificate(name)).holds is True
+
+
+def test_a_plant_of_ones_own_is_certified_from_both_sides() -> None:
+    plant = hidden_plant()
+    theorem = own("delay.gain-upper", plant, {}, {}, {"degree": 1})
+    made = {**theorem, **maker.gain_upper(theorem)}
+    below = own("delay.gain-lower", plant, {}, {})
+    hidden = {**below, **maker.gain_lower(below)}
+    upper, least = check(made).upper, check(hidden).lower
+    assert upper is not None and least is not None
+    assert 0 < upper / least - 1 < fmpq(1, 100)
+
+
+def test_files_that_are_not_certificates_are_refused(tmp_path: Path) -> None:
+    from replication.verify.run import verify
+
+    content = (FOLDER / "ex1-upper.json").read_bytes()
+    for bad in (content[: len(content) // 2], content.replace(b'"degree": 1', b'"degree": 1, "degree": 1')):
+        path = tmp_path / "peet2019" / "ex1-upper.json"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(bad)
+        assert verify(path).theorem is None
+    huge = copy.deepcopy(certificate("ex1-upper"))
+    huge["witness"]["storage"][0][0][0] = "9" * 3000
+    assert "digits" in refusal(huge)
