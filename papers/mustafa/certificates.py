@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from replication.estimation.certificates import nonuniform
+from replication.estimation.certificates import nonuniform, nonuniform_grid
 from replication.verify.subjects import subject
 
 KEY = "mustafa"
@@ -32,5 +32,14 @@ def _made(theorem: Mapping[str, Any]) -> dict[str, Any]:
             return nonuniform.nominal_upper(theorem) if constant else nonuniform.robust_upper(theorem)
         case "optimum-lower" | "no-filter-keeps-level":
             return nonuniform.optimum_lower(theorem)
+        case "grid-size":
+            return nonuniform_grid.grid(theorem)
+        case "one-interval":
+            return nonuniform_grid.one_interval(theorem)
+        case "stalls":
+            return nonuniform_grid.stall(theorem)
+        case "same-level":
+            return nonuniform_grid.same_level(theorem)
         case _:
-            return nonuniform.stable(theorem)
+            # What the verifier decides by itself, in exact arithmetic or with a symbol for every entry.
+            return {"bound": {}, "witness": {}}

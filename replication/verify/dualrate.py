@@ -18,7 +18,6 @@ from replication.verify.dualrate_loop import (
     precisely,
     read_loop,
     read_observer,
-    require_empty,
 )
 from replication.verify.dualrate_response import (
     error_at,
@@ -30,7 +29,7 @@ from replication.verify.dualrate_response import (
 )
 from replication.verify.dualrate_roots import is_less, require_roots_within, root_near, without_root
 from replication.verify.printed import above, below
-from replication.verify.reading import fields, matrix, positive, rational, sequence
+from replication.verify.reading import fields, matrix, positive, rational, require_empty, sequence
 from replication.verify.theorem import Theorem, require
 
 NAMES = {

@@ -7,49 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from flint import fmpq, fmpq_mat, fmpq_mpoly, fmpq_mpoly_ctx
+from flint import fmpq, fmpq_mat
 
 from replication.verify.linear import identity, require_positive_semidefinite
+from replication.verify.symbols import add, product, require_equal, scale, symbols
 from replication.verify.theorem import require
 
-Matrix = list[list[fmpq_mpoly]]
-"""A matrix of polynomials, as rows."""
-
 STATES = 3
-
-
-def symbols(**shapes: tuple[int, int]) -> dict[str, Matrix]:
-    """Matrices of these shapes whose entries are all different symbols."""
-    names = [f"{name}_{i}_{j}" for name, (rows, columns) in shapes.items() for i in range(rows) for j in range(columns)]
-    entries = iter(fmpq_mpoly_ctx.get(names).gens())
-    return {
-        name: [[next(entries) for _ in range(columns)] for _ in range(rows)] for name, (rows, columns) in shapes.items()
-    }
-
-
-def add(*terms: Matrix) -> Matrix:
-    """The sum."""
-    return [[sum(entries[1:], entries[0]) for entries in zip(*rows, strict=True)] for rows in zip(*terms, strict=True)]
-
-
-def scale(factor: int | fmpq, term: Matrix) -> Matrix:
-    """factor · term."""
-    return [[factor * entry for entry in row] for row in term]
-
-
-def product(*factors: Matrix) -> Matrix:
-    """The product from left to right."""
-    total = factors[0]
-    for factor in factors[1:]:
-        columns = list(zip(*factor, strict=True))
-        total = [[_dot(row, column) for column in columns] for row in total]
-    return total
-
-
-def require_equal(left: Matrix, right: Matrix, what: str) -> None:
-    """Refuse unless both sides are the same polynomials."""
-    same = all(entry.is_zero() for row in add(left, scale(-1, right)) for entry in row)
-    require(same, f"{what} is no identity")
 
 
 def require_error_equations() -> None:
@@ -131,8 +95,3 @@ def require_contraction() -> None:
     """1 − φ = (1 − E)(1 − c) with φ = E + (1 − E) c of (22), E = e^{−T/(2 λ_max)} and c the left side of (18)."""
     E, c = (entry for row in symbols(e=(1, 2))["e"] for entry in row)
     require(((1 - (E + (1 - E) * c)) - (1 - E) * (1 - c)).is_zero(), "1 − φ is not (1 − E)(1 − c)")
-
-
-def _dot(left: Sequence[fmpq_mpoly], right: Sequence[fmpq_mpoly]) -> fmpq_mpoly:
-    terms = [a * b for a, b in zip(left, right, strict=True)]
-    return sum(terms[1:], terms[0])

@@ -135,12 +135,6 @@ def read_observer(value: Any) -> str:
     return name
 
 
-def require_empty(certificate: Mapping[str, Any], *names: str) -> None:
-    """Refuse unless these fields of a certificate hold nothing."""
-    for name in names:
-        fields(certificate[name], name)
-
-
 def precisely(statement: Callable[[Mapping[str, Any]], Theorem]) -> Callable[[Mapping[str, Any]], Theorem]:
     """The statement proved at a working precision of `BITS`."""
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from flint import fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.dualrate_loop import Loop, read_loop, require_empty
+from replication.verify.dualrate_loop import Loop, read_loop
+from replication.verify.linear import require_hurwitz
 from replication.verify.printed import below
-from replication.verify.reading import fields, integer, matrix, positive, sequence, text
+from replication.verify.reading import fields, integer, matrix, positive, require_empty, sequence, text
 from replication.verify.theorem import Theorem, require
 
 PARAMETERS = ("R", "Psi", "Lq", "p", "Bw", "J", "KT")
@@ -60,17 +61,6 @@ def hurwitz(certificate: Mapping[str, Any]) -> Theorem:
     return Theorem(sentence=f"{name} is Hurwitz: its Hurwitz determinants are positive.", holds=True)
 
 
-def require_hurwitz(M: fmpq_mat, what: str) -> None:
-    """Refuse unless the leading minors of the Hurwitz matrix (a_{n+1−2j+i}), i, j = 1 … n, of a_n s^n + … are positive.
-
-    The matrix of the characteristic polynomial, which has a_n = 1 (Routh and Hurwitz).
-    """
-    n, coefficients = M.nrows(), M.charpoly().coeffs()
-    for size in range(1, n + 1):
-        rows = [[_at(coefficients, n - 1 - 2 * j + i) for j in range(size)] for i in range(size)]
-        require(fmpq_mat(rows).det() > 0, f"{what} is not Hurwitz: its Hurwitz determinant {size} is not positive")
-
-
 def feedforward(certificate: Mapping[str, Any]) -> Theorem:
     """Whether (y^(i) + a₂ y^(j) + a₃ y^(k))/b, (i, j, k) = orders, is the input with the output y of the plant.
 
@@ -103,10 +93,6 @@ def _motor(plant: Any) -> tuple[dict[str, fmpq], tuple[fmpq_mat, fmpq_mat, fmpq_
     _, *values, A, B, C = fields(plant, "plant", "name", *PARAMETERS, "A", "B", "C")
     read = {name: positive(value, f"plant.{name}") for name, value in zip(PARAMETERS, values, strict=True)}
     return read, (matrix(A, "plant.A", 3, 3), matrix(B, "plant.B", 3, 1), matrix(C, "plant.C", 1, 3))
-
-
-def _at(coefficients: Sequence[fmpq], power: int) -> fmpq:
-    return coefficients[power] if 0 <= power < len(coefficients) else fmpq(0)
 
 
 def _power(order: int) -> fmpq_poly:

@@ -8,7 +8,7 @@ from typing import Any
 from flint import acb, acb_mat, arb, fmpq
 
 from replication.verify.dualrate import NAMES, require_eigenvalue_beyond
-from replication.verify.dualrate_loop import Loop, monodromy, precisely, read_loop, read_observer, require_empty
+from replication.verify.dualrate_loop import Loop, monodromy, precisely, read_loop, read_observer
 from replication.verify.dualrate_response import (
     Place,
     error_at,
@@ -21,7 +21,7 @@ from replication.verify.dualrate_response import (
 )
 from replication.verify.dualrate_roots import is_less, require_roots_within
 from replication.verify.printed import above, below
-from replication.verify.reading import fields, positive, sequence
+from replication.verify.reading import fields, positive, require_empty, sequence
 from replication.verify.theorem import Theorem, require
 
 

@@ -14,12 +14,12 @@ from replication.verify.dualrate_identities import (
     require_sampled_observer,
     require_weight,
 )
-from replication.verify.dualrate_loop import precisely, read_loop, require_empty
+from replication.verify.dualrate_loop import precisely, read_loop
 from replication.verify.dualrate_lyapunov import condition_per_second, prediction_sides, read_lyapunov, require_solution
 from replication.verify.dualrate_roots import is_less
 from replication.verify.dualrate_scalar import determinant, require_negative
 from replication.verify.printed import above, below
-from replication.verify.reading import fields, integer, matrix, positive, sequence, symmetric
+from replication.verify.reading import fields, integer, matrix, positive, require_empty, sequence, symmetric
 from replication.verify.theorem import Theorem, require
 
 

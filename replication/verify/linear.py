@@ -84,3 +84,18 @@ def is_schur(polynomial: fmpq_poly) -> bool:
         reversed_ = coefficients[::-1]
         coefficients = [last * a - first * b for a, b in zip(coefficients[1:], reversed_[1:], strict=True)]
     return True
+
+
+def require_hurwitz(M: fmpq_mat, what: str) -> None:
+    """Refuse unless the leading minors of the Hurwitz matrix (a_{n+1−2j+i}), i, j = 1 … n, of a_n s^n + … are positive.
+
+    The matrix of the characteristic polynomial, which has a_n = 1 (Routh and Hurwitz).
+    """
+    n, coefficients = M.nrows(), M.charpoly().coeffs()
+    for size in range(1, n + 1):
+        rows = [[_at(coefficients, n - 1 - 2 * j + i) for j in range(size)] for i in range(size)]
+        require(fmpq_mat(rows).det() > 0, f"{what} is not Hurwitz: its Hurwitz determinant {size} is not positive")
+
+
+def _at(coefficients: Sequence[fmpq], power: int) -> fmpq:
+    return coefficients[power] if 0 <= power < len(coefficients) else fmpq(0)

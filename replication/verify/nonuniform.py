@@ -18,7 +18,8 @@ from replication.verify.nonuniform_system import (
     read_plant,
     require_stable,
 )
-from replication.verify.reading import fields, positive, rational, sequence, text
+from replication.verify.printed import above, below
+from replication.verify.reading import fields, positive, rational, require_empty, sequence, text
 from replication.verify.theorem import Theorem, require
 
 Certificate = Mapping[str, Any]
@@ -27,7 +28,7 @@ Certificate = Mapping[str, Any]
 def gain_upper(certificate: Certificate) -> Theorem:
     """An upper bound of the gain of a given filter over all sampling sequences."""
     level, scope = _upper(certificate, *_subject(certificate, "from", "to", "weight"))
-    return Theorem(sentence=f"The gain of the given filter {scope} is at most {_shown(level)}.", upper=level)
+    return Theorem(sentence=f"The gain of the given filter {scope} is at most {above(level)}.", upper=level)
 
 
 def keeps_level(certificate: Certificate) -> Theorem:
@@ -36,13 +37,13 @@ def keeps_level(certificate: Certificate) -> Theorem:
     wanted = positive(certificate["parameters"]["level"], "parameters.level")
     level, scope = _upper(certificate, plant, filter_, ends, weight)
     require(level <= wanted, f"the bound {level} exceeds the level {wanted}")
-    return Theorem(sentence=f"The given filter has the level {_shown(wanted)} {scope}.", upper=level, holds=True)
+    return Theorem(sentence=f"The given filter has the level {above(wanted)} {scope}.", upper=level, holds=True)
 
 
 def gain_lower(certificate: Certificate) -> Theorem:
     """A lower bound of the gain of a given filter over all sampling sequences."""
     level, scope = _lower(certificate, *_subject(certificate, "from", "to", "weight"))
-    return Theorem(sentence=f"The gain of the given filter {scope} is more than {_shown(level)}.", lower=level)
+    return Theorem(sentence=f"The gain of the given filter {scope} is more than {below(level)}.", lower=level)
 
 
 def breaks_level(certificate: Certificate) -> Theorem:
@@ -52,8 +53,8 @@ def breaks_level(certificate: Certificate) -> Theorem:
     level, scope = _lower(certificate, plant, filter_, ends, weight)
     require(level >= wanted, f"the bound {level} is below the level {wanted}")
     return Theorem(
-        sentence=f"The given filter does not have the level {_shown(wanted)} {scope}: its gain is more than "
-        f"{_shown(level)}.",
+        sentence=f"The given filter does not have the level {below(wanted)} {scope}: its gain is more than "
+        f"{below(level)}.",
         lower=level,
         holds=False,
     )  # fmt: skip
@@ -68,7 +69,7 @@ def optimum_upper(certificate: Certificate) -> Theorem:
     ends = _ends(plant, start, stop)
     with ctx.workprec(PRECISION):
         level = lyapunov_level(plant, filter_, ends, text(weight, "parameters.weight"), certificate["bound"], storage)
-    return Theorem(sentence=f"Some filter has the level {_shown(level)} {_scope(ends, weight)}.", upper=level)
+    return Theorem(sentence=f"Some filter has the level {above(level)} {_scope(ends, weight)}.", upper=level)
 
 
 def optimum_lower(certificate: Certificate) -> Theorem:
@@ -77,7 +78,7 @@ def optimum_lower(certificate: Certificate) -> Theorem:
     (name,) = fields(certificate["parameters"], "parameters", "period")
     level = _floor(certificate, plant, name)
     return Theorem(
-        sentence=f"Every stable filter of form (4) has a gain above {_shown(level)} at the constant period {name}.",
+        sentence=f"Every stable filter of form (4) has a gain above {below(level)} at the constant period {name}.",
         lower=level,
     )  # fmt: skip
 
@@ -90,8 +91,8 @@ def no_filter_keeps_level(certificate: Certificate) -> Theorem:
     level = _floor(certificate, plant, name)
     require(level >= wanted, f"the bound {level} is below the level {wanted}")
     return Theorem(
-        sentence=f"No stable filter of form (4) has the level {_shown(wanted)} for every sequence of the range: at the "
-        f"constant period {name} its gain is above {_shown(level)}.",
+        sentence=f"No stable filter of form (4) has the level {below(wanted)} for every sequence of the range: at the "
+        f"constant period {name} its gain is above {below(level)}.",
         lower=level,
         holds=False,
     )  # fmt: skip
@@ -100,8 +101,7 @@ def no_filter_keeps_level(certificate: Certificate) -> Theorem:
 def stable(certificate: Certificate) -> Theorem:
     """The error system is asymptotically stable for every sampling sequence whose periods are bounded below."""
     plant, filter_, _, _ = _subject(certificate, "from", "to", "weight")
-    fields(certificate["bound"], "bound")
-    fields(certificate["witness"], "witness")
+    require_empty(certificate, "bound", "witness")
     require_stable(plant, filter_)
     return Theorem(
         sentence="The error system is exponentially stable for every sampling sequence: A is Hurwitz, A_f Schur.",
@@ -166,11 +166,6 @@ def _scope(ends: tuple[Time, Time], weight: str) -> str:
 def _time(time: Time) -> str:
     rational_, pi = time
     return " + ".join([str(rational_)] * (rational_ != 0) + [f"{pi} pi"] * (pi != 0))
-
-
-def _shown(level: fmpq) -> str:
-    """The rational, and what it is about in decimals."""
-    return f"{level} (about {int(level.p) / int(level.q):.7g})"
 
 
 STATEMENTS: Mapping[str, Callable[[Certificate], Theorem]] = {

@@ -132,7 +132,7 @@ def attained_level(plant: Plant, filter_: Filter, ends: tuple[Time, Time], weigh
     runs, turn, disturbances = fields(given, "witness", "pattern", "turn", "w")
     periods = _pattern(runs, ends)
     inputs = plant.B.ncols()
-    w = sequence(disturbances, "witness.w", lambda value, path: _complex_vector(value, path, inputs), len(periods))
+    w = sequence(disturbances, "witness.w", lambda value, path: complex_vector(value, path, inputs), len(periods))
     steps = {time: acb_mat(error_step(plant, filter_, step_at(plant, seconds(time)))) for time in set(periods)}
     states = plant.A.nrows() + filter_.A.nrows()
     through, forced = acb_mat(identity(states)), acb_mat(zeros(states, 1))
@@ -166,7 +166,7 @@ def _pattern(value: Any, ends: tuple[Time, Time]) -> list[Time]:
     return [time for times in sequence(value, "witness.pattern", run) for time in times]
 
 
-def _complex_vector(value: Any, path: str, size: int) -> acb_mat:
+def complex_vector(value: Any, path: str, size: int) -> acb_mat:
     """A column of complex numbers from pairs [real, imaginary]."""
     pairs = sequence(value, path, lambda entry, where: sequence(entry, where, rational, 2), size)
     return acb_mat(size, 1, [acb(arb(real), arb(imaginary)) for real, imaginary in pairs])

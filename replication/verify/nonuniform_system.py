@@ -10,7 +10,7 @@ from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.linear import block, identity, is_schur, zeros
+from replication.verify.linear import block, is_schur, require_hurwitz, zeros
 from replication.verify.reading import fields, matrix, rational, sequence, text
 from replication.verify.theorem import require
 
@@ -144,9 +144,6 @@ def require_stable(plant: Plant, filter_: Filter) -> None:
     """Refuse unless A is Hurwitz and A_f Schur: then (5) is exponentially stable for every sampling sequence.
 
     A-bar(h) is block triangular; a product of the Phi(h_k) is e^{A t} with t the sum of the h_k >= h_l > 0, and decays.
-    A is Hurwitz iff (I + A)(I - A)^{-1} is Schur.
     """
-    one = identity(plant.A.nrows())
-    require((one - plant.A).det() != 0, "the plant is not Hurwitz: it has the eigenvalue 1")
-    require(is_schur(((one + plant.A) * (one - plant.A).inv()).charpoly()), "the plant is not Hurwitz")
+    require_hurwitz(plant.A, "the plant")
     require(is_schur(filter_.A.charpoly()), "the filter is not Schur stable")

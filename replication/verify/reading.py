@@ -67,6 +67,12 @@ def fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
     return tuple(value[name] for name in names)
 
 
+def require_empty(certificate: Mapping[str, Any], *names: str) -> None:
+    """Refuse unless these fields of a certificate hold nothing."""
+    for name in names:
+        fields(certificate[name], name)
+
+
 def text(value: Any, path: str) -> str:
     """A string."""
     require(isinstance(value, str), f"{path} must be a string, got {_shown(value)}")

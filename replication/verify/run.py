@@ -20,6 +20,7 @@ from replication.verify import (
     dualrate_theory,
     multirate,
     nonuniform,
+    nonuniform_theory,
 )
 from replication.verify.reading import fields, parse, rational, text
 from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
@@ -40,6 +41,7 @@ STATEMENTS: Mapping[str, Statement] = {
     **dualrate_orders.STATEMENTS,
     **dualrate_theory.STATEMENTS,
     **nonuniform.STATEMENTS,
+    **nonuniform_theory.STATEMENTS,
 }
 
 FIELDS = ("format", "paper", "name", "claims", "statement", "plant", "parameters", "bound", "witness")

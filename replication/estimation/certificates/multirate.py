@@ -97,8 +97,8 @@ def problem_of(theorem: Mapping[str, Any]) -> MultirateProblem:
     return MultirateProblem(system, SensingSchedule(tuple(parameters["periods"]), tuple(parameters["offsets"])))
 
 
-def lyapunov_matrices(system: PeriodicSystem, level: float) -> Array:
-    """P_k (N, n, n) with P_(k-1) = A_k' (I - P_k B_k B_k'/g^2)^-1 P_k A_k + C_k'C_k + slack, for D_k = 0.
+def lyapunov_matrices(system: PeriodicSystem, level: float, slack: float = SLACK) -> Array:
+    """P_k (N, n, n) with P_(k-1) = A_k' (I - P_k B_k B_k'/g^2)^-1 P_k A_k + C_k'C_k + slack |C_k|^2, for D_k = 0.
 
     Raises SolverError if the recursion has no limit at this level g.
     """
@@ -106,7 +106,7 @@ def lyapunov_matrices(system: PeriodicSystem, level: float) -> Array:
         RiccatiMap(
             stage.A.T,
             -stage.B @ stage.B.T / level**2,
-            stage.C.T @ stage.C + SLACK * np.linalg.norm(stage.C, 2) ** 2 * np.eye(system.order),
+            stage.C.T @ stage.C + slack * np.linalg.norm(stage.C, 2) ** 2 * np.eye(system.order),
         )
         for stage in reversed(system.stages)
     ]

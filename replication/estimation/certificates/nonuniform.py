@@ -166,8 +166,3 @@ def optimum_lower(theorem: Mapping[str, Any]) -> Made:
         "bound": {"lower": rounded_down(float(gain) * (1 - NOMINAL_MARGIN), LEVEL_BITS)},
         "witness": {"start": rounded_array(start / np.max(np.abs(start)), FILTER_BITS)},
     }
-
-
-def stable(theorem: Mapping[str, Any]) -> Made:
-    """Stability for every sequence needs no witness: the verifier tests A and A_f exactly."""
-    return {"bound": {}, "witness": {}}

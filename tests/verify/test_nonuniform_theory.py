@@ -1,0 +1,172 @@
+"""Lemmas, intervals and Algorithm 1 of the nonuniform-sampling paper: proved as made, refused when tampered with."""
+
+import copy
+
+import pytest
+from flint import arb, fmpq, fmpq_mat
+from nonuniform_cases import Tamper, load, put, remove
+
+from replication.estimation.certificates import nonuniform_grid
+from replication.verify import nonuniform_grid as grid
+from replication.verify import nonuniform_identities as identities
+from replication.verify.run import check
+from replication.verify.theorem import Refused
+
+FIRST = ("witness", "passes", 0, 0)
+REFUSED = [
+    ("lemma-2", put({"P": []}, "witness"), "witness has the unknown field P"),
+    ("lemma-2", put({"upper": "1"}, "bound"), "bound has the unknown field upper"),
+    ("lemma-3-1", put({"upper": "1"}, "bound"), "bound has the unknown field upper"),
+    ("map-1", put([["0", "1"], ["16", "0"]], "plant", "B"), "plant.D must have 2 columns"),
+    ("upper-end-1", put([["1", "0"], ["0", "-1/2"]], "plant", "A"), "the printed end of U3 does not go too far"),
+    ("lower-end-1", put([["1", "0"], ["0", "1"]], "plant", "A"), "case L3 is not met"),
+    ("upper-end-2", put([["0", "0"], ["0", "0"]], "plant", "A"), "does not lie below the centre"),
+    ("grid-1", put({"lower": "1", "upper": "1"}, "bound"), "the grid has 7 elements, not 1 to 1"),
+    ("grid-1", put({"lower": "7", "upper": "8"}, "bound"), "the grid has 7 elements, not 7 to 8"),
+    ("grid-1", put({"upper": "7"}, "bound"), "bound lacks the field lower"),
+    ("grid-1", remove("witness", "passes", 3), "after 3 passes the range is not covered: 2 gaps are left"),
+    ("grid-1", remove("witness", "passes", 1, 0), r"witness.passes\[1\] must have 2 elements, got 1"),
+    ("grid-2", put("100", *FIRST, "lower"), "the response does not attain 100"),
+    ("grid-2", put("19", *FIRST, "upper"), "the bounded real lemma at 19 is not proved"),
+    ("grid-2", put("1", *FIRST, "turn"), "the response does not attain"),
+    ("grid-2", put([["1", "0"], ["1", "0"]], *FIRST, "direction"), "the response does not attain"),
+    ("grid-2", put([["-1", "0"], ["0", "1"]], *FIRST, "P"), "P is not positive definite"),
+    ("grid-2", put([["1", "0"], ["0", "1"]], *FIRST, "P"), "the bounded real lemma at"),
+    ("grid-2", put([["-10", "1"], ["-1/50", "2"]], "plant", "A"), "the bounded real lemma at"),
+    ("one-interval-1", put({"upper": "1"}, "bound"), "bound has the unknown field upper"),
+    ("same-level-1", put("1/1000", "witness", "radius"), "is not below"),
+    ("same-level-1", put("1/2", "witness", "radius"), "Delta does not attain 1/2"),
+    ("same-level-1", put("1000", "witness", "alpha"), "the response does not attain 1000"),
+    ("same-level-1", put(16, "witness", "cell"), "witness.cell is not one of the cells"),
+    ("same-level-1", put(8, "parameters", "cells"), "the response does not attain"),
+    ("same-level-1", put([["1", "1"], ["1", "1"]], "witness", "T"), "witness.T is singular"),
+    ("same-level-1", put("6/25", "witness", "level"), "storage inequality"),
+    ("filter-first-column", put(2, "parameters", "column"), "parameters.column is not one of the columns"),
+]
+PROVED = sorted(
+    {name for name, _, _ in REFUSED} | {"congruence", "recovery", "stall-2", "one-interval-2", "lower-end-2"}
+)
+
+
+@pytest.mark.parametrize("name", PROVED)
+def test_what_was_made_is_proved(name: str) -> None:
+    theorem = check(load(name))
+    assert theorem.holds is (None if name.startswith(("grid", "filter")) else not name.startswith("stall"))
+
+
+@pytest.mark.parametrize(("name", "tamper", "reason"), REFUSED)
+def test_a_tampered_certificate_is_refused(name: str, tamper: Tamper, reason: str) -> None:
+    certificate = copy.deepcopy(load(name))
+    tamper(certificate)
+    with pytest.raises(Refused, match=reason):
+        check(certificate)
+
+
+def test_the_printed_order_of_the_map_has_a_value_only_for_other_sizes() -> None:
+    certificate = load("map-1")
+    certificate["plant"] |= {"B": [["0", "1"], ["16", "0"]], "D": [["1", "0"]]}
+    with pytest.raises(Refused, match="the printed order of the factors has a value"):
+        check(certificate)
+    certificate = load("map-1")
+    certificate["plant"]["L"] = [["1", "0"], ["0", "1"]]
+    with pytest.raises(Refused, match="the printed order of the factors has a value"):
+        check(certificate)
+
+
+def test_the_size_of_f_says_nothing_for_as_many_measurements_as_states() -> None:
+    certificate = load("sizes")
+    certificate["plant"] |= {"C": [["1", "0"], ["0", "1"]], "D": [["0"], ["0"]]}
+    certificate["plant"]["filter"]["B"] = [["1", "0"], ["0", "1"]]
+    with pytest.raises(Refused, match="both sizes are the same"):
+        check(certificate)
+    certificate = load("sizes")
+    certificate["plant"]["filter"] = {"A": [["0"]], "B": [["1"]], "C": [["1"]]}
+    with pytest.raises(Refused, match="has another size"):
+        check(certificate)
+
+
+NARROW = {"h_l": ["0", "1/50"], "h_u": ["1/100", "1/50"]}
+"""A range around the middle of Example 1 that one element covers."""
+
+
+def test_algorithm_1_does_not_stall_where_the_root_leaves_a_gap() -> None:
+    certificate = load("stall-1")
+    certificate["plant"] |= {"h_l": ["1/100", "0"], "h_u": ["2", "0"]}
+    certificate |= nonuniform_grid.stall(certificate)
+    with pytest.raises(Refused, match="step 4 adds an element"):
+        check(certificate)
+
+
+def test_algorithm_1_ends_where_step_3_does_not_fail() -> None:
+    certificate = load("stall-1")
+    certificate["plant"] |= NARROW
+    with pytest.raises(Refused, match="step 3 does not fail"):
+        check(certificate)
+
+
+def test_one_interval_that_covers_is_enough() -> None:
+    certificate = load("one-interval-1")
+    certificate["plant"] |= NARROW
+    certificate["witness"]["passes"] = certificate["witness"]["passes"][:1]
+    with pytest.raises(Refused, match="one element covers the range"):
+        check(certificate)
+
+
+def test_passes_after_the_range_is_covered_are_refused() -> None:
+    certificate = load("grid-1")
+    certificate["plant"] |= NARROW
+    with pytest.raises(Refused, match="goes on after the range is covered"):
+        check(certificate)
+
+
+def interval(lower: int, upper: int) -> grid.Interval:
+    return grid.Interval(arb(lower), arb(upper))
+
+
+def test_gaps_are_what_open_intervals_leave() -> None:
+    start, stop = arb(0), arb(10)
+    found = grid.gaps([interval(6, 8), interval(1, 3), interval(2, 4)], start, stop)
+    assert [(float(a), float(b)) for a, b in found] == [(0, 1), (4, 6), (8, 10)]
+    assert grid.gaps([interval(-1, 5), interval(3, 11)], start, stop) == []
+    assert [(float(a), float(b)) for a, b in grid.gaps([interval(-1, 9), interval(3, 5)], start, stop)] == [(9, 10)]
+    with pytest.raises(Refused, match="not told apart"):
+        grid.gaps([interval(-1, 5), interval(5, 11)], start, stop)
+    with pytest.raises(Refused, match="not told apart"):
+        grid.gaps([interval(1, 5), interval(1, 11)], start, stop)
+
+
+def test_interval_by_the_cases_l3_and_u3() -> None:
+    one, two = arb(1), arb(2)
+    found = grid.covered(two, one, two, two, two)
+    assert found.lower.contains(arb(2) - arb(fmpq(3, 2)).log())
+    assert found.upper.contains(arb(2) + arb(2).log() / 2)
+    with pytest.raises(Refused, match="not in case"):
+        grid.covered(two, arb(0), two, two, two)
+    with pytest.raises(Refused, match="not in case"):
+        grid.covered(two, one, -two, two, two)
+    with pytest.raises(Refused, match="no value"):
+        grid.covered(two, one, two, -two, two)
+
+
+def test_logarithmic_norm_is_the_larger_eigenvalue_of_the_symmetric_part() -> None:
+    assert grid.logarithmic_norm(fmpq_mat([[3, 5], [3, 3]])).contains(7)
+    assert grid.logarithmic_norm(fmpq_mat([[6, 6], [0, -2]])).contains(7)
+    with pytest.raises(Refused, match="two states"):
+        grid.logarithmic_norm(fmpq_mat([[1]]))
+
+
+def test_every_step_of_the_identities_is_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    equal: list[str] = []
+    true: list[str] = []
+    monkeypatch.setattr(identities, "require_equal", lambda left, right, what: equal.append(what))
+    monkeypatch.setattr(identities, "require", lambda condition, what: true.append(what))
+    for prove in (
+        identities.require_lemma_2,
+        identities.require_lemma_3,
+        identities.require_map,
+        identities.require_congruence,
+        identities.require_recovery,
+        identities.require_sharp_ends,
+    ):
+        prove()
+    assert (len(equal), len(true)) == (11, 5)
