@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[1]
 FORBIDDEN = {
     "replication/estimation": ("papers", "replication.audit", "matplotlib"),
     "replication/audit": ("papers", "replication.estimation", "control", "cvxpy", "clarabel"),
+    "replication/ownplant": ("papers", "matplotlib", "control", "cvxpy", "clarabel"),
 }
 """What the files of each room must not import, anywhere in them."""
 
