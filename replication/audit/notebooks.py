@@ -63,10 +63,13 @@ def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iter
 
 def execute(path: Path, root: Path) -> Any:
     """The notebook at `path` with the outputs of all its cells, run in `root`; AuditError if a cell fails."""
-    import nbformat
-    from nbclient import NotebookClient
-    from nbclient.exceptions import CellExecutionError, CellTimeoutError
-    from traitlets.config import Config
+    try:
+        import nbformat
+        from nbclient import NotebookClient
+        from nbclient.exceptions import CellExecutionError, CellTimeoutError
+        from traitlets.config import Config
+    except ModuleNotFoundError as error:
+        raise AuditError(f"the notebooks need {error.name}: install the extra `notebooks`") from None
 
     notebook = nbformat.read(path, as_version=4)
     notebook.cells.insert(0, nbformat.v4.new_code_cell(SET_UP))
