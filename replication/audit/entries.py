@@ -21,16 +21,17 @@ _LADDER = ("Printed", "Computed", "Lower bound", "Upper bound")
 class EntryView:
     """One printed number beside what was computed for it.
 
-    stands_for: the interval that agrees with the print. head, tail: computed digits up to the last printed place and
-    beyond it. agreed: how many characters of the head agree with the print, all of them if the number lies in the
-    interval; none beside a relation. deviation: in units of the last printed place. sign: what stands between a real
-    part and this imaginary one, in print and as computed, if their own digits have no sign; empty for all other
-    entries. pads: blank columns before print and head that put all decimal points of the claim below each other.
+    interval: the ends of what agrees with the print, None beside a relation. head, tail: computed digits up to the last
+    printed place and beyond it. agreed: how many characters of the head agree with the print, all of them if the number
+    lies in the interval; none beside a relation. deviation: in units of the last printed place. sign: what stands
+    between a real part and this imaginary one, in print and as computed, if their own digits have no sign; empty for
+    all other entries. pads: blank columns before print and head that put all decimal points of the claim below each
+    other.
     """
 
     label: str
     printed: str
-    stands_for: str
+    interval: tuple[Fraction, Fraction] | None
     head: str
     tail: str
     agreed: int
@@ -156,11 +157,10 @@ def _entry(
     sign = tuple("±" if entry.absolute else "" if shown[0] in "+−" else "+" for shown in (text, head))
     inside = band.holds(number.mark)
     half = _half_width(entry, record.tolerance)
-    ends = (numerals.exact(entry.value - half), numerals.exact(entry.value + half))
     return EntryView(
         label=printed.labels[index],
         printed=text,
-        stands_for="" if printed.relation else " … ".join(ends),
+        interval=None if printed.relation else (entry.value - half, entry.value + half),
         head=head,
         tail=tail,
         agreed=len(head) if inside and not printed.relation else numerals.agreement(text, head),

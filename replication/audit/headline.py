@@ -1,13 +1,14 @@
-"""The summary of a report in words, every number in it counted from the claims."""
+"""The summary of a report: one sentence of verdict, what to bear in mind, and every number in them counted."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 
 from replication.audit.model import Kind, Verdict
-from replication.audit.records import ClaimRecord, ErratumRecord
+from replication.audit.records import ClaimRecord, ErratumRecord, ResultsFile
 from replication.audit.verdict import NUMERIC
 
 
@@ -44,6 +45,41 @@ def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
     return {verdict: found[verdict] for verdict in Verdict}
 
 
+@dataclass(frozen=True, kw_only=True)
+class Caveat:
+    """Something that the counts of verdicts do not say by themselves: how many claims it is true of."""
+
+    words: str
+    number: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Headline:
+    """What leads the report. unexpected: the claims whose verdict is not the pinned one. counted: numbers in words."""
+
+    sentence: str
+    counts: Mapping[Verdict, int]
+    proved: int
+    caveats: tuple[Caveat, ...]
+    unexpected: tuple[ClaimRecord, ...]
+    counted: tuple[int, ...]
+
+
+def headline(results: ResultsFile) -> Headline:
+    """Count the claims of `results`, and say it."""
+    claims = results.claims
+    unexpected = tuple(claim for claim in claims if claim.verdict != claim.expected_verdict)
+    by_basis = Counter((claim.verdict, basis(claim)) for claim in claims)
+    return Headline(
+        sentence=sentence(claims),
+        counts=counts(claims),
+        proved=sum(claim.proved for claim in claims),
+        caveats=caveats(claims, results.errata),
+        unexpected=unexpected,
+        counted=(len(claims), len(unexpected), *by_basis.values()),
+    )
+
+
 def sentence(claims: Sequence[ClaimRecord]) -> str:
     """The verdict on all claims in words, computed from them."""
     if not claims:
@@ -56,24 +92,25 @@ def sentence(claims: Sequence[ClaimRecord]) -> str:
         if changed
         else "Every verdict is the expected one."
     )
-    return f"Of {len(claims)} {'claim' if len(claims) == 1 else 'claims'}, {listed}. {expected}"
+    proved = sum(claim.proved for claim in claims)
+    theorems = f"Proved in exact or ball arithmetic: {proved}."
+    text = f"Of {len(claims)} {'claim' if len(claims) == 1 else 'claims'}, {listed}. {expected}"
+    return f"{text} {theorems}" if proved else text
 
 
-def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[str, ...]:
-    """What the counts of verdicts do not say by themselves, each in a sentence with its number."""
+def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[Caveat, ...]:
+    """What the counts of verdicts do not say by themselves."""
     inferred = {erratum.id for erratum in errata if erratum.inference}
-    found = (
-        (
-            [c for c in claims if c.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and c.erratum in inferred],
-            "reproduced after an erratum that is an inference, not a proof",
+    found = {
+        "reproduced after an erratum that is an inference, not a proof": (
+            c.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and c.erratum in inferred for c in claims
         ),
-        ([c for c in claims if c.tolerance is not None], "with printed digits and a tolerance other than half a unit"),
-        ([c for c in claims if c.threshold is not None], "whose statement holds up to a threshold of ours"),
-        ([c for c in claims if basis(c) is Basis.DRAW], "judged by the probability of a random draw"),
-        ([c for c in claims if not c.cross_check], "without a check by a second method"),
-        ([c for c in claims if c.proved], "with a bracket proved in exact or ball arithmetic"),
-    )
-    return tuple(f"Claims {words}: {len(chosen)} of {len(claims)}." for chosen, words in found if claims)
+        "with printed digits and a tolerance other than half a unit": (c.tolerance is not None for c in claims),
+        "whose statement holds up to a threshold of ours": (c.threshold is not None for c in claims),
+        "judged by the probability of a random draw": (basis(c) is Basis.DRAW for c in claims),
+        "with neither a check by a second method nor a proof": (not (c.cross_check or c.proved) for c in claims),
+    }
+    return tuple(Caveat(words=words, number=sum(true)) for words, true in found.items())
 
 
 def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:

@@ -75,7 +75,8 @@ def agreement(printed: str, computed: str) -> int:
         printed = printed.replace(".", "0.", 1)
     if places(printed) != places(computed):
         return 0
-    return next((i for i, pair in enumerate(zip(printed, computed, strict=False)) if len(set(pair)) > 1), len(computed))
+    shorter = min(len(printed), len(computed))
+    return next((i for i, pair in enumerate(zip(printed, computed, strict=False)) if len(set(pair)) > 1), shorter)
 
 
 def places(text: str) -> int:

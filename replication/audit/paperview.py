@@ -40,6 +40,7 @@ class PaperView:
     record: PaperRecord
     claims: tuple[ClaimView, ...]
     counts: Mapping[Verdict, int]
+    proved: int
     figures: tuple[FigureView, ...]
     errata: tuple[ErratumRecord, ...]
     formulas: tuple[tuple[str, Markup], ...]
@@ -65,6 +66,7 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path) -> Paper
         record=paper,
         claims=views(claims),
         counts=counts(claims),
+        proved=sum(claim.proved for claim in claims),
         figures=tuple(_figure(record, figures) for record in _of(paper, results.figures)),
         errata=_of(paper, results.errata),
         formulas=tuple((text, mathml(latex)) for text, latex in paper.formulas),

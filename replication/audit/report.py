@@ -9,14 +9,16 @@ from __future__ import annotations
 import base64
 import hashlib
 from pathlib import Path
+from typing import Any
 
 from markupsafe import Markup
 
 from replication.audit.files import write_atomically
-from replication.audit.headline import caveats, counts, sentence
+from replication.audit.headline import headline
 from replication.audit.paperview import paper_view
 from replication.audit.records import ResultsFile
 from replication.audit.sections import sections
+from replication.audit.sourced import require_sourced
 from replication.audit.templates import CLAIM_CELL, SOURCES, environment, source
 from replication.audit.view import views
 from replication.errors import AuditError
@@ -26,11 +28,14 @@ def build_report(results: ResultsFile, figures: Path, output: Path) -> Path:
     """Write the report of `results` with the files in `figures` at `output` and return `output`.
 
     Raises AuditError if a figure file is missing or belongs to other results, a formula cannot be set, a table names an
-    unknown claim, or a part of the template is missing.
+    unknown claim, a part of the template is missing, or the page shows a number that does not come from the results.
     """
     place = output.resolve()
     depth = len(place.relative_to(SOURCES.parent).parts) - 1 if place.is_relative_to(SOURCES.parent) else 1
-    write_atomically(output, render(results, figures, root="../" * depth).encode())
+    shown = _shown(results, figures)
+    page = _page(shown, "../" * depth)
+    require_sourced(page, results, shown)
+    write_atomically(output, page.encode())
     return output
 
 
@@ -39,24 +44,33 @@ def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
 
     Other arguments and errors as for `build_report`.
     """
+    return _page(_shown(results, figures), root)
+
+
+def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
+    """What the templates show."""
+    _require_known(results)
+    return {
+        "results": results,
+        "run": results.run,
+        "papers": [paper_view(paper, results, figures) for paper in results.papers],
+        "sections": sections(results),
+        "claims_by_id": {view.record.id: view for view in views(results.claims)},
+        "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
+        "headline": headline(results),
+        "inferred": {erratum.id for erratum in results.errata if erratum.inference},
+    }
+
+
+def _page(shown: dict[str, Any], root: str) -> str:
     script = source("script.js")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    _require_known_claims(results)
     return (
         environment()
         .get_template("template.html.j2")
         .render(
-            results=results,
+            shown,
             root=root,
-            run=results.run,
-            papers=[paper_view(paper, results, figures) for paper in results.papers],
-            sections=sections(results),
-            claims_by_id={view.record.id: view for view in views(results.claims)},
-            counts=counts(results.claims),
-            sentence=sentence(results.claims),
-            caveats=caveats(results.claims, results.errata),
-            inferred={erratum.id for erratum in results.errata if erratum.inference},
-            unexpected=[claim for claim in results.claims if claim.verdict != claim.expected_verdict],
             style=Markup(source("style.css")),
             script=Markup(script),
             script_hash=f"sha256-{digest}",
@@ -64,15 +78,17 @@ def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
     )
 
 
-def _require_known_claims(results: ResultsFile) -> None:
+def _require_known(results: ResultsFile) -> None:
     papers = {paper.key for paper in results.papers}
     strangers = sorted({claim.paper for claim in results.claims} - papers)
     cells = (cell for paper in results.papers for table in paper.tables for row in table.rows for cell in row)
     named = {cell.removeprefix(CLAIM_CELL) for cell in cells if cell.startswith(CLAIM_CELL)}
     named |= {name for paper in results.papers for item in paper.scope for name in item.claims}
     unknown = sorted(named - {claim.id for claim in results.claims})
-    if strangers or unknown:
+    paths = {path for claim in results.claims for path in claim.certificates}
+    missing = sorted(paths - {certificate.path for certificate in results.certificates})
+    if strangers or unknown or missing:
         raise AuditError(
-            f"the results name papers ({strangers}) or claims ({unknown}) that they do not hold; "
-            "make them again with `python -m replication run`"
+            f"the results name papers ({strangers}), claims ({unknown}) or certificates ({missing}) that they do not "
+            "hold; make them again with `python -m replication run`"
         )

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from replication.audit.allowances import allowances
+from replication.audit.proofsview import proofs
 from replication.audit.records import ResultsFile
 
 
@@ -27,6 +28,7 @@ class Section:
 
 _SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile], Any]], ...] = (
     ("words", "What the verdicts mean", lambda results: ()),
+    ("proofs", "Proofs", proofs),
     ("tolerances", "Tolerances", lambda results: allowances(results.claims)),
     ("experiments", "Experiments", lambda results: results.experiments),
     ("environment", "Environment", lambda results: results.run),

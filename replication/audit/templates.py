@@ -20,7 +20,8 @@ CLAIM_CELL = "claim:"
 """How the cell of a table begins that stands for a claim."""
 
 _UNSEEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ufdd0-\ufdef\ufffe\uffff]")
-_CODE = re.compile(r"([A-Za-z0-9_./-]+):([0-9]+)")
+_PATH = re.compile(r"[A-Za-z0-9_./-]+")
+_CODE = re.compile(rf"({_PATH.pattern}):([0-9]+)")
 
 
 def source(name: str) -> str:
@@ -51,7 +52,9 @@ def environment() -> Environment:
         "layout": numerals.layout,
         "anchor": lambda name, kind: anchor(kind, name),
         "slug": lambda verdict: str(verdict).replace(" ", "-"),
+        "exact": numerals.exact,
         "code_link": code_link,
+        "file_link": file_link,
         "pretty": lambda value: msgspec.json.format(
             msgspec.json.encode(value, order="deterministic"), indent=2
         ).decode(),
@@ -64,6 +67,11 @@ def code_link(code: str, root: str) -> str:
     """Address of `file:line` from the folder of the report; empty if `code` is not of that form."""
     match = _CODE.fullmatch(code)
     return f"{root}{match[1]}#L{match[2]}" if match else ""
+
+
+def file_link(path: str, root: str) -> str:
+    """Address of a file of the project from the folder of the report; empty if `path` is not a plain path."""
+    return f"{root}{path}" if _PATH.fullmatch(path) else ""
 
 
 def _shown(value: Any) -> Any:

@@ -35,7 +35,8 @@ WORST_FIRST = (
 class ClaimView:
     """A claim as the report shows it; `entries` is empty where printed and computed cannot be set side by side.
 
-    place: number of the claim in the order of the paper. rows: the same entries as they stand in print, row by row,
+    place: number of the claim in the order of the paper. residual: what the threshold of a statement is compared with.
+    within: how many entries agree with the print. rows: the same entries as they stand in print, row by row,
     each a tuple of cells, each of one entry or, if complex, of two.
     """
 
@@ -43,6 +44,8 @@ class ClaimView:
     place: int
     entries: tuple[EntryView, ...]
     rows: tuple[tuple[tuple[EntryView, ...], ...], ...]
+    within: int
+    residual: float | None
     strip: Markup
     unexpected: bool
 
@@ -50,12 +53,6 @@ class ClaimView:
     def in_row(self) -> bool:
         """Whether the row lists all entries."""
         return 0 < len(self.entries) <= MOST_ENTRIES and max(map(len, self.rows)) <= MOST_COLUMNS
-
-    @property
-    def residual(self) -> float | None:
-        """What the threshold of a statement is compared with; None without a threshold."""
-        threshold, margin = self.record.threshold, self.record.margin
-        return None if threshold is None or margin is None else threshold - margin
 
 
 def views(claims: Iterable[ClaimRecord]) -> tuple[ClaimView, ...]:
@@ -87,6 +84,8 @@ def _view(place: int, record: ClaimRecord) -> ClaimView:
         place=place,
         entries=entries,
         rows=_rows(parse(record.printed), entries) if entries else (),
+        within=sum(entry.inside for entry in entries),
+        residual=None if record.threshold is None or record.margin is None else record.threshold - record.margin,
         strip=strip,
         unexpected=record.verdict != record.expected_verdict,
     )

@@ -28,6 +28,7 @@ from replication.audit.model import (
 )
 from replication.audit.records import (
     SCHEMA_VERSION,
+    CertificateRecord,
     ClaimRecord,
     ErratumRecord,
     ExperimentRecord,
@@ -68,7 +69,9 @@ def claim(
         uses=(f"{KEY}.levels",),
         **fields,
     )
-    return make_record(made, KEY, evidence, proof, "papers/doe1999/claims.py:42", 1.234, error)
+    proofs = [certificate for certificate in certificates() if made.id in certificate.claims]
+    record = make_record(made, KEY, evidence, proof, "papers/doe1999/claims.py:42", 1.234, error, proofs)
+    return msgspec.structs.replace(record, unproved="" if proofs else "The paper does not exist.")
 
 
 def bracketed(value: float, width: float, **more: Any) -> Evidence:
@@ -91,9 +94,9 @@ def claims() -> tuple[ClaimRecord, ...]:
     printed_gains = "[" + "; ".join(" ".join(f"{x:.3f}" for x in row) for row in gains) + "]"
     return (
         claim("column-2-3", Kind.VALUE, reproduced, "1.33", evidence(1.32871, 1e-8)),
-        claim("column-4-5", Kind.VALUE, reproduced, "1.55", evidence(1.5461, 0.002, proved=True)),
+        claim("column-4-5", Kind.VALUE, reproduced, "1.55", evidence(1.5461, 0.002)),
         claim("column-5-7", Kind.VALUE, differs, "1.93", evidence(1.91712, 1e-8, note="The printed gains reach it.")),
-        claim("column-8-9", Kind.VALUE, differs, "2.64", evidence(2.6354, 0.0003, proved=True)),
+        claim("column-8-9", Kind.VALUE, differs, "2.64", evidence(2.6354, 0.0003)),
         claim("wide", Kind.VALUE, Verdict.NOT_CHECKABLE, "3.1", evidence(3.12, 0.04)),
         claim("far", Kind.VALUE, reproduced, "0.0120", evidence(0.7125, 1e-6)),
         claim("variables", Kind.VALUE, reproduced, "73", Evidence(method=direct, value=73)),
@@ -240,7 +243,35 @@ def results(directory: Path) -> ResultsFile:
                 error="",
             ),
         ),
-        certificates=(),
+        certificates=certificates(),
+    )
+
+
+def certificate(name: str, **more: Any) -> CertificateRecord:
+    fields: dict[str, Any] = {
+        "paper": KEY,
+        "name": name,
+        "path": f"certificates/{KEY}/{name}.json",
+        "sha256": hashlib.sha256(name.encode()).hexdigest(),
+        "claims": (f"{KEY}.{name}",),
+        "statement": "invented.level",
+        "proved": True,
+        "reason": "",
+        "sentence": f"The level of {name} lies within its bounds.",
+        "lower": None,
+        "upper": None,
+        "holds": None,
+        "items": (),
+    }
+    return CertificateRecord(**(fields | more))
+
+
+def certificates() -> tuple[CertificateRecord, ...]:
+    """Two theorems behind claims, and a certificate that was refused."""
+    return (
+        certificate("column-4-5", lower="15441/10000", upper="15481/10000"),
+        certificate("column-8-9", lower="26351/10000", upper="26357/10000"),
+        certificate("refused", claims=(), proved=False, reason="P is indefinite.", sentence=""),
     )
 
 
@@ -313,7 +344,8 @@ HOSTILE = (
     '"><img src=x onerror=alert(1)>',
     "</td></tr></table></main>",
     "{{ 7 * 7 }}{% raw %}",
-    "word" * 400,
+    "word" * 2500,
+    "' onfocus='alert(1)' autofocus='",
     "\u202eright to left שלום\u202d",
     "null \x00 bell \x07 end \ufffe",
     "& &amp; &lt;b&gt;",
@@ -358,9 +390,12 @@ def hostile_results(directory: Path, text: str) -> ResultsFile:
                 quantities={text: 1.5},
                 solvers=(solver,),
                 as_printed=Reading(),
+                unproved=text,
+                certificates=(text,),
             )
             for record in made.claims
         ),
+        certificates=tuple(swap(r, path=text, reason=text, sentence=text) for r in made.certificates),
         errata=tuple(swap(r, place=text, printed=text, meant=text, text=text, error=text) for r in made.errata),
         figures=tuple(swap(r, place=text, title=text, caption=text, alt=text) for r in made.figures),
         experiments=tuple(swap(r, code=text, inputs={text: text}, error=text) for r in made.experiments),

@@ -10,11 +10,12 @@ from typing import Any
 from urllib.parse import unquote, urlparse
 
 import pytest
-from looking import shown
-from sample import claims
+from looking import claim_id, shown
+from sample import HOSTILE, KEY, claims, hostile_results
 from selenium.webdriver.common.by import By
 
 from replication.audit.model import Verdict
+from replication.audit.report import render
 
 pytestmark = pytest.mark.browser
 
@@ -134,3 +135,26 @@ def test_counts_of_all_verdicts_fit_a_narrow_window(visit: Any) -> None:
         "of them proved": sum(claim.proved for claim in claims()),
     }
     assert all(right <= 320 for _, _, right in shown_counts)
+
+
+@pytest.mark.parametrize("width", [320, 1440])
+def test_hostile_strings_do_nothing_and_break_nothing(browser: Any, visit: Any, tmp_path: Path, width: int) -> None:
+    made = hostile_results(tmp_path, " ".join(HOSTILE))
+    (tmp_path / "index.html").write_text(render(made, tmp_path), encoding="utf-8")
+    visit(width)
+    browser.get((tmp_path / "index.html").as_uri())
+    browser.execute_script("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    assert browser.execute_script("return document.documentElement.scrollWidth") == width
+    assert browser.get_log("browser") == []
+    assert len(shown(browser)) == len(claims())
+
+
+def test_a_printed_number_is_found_with_two_clicks(visit: Any) -> None:
+    page = visit()
+    page.find_element(By.CSS_SELECTOR, f".contents a[href='#paper-{KEY}.claims']").click()
+    row = page.find_element(By.ID, claim_id("column-5-7"))
+    assert row.find_element(By.CSS_SELECTOR, ".print").text.split() == ["printed", "1.93"]
+    matrix = page.find_element(By.ID, claim_id("gains"))
+    assert not matrix.find_element(By.CSS_SELECTOR, ".entries").is_displayed()
+    matrix.find_element(By.CSS_SELECTOR, "summary").click()
+    assert matrix.find_element(By.CSS_SELECTOR, ".entries").is_displayed()

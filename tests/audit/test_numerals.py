@@ -109,3 +109,25 @@ def test_a_bracket_decides_and_its_words_say_so() -> None:
     assert 'aria-label="bracket not within what the print allows"' in strip([Mark(0.4, 0.3, 0.6)], BAND)
     assert 'aria-label="bracket within what the print allows"' in strip([Mark(0.4, 0.3, 0.5)], BAND)
     assert 'aria-label="1 of 2 entries within what the print allows"' in strip([Mark(0.4), Mark(0.7)], BAND)
+
+
+@pytest.mark.parametrize(
+    ("printed", "computed", "common"),
+    [
+        ("1.33", "1.3287", "1.3"),
+        ("1.14", "1.13", "1.1"),
+        ("1.14", "1.14", "1.14"),
+        ("1.14", "1.1400", "1.14"),
+        ("−0.0000", "−0.0000", "−0.0000"),
+        ("−0.5", "0.5", ""),
+        ("13.89", "43.62", ""),
+        ("1.5", "15.1", ""),
+        (".2357", "0.2357", "0.2357"),
+        ("−.25", "−0.24", "−0.2"),
+        ("<0.001", "0.000", ""),
+        ("73", "7", ""),
+        ("1.2e-3", "0.0012", ""),
+    ],
+)
+def test_agreement_is_the_common_beginning_with_the_points_aligned(printed: str, computed: str, common: str) -> None:
+    assert computed[: numerals.agreement(printed, computed)] == common

@@ -25,6 +25,7 @@ from replication.audit.headline import caveats, sentence
 from replication.audit.model import Kind, Verdict
 from replication.audit.numerals import BEYOND, CROWDED
 from replication.audit.printed import parse
+from replication.audit.proofsview import proofs
 from replication.audit.records import Reading, ResultsFile, TableRecord
 from replication.audit.report import build_report, render
 from replication.audit.templates import SOURCES, code_link
@@ -235,13 +236,39 @@ def test_a_small_matrix_keeps_its_rows_and_a_complex_number_its_parts_together(t
     assert rows("root", "below") == ["0.250−0.501i"]
 
 
+def test_any_printed_number_is_two_clicks_from_the_top(tree: Any) -> None:
+    """One click on the contents to the claims of the paper, where it stands in its row; or one more on the row."""
+    contents = next(part for part in tree.iter(f"{HTML}nav"))
+    targets = [link.get("href")[1:] for link in contents.iter(f"{HTML}a")]
+    section = by_id(tree, anchor("paper", KEY))
+    below: dict[str, list[Any]] = {}
+    for part in section:
+        if part.tag == f"{HTML}h3":
+            below[part.get("id")] = []
+        elif below:
+            list(below.values())[-1].append(part)
+    place = anchor("paper", f"{KEY}.claims")
+    assert place in targets
+    (table,) = [part for part in below[place] if part.tag == f"{HTML}table"]
+    rows = {part.get("id"): part for part in table.iter(f"{HTML}tbody")}
+    for record in claims():
+        if not record.printed:
+            continue
+        row, evidence = rows[anchor("claim", record.id)]
+        details = next(evidence.iter(f"{HTML}details"))
+        numbers = [f"{entry.text}".replace("-", "−") for entry in parse(record.printed).entries]
+        at_once = text_of(row).replace("-", "−")
+        after_a_click = [text_of(cell).lstrip("<≤>≥") for cell in details.iter(f"{HTML}td")]
+        assert all(number in at_once or number in after_a_click for number in numbers), record.id
+
+
 def test_sentence_counts_what_is_there() -> None:
     made = claims()
     text = sentence(made)
     assert text.startswith(f"Of {len(made)} claims, ")
     counted = [int(number) for number in re.findall(r"\d+", re.sub(r"\(.*?\)", "", text))]
-    assert sum(counted[1:-1]) == len(made)
-    assert counted[-1] == sum(c.verdict != c.expected_verdict for c in made)
+    assert sum(counted[1:-2]) == len(made)
+    assert counted[-2:] == [sum(c.verdict != c.expected_verdict for c in made), sum(c.proved for c in made)]
     one = [c for c in made if c.verdict is Verdict.REPRODUCED and c.expected_verdict is c.verdict][:1]
     assert (
         sentence(one) == "Of 1 claim, 1 agrees with the print (1 in printed digits). Every verdict is the expected one."
@@ -290,16 +317,14 @@ def test_without_allowances_the_report_says_so(made: ResultsFile) -> None:
 
 def test_caveats_count_inferences_tolerances_and_missing_checks(made: ResultsFile) -> None:
     whole = len(made.claims)
-    unchecked = sum(not claim.cross_check for claim in made.claims)
-    proved = sum(claim.proved for claim in made.claims)
+    unchecked = sum(not claim.cross_check and not claim.proved for claim in made.claims)
     assert 0 < unchecked < whole
-    assert [re.findall(r"\d+", text) for text in caveats(made.claims, made.errata)] == [
-        [str(number), str(whole)] for number in (0, 1, 1, 1, unchecked, proved)
-    ]
+    assert [caveat.number for caveat in caveats(made.claims, made.errata)] == [0, 1, 1, 1, unchecked]
     guessed = [replace(erratum, inference=True) for erratum in made.errata]
-    assert caveats(made.claims, guessed)[0].endswith(f": 1 of {whole}.")
+    assert caveats(made.claims, guessed)[0].number == 1
     page = render(replace(made, figures=(), errata=tuple(guessed)), Path())
     assert page.count("</a> (an inference)") == 1
+    assert f"Claims reproduced after an erratum that is an inference, not a proof: 1 of {whole}." in page
 
 
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
@@ -317,6 +342,27 @@ def test_hostile_strings_stay_text(tmp_path: Path, tree: Any, text: str) -> None
     assert {str(element.tag) for element in hostile.iter()} <= allowed
     assert len(list(hostile.iter(f"{HTML}script"))) == 1
     assert not [e for e in hostile.iter() if any(str(key).startswith("on") for key in e.attrib)]
+
+
+def test_proofs_list_theorems_refusals_and_what_is_open(made: ResultsFile, tree: Any, tmp_path: Path) -> None:
+    shown = proofs(made)
+    assert shown is not None
+    kinds = (Kind.VALUE, Kind.BOUND, Kind.FEASIBLE)
+    asked = [claim for claim in made.claims if claim.kind in kinds]
+    assert (shown.asked, shown.proved) == (len(asked), 2)
+    assert {claim.id for _, group in shown.open for claim in group} == {c.id for c in asked if not c.proved}
+    section = text_of(by_id(tree, "proofs"))
+    for certificate in made.certificates:
+        assert certificate.path in section
+        assert certificate.sentence in section if certificate.proved else f"Not proved: {certificate.reason}" in section
+    evidence = text_of(by_id(tree, anchor("claim", f"{KEY}.column-4-5")))
+    assert "The level of column-4-5 lies within its bounds. certificates/doe1999/column-4-5.json" in evidence
+    bare = replace(made, certificates=(), figures=(), claims=tuple(replace(c, certificates=()) for c in made.claims))
+    assert proofs(bare) is None
+    assert 'id="proofs"' not in render(bare, tmp_path)
+    stranger = replace(made.claims[0], certificates=("certificates/none.json",))
+    with pytest.raises(AuditError, match=r"certificates/none\.json"):
+        render(replace(made, claims=(stranger, *made.claims[1:])), tmp_path)
 
 
 def test_a_latex_formula_cannot_bring_markup() -> None:

@@ -1,0 +1,137 @@
+"""Does every number on the page come from its results? The finished page is read again, as its reader sees it.
+
+A number may stand on the page if it is part of a text of the results (a statement, a place such as "Table 1", a date),
+or if it is a number of the results, or one that a builder derived from them and handed over as a number (a count, a
+deviation), written with as many digits as one likes. Names, checksums and inputs (`code`, `pre`) and drawings (`svg`),
+which have a checksum of their own, are not read. A number that was typed into a template or into a sentence is neither.
+"""
+
+from __future__ import annotations
+
+import bisect
+import dataclasses
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from decimal import Decimal
+from fractions import Fraction
+from html.parser import HTMLParser
+from typing import Any
+
+import msgspec
+
+from replication.errors import AuditError
+
+NOT_READ = frozenset({"script", "style", "svg", "code", "pre"})
+READ_ATTRIBUTES = frozenset({"aria-label", "alt", "title", "content"})
+WHOLE = 100
+"""Integers below are compared exactly; from here on they may be rounded numbers."""
+
+_POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_NUMBER = re.compile(
+    r"(?<![\w.])([0-9]++(?:\.[0-9]++)?+|\.[0-9]++)(?:×10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|e([-+]?[0-9]+))?(?![⁻⁰¹²³⁴⁵⁶⁷⁸⁹])"
+)
+_POWER = re.compile(r"(?<![\w.×])10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
+_AROUND = 60
+
+
+def require_sourced(page: str, *sources: Any) -> None:
+    """Raise AuditError that names the first number on `page` that is in none of `sources`, with the text around it.
+
+    sources: what the page was made from, first of all the results; dataclasses, structs, mappings and sequences are
+    looked through for numbers, and the texts of the first one for numbers in words.
+    """
+    known = sorted({abs(Fraction(number)) for source in sources for number in numbers_of(source)})
+    words = {number.group() for text in _texts(sources[0]) for number in _numbers(text)}
+    reader = _Reader()
+    reader.feed(page)
+    reader.close()
+    for text in reader.texts:
+        for number in _numbers(text):
+            if number.group() not in words and not _is_one_of(number, known):
+                around = text[max(0, number.start() - _AROUND) : number.end() + _AROUND].strip()
+                raise AuditError(
+                    f"the report says {number.group()!r} in {around!r}, and the results hold no such number; "
+                    "take it from the results, or hand it over from a builder as a number, not as a text"
+                )
+
+
+def numbers_of(source: Any) -> Iterator[float | Fraction]:
+    """All numbers inside dataclasses, structs, mappings and sequences, at any depth; texts and flags hold none."""
+    if isinstance(source, bool | str | bytes) or source is None:
+        return
+    if isinstance(source, int | float | Fraction):
+        yield source
+    else:
+        for part in _parts(source):
+            yield from numbers_of(part)
+
+
+def _texts(source: Any) -> Iterator[str]:
+    if isinstance(source, str):
+        yield source
+    else:
+        for part in _parts(source):
+            yield from _texts(part)
+
+
+def _parts(source: Any) -> Iterable[Any]:
+    if isinstance(source, Mapping):
+        return (part for item in source.items() for part in item)
+    if isinstance(source, list | tuple | set | frozenset):
+        return source
+    if isinstance(source, msgspec.Struct):
+        return (getattr(source, name) for name in source.__struct_fields__)
+    if dataclasses.is_dataclass(source):
+        return (getattr(source, field.name) for field in dataclasses.fields(source))
+    return ()
+
+
+def _numbers(text: str) -> Iterator[re.Match[str]]:
+    yield from _NUMBER.finditer(text)
+    yield from _POWER.finditer(text)
+
+
+def _is_one_of(match: re.Match[str], known: list[Fraction]) -> bool:
+    """Whether one of `known` (sorted, without signs) is written so to the digits shown."""
+    mantissa, power = (match[1], match[2] or match[3]) if match.re is _NUMBER else ("1", match[1])
+    shown = Decimal(mantissa).scaleb(int(power.translate(_POWERS)) if power else 0)
+    exponent = shown.as_tuple().exponent
+    assert isinstance(exponent, int)  # the pattern matches finite numbers only
+    whole = not power and "." not in mantissa and shown < WHOLE
+    half = Fraction(0) if whole else Fraction(10) ** exponent / 2
+    # A float is rounded for the page from its binary value, which may lie a hair beyond the half.
+    slack = half * Fraction(1, 10**6)
+    first = bisect.bisect_left(known, Fraction(shown) - half - slack)
+    return first < len(known) and known[first] <= Fraction(shown) + half + slack
+
+
+class _Reader(HTMLParser):
+    """Collects the texts that a reader sees or hears, each up to the next tag that is not inside a word."""
+
+    def __init__(self) -> None:
+        super().__init__(convert_charrefs=True)
+        self.texts: list[str] = []
+        self._closed_by: list[str] = []
+        self._joins = False
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if not self._closed_by:
+            self.texts.extend(value for name, value in attrs if name in READ_ATTRIBUTES and value)
+        if tag in NOT_READ:
+            self._closed_by.append(tag)
+        # The digits of one number stand in spans without a space between them.
+        self._joins = self._joins and tag == "span"
+
+    def handle_endtag(self, tag: str) -> None:
+        if self._closed_by and tag == self._closed_by[-1]:
+            self._closed_by.pop()
+        self._joins = self._joins and tag == "span"
+
+    def handle_data(self, data: str) -> None:
+        if self._closed_by:
+            return
+        if self._joins:
+            self.texts[-1] += data
+        else:
+            self.texts.append(data)
+        self._joins = True
