@@ -10,6 +10,7 @@ from flint import acb, acb_mat, acb_poly, arb, fmpq
 from replication.verify.dualrate_loop import (
     APO,
     FAST,
+    LOOP_FIELDS,
     PMI,
     REPAIRED,
     SRC,
@@ -99,14 +100,13 @@ def no_bounded_error(certificate: Mapping[str, Any]) -> Theorem:
     chosen, frequency, estimates = fields(certificate["parameters"], "parameters", "observer", "frequency", "estimates")
     (guess,) = fields(certificate["witness"], "witness", "root")
     require_empty(certificate, "bound")
-    plant = dict(certificate["plant"])
-    require("start" in plant, "the plant has no start")
-    start = matrix(plant.pop("start"), "plant.start", columns=1)
-    loop, observer = read_loop(plant), read_observer(chosen)
+    *plant, given = fields(certificate["plant"], "plant", *LOOP_FIELDS, "start")
+    loop, observer = read_loop(dict(zip(LOOP_FIELDS, plant, strict=True))), read_observer(chosen)
+    start = matrix(given, "plant.start", loop.order, 1)
     require_position_form(loop)
     n, sigma = loop.order, positive(frequency, "parameters.frequency")
     read = sequence(estimates, "parameters.estimates", lambda value, path: matrix(value, path, n, 1))
-    require(len(read) > 0 and start.nrows() == n, "the starts do not fit the plant")
+    require(len(read) > 0, "parameters.estimates is empty")
     Phi = acb_mat(monodromy(loop, observer))
     polynomial = acb_poly(Phi.charpoly().coeffs())
     root = root_near(polynomial, _complex(guess))

@@ -17,7 +17,8 @@ from replication.verify.theorem import Theorem, require
 
 SRC, PMI, APO = "single_rate", "model_interpolation", "alternating_predictive"
 REPAIRED, FAST = "running_prediction", "fast_sensor"
-LARGEST_RATIO = 1000
+LOOP_FIELDS = ("name", "A", "B", "C", "K", "L", "T", "M")
+LARGEST_RATIO = 100
 BITS = 256
 """Working precision of ball arithmetic."""
 OBSERVERS = (SRC, PMI, APO, REPAIRED, FAST)
@@ -63,7 +64,7 @@ class Passage:
 
 def read_loop(plant: Any) -> Loop:
     """The loop of a certificate; refused unless all shapes fit."""
-    _, A, B, C, K, L, T, M = fields(plant, "plant", "name", "A", "B", "C", "K", "L", "T", "M")
+    _, A, B, C, K, L, T, M = fields(plant, "plant", *LOOP_FIELDS)
     A = matrix(A, "plant.A")
     n = A.nrows()
     require(A.ncols() == n, f"plant.A must be square, got {n} x {A.ncols()}")

@@ -92,8 +92,10 @@ def steady_start(loop: Loop, observer: str, s: acb) -> acb_mat:
     shift = turn(s, loop.M * loop.T)
     Phi = acb_mat(monodromy(loop, observer))
     shifted = acb_mat([[shift * int(i == j) for j in range(2 * n)] for i in range(2 * n)]) - Phi
-    require(not shifted.det().contains(0), "the reference may excite an eigenvalue of Φ on the unit circle")
-    return shifted.solve(added)
+    try:
+        return shifted.solve(added)
+    except ZeroDivisionError:
+        raise Refused("the reference may excite an eigenvalue of Φ on the unit circle") from None
 
 
 def steady_passage(loop: Loop, observer: str, s: acb) -> Passage:

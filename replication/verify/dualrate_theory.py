@@ -14,12 +14,12 @@ from replication.verify.dualrate_identities import (
     require_sampled_observer,
     require_weight,
 )
-from replication.verify.dualrate_loop import precisely, read_loop
+from replication.verify.dualrate_loop import LARGEST_RATIO, precisely, read_loop
 from replication.verify.dualrate_lyapunov import condition_per_second, prediction_sides, read_lyapunov, require_solution
 from replication.verify.dualrate_roots import is_less
 from replication.verify.dualrate_scalar import determinant, require_negative
 from replication.verify.printed import above, below
-from replication.verify.reading import fields, integer, matrix, positive, require_empty, sequence, symmetric
+from replication.verify.reading import fields, integer, matrix, positive, require_empty, sequence, symmetric, text
 from replication.verify.theorem import Theorem, require
 
 
@@ -63,8 +63,9 @@ def step_bound(certificate: Mapping[str, Any]) -> Theorem:
     """
     quantity, weights, longest = fields(certificate["parameters"], "parameters", "quantity", "weights", "longest")
     require_empty(certificate, "bound", "witness")
-    require(quantity in STEPS, f"parameters.quantity must be one of {', '.join(STEPS)}")
-    terms = STEPS[quantity]
+    name = text(quantity, "parameters.quantity")
+    require(name in STEPS, f"parameters.quantity must be one of {', '.join(STEPS)}")
+    terms = STEPS[name]
     given = dict(zip(terms, fields(weights, "parameters.weights", *terms), strict=True))
     require_rates()
     for term, signal in terms.items():
@@ -72,7 +73,7 @@ def step_bound(certificate: Mapping[str, Any]) -> Theorem:
     until = positive(longest, "parameters.longest")
     require(until <= 1, "beyond one second the term K L e_p may exceed its bound")
     equations = {"output": "(12) and (13) hold", "feedback": f"(14) holds for t − t_k up to {until} s"}
-    return Theorem(sentence=f"For every loop and all states {equations[quantity]}.", holds=True)
+    return Theorem(sentence=f"For every loop and all states {equations[name]}.", holds=True)
 
 
 def prediction_bound(certificate: Mapping[str, Any]) -> Theorem:
@@ -132,6 +133,7 @@ def counterexample(certificate: Mapping[str, Any]) -> Theorem:
     require(is_less(allowed, arb(longest)), f"(18) may allow periods above {longest} s")
     read = sequence(ratios, "parameters.ratios", lambda value, path: integer(value, path, 2))
     require(len(read) > 0, "parameters.ratios is empty")
+    require(max(read) <= LARGEST_RATIO, f"parameters.ratios has a ratio above {LARGEST_RATIO}")
     for ratio in read:
         require_negative(determinant(loop, ratio), longest)
     return Theorem(
