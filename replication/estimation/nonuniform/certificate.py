@@ -34,48 +34,55 @@ MAX_HALVED = 64
 
 @dataclass(frozen=True)
 class Certificate:
-    """level: proved for every sequence, inf if P proves none; worst: in each cell, the period that asks for most."""
+    """level: proved for every sequence, inf if P proves none.
+
+    needs, periods: for each transition of the tree the squared level that it asks for, in units of the common one, and
+    where.
+    """
 
     level: float
-    worst: tuple[float, ...]
+    needs: Array
+    periods: Array
 
 
 def certify(system: ErrorSystem, cells: Cells, tree: ContextTree, P: Array, target: float) -> Certificate:
     """The level that P (leaves, N, N) proves; pieces are halved until it is at most `target`, or HALVINGS times."""
-    steps = tree.transitions()
-    needs, worst = [], []
-    for letter, (a, b) in enumerate(pairwise(cells.edges)):
-        pairs = np.array([(leaf, following) for leaf, chosen, following in steps if chosen == letter])
-        need, period = _cell_need(system, P[pairs[:, 0]], P[pairs[:, 1]], (a, b), (target / system.level) ** 2)
-        needs.append(need)
-        worst.append(period)
+    steps = np.array(tree.transitions())
+    needs, periods = np.zeros(len(steps)), np.zeros(len(steps))
+    for letter, ends in enumerate(pairwise(cells.edges)):
+        chosen = steps[:, 1] == letter
+        pairs = P[steps[chosen, 0]], P[steps[chosen, 2]]
+        needs[chosen], periods[chosen] = _cell_needs(system, *pairs, ends, (target / system.level) ** 2)
+    worst = float(np.max(needs))
     # Above UNPROVED the need is only a measure of how far P is from proving anything.
-    proved = np.linalg.eigvalsh(P).min() > 0 and max(needs) < UNPROVED
-    level = system.level * float(np.sqrt(max(needs) * (1 + 1e-9))) if proved else float("inf")
-    return Certificate(level, tuple(worst))
+    proved = np.linalg.eigvalsh(P).min() > 0 and worst < UNPROVED
+    return Certificate(system.level * float(np.sqrt(worst * (1 + 1e-9))) if proved else float("inf"), needs, periods)
 
 
-def _cell_need(
+def _cell_needs(
     system: ErrorSystem, P: Array, P_next: Array, ends: tuple[float, float], target: float
-) -> tuple[float, float]:
-    """The largest squared level that a piece of the cell asks for in any transition, and the period where."""
+) -> tuple[Array, Array]:
+    """For each transition the largest squared level that a piece of the cell asks for, and the period where."""
     edges = np.linspace(*ends, _pieces(system, ends) + 1)
     start, stop = edges[:-1], edges[1:]
-    done = (-np.inf, ends[0])
+    done, where = np.full(len(P), -np.inf), np.full(len(P), ends[0])
     for halving in range(HALVINGS + 1):
         hull = enclose(system.plant, start, stop)
-        need = _needed(system, P, P_next, hull)
-        top = need.max(axis=1)
-        halve = (top > target) & (halving < HALVINGS)
+        needs = _needed(system, P, P_next, hull)
+        halve = (needs.max(axis=(0, 2)) > target) & (halving < HALVINGS)
         if np.sum(halve) > MAX_HALVED:
             halve[:] = False
-        for i in np.flatnonzero(~halve):
-            done = max(done, (float(top[i]), float(hull.periods[i, int(np.argmax(need[i]))])))
+        if not np.all(halve):
+            kept = needs[:, ~halve].reshape(len(P), -1)
+            place = np.argmax(kept, axis=1)
+            top = kept[np.arange(len(P)), place]
+            where = np.where(top > done, hull.periods[~halve].ravel()[place], where)
+            done = np.maximum(done, top)
         if not np.any(halve):
-            return done
+            return done, where
         middle = (start[halve] + stop[halve]) / 2
         start, stop = np.concatenate([start[halve], middle]), np.concatenate([middle, stop[halve]])
-    return done
+    return done, where
 
 
 def _pieces(system: ErrorSystem, ends: tuple[float, float]) -> int:
@@ -90,14 +97,14 @@ def _pieces(system: ErrorSystem, ends: tuple[float, float]) -> int:
 
 
 def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Array:
-    """The squared level that each vertex of each piece asks for in the worst transition, of shape (K, DEGREE + 1)."""
-    shape = hull.periods.shape
+    """The squared level that each vertex of each piece asks for in each transition, (transitions, K, DEGREE + 1)."""
+    shape = (len(P), *hull.periods.shape)
     steps = system.steps(hull.vertices.reshape(-1, *hull.vertices.shape[2:]))
     weights = system.weights(hull.periods.ravel())
     output = system.output
     size = output.shape[1]
-    remainder = np.repeat(hull.remainder, shape[1])
-    worst = np.full(len(steps), -np.inf)
+    remainder = np.repeat(hull.remainder, shape[2])
+    needs = []
     for current, following in zip(P, P_next, strict=True):
         allowance = _allowance(system, steps, following, remainder)
         if not np.all(np.isfinite(allowance)):
@@ -111,8 +118,8 @@ def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Ar
         cross = gram[good, :size, size:]
         inner = gram[good, size:, size:] + np.swapaxes(cross, 1, 2) @ np.linalg.solve(left[good], cross)
         need[good] = (np.linalg.eigvalsh(inner)[:, -1] + allowance[good]) / weights[good]
-        worst = np.maximum(worst, need)
-    return worst.reshape(shape)
+        needs.append(need)
+    return np.array(needs).reshape(shape)
 
 
 def _allowance(system: ErrorSystem, steps: Array, P: Array, remainder: Array) -> Array:

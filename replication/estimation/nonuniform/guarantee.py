@@ -1,4 +1,5 @@
-"""The guaranteed level of a given filter: common Lyapunov function, then one that remembers more and more periods."""
+"""The guaranteed level of a given filter: common Lyapunov function, then one that knows more and more coming
+periods."""
 
 from __future__ import annotations
 
@@ -13,30 +14,28 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.nonuniform.certificate import Certificate, certify
 from replication.estimation.nonuniform.context_tree import ContextTree
 from replication.estimation.nonuniform.filters import Filter, error_system, gramian, periodic_gain, require_settling
-from replication.estimation.nonuniform.path_lyapunov import Cells, ErrorSystem, PathSolution, solve
+from replication.estimation.nonuniform.path_lyapunov import Cells, ErrorSystem, PathSolution, Samples, solve
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.solvers import SolverReport
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
-GROWTH = 0.15
-"""Share of the leaves, those with the largest energy flux, that remember one period more in the next round."""
+GROWTH = 0.08
+"""Share of the leaves, those with the largest energy flux, that know one period more in the next round."""
 LOOSE = 1e-3
-"""Relative distance of the certified level from that of the samples above which another sample is added."""
-MAX_SAMPLES = 12
+"""Relative distance of the certified level from that of the samples above which samples are added."""
 REGULAR = 1e-6
 """Added to the Gramian of the error in the units of each state, for states that w hardly reaches."""
-EXCHANGES = 2
-"""Times that a tree is solved again with more samples."""
+EXCHANGES = 3
+"""Times that the last tree is solved again with more samples."""
 
 
 @dataclass(frozen=True)
 class Guarantee:
     """A level proved for every sampling sequence in [h_l, h_u].
 
-    level: upper bound of the gain; leaves, depth: size of the context tree, longest memory in periods; history: the
-    best
-    level proved with at most so many leaves; cells, tree, P, system: the certificate, which `certify` checks again;
-    ended: why the memory grew no further.
+    level: upper bound of the gain; leaves, depth: size of the context tree, most periods ahead; history: the best level
+    proved with at most so many leaves; cells, tree, P, system: the certificate, which `certify` checks again; ended:
+    why the tree grew no further.
     """
 
     level: float
@@ -63,33 +62,40 @@ def guaranteed_level(
     """Upper bound of the gain ||e|| / ||w|| over every sequence of periods in the range, continuum included.
 
     cuts: inner edges of the cells (seconds), by default the middle of the range; max_leaves: 1 gives the common
-    Lyapunov
-    function. per_duration weighs both squared norms by the interval lengths. Raises InvalidInputError if the cuts do
-    not increase inside the range or the filter does not fit, InfeasibleError if A_f is not Schur stable (the gain is
-    then infinite), SolverError if no certificate is found.
+    Lyapunov function. per_duration weighs both squared norms by the interval lengths. Raises InvalidInputError if the
+    cuts do not increase inside the range or the filter does not fit, InfeasibleError if A_f is not Schur stable (the
+    gain is then infinite), SolverError if no certificate is found.
     """
     limit = positive_integer("max_leaves", max_leaves)
     edges = _edges(periods, cuts)
     require_settling(plant, filter_)
     system, best = _common(plant, filter_, periods, per_duration)
     history = [(1, best.level)]
-    # With one cell there is nothing to remember.
+    # With one cell there is nothing to tell apart.
     if len(edges) == 2 or limit < len(edges) - 1:
         return best
-    cells, tree = Cells.cut(edges), ContextTree.one_step(len(edges) - 1)
-    ended = f"more than {limit} leaves would be needed"
-    while len(tree.leaves) <= limit:
+    samples, tree = Samples(Cells(edges)), ContextTree.one_step(len(edges) - 1)
+    ended, exchanges = "", 0
+    while not ended:
+        seen = samples
         try:
-            solution, cells, proof = _solve_until_proved(system, cells, tree)
+            solution, samples, proof = _solve_until_proved(system, samples, tree, exchanges)
         except SolverError as error:
             # What was proved so far stands: a certificate does not depend on the next one.
             ended = str(error)
             break
         if proof.level < best.level:
-            best = _guarantee(system, cells, tree, solution, proof, ())
+            best = _guarantee(system, samples.cells, tree, solution, proof, ())
         history.append((len(tree.leaves), best.level))
         count = max(1, int(GROWTH * len(tree.leaves)))
-        tree = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
+        longer = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
+        if len(longer.leaves) <= limit:
+            tree = longer
+        elif exchanges == 0 and samples is not seen:
+            # Samples that were found missing are kept, so that only the last tree is solved more than once.
+            exchanges = EXCHANGES
+        else:
+            ended = f"more than {limit} leaves would be needed"
     return replace(best, history=tuple(history), ended=ended)
 
 
@@ -109,18 +115,18 @@ def _common(
     plant: SampledPlant, filter_: Filter, periods: PeriodRange, per_duration: bool
 ) -> tuple[ErrorSystem, Guarantee]:
     """The common Lyapunov function, and the error system in the coordinates and units in which it is the identity."""
-    cells, tree = Cells.cut((periods.h_l, periods.h_u)), ContextTree.one_step(1)
+    samples, tree = Samples(Cells((periods.h_l, periods.h_u))), ContextTree.one_step(1)
     system = _natural(plant, filter_, periods.middle, per_duration)
     # Twice: the first solution is inaccurate where the plant's coordinates are badly scaled.
     for _ in range(2):
-        solution, cells, proof = _solve_until_proved(system, cells, tree)
+        solution, samples, proof = _solve_until_proved(system, samples, tree)
         root = np.linalg.cholesky(solution.P[0]).T
         level = system.level * float(np.sqrt(solution.delta))
         system = replace(system, T=root @ system.T / np.sqrt(solution.delta), level=level)
-    solution, cells, proof = _solve_until_proved(system, cells, tree)
+    solution, samples, proof = _solve_until_proved(system, samples, tree)
     if not np.isfinite(proof.level):
         raise SolverError("no common Lyapunov function was certified; narrow the range of sampling periods")
-    return system, _guarantee(system, cells, tree, solution, proof, ((1, proof.level),))
+    return system, _guarantee(system, samples.cells, tree, solution, proof, ((1, proof.level),))
 
 
 def _natural(plant: SampledPlant, filter_: Filter, h: float, per_duration: bool) -> ErrorSystem:
@@ -165,20 +171,23 @@ def _balancing(plant: SampledPlant) -> Array:
 
 
 def _solve_until_proved(
-    system: ErrorSystem, cells: Cells, tree: ContextTree
-) -> tuple[PathSolution, Cells, Certificate]:
-    """Solve, certify, and add the period that asks for most to each cell until the certificate is as good as the
-    samples."""
-    for attempt in range(EXCHANGES + 1):
-        solution = solve(system, cells, tree)
+    system: ErrorSystem, samples: Samples, tree: ContextTree, exchanges: int = EXCHANGES
+) -> tuple[PathSolution, Samples, Certificate]:
+    """Solve, certify, and add to each transition that asks for too much the period where, until the certificate is as
+    good as the samples, or `exchanges` times."""
+    for attempt in range(exchanges + 1):
+        solution = solve(system, samples, tree)
         target = system.level * float(np.sqrt(solution.delta)) * (1 + LOOSE)
-        proof = certify(system, cells, tree, solution.P, target)
-        denser = cells.with_samples(proof.worst)
-        full = max(len(s) for s in denser.samples) > MAX_SAMPLES
-        if proof.level <= target or denser == cells or full or attempt == EXCHANGES:
+        proof = certify(system, samples.cells, tree, solution.P, target)
+        missed = {}
+        for (_, letter, following), need, h in zip(tree.transitions(), proof.needs, proof.periods, strict=True):
+            word = tree.leaves[following]
+            if system.level * np.sqrt(need) > target and h not in samples.of(letter, word):
+                missed[letter, word] = float(h)
+        samples = samples.with_added(missed) if missed else samples
+        if proof.level <= target or not missed or attempt == exchanges:
             break
-        cells = denser
-    return solution, cells, proof
+    return solution, samples, proof
 
 
 def _guarantee(

@@ -1,22 +1,21 @@
-"""Upper bound of the gain over every sampling sequence: a Lyapunov function that remembers recent periods.
+"""Upper bound of the gain over every sampling sequence: a Lyapunov function that knows the coming periods.
 
-V_k = x' P_c x with c the leaf of a context tree that ends h_0 ... h_{k-1}. If for every leaf c, every cell, every h
-of the
-cell, and the leaf d that follows,  w(h)|e|^2 + x+' P_d x+ <= x' P_c x + w(h) g^2 |w|^2,  then ||e|| <= g ||w|| for
-every
-sequence in [h_l, h_u] (w(h) = 1, or h for the duration-weighted gain). Sources: Lee and Dullerud, Automatica 42 (2006);
-Ahmadi, Jungers, Parrilo and Roozbehani, SIAM J. Control Optim. 52 (2014).
+V_k = x' P_c x with c the leaf of a context tree that begins h_k, h_{k+1}, ... If for every leaf d, every cell, every h
+of the cell, and the leaf c of that cell followed by d,  w(h)|e|^2 + x+' P_d x+ <= x' P_c x + w(h) g^2 |w|^2,  then
+||e|| <= g ||w|| for every sequence in [h_l, h_u] (w(h) = 1, or h for the duration-weighted gain). The periods to come
+need not be known to the filter: V enters the proof only. The worst that can still come, as a function of the state, is
+the largest x' P x over all futures, so that the bound tends to the gain. Sources: Lee and Dullerud, Automatica 42
+(2006); Ahmadi, Jungers, Parrilo and Roozbehani, SIAM J. Control Optim. 52 (2014).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from replication.estimation.nonuniform.context_tree import ContextTree
+from replication.estimation.nonuniform.context_tree import ContextTree, Word
 from replication.estimation.nonuniform.filters import Filter, error_output
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.nonuniform.sdp import ALMOST, Inequalities, minimise, symmetric_basis
@@ -70,27 +69,34 @@ class ErrorSystem:
 
 @dataclass(frozen=True)
 class Cells:
-    """The range of periods cut at `edges` (increasing, seconds): letter a is the cell from edges[a] to edges[a + 1].
-
-    samples: the periods of each cell that the solver sees.
-    """
+    """The range of periods cut at `edges` (increasing, seconds): letter a is the cell from edges[a] to edges[a + 1]."""
 
     edges: tuple[float, ...]
-    samples: tuple[tuple[float, ...], ...]
-
-    @classmethod
-    def cut(cls, edges: Sequence[float]) -> Cells:
-        """Cells with three samples each: the ends and the middle."""
-        pairs = pairwise(edges)
-        return cls(tuple(edges), tuple(tuple(sorted({a, (a + b) / 2, b})) for a, b in pairs))
 
     def __len__(self) -> int:
-        return len(self.samples)
+        return len(self.edges) - 1
 
-    def with_samples(self, new: Sequence[float]) -> Cells:
-        """The same cells with one more sample in each, where it is not there yet."""
-        pairs = zip(self.samples, new, strict=True)
-        return replace(self, samples=tuple(tuple(sorted({*old, h})) for old, h in pairs))
+
+@dataclass(frozen=True)
+class Samples:
+    """The periods at which the solver sees a letter before a leaf: ends and middle of the cell, and `added` ones.
+
+    added: periods by (letter, word), for every leaf that begins with the word; a longer leaf keeps them.
+    """
+
+    cells: Cells
+    added: Mapping[tuple[int, Word], tuple[float, ...]] = field(default_factory=dict)
+
+    def of(self, letter: int, leaf: Word) -> list[float]:
+        """The sorted periods of a transition."""
+        a, b = self.cells.edges[letter : letter + 2]
+        words = (leaf[:k] for k in range(1, len(leaf) + 1))
+        return sorted({a, (a + b) / 2, b}.union(*(self.added.get((letter, word), ()) for word in words)))
+
+    def with_added(self, new: Mapping[tuple[int, Word], float]) -> Samples:
+        """The same with one more period in each of the given transitions."""
+        more = {key: (*self.added.get(key, ()), h) for key, h in new.items()}
+        return replace(self, added={**self.added, **more})
 
 
 @dataclass(frozen=True)
@@ -104,9 +110,8 @@ class PathSolution:
     report: SolverReport
 
 
-def solve(system: ErrorSystem, cells: Cells, tree: ContextTree) -> PathSolution:
-    """Minimise the squared level over P at the samples of the cells, with SLACK; not yet a bound (see
-    `certificate.certify`)."""
+def solve(system: ErrorSystem, samples: Samples, tree: ContextTree) -> PathSolution:
+    """Minimise the squared level over P at the samples, with SLACK; not yet a bound (see `certificate.certify`)."""
     output, inputs = system.output, system.plant.B.shape[1]
     size = output.shape[1]
     basis = symmetric_basis(size)
@@ -114,23 +119,28 @@ def solve(system: ErrorSystem, cells: Cells, tree: ContextTree) -> PathSolution:
     frame = np.eye(size, size + inputs)
     stored = np.einsum("ax,lab,by->lxy", frame, basis, frame)
     supplied = np.diag(np.concatenate([np.zeros(size), np.ones(inputs)]))
-    demanded = frame.T @ output.T @ output @ frame, SLACK * (frame.T @ frame)
+    demanded = frame.T @ output.T @ output @ frame + SLACK * (frame.T @ frame)
+    seen = [
+        (h, leaf, following)
+        for leaf, letter, following in tree.transitions()
+        for h in samples.of(letter, tree.leaves[following])
+    ]
+    distinct, which = np.unique([h for h, _, _ in seen], return_inverse=True)
+    moved, weights = _moved(system, distinct, basis), system.weights(distinct)
     constants, coefficients, variables = [], [], []
-    moved = [_moved(system, np.array(cells.samples[a]), basis) for a in range(len(cells))]
-    for leaf, letter, following in tree.transitions():
+    for i, (_, leaf, following) in zip(which, seen, strict=True):
         columns = [0, *range(1 + leaf * terms, 1 + (leaf + 1) * terms)]
         columns += range(1 + following * terms, 1 + (following + 1) * terms)
-        for weight, image in zip(system.weights(np.array(cells.samples[letter])), moved[letter], strict=True):
-            constants.append(-weight * (demanded[0] + demanded[1]))
-            coefficients.append(np.concatenate([weight * supplied[None], stored, -image]))
-            variables.append(columns)
+        constants.append(-weights[i] * demanded)
+        coefficients.append(np.concatenate([weights[i] * supplied[None], stored, -moved[i]]))
+        variables.append(columns)
     group = Inequalities(np.array(constants), np.array(coefficients), np.array(variables))
     cost = np.zeros(1 + terms * len(tree.leaves))
     cost[0] = 1.0
     solution = minimise(cost, (group,), accept=ALMOST)
     P = np.einsum("cl,lab->cab", solution.x[1:].reshape(-1, terms), basis)
     flux = np.zeros(len(tree.leaves))
-    sources = [leaf for leaf, letter, _ in tree.transitions() for _ in cells.samples[letter]]
+    sources = [leaf for _, leaf, _ in seen]
     np.add.at(flux, sources, np.einsum("eab,eab->e", P[sources], solution.duals[0][:, :size, :size]))
     return PathSolution(float(solution.x[0]), P, flux, solution.report)
 

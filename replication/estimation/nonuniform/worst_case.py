@@ -17,13 +17,12 @@ import scipy.sparse.linalg
 from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.filters import Filter, error_output, require_settling
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
+from replication.estimation.nonuniform.run_search import Runs, adjusted, best_runs
 from replication.estimation.validation import Array, as_array, positive_integer
 
 SEARCH_TOLERANCE = 1e-4
 FINAL_TOLERANCE = 1e-10
 """Of Lanczos; the error of the singular value is about its square."""
-IMPROVEMENT = 1e-6
-"""Relative gain below which a change of the sequence does not count."""
 
 
 @dataclass(frozen=True)
@@ -145,40 +144,29 @@ def worst_sequence(
     final_horizon: int | None = None,
     per_duration: bool = False,
 ) -> BadSequence:
-    """Search bursts of h_u between runs of h_l: local search over the two run lengths from several starts.
+    """Search bursts of h_u between runs of h_l, see `run_search`.
 
-    Constant sequences, short, medium and endless runs of h_l are among the starts. The level is that of the best
-    pattern over `final_horizon` samples (by default `horizon`), a lower bound of the gain over all sequences. Raises
-    InvalidInputError if the filter does not fit, InfeasibleError if A_f is not Schur stable (the gain is infinite).
+    The level is that of the best pattern over `final_horizon` samples (by default `horizon`), for which the run lengths
+    are adjusted, a lower bound of the gain over all sequences. Raises InvalidInputError if the filter does not fit,
+    InfeasibleError if A_f is not Schur stable (the gain is infinite).
     """
     require_settling(plant, filter_)
-    known: dict[tuple[int, int], float] = {}
 
-    def value(runs: tuple[int, int]) -> float:
-        if runs not in known:
-            sequence = repeated(periods, runs, horizon)
-            known[runs] = sequence_gain(
-                plant, filter_, sequence, per_duration=per_duration, tolerance=SEARCH_TOLERANCE
-            )[0]
-        return known[runs]
+    def gain_over(samples: int) -> Callable[[Runs], float]:
+        def gain(runs: Runs) -> float:
+            sequence = repeated(periods, runs, samples)
+            return sequence_gain(plant, filter_, sequence, per_duration=per_duration, tolerance=SEARCH_TOLERANCE)[0]
 
-    families = [[(0, 1)], [(1, 0)], *([(burst, rest) for burst in (1, 4, 16)] for rest in (1, horizon // 16, horizon))]
-    best = max((_climb(max(family, key=value), value) for family in families), key=value)
-    sequence = repeated(periods, best, final_horizon or horizon)
+        return gain
+
+    last = positive_integer("final_horizon", horizon if final_horizon is None else final_horizon)
+    best = best_runs(gain_over(horizon), horizon)
+    if last != horizon:
+        best = adjusted(best, gain_over(last))
+    sequence = repeated(periods, best, last)
     _, w = sequence_gain(plant, filter_, sequence, per_duration=per_duration)
     e = simulate_error(plant, filter_, sequence, w)
     return BadSequence(error_ratio(sequence, w, e, per_duration=per_duration), sequence, w, e, best)
-
-
-def _climb(runs: tuple[int, int], value: Callable[[tuple[int, int]], float]) -> tuple[int, int]:
-    """Steepest ascent over the run lengths with steps of one and of a quarter of the length."""
-    while True:
-        steps = [(i, sign * size) for i in (0, 1) for sign in (-1, 1) for size in {1, max(1, runs[i] // 4)}]
-        moves = sorted({(max(0, runs[0] + (i == 0) * d), max(0, runs[1] + (i == 1) * d)) for i, d in steps} - {(0, 0)})
-        best = max(moves, key=value)
-        if value(best) <= value(runs) * (1 + IMPROVEMENT):
-            return runs
-        runs = best
 
 
 def error_ratio(periods: Array, w: Array, e: Array, *, per_duration: bool = False) -> float:
