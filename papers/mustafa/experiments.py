@@ -110,12 +110,13 @@ def bracket(
     horizon: int,
     final_horizon: int,
     leaves: int,
+    cuts: list[float] | None,
 ) -> Json:
     """The true worst-case gain of the paper's filter from both sides, its stability, and its norm at each end."""
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     found = worst_case_gain(
-        system, filter_, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves,
+        system, filter_, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves, cuts=cuts,
         per_duration=per_duration,
     )  # fmt: skip
     stable = stability(system, filter_)

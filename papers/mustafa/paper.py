@@ -35,13 +35,13 @@ LIMIT, CELLS, NODES, POINTS = 64, 16, 129, 121
 
 EXAMPLES: dict[int, dict[str, Any]] = {1: data.example_1(), 2: data.example_2()}
 _PRINTED: dict[int, Any] = {1: None, 2: data.printed_filter()}
-_EFFORT = {
-    1: {"horizon": 600, "final_horizon": 4000, "leaves": 84},
-    2: {"horizon": 1500, "final_horizon": 4000, "leaves": 20},
+_EFFORT: dict[int, dict[str, Any]] = {
+    1: {"horizon": 600, "final_horizon": 4000, "leaves": 140, "cuts": None},
+    2: {"horizon": 1500, "final_horizon": 4500, "leaves": 56, "cuts": [0.08]},
 }
-_DURATION_EFFORT = {
-    1: {"horizon": 200, "final_horizon": 1000, "leaves": 30},
-    2: {"horizon": 250, "final_horizon": 1000, "leaves": 30},
+_DURATION_EFFORT: dict[int, dict[str, Any]] = {
+    1: {"horizon": 200, "final_horizon": 1000, "leaves": 120, "cuts": [0.03, 0.08]},
+    2: {"horizon": 250, "final_horizon": 2000, "leaves": 150, "cuts": [0.02, 0.06]},
 }
 _ENDS = [float(h) for h in np.linspace(0.02, EXAMPLES[1]["periods"][1], 5)]
 
@@ -87,7 +87,7 @@ FORMULAS = (
         ),
     ),
     Formula(
-        text="Path-dependent Lyapunov inequality behind the proved level g: c remembers recent periods, d follows c",
+        text="Path-dependent Lyapunov inequality behind the proved level g: c begins the coming periods, d is next",
         latex=r"e^T e + \bar{x}_{+}^T P_d \bar{x}_{+} \le \bar{x}^T P_c \bar{x} + g^2 w^T w",
     ),
 )

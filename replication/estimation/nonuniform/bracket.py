@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from replication.estimation.nonuniform.filters import Filter
@@ -38,11 +39,12 @@ def worst_case_gain(
     horizon: int,
     final_horizon: int,
     max_leaves: int,
+    cuts: Sequence[float] | None = None,
     per_duration: bool = False,
 ) -> WorstCaseGain:
     """Both ends; see `guaranteed_level` and `worst_sequence` for the effort each argument buys and the errors
     raised."""
-    guarantee = guaranteed_level(plant, filter_, periods, max_leaves=max_leaves, per_duration=per_duration)
+    guarantee = guaranteed_level(plant, filter_, periods, max_leaves=max_leaves, cuts=cuts, per_duration=per_duration)
     attack = worst_sequence(
         plant, filter_, periods, horizon=horizon, final_horizon=final_horizon, per_duration=per_duration
     )

@@ -19,7 +19,7 @@ from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.solvers import SolverReport
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
-GROWTH = 0.08
+GROWTH = 0.1
 """Share of the leaves, those with the largest energy flux, that know one period more in the next round."""
 LOOSE = 1e-3
 """Relative distance of the certified level from that of the samples above which samples are added."""

@@ -174,7 +174,7 @@ def test_number_of_leaves_is_a_positive_integer(max_leaves):
         guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, max_leaves=max_leaves)
 
 
-def test_one_cell_has_nothing_to_remember():
+def test_one_cell_has_nothing_to_tell_apart():
     common = guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, max_leaves=1)
     assert guaranteed_level(MOTOR, motor_filter(), MOTOR_RANGE, cuts=(), max_leaves=4).level == common.level
 

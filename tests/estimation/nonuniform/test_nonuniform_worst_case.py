@@ -35,9 +35,11 @@ def test_trees_stay_complete_and_closed():
         known = set(tree.leaves)
         for _ in range(100):
             word = tuple(rng.integers(0, 3, 30).tolist())
-            assert sum(word[-k:] in known for k in range(1, 31)) == 1
+            assert sum(word[:k] in known for k in range(1, 31)) == 1
         assert len(tree.transitions()) == 3 * len(tree.leaves)
-        assert all(tree.leaves[j][-1] == letter for _, letter, j in tree.transitions())
+        for before, letter, after in tree.transitions():
+            longer = (letter, *tree.leaves[after])
+            assert longer[: len(tree.leaves[before])] == tree.leaves[before]
 
 
 def test_gain_of_a_sequence_is_the_largest_singular_value():
@@ -66,7 +68,7 @@ def test_a_single_period_gives_the_textbook_norm():
     ("plant", "periods", "make"),
     [(OSCILLATOR, OSCILLATOR_RANGE, oscillator_filter), (MOTOR, MOTOR_RANGE, motor_filter)],
 )
-def test_brackets_nest_when_more_is_remembered(plant, periods, make):
+def test_brackets_nest_when_more_is_known(plant, periods, make):
     subject = make()
     guarantee = guaranteed_level(plant, subject, periods, max_leaves=5)
     assert guarantee.level < guaranteed_level(plant, subject, periods, max_leaves=1).level
@@ -144,7 +146,7 @@ def test_wide_ranges_give_a_level_or_a_clear_error():
 
 
 def test_brackets_nest_when_the_partition_is_refined():
-    """Each partition halves the cells of the one before; none remembers more than the last period's cell."""
+    """Each partition halves the cells of the one before; none knows more than the next period's cell."""
     subject = oscillator_filter()
     levels = []
     for cells in (2, 4, 8):
