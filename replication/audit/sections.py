@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from replication.audit.allowances import allowances
+from replication.audit.controls import controls
+from replication.audit.lineage import lineages
 from replication.audit.proofsview import proofs
 from replication.audit.records import ResultsFile
 
@@ -30,6 +32,8 @@ _SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile], Any]], ...] = (
     ("words", "What the verdicts mean", lambda results: ()),
     ("proofs", "Proofs", proofs),
     ("tolerances", "Tolerances", lambda results: allowances(results.claims)),
+    ("controls", "Negative controls", lambda results: controls(results) or None),
+    ("lineage", "From data to claim", lambda results: lineages(results) or None),
     ("experiments", "Experiments", lambda results: results.experiments),
     ("environment", "Environment", lambda results: results.run),
     ("cite", "How to cite", lambda results: results.papers),
