@@ -9,7 +9,7 @@ from decimal import Decimal
 from msgspec.structs import replace
 
 from replication.audit.headline import Basis, basis
-from replication.audit.model import Verdict
+from replication.audit.model import Kind, Verdict
 from replication.audit.printed import parse
 from replication.audit.records import ClaimRecord, ErratumRecord, ResultsFile
 from replication.audit.verdict import rejudge
@@ -83,7 +83,9 @@ def _emptied(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterato
 
 
 def _mended(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict is Verdict.DIFFERS and isinstance(claim.computed, int | float) and basis(claim) is Basis.DIGITS:
+    if claim.verdict is not Verdict.DIFFERS or claim.kind is not Kind.VALUE:
+        return
+    if isinstance(claim.computed, int | float):
         (entry,) = parse(claim.printed).entries
         places = max(0, -Decimal(str(float(entry.unit))).adjusted())
         yield replace(claim, printed=f"{claim.computed:.{places}f}"), errata

@@ -1,0 +1,74 @@
+"""The controls of the report: alterations are tried wherever they fit, and one that goes unnoticed is told."""
+
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+from sample import results as sample
+
+from replication.audit import controls as module
+from replication.audit.agreement import Judgement
+from replication.audit.controls import Control, controls, moved
+from replication.audit.lineage import lineages
+from replication.audit.model import Verdict
+from replication.audit.records import ResultsFile
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
+    return sample(tmp_path_factory.mktemp("figures"))
+
+
+@pytest.mark.parametrize(
+    ("printed", "expected"),
+    [
+        ("1.33", ["1.34", "1.32"]),
+        (".2357", ["0.2358", "0.2356"]),
+        ("−0.0000", ["-0.0001"]),
+        ("[0.5 -1; 0 2]", ["[0.6 -1; 0 2]", "[0.4 -1; 0 2]", "[0.5 -2; 0 2]", "[0.5 -0; 0 2]", "[0.5 -1; 1 2]",
+                           "[0.5 -1; 0 3]", "[0.5 -1; 0 1]"]),
+        ("(1, 2±0.5i)", ["(2, 2±0.5i)", "(0, 2±0.5i)", "(1, 3±0.5i)", "(1, 1±0.5i)", "(1, 2±0.6i)", "(1, 2±0.4i)"]),
+    ],
+)  # fmt: skip
+def test_each_number_is_moved_by_its_last_place(printed: str, expected: list[str]) -> None:
+    assert list(moved(printed)) == expected
+
+
+def test_every_alteration_is_caught_where_nothing_wider_is_allowed(results: ResultsFile) -> None:
+    strict = replace(results, claims=tuple(claim for claim in results.claims if claim.tolerance is None))
+    made = controls(strict)
+    assert len(made) >= 4
+    assert all(control.tried and control.caught == control.tried and not control.missed for control in made)
+
+
+def test_a_judge_that_always_agrees_is_found_out(results: ResultsFile, monkeypatch: pytest.MonkeyPatch) -> None:
+    blind = Judgement(Verdict.REPRODUCED, None, "always")
+    monkeypatch.setattr(module, "rejudge", lambda record, errata: blind)
+    by_name: dict[str, Control] = {control.expected: control for control in controls(results)}
+    assert by_name["no agreement"].caught == 0
+    assert by_name["no agreement"].missed
+    assert by_name["agreement"].caught == by_name["agreement"].tried
+
+
+def test_a_tolerance_wider_than_a_unit_is_listed(results: ResultsFile) -> None:
+    claim = next(c for c in results.claims if c.verdict is Verdict.REPRODUCED and c.deviation_ulp is not None)
+    wide = replace(claim, tolerance="1000", tolerance_reason="for the test")
+    (prints, *_) = controls(replace(results, claims=(wide,)))
+    assert prints.missed == (wide,)
+    assert prints.caught == 0
+
+
+def test_lineage_joins_each_claim_to_its_experiments(results: ResultsFile) -> None:
+    for drawing in lineages(results):
+        claims = [claim for claim in results.claims if claim.paper == drawing.paper]
+        known = {record.name for record in results.experiments if record.paper == drawing.paper}
+        assert len(drawing.claims) == len(claims)
+        assert len(drawing.lines) == sum(name in known for claim in claims for name in claim.experiments)
+        assert len({node.y for node in drawing.claims}) == len(claims)
+        assert f"{len(claims)} claims" in drawing.alt
+
+
+def test_sections_are_left_out_without_claims(results: ResultsFile, tmp_path: Path) -> None:
+    empty = replace(results, claims=())
+    assert controls(empty) == ()
+    assert lineages(empty) == ()
