@@ -68,7 +68,7 @@ def _write_figure(figure: Figure, paper: str, results: Mapping[str, Any], direct
         if missing:
             raise AuditError(f"no result of {', '.join(missing)}; see the error of that experiment")
         data = figure.data({name: results[name] for name in figure.uses})
-        table, drawing, alt = to_csv(data), _draw(figure, data), figure.alt(data)
+        table, drawing, alt = to_csv(data), _draw(figure, data), _described(figure, data)
     except Exception as error:  # noqa: BLE001 - whatever one figure does, the report of the others is still written
         failure = f"{type(error).__name__}: {error}"
     for path, content in zip(targets, (table, drawing), strict=True):
@@ -97,6 +97,14 @@ def _draw(figure: Figure, data: FigureData) -> bytes:
         stream = io.StringIO()
         figure.plot(data).savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     return svg.tidy(stream.getvalue(), figure.name).encode()
+
+
+def _described(figure: Figure, data: FigureData) -> str:
+    """The alternative text; whoever cannot see the figure learns its numbers from it, so it must hold some."""
+    text = figure.alt(data)
+    if not any(character.isdigit() for character in text):
+        raise AuditError(f"the alternative text {text!r} holds no number; say with numbers of the data what is drawn")
+    return text
 
 
 def _cell(name: str, number: float) -> str:

@@ -52,6 +52,13 @@ def test_same_data_same_bytes(tmp_path: Path) -> None:
         assert one.read_bytes() == two.read_bytes()
 
 
+@pytest.mark.parametrize("text", ["", "Two curves."])
+def test_a_figure_without_numbers_in_its_words_is_refused(tmp_path: Path, text: str) -> None:
+    (record,) = write_figures([paper(figure(alt=lambda data: text))], {}, tmp_path)
+    assert "holds no number" in record.error
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_failing_figure_leaves_the_others_and_no_old_files(tmp_path: Path) -> None:
     def fail(data: FigureData) -> Any:
         raise ValueError("no axes")
