@@ -45,6 +45,9 @@ A_F_SECOND_COLUMN = "[0.0373; 0.9048]"
 B_F = "[0.6505; 1.0666]"
 C_F = "[0 1]"
 
+PRINTED_1 = {"A": A_1, "B": B_1, "C": C_1, "D": D_1, "L": L_1, "h_l": H_L_1}
+PRINTED_FILTER = {"A_f": A_F, "B_f": B_F, "C_f": C_F, "h": GRID_2}
+
 # The disturbance of Figs. 2 and 3: w_k = 2 exp(-0.01 k) sin(0.02 pi k).
 W_SIZE, W_DECAY, W_FREQUENCY = "2", "0.01", "0.02"
 

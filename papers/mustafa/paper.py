@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.mustafa import data, experiments
+from papers.mustafa import data, experiments, sensitivity
 from papers.mustafa.claims import levels, method, printed_filter
 from papers.mustafa.errata import ERRATA
 from papers.mustafa.figures import FIGURES
@@ -25,6 +25,7 @@ from papers.mustafa.names import (
     ROBUST,
 )
 from replication.audit.model import Experiment, Formula, Paper, Results, ScopeItem, Table
+from replication.audit.rounding import sensitivities
 
 CLAIMS = (*levels.CLAIMS, *printed_filter.CLAIMS, *method.CLAIMS)
 
@@ -62,7 +63,16 @@ def _of_example(e: int) -> tuple[Experiment, ...]:
     )  # fmt: skip
 
 
+SENSITIVITY = (f"{KEY}.sensitivity.1", f"{KEY}.sensitivity.2")
 EXPERIMENTS = (
+    Experiment(
+        name=SENSITIVITY[0], function=sensitivity.nominal_level,
+        inputs={"prints": data.PRINTED_1, "h_u": EXAMPLES[1]["periods"][1], "claim": f"{KEY}.gamma.1"},
+    ),
+    Experiment(
+        name=SENSITIVITY[1], function=sensitivity.filter_norm,
+        inputs={"prints": data.PRINTED_FILTER, "plant": EXAMPLES[2]["plant"], "claim": f"{KEY}.filter.norm"},
+    ),
     *_of_example(1),
     *_of_example(2),
     Experiment(
@@ -188,4 +198,5 @@ PAPER = Paper(
     formulas=FORMULAS,
     scope=SCOPE,
     findings=findings,
+    sensitivity=lambda results: tuple(move for name in SENSITIVITY for move in sensitivities(results[name])),
 )

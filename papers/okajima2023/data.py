@@ -96,6 +96,11 @@ def plant() -> dict[str, list[list[float]]]:
     return {"A": matrix(A), "B_d": matrix(B_D), "C": matrix(C), "D": matrix(D)}
 
 
+def printed_plant() -> dict[str, str]:
+    """The plant of Sec. IV-A as printed."""
+    return {"A": A, "B_d": B_D, "C": C, "D": D}
+
+
 def bracketed(rows: list[list[float]]) -> str:
     """A computed matrix of few digits, written as the printed ones are."""
     return "[" + "; ".join(" ".join(f"{entry:g}" for entry in row) for row in rows) + "]"

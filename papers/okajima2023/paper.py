@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from papers.okajima2023 import data
+from typing import Any
+
+from papers.okajima2023 import data, sensitivity
 from papers.okajima2023.claims import gains, levels, orders, simulation, theory, unstable
 from papers.okajima2023.designs import CASES, GAIN_SETS, HALF_UNIT_OF_GAINS, KEY, experiments
 from papers.okajima2023.errata import ERRATA
@@ -22,6 +24,7 @@ from papers.okajima2023.section4c import as_printed, recovered
 from papers.okajima2023.simulations import gain_distribution, response, worst_disturbance
 from replication.audit.model import Experiment, Formula, Paper, Table
 from replication.audit.printed import parse
+from replication.audit.rounding import sensitivities
 
 CLAIMS = (*levels.CLAIMS, *orders.CLAIMS, *gains.CLAIMS, *simulation.CLAIMS, *unstable.CLAIMS, *theory.CLAIMS)
 
@@ -52,8 +55,26 @@ def stated(printed: str) -> list[list[float]]:
     return [[float(entry.value) for entry in cell] + [0.0] * (2 - len(cell)) for cell in parse(printed).cells]
 
 
+SENSITIVITY = f"{KEY}.sensitivity"
+
+
+def _tried() -> list[dict[str, Any]]:
+    """The designs whose level is printed, each with the claims on it."""
+    found = [
+        {"periods": list(periods), "offsets": [0, 0], "sensors": [0, 1], "claims": [levels.table_claim_id(periods)]}
+        for periods in data.TABLE_1
+    ]
+    found += [{**CASES[name], "claims": [f"{KEY}.gamma.case-{name.lower()}"]} for name in "ABC"]
+    found += [
+        {"periods": [3, 3], "offsets": [0, n], "sensors": [0, 1], "claims": [f"{KEY}.timing.case-{n + 1}"]}
+        for n in (1, 2)
+    ]
+    return found
+
+
 EXPERIMENTS = (
     *experiments(),
+    _experiment("sensitivity", sensitivity.levels, plant=data.printed_plant(), designs=_tried()),
     *(
         _experiment(f"schedule.{name}", selections, periods=list(periods), offsets=list(offsets))
         for name, (periods, offsets, _) in data.SELECTION.items()
@@ -177,4 +198,5 @@ PAPER = Paper(
     formulas=FORMULAS,
     scope=scope(CLAIMS),
     findings=findings,
+    sensitivity=lambda results: sensitivities(results[SENSITIVITY]),
 )

@@ -20,6 +20,11 @@ def reference(example: str) -> str:
     return f"{KEY}.reference.ex{example}"
 
 
+def sensitivity(example: str) -> str:
+    """The level by Padé while printed parameters move within their rounding."""
+    return f"{KEY}.sensitivity.ex{example}"
+
+
 def sos(example: str, degree: int) -> str:
     """Theorem 3 for an example at one degree."""
     return f"{KEY}.sos.ex{example}.d{degree}"

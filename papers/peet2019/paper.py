@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from papers.peet2019 import data, names
+from papers.peet2019 import data, names, sensitivity
 from papers.peet2019.claims import cost, levels, theory
 from papers.peet2019.data import KEY
 from papers.peet2019.errata import ERRATA
@@ -26,7 +26,8 @@ from papers.peet2019.identities import identities
 from papers.peet2019.inversion import inverse_identities
 from papers.peet2019.scaling import SMALL_LEVEL, example_4_roots, level_of, sizes, small_cone_cost
 from papers.peet2019.scaling import cost as cost_of
-from replication.audit.model import Experiment, Formula, Paper, Results, ScopeItem, Table
+from replication.audit.model import Experiment, Formula, Paper, Results, ScopeItem, Sensitivity, Table
+from replication.audit.rounding import sensitivities
 
 CLAIMS = (*levels.CLAIMS, *theory.CLAIMS, *cost.CLAIMS)
 
@@ -50,6 +51,17 @@ def _loop(name: str, plant: dict[str, Any], degree: int, orders: list[int], leve
 
 
 EXPERIMENTS: tuple[Experiment, ...] = (
+    *(
+        _experiment(
+            names.sensitivity(example),
+            sensitivity.pade_level,
+            plant=plant,
+            order=data.PADE_ORDER,
+            claim=f"{KEY}.ex{example}.gamma-pade",
+        )
+        for example, plant in data.EXAMPLES.items()
+        if example != "3"  # its matrices are the printed ones over two
+    ),
     *(
         _experiment(
             names.reference(example),
@@ -170,6 +182,11 @@ SCOPE = (
 )  # fmt: skip
 
 
+def _sensitivity(results: Results) -> tuple[Sensitivity, ...]:
+    names_of = [names.sensitivity(example) for example in data.EXAMPLES]
+    return tuple(move for name in names_of if name in results for move in sensitivities(results[name]))
+
+
 def findings(results: Results) -> tuple[str, ...]:
     """The sentences that lead the page of this paper."""
     identity = results[names.IDENTITIES]["theorem_3"]
@@ -211,4 +228,5 @@ PAPER = Paper(
     formulas=FORMULAS,
     scope=SCOPE,
     findings=findings,
+    sensitivity=_sensitivity,
 )

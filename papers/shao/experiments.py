@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from papers.shao import data, sensitivity
 from papers.shao.bounds import step_bounds
+from papers.shao.problem import APO, FREQUENCIES, PMI
 from papers.shao.search import BLOCKS, block
 from papers.shao.stability import motor_eigenvalues, motor_model, slowest_rates, stable_sets, theorem
 from papers.shao.tracking import frequency_sweep, lags, orderings, robustness, table, transients
@@ -13,7 +15,23 @@ from replication.audit.model import Experiment
 SEARCH = tuple(f"shao.readings-{index:02d}" for index in BLOCKS)
 """Names of the blocks of the search."""
 
+SENSITIVITY = "shao.sensitivity"
+
 EXPERIMENTS = (
+    Experiment(
+        name=SENSITIVITY,
+        function=sensitivity.table,
+        inputs={
+            "prints": sensitivity.PRINTS,
+            "pole_pairs": int(data.POLE_PAIRS),
+            "ratio": int(data.RATIO),
+            "cells": [
+                {"observer": observer, "frequency": sigma, "claim": f"shao.table.{column}-{index + 1}"}
+                for column, observer in (("pmi", PMI), ("apo", APO))
+                for index, sigma in enumerate(FREQUENCIES)
+            ],
+        },
+    ),
     Experiment(name="shao.motor", function=motor_model, inputs={"seed": 1}),
     Experiment(name="shao.table", function=table, inputs={"simulated_periods": 60}),
     Experiment(name="shao.orderings", function=orderings),

@@ -5,12 +5,13 @@ from papers.shao.claims_motor import MOTOR_CLAIMS
 from papers.shao.claims_table import ANY_READING, TABLE_CELLS
 from papers.shao.claims_theory import THEORY_CLAIMS
 from papers.shao.errata import ERRATA
-from papers.shao.experiments import EXPERIMENTS
+from papers.shao.experiments import EXPERIMENTS, SENSITIVITY
 from papers.shao.figures import FIGURES
 from papers.shao.findings import findings
 from papers.shao.scope import SCOPE
 from papers.shao.tables import FORMULAS, TABLES
 from replication.audit.model import Paper
+from replication.audit.rounding import sensitivities
 
 PAPER = Paper(
     key="shao",
@@ -42,4 +43,5 @@ PAPER = Paper(
     formulas=FORMULAS,
     scope=SCOPE,
     findings=findings,
+    sensitivity=lambda results: sensitivities(results[SENSITIVITY]),
 )

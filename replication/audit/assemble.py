@@ -171,11 +171,13 @@ def _claim(
 def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, str]:
     names = [experiment.name for experiment in paper.experiments]
     findings, error = state.attempt(names, lambda results: _sentences(paper.findings(results)))
+    moves, unmoved = state.attempt(names, paper.sensitivity)
     record = PaperRecord(
         findings=findings if findings is not None else (f"The findings could not be computed: {error}",),
+        sensitivity=moves or (),
         **paper_fields(paper),
     )
-    return record, error
+    return record, " · ".join(filter(None, (error, unmoved)))
 
 
 def _checked(proof: object) -> Proof:

@@ -196,11 +196,26 @@ class Formula:
     latex: str
 
 
+class Sensitivity(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The result behind a claim at the printed value of a parameter, and at both ends of that print's rounding.
+
+    claim: its id. parameter, printed: the parameter and the number printed for it. None where there is no result.
+    """
+
+    claim: str
+    parameter: str
+    printed: str
+    base: float
+    low: float | None
+    high: float | None
+
+
 @dataclass(frozen=True, kw_only=True)
 class Paper:
     """A source paper as this package audits it; year is None if the text gives none.
 
-    `findings` turns results into sentences that lead the paper's page. notebook: name of its tutorial, if it has one.
+    `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
+    printed parameters move within their rounding. notebook: name of its tutorial, if it has one.
     """
 
     key: str
@@ -220,3 +235,4 @@ class Paper:
     formulas: tuple[Formula, ...] = ()
     scope: tuple[ScopeItem, ...] = ()
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
+    sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()

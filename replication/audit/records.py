@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.files import write_atomically
-from replication.audit.model import Kind, Numbers, ScopeItem, SolverRecord, Verdict
+from replication.audit.model import Kind, Numbers, ScopeItem, Sensitivity, SolverRecord, Verdict
 from replication.errors import AuditError
 
 SCHEMA_VERSION = 2
@@ -168,6 +168,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     formulas: tuple[tuple[str, str], ...]
     tables: tuple[TableRecord, ...]
     scope: tuple[ScopeItem, ...]
+    sensitivity: tuple[Sensitivity, ...] = ()
 
 
 class RunRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -17,6 +17,7 @@ from replication.audit.controls import controls
 from replication.audit.lineage import lineages
 from replication.audit.proofsview import proofs
 from replication.audit.records import ResultsFile
+from replication.audit.rooms import rooms
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +33,7 @@ _SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile], Any]], ...] = (
     ("words", "What the verdicts mean", lambda results: ()),
     ("proofs", "Proofs", proofs),
     ("tolerances", "Tolerances", lambda results: allowances(results.claims)),
+    ("sensitivity", "Sensitivity to the printed digits", lambda results: rooms(results) or None),
     ("controls", "Negative controls", lambda results: controls(results) or None),
     ("lineage", "From data to claim", lambda results: lineages(results) or None),
     ("experiments", "Experiments", lambda results: results.experiments),
