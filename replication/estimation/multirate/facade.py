@@ -16,7 +16,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.results import Bracket, Evidence, GainResult, Panel, Simulation, frozen
 from replication.estimation.api.running import PeriodicObserver, Phase
 from replication.estimation.api.signals import Signals, is_statespace, numbered
-from replication.estimation.multirate.optimum import optimal_design, optimum, riccati_design
+from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
@@ -112,8 +112,9 @@ def design(
     True
     """
     problem, signals = _problem(plant, periods, offsets, noise, disturbances, weight)
-    found = optimal_design(problem) if level is None else riccati_design(problem, level)
-    return _result(problem, signals, found.gains)
+    best = optimum(problem)
+    found = riccati_design(problem, best.upper * (1 + DESIGN_MARGIN) if level is None else level)
+    return _result(problem, signals, found.gains, best)
 
 
 def analyse(
@@ -131,7 +132,7 @@ def analyse(
     Raises InvalidInputError for gains of another shape, InfeasibleError if they do not stabilise the error.
     """
     problem, signals = _problem(plant, periods, offsets, noise, disturbances, weight)
-    return _result(problem, signals, gains)
+    return _result(problem, signals, gains, optimum(problem))
 
 
 def simulate(
@@ -184,8 +185,8 @@ def _drawn(kind: str, *, error_width: int, steps: int, rng: np.random.Generator 
 
 def _problem(
     plant: MultiratePlant | control.StateSpace,
-    periods: Sequence[int],
-    offsets: Sequence[int] | str,
+    periods: Any,
+    offsets: Any,
     noise: Any,
     disturbances: Sequence[int | str] | None,
     weight: Any,
@@ -206,8 +207,9 @@ def _problem(
             f"plant must be a MultiratePlant or a control.StateSpace, got {type(plant).__name__}; "
             "arrays make one: MultiratePlant(A=.., B_d=.., C=.., D=..)"
         )
-    chosen = search_timing(checked, periods).best if isinstance(offsets, str) and offsets == "best" else offsets
-    return MultirateProblem(checked, SensingSchedule(periods, chosen)), _signals(checked, system, disturbances, weight)  # type: ignore[arg-type]
+    best = isinstance(offsets, str) and offsets == "best"
+    schedule = SensingSchedule(periods, search_timing(checked, periods).best if best else offsets)
+    return MultirateProblem(checked, schedule), _signals(checked, system, disturbances)
 
 
 def _noise(noise: Any) -> Any:
@@ -215,7 +217,7 @@ def _noise(noise: Any) -> Any:
     return np.diag(noise) if np.ndim(noise) == 1 else noise
 
 
-def _signals(plant: MultiratePlant, system: Any, disturbances: Sequence[int | str] | None, weight: Any) -> Signals:
+def _signals(plant: MultiratePlant, system: Any, disturbances: Sequence[int | str] | None) -> Signals:
     if system is None:
         states = numbered("x", plant.order)
         inputs, measurements = numbered("u", plant.B_u.shape[1]), numbered("y", plant.sensors)
@@ -229,9 +231,9 @@ def _signals(plant: MultiratePlant, system: Any, disturbances: Sequence[int | st
     return Signals(states, inputs, measurements, outputs, plant.dt)
 
 
-def _result(problem: MultirateProblem, signals: Signals, gains: Any) -> MultirateResult:
+def _result(problem: MultirateProblem, signals: Signals, gains: Any, best: Optimum) -> MultirateResult:
     error = problem.error_system(gains)
-    exact, best = l2_gain(error), optimum(problem)
+    exact = l2_gain(error)
     bound = "non-causal bound: no smoother does better" if best.limited_by == "noncausal" else "Riccati condition"
     evidence = (
         Evidence("optimum", best.value, f"least gain of any observer; {bound}"),
