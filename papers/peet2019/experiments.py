@@ -8,18 +8,19 @@ from typing import Any
 import numpy as np
 
 from replication.errors import ReplicationError
-from replication.estimation.delay import lie, synthesis
+from replication.estimation.delay import least_gain, lie, synthesis
 from replication.estimation.delay.collocation import Scheme
 from replication.estimation.delay.cone import DegreeRule
 from replication.estimation.delay.gains import evaluate, observer_gains
 from replication.estimation.delay.galerkin import check
+from replication.estimation.delay.least_gain import minimum_gain
 from replication.estimation.delay.lmi import lmi_gain, riccati_gain
 from replication.estimation.delay.models import chebyshev_model, pade_model
 from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.response import hinf_norm, simulate
 from replication.estimation.delay.sdp import SdpaOptions, Solution, solve_sdpa
 from replication.estimation.delay.spectrum import GainBracket, hinf_gain, rightmost_roots
-from replication.estimation.delay.synthesis import certificate_at, minimum_gain
+from replication.estimation.delay.synthesis import certificate_at
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.validation import Array
 
@@ -93,7 +94,7 @@ def synthesised(plant: Json, degree: int) -> Json:
     if degree == 1:
         wide = minimum_gain(system, degree, DegreeRule.WIDE, options=LOOSE)
         found["wide"] = {"gamma": wide.gamma, "solver": solver_record(wide.solution)}
-        found["clarabel"] = synthesis.cross_checked_gain(system, degree).objective
+        found["clarabel"] = least_gain.cross_checked_gain(system, degree).objective
         found["epsilon"] = {str(e): minimum_gain(system, degree, epsilon=e, options=LOOSE).gamma for e in EPSILONS}
     return found
 

@@ -8,13 +8,14 @@ if TYPE_CHECKING:
     from replication.estimation.delay.facade import DelayAnalysis, DelayResult, analyse, design, simulate
     from replication.estimation.delay.gains import GainValues, ObserverGains, evaluate, observer_gains
     from replication.estimation.delay.galerkin import GalerkinCheck, check
+    from replication.estimation.delay.least_gain import LeastGain, minimum_gain
     from replication.estimation.delay.lmi import lmi_gain, riccati_gain
     from replication.estimation.delay.models import Model, chebyshev_model, from_control, pade_model, to_control
     from replication.estimation.delay.observer import ErrorSystem, error_system
     from replication.estimation.delay.response import Trajectory, hinf_norm
     from replication.estimation.delay.sdp import SdpaOptions
     from replication.estimation.delay.spectrum import frequency_response, hinf_gain, rightmost_roots
-    from replication.estimation.delay.synthesis import Certificate, certificate_at, minimum_gain
+    from replication.estimation.delay.synthesis import Certificate, certificate_at
     from replication.estimation.delay.system import DelaySystem, delay_system
 else:
     from replication.estimation.lazy import lazy
@@ -26,13 +27,14 @@ else:
         facade="DelayAnalysis DelayResult analyse design simulate",
         gains="GainValues ObserverGains evaluate observer_gains",
         galerkin="GalerkinCheck check",
+        least_gain="LeastGain minimum_gain",
         lmi="lmi_gain riccati_gain",
         models="Model chebyshev_model from_control pade_model to_control",
         observer="ErrorSystem error_system",
         response="Trajectory hinf_norm",
         sdp="SdpaOptions",
         spectrum="frequency_response hinf_gain rightmost_roots",
-        synthesis="Certificate certificate_at minimum_gain",
+        synthesis="Certificate certificate_at",
         system="DelaySystem delay_system",
     )
 
@@ -45,6 +47,7 @@ __all__ = [
     "ErrorSystem",
     "GainValues",
     "GalerkinCheck",
+    "LeastGain",
     "Model",
     "ObserverGains",
     "Scheme",

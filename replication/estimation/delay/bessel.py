@@ -22,18 +22,23 @@ RAMP = (0.5, 0.5 / math.sqrt(3.0))
 """Legendre coefficients of 1+η."""
 
 
-def cone(space: FormSpace, moments: int, *, ramp: bool) -> tuple[sparse.csr_array, tuple[int, ...]]:
+def cone(space: FormSpace, moments: int, *, ramp: bool) -> tuple[sparse.csr_array, tuple[Index, ...]]:
     """Coefficients of the form as a linear function of (vec X, vec S_1, .., vec S_K, vec T_1, .., vec T_K).
 
-    Returns the sparse map and the orders of the matrices; without `ramp` there is no T. Raises nothing.
+    Returns the sparse map and, for each matrix, the variable behind each of its rows: points are numbered first, then
+    functions. Without `ramp` there is no T.
     """
-    core = space.points + moments * space.functions
+    functionals = np.arange(space.points + moments * space.functions, dtype=np.int64)
     functions = np.arange(space.functions, dtype=np.int64).reshape(space.delays, space.channels)
-    maps = [_square(space, np.arange(core, dtype=np.int64))]
+    maps = [_square(space, functionals)]
     maps += [_multiplier(space, part, (1.0,), moments) for part in functions]
     if ramp:
         maps += [_multiplier(space, part, RAMP, 0) for part in functions]
-    return sparse.hstack(maps, format="csr"), (core, *[space.channels] * (len(maps) - 1))
+    behind = np.where(
+        functionals < space.points, functionals, space.points + (functionals - space.points) % space.functions
+    )
+    parts = [space.points + part for part in functions]
+    return sparse.hstack(maps, format="csr"), (behind, *parts, *(parts if ramp else ()))
 
 
 def _square(space: FormSpace, functionals: Index) -> sparse.coo_array:

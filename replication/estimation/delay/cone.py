@@ -51,6 +51,12 @@ class ConeBlock:
         """Order of the matrix M_g."""
         return space.points + space.functions * (self.degree + 1 + self.kernel_basis()[0].size)
 
+    def labels(self, space: FormSpace) -> Index:
+        """The variable behind each row of M_g: points are numbered first, then functions."""
+        members = self.degree + 1 + self.kernel_basis()[0].size
+        functions = space.points + np.arange(space.functions, dtype=np.int64)
+        return np.concatenate([np.arange(space.points, dtype=np.int64), np.tile(functions, members)])
+
 
 def cone_blocks(degree: int, rule: DegreeRule) -> tuple[ConeBlock, ConeBlock]:
     """The two matrices of the cone of degree d >= 1, for every rule but bessel."""

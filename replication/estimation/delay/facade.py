@@ -18,12 +18,13 @@ from replication.estimation.delay.collocation import grid
 from replication.estimation.delay.cone import DegreeRule
 from replication.estimation.delay.gains import ObserverGains, evaluate, observer_gains
 from replication.estimation.delay.galerkin import check
+from replication.estimation.delay.least_gain import LeastGain, minimum_gain
 from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.response import hinf_norm
 from replication.estimation.delay.response import simulate as simulate_error
 from replication.estimation.delay.running import RunningDelayObserver
 from replication.estimation.delay.spectrum import frequency_response, hinf_gain, rightmost_roots
-from replication.estimation.delay.synthesis import Certificate, certificate_at, minimum_gain
+from replication.estimation.delay.synthesis import Certificate, certificate_at
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.validation import positive_scalar
@@ -190,18 +191,17 @@ def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
     )
 
 
-def _minimum(system: DelaySystem, degree: int, rule: DegreeRule) -> Certificate:
-    """`minimum_gain`, with advice where the optimum may be zero: measurements without noise may reveal w."""
-    try:
-        return minimum_gain(system, degree, rule)
-    except (InfeasibleError, SolverError) as error:
-        if system.inputs > system.measurements and np.linalg.matrix_rank(system.c2 @ system.b) == system.measurements:
-            raise
-        raise type(error)(
-            f"{error}. y has no noise and may reveal w here ({system.inputs} disturbances, {system.measurements} "
-            f"measurements, C_2 B of rank {np.linalg.matrix_rank(system.c2 @ system.b)}): the least level may be zero "
-            "and not attained; let more disturbances act on the measured states, or ask for a `level`"
-        ) from error
+def _minimum(system: DelaySystem, degree: int, rule: DegreeRule) -> LeastGain:
+    """`minimum_gain`, refused where the optimum may be zero: measurements without noise may reveal w."""
+    least = minimum_gain(system, degree, rule)
+    if least.lower > 0.0:
+        return least
+    raise InfeasibleError(
+        f"the least level cannot be told from zero (found {least.gamma:.3g}): y has no noise and may reveal w here "
+        f"({system.inputs} disturbances, {system.measurements} measurements, C_2 B of rank "
+        f"{np.linalg.matrix_rank(system.c2 @ system.b)}); let more disturbances act on the measured states, or ask for "
+        "a `level`"
+    )
 
 
 def _plant(

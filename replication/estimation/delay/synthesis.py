@@ -7,18 +7,19 @@ on every monomial that 𝒵 cannot cancel; 𝒵 is read off the others afterward
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sparse
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay import bessel, lie
 from replication.estimation.delay.cone import DegreeRule, cone_blocks, cone_map, required_count
-from replication.estimation.delay.forms import FormSpace
-from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_clarabel, solve_sdpa
+from replication.estimation.delay.forms import FormSpace, Index
+from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_sdpa
 from replication.estimation.delay.spectrum import require_detectable
-from replication.estimation.delay.system import DelaySystem, gain_scaled, measured_last
+from replication.estimation.delay.system import DelaySystem, measured_last
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 
@@ -44,7 +45,11 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Assembly:
-    """The pieces of the program that do not depend on γ and ε."""
+    """The pieces of the program that do not depend on γ and ε.
+
+    v_labels, h_labels: for each matrix of the cones of V and of N the variable behind each row, points first, then
+    functions. kept: mask of the monomials of dV/dt that must match.
+    """
 
     system: DelaySystem
     change: Array
@@ -54,7 +59,9 @@ class Assembly:
     storage: sparse.csr_array
     derivative: sparse.csr_array
     dissipation: sparse.csr_array
-    sizes: tuple[int, ...]
+    v_labels: tuple[Index, ...]
+    h_labels: tuple[Index, ...]
+    kept: npt.NDArray[np.bool_]
 
 
 def assemble(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR) -> Assembly:
@@ -62,20 +69,21 @@ def assemble(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TEN
     degree = positive_integer("degree", degree)
     inner, change = measured_last(system)
     count = required_count(degree, rule)
-    storage, v_sizes = _cone(lie.state_space(inner, count), degree, rule, ramp=True)
+    storage, v_labels = _cone(lie.state_space(inner, count), degree, rule, ramp=True)
     # The derivative of the ramp is constant: the dissipation needs none.
-    dissipation, h_sizes = _cone(lie.derivative_space(inner, count), degree, rule, ramp=False)
+    dissipation, h_labels = _cone(lie.derivative_space(inner, count), degree, rule, ramp=False)
     derivative = (lie.lie_derivative(inner, count) @ storage).tocsr()
-    return Assembly(inner, change, degree, rule, count, storage, derivative, dissipation, v_sizes + h_sizes)
+    kept = ~lie.absorbed(inner, count)
+    return Assembly(inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, kept)
 
 
-def _cone(space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool) -> tuple[sparse.csr_array, tuple[int, ...]]:
-    """Map from the matrices of the cone to the coefficients of its forms, and the orders of the matrices."""
+def _cone(space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool) -> tuple[sparse.csr_array, tuple[Index, ...]]:
+    """Map from the matrices of the cone to the coefficients of its forms, and what stands behind their rows."""
     if rule is DegreeRule.BESSEL:
         return bessel.cone(space, degree, ramp=ramp)
     blocks = cone_blocks(degree, rule)
     stacked = sparse.hstack([cone_map(block, space) for block in blocks], format="csr")
-    return stacked, tuple(block.size(space) for block in blocks)
+    return stacked, tuple(block.labels(space) for block in blocks)
 
 
 def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> Program:
@@ -90,7 +98,7 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     _, first, second = v_space.multiplier_functions()
     coupled = v_space.pair_count + np.flatnonzero(first // system.states != second // system.states)
     empty = sparse.csr_array((coupled.size, assembly.dissipation.shape[1]))
-    kept = ~lie.absorbed(system, count)
+    kept = assembly.kept
     if gamma is not None:
         constant = constant + gamma * level
     columns = [assembly.derivative[kept], assembly.dissipation[kept]]
@@ -103,42 +111,14 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     used = np.diff(matrix.indptr) > 0
     if np.any(right[~used] != 0.0):
         raise InvalidInputError("the degree is too low: a term of the supply rate is beyond the reach of the cone")
-    cost = np.concatenate([np.eye(size).ravel() for size in assembly.sizes])
+    sizes = tuple(label.size for label in (*assembly.v_labels, *assembly.h_labels))
+    cost = np.concatenate([np.eye(size).ravel() for size in sizes])
     cost = cost if gamma is not None else np.concatenate([[1.0], 0.0 * cost])
-    return Program(matrix[used], right[used], cost, 0 if gamma is not None else 1, assembly.sizes)
+    return Program(matrix[used], right[used], cost, 0 if gamma is not None else 1, sizes)
 
-
-ROUGH_GAP = 1e-1
-"""Enough for a first estimate of γ, which only sets the units of the second run."""
 
 FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
 """For a certificate at a given γ: any feasible point serves, so the trace need not be least to many digits."""
-
-
-def minimum_gain(
-    system: DelaySystem,
-    degree: int,
-    rule: DegreeRule = DegreeRule.TENSOR,
-    *,
-    epsilon: float = 0.0,
-    options: SdpaOptions | None = None,
-) -> Certificate:
-    """The least γ that Theorem 3 proves with polynomials of degree d, and the certificate that proves it.
-
-    Solved twice: the second time with w and z in units that make γ about 1, where SDPA comes closer to the optimum.
-    Raises InvalidInputError for a bad degree or an undetectable system, InfeasibleError if no γ is feasible,
-    SolverError if the second run does not reach the accuracy of the options.
-    """
-    settings = options or SdpaOptions()
-    assembly = assemble(system, degree, rule)
-    require_detectable(system)
-    rough = solve_sdpa(program(assembly, epsilon), replace(settings, gap=ROUGH_GAP))
-    unit = float(rough.linear[0])
-    scaled = assemble(gain_scaled(system, unit), degree, rule)
-    solution = solve_sdpa(program(scaled, epsilon), settings)
-    certificate = certificate_of(scaled, epsilon, float(solution.linear[0]), solution)
-    # The storage is the same function in both units; only w, v and γ are rescaled.
-    return replace(certificate, system=assembly.system, gamma=unit * certificate.gamma)
 
 
 def certificate_at(
@@ -159,11 +139,6 @@ def certificate_at(
     assembly = assemble(system, degree, rule)
     require_detectable(system)
     return certificate_of(assembly, epsilon, level, solve_sdpa(program(assembly, epsilon, level), options))
-
-
-def cross_checked_gain(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR) -> Solution:
-    """The program of `minimum_gain` solved by Clarabel instead: for small systems, as a second opinion."""
-    return solve_clarabel(program(assemble(system, degree, rule), 0.0), tolerance=1e-8)
 
 
 def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: Solution) -> Certificate:

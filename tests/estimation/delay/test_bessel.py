@@ -40,8 +40,8 @@ def semidefinite(rng: np.random.Generator, size: int) -> Array:
 def test_its_forms_lie_in_the_cone_of_corollary_2(moments: int, rule: DegreeRule, ramp: bool) -> None:
     rng = np.random.default_rng(8)
     space = FormSpace(3, 2, 2, required_count(1, rule))
-    small, sizes = bessel.cone(space, moments, ramp=ramp)
-    blocks = [semidefinite(rng, size) for size in sizes]
+    small, labels = bessel.cone(space, moments, ramp=ramp)
+    blocks = [semidefinite(rng, label.size) for label in labels]
     target = cone_blocks(1, rule)
     large = bessel.lifted(blocks, space, moments, target)
     form = sum(cone_map(block, space) @ matrix.ravel() for block, matrix in zip(target, large, strict=True))

@@ -1,0 +1,97 @@
+"""The least γ that Theorem 3 proves with polynomials of a given degree, as a bracket."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from replication.errors import SolverError
+from replication.estimation.delay.cone import DegreeRule
+from replication.estimation.delay.reduction import reduced
+from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_clarabel, solve_sdpa
+from replication.estimation.delay.spectrum import require_detectable
+from replication.estimation.delay.synthesis import Assembly, assemble, program
+from replication.estimation.delay.system import DelaySystem, gain_scaled
+
+UNITS = SdpaOptions(tolerance=1e-6, gap=1.0, residual=1e-1)
+"""For a first estimate of γ, which only sets the units of the second run."""
+
+STATED_GAP = SdpaOptions(tolerance=1e-10, scale=1e1, gap=1e-2, residual=1e-5)
+"""A gap up to this is stated by the bracket, which holds up to the residual; wider ones are errors."""
+
+LOOSER = 1e2
+STOPS = 3
+"""Where the optimum is not attained the iterates grow and lose the equalities: SDPA is then stopped earlier."""
+
+
+@dataclass(frozen=True)
+class LeastGain:
+    """lower <= least γ of this degree <= gamma, both in floating point, from the two sides of one program.
+
+    Theorem 3 has certificates for every level above gamma (`certificate_at`); lower says nothing of other degrees.
+    """
+
+    system: DelaySystem
+    degree: int
+    rule: DegreeRule
+    epsilon: float
+    lower: float
+    gamma: float
+    solution: Solution
+
+
+def minimum_gain(
+    system: DelaySystem,
+    degree: int,
+    rule: DegreeRule = DegreeRule.TENSOR,
+    *,
+    epsilon: float = 0.0,
+    options: SdpaOptions = STATED_GAP,
+) -> LeastGain:
+    """The infimum of γ in Theorem 3 with polynomials of degree d (of `reduced`, which has the same).
+
+    Solved twice: the second time with w and z in units that make γ about 1, where SDPA comes closer to the optimum;
+    once if the first run cannot tell γ from zero, as where y reveals w. If the point misses the equalities by more than
+    the options allow, its tolerance is loosened, up to twice; `solution` records the one that held.
+    Raises InvalidInputError for a bad degree or an undetectable system, InfeasibleError if no γ is feasible,
+    SolverError if the bracket is wider than the gap of the options, relative to 1 + γ in those units.
+    """
+    assembly = reduced(assemble(system, degree, rule))
+    require_detectable(system)
+    rough = solve_sdpa(program(assembly, epsilon), UNITS)
+    unit = float(rough.linear[0])
+    if _lower(rough) <= 0.0:
+        return _found(assembly, epsilon, 1.0, rough)
+    scaled = reduced(assemble(gain_scaled(system, unit), degree, rule))
+    return _found(assembly, epsilon, unit, _solved(program(scaled, epsilon), options))
+
+
+def _solved(task: Program, options: SdpaOptions) -> Solution:
+    """The first point within the options as the tolerance is loosened. Raises what the last solve raises."""
+    for stop in range(STOPS - 1):
+        try:
+            return solve_sdpa(task, replace(options, tolerance=options.tolerance * LOOSER**stop))
+        except SolverError:
+            continue
+    return solve_sdpa(task, replace(options, tolerance=options.tolerance * LOOSER ** (STOPS - 1)))
+
+
+def _lower(solution: Solution) -> float:
+    """The objective minus the gap that we measure: what the dual point proves."""
+    return solution.objective - solution.gap * (1.0 + abs(solution.objective))
+
+
+def _found(assembly: Assembly, epsilon: float, unit: float, solution: Solution) -> LeastGain:
+    return LeastGain(
+        system=assembly.system,
+        degree=assembly.degree,
+        rule=assembly.rule,
+        epsilon=epsilon,
+        lower=unit * max(0.0, _lower(solution)),
+        gamma=unit * float(solution.linear[0]),
+        solution=solution,
+    )
+
+
+def cross_checked_gain(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR) -> Solution:
+    """The program of Theorem 3, not reduced, solved by Clarabel: for small systems, as a second opinion."""
+    return solve_clarabel(program(assemble(system, degree, rule), 0.0), tolerance=1e-8)
