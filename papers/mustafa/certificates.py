@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from papers.mustafa.names import BRACKET, DURATION, KEY
+from papers.mustafa.paper import EXPERIMENTS
 from replication.estimation.certificates import nonuniform, nonuniform_grid
 from replication.verify.subjects import subject
 
-KEY = "mustafa"
-LEAVES = {"range-1-upper": 250, "range-2-upper": 20, "duration-1-upper": 100, "duration-2-upper": 100}
-"""Storage matrices over a range of periods; one where nothing is said."""
-HORIZONS = {"range-1-lower": 600, "range-2-lower": 1500, "duration-1-lower": 200, "duration-2-lower": 250}
-"""Samples in the search for a bad pattern of periods; a constant period where nothing is said."""
+RANGES = {f"{kind}-{e}": names[e] for kind, names in (("range", BRACKET), ("duration", DURATION)) for e in names}
+"""Experiments whose bracket over a range the theorems of these names prove; with their effort."""
 
 
 def make(name: str) -> dict[str, Any]:
@@ -22,12 +21,13 @@ def make(name: str) -> dict[str, Any]:
 
 
 def _made(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    name, constant = theorem["name"], theorem["parameters"].get("from") == theorem["parameters"].get("to")
+    effort = _effort(theorem["name"])
+    constant = theorem["parameters"].get("from") == theorem["parameters"].get("to")
     match theorem["statement"].removeprefix("nonuniform."):
         case "gain-upper" | "keeps-level":
-            return nonuniform.gain_upper(theorem, leaves=LEAVES.get(name, 1))
+            return nonuniform.gain_upper(theorem, **_chosen(effort, "leaves", "cuts"))
         case "gain-lower" | "breaks-level":
-            return nonuniform.gain_lower(theorem, horizon=HORIZONS.get(name, 0))
+            return nonuniform.gain_lower(theorem, **_chosen(effort, "horizon", "final_horizon"))
         case "optimum-upper":
             return nonuniform.nominal_upper(theorem) if constant else nonuniform.robust_upper(theorem)
         case "optimum-lower" | "no-filter-keeps-level":
@@ -43,3 +43,13 @@ def _made(theorem: Mapping[str, Any]) -> dict[str, Any]:
         case _:
             # What the verifier decides by itself, in exact arithmetic or with a symbol for every entry.
             return {"bound": {}, "witness": {}}
+
+
+def _effort(name: str) -> Mapping[str, Any]:
+    """The inputs of the experiment that brackets the same gain, if it is one over a range."""
+    wanted = RANGES.get(name.rpartition("-")[0])
+    return next((experiment.inputs for experiment in EXPERIMENTS if experiment.name == wanted), {})
+
+
+def _chosen(effort: Mapping[str, Any], *names: str) -> dict[str, Any]:
+    return {name: effort[name] for name in names if name in effort}

@@ -36,39 +36,38 @@ HALVINGS = 24
 def lyapunov_level(plant: Plant, filter_: Filter, ends: tuple[Time, Time], weight: str, bound: Any, given: Any) -> fmpq:
     """The level g of `bound`, after proving from the witness that no sequence with periods between `ends` exceeds it.
 
-    `given` holds the cells that cut the range (shares from 0 to 1), the storage matrices P_c, and `next`: the matrix
-    that follows P_c when the period lies in cell a. For every c, a and every h of the cell, with d = next[c][a],
+    `given` holds the cells that cut the range (shares from 0 to 1), the storage matrices P_c, and `before`: the matrix
+    that precedes P_d when the period lies in cell a. For every d, a and every h of the cell, with c = before[d][a],
 
-        [P_c - w C'C, 0; 0, w g^2 I] - M' P_d M > 0,   M = [A-bar(h), B-bar(h)], C = C-bar, w = 1 or h:
+        [P_c - w C'C, 0; 0, w g^2 I] - M' P_d M > 0,   M = [A-bar(h), B-bar(h)], C = C-bar, w = 1 or h.
 
-    the energy x' P_c x stored at k then covers what is still to come. Summed along any sequence from rest, that is the
-    bound; at w = 0 it proves asymptotic stability too.
+    For a finite sequence of periods choose any matrix at its end, and go backwards: at each step x'P_c x covers what is
+    still to come, x+'P_d x+ + w |e|^2 <= x'P_c x + w g^2 |w|^2. Summed from rest, that is the bound.
     """
     (stated,) = fields(bound, "bound", "upper")
     level = positive(stated, "bound.upper")
-    shares, following, P = _automaton(given, plant.A.nrows() + filter_.A.nrows())
+    shares, before, P = _automaton(given, plant.A.nrows() + filter_.A.nrows())
     for c, storage in enumerate(P):
         require_definite(storage, f"P[{c}]")
     proof = _Inequality(plant, filter_, weight, level, [arb_mat(storage) for storage in P], ends)
     for letter, (a, b) in enumerate(pairwise(shares)):
-        proof.require_on(a, b, [(c, row[letter]) for c, row in enumerate(following)], HALVINGS)
+        proof.require_on(a, b, [(row[letter], d) for d, row in enumerate(before)], HALVINGS)
     return level
 
 
 def _automaton(given: Any, size: int) -> tuple[list[fmpq], list[list[int]], list[fmpq_mat]]:
-    """Cells that cover the range exactly, a following matrix for each matrix and cell, and the matrices."""
-    edges, rows, matrices = fields(given, "witness.storage", "cells", "next", "P")
+    """Cells that cover the range exactly, a preceding matrix for each matrix and cell, and the matrices."""
+    edges, rows, matrices = fields(given, "witness.storage", "cells", "before", "P")
     shares = sequence(edges, "witness.storage.cells", rational)
     increasing = all(a < b for a, b in pairwise(shares))
     require(shares[:1] == [0] and shares[-1:] == [1] and increasing, "witness.storage.cells must rise from 0 to 1")
     P = sequence(matrices, "witness.storage.P", lambda value, path: symmetric(value, path, size))
-    following = sequence(
-        rows, "witness.storage.next", lambda row, path: sequence(row, path, integer, len(shares) - 1), len(P)
-    )
-    require(len(P) > 0, "witness.storage.P must not be empty")
-    outside = [d for row in following for d in row if d >= len(P)]
-    require(not outside, f"witness.storage.next points at P{outside[:1]}, but there are {len(P)} matrices")
-    return shares, following, P
+    require(P != [], "witness.storage.P must not be empty")
+    cells = len(list(pairwise(shares)))
+    before = sequence(rows, "witness.storage.before", lambda row, path: sequence(row, path, integer, cells), len(P))
+    outside = [c for row in before for c in row if c >= len(P)]
+    require(not outside, f"witness.storage.before points at P{outside[:1]}, but there are {len(P)} matrices")
+    return shares, before, P
 
 
 class _Inequality:

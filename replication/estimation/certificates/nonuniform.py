@@ -35,7 +35,7 @@ RANGE_MARGIN = 5e-6
 """The same for the bound over a range of periods: room for its pieces, that need not be small then."""
 ATTAINED_MARGIN = 1e-8
 """Relative distance of a lower bound to what a disturbance attains before it is rounded."""
-LEVEL_BITS, RANGE_BITS, FILTER_BITS, STORAGE_BITS, SHARE_BITS, ANGLE_BITS = 40, 24, 40, 44, 12, 40
+LEVEL_BITS, RANGE_BITS, FILTER_BITS, STORAGE_BITS, SHARE_BITS, ANGLE_BITS = 40, 24, 40, 44, 40, 40
 DISTURBANCE = 2**20
 """The largest entry of a disturbance, of which integers are kept."""
 
@@ -53,14 +53,16 @@ def filter_of(values: Mapping[str, Any]) -> Filter:
     return Filter(**{name: as_floats(values[name]) for name in "ABC"})
 
 
-def gain_upper(theorem: Mapping[str, Any], *, leaves: int = 1) -> Made:
-    """Bound and storage matrices, at most `leaves` of them, for the given filter; errors of `guaranteed_level`."""
+def gain_upper(theorem: Mapping[str, Any], *, leaves: int = 1, cuts: Sequence[float] | None = None) -> Made:
+    """Bound and at most `leaves` storage matrices for the given filter; arguments and errors of `guaranteed_level`."""
     chosen = theorem["plant"].get("filter") or theorem["parameters"]["filter"]
-    bound, storage = storage_certificate(theorem, chosen, leaves)
+    bound, storage = storage_certificate(theorem, chosen, leaves, cuts)
     return {"bound": bound, "witness": {"storage": storage}}
 
 
-def storage_certificate(theorem: Mapping[str, Any], filter_: Mapping[str, Any], leaves: int) -> tuple[Made, Made]:
+def storage_certificate(
+    theorem: Mapping[str, Any], filter_: Mapping[str, Any], leaves: int = 1, cuts: Sequence[float] | None = None
+) -> tuple[Made, Made]:
     """An upper bound of the gain of a filter, as certificates write it, and the storage matrices that prove it."""
     plant, parameters = theorem["plant"], theorem["parameters"]
     system, periods = problem_of(plant, parameters)
@@ -69,28 +71,34 @@ def storage_certificate(theorem: Mapping[str, Any], filter_: Mapping[str, Any], 
         norm = periodic_gain(system, chosen, [periods.h_l], per_duration=duration).upper
         level = rounded_up(norm * (1 + NOMINAL_MARGIN), LEVEL_BITS)
         P = storage_matrix(plant, filter_, parameters["from"], fmpq(*Fraction(level).as_integer_ratio()))
-        return {"upper": level}, {"cells": ["0", "1"], "next": [[0]], "P": [P]}
-    found = guaranteed_level(system, chosen, periods, max_leaves=leaves, per_duration=duration)
-    following = [[0] * found.tree.letters for _ in found.tree.leaves]
+        return {"upper": level}, {"cells": ["0", "1"], "before": [[0]], "P": [P]}
+    found = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts, per_duration=duration)
+    before = [[0] * found.tree.letters for _ in found.tree.leaves]
     for leaf, letter, after in found.tree.transitions():
-        following[leaf][letter] = after
+        before[after][letter] = leaf
     inner = [(edge - periods.h_l) / (periods.h_u - periods.h_l) for edge in found.cells.edges[1:-1]]
     storage = {
         "cells": ["0", *(rounded(share, SHARE_BITS) for share in inner), "1"],
-        "next": following,
+        "before": before,
         "P": rounded_array(symmetric(found.system.storage(found.P)), STORAGE_BITS),
     }
     return {"upper": rounded_up(found.level * (1 + RANGE_MARGIN), RANGE_BITS)}, storage
 
 
-def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0) -> Made:
-    """Bound, and a periodic disturbance of the worst pattern that a search over `horizon` samples finds."""
+def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0, final_horizon: int | None = None) -> Made:
+    """Bound, and a periodic disturbance of the worst pattern that `worst_sequence` finds.
+
+    At one constant period there is nothing to search; `horizon` is then 0.
+    """
     system, periods = problem_of(theorem["plant"], theorem["parameters"])
     chosen = theorem["plant"].get("filter") or theorem["parameters"]["filter"]
     filter_, duration = filter_of(chosen), theorem["parameters"]["weight"] == "duration"
     runs: Sequence[int] = (1,)
     if horizon:
-        runs = worst_sequence(system, filter_, periods, horizon=horizon, per_duration=duration).runs
+        found = worst_sequence(
+            system, filter_, periods, horizon=horizon, final_horizon=final_horizon, per_duration=duration
+        )
+        runs = found.runs
     pattern = [(1 if i % 2 == 0 else 0, count) for i, count in enumerate(runs) if count]
     h = np.repeat([periods.h_u if share else periods.h_l for share, _ in pattern], [count for _, count in pattern])
     stages = PeriodicSystem(tuple(error_system(system, filter_, float(t), per_duration=duration) for t in h))
@@ -143,7 +151,7 @@ def robust_upper(theorem: Mapping[str, Any]) -> Made:
 def _with_filter(theorem: Mapping[str, Any], filter_: Filter) -> Made:
     """Bound and witness for the filter in short rationals."""
     written = {name: rounded_array(getattr(filter_, name), FILTER_BITS) for name in "ABC"}
-    bound, storage = storage_certificate(theorem, written, 1)
+    bound, storage = storage_certificate(theorem, written)
     return {"bound": bound, "witness": {"filter": written, "storage": storage}}
 
 
