@@ -1,0 +1,88 @@
+"""Identities of the delay paper in symbols: those that hold, and the misprints with which they do not."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from replication.verify import delay_identity, delay_inverse
+from replication.verify.delay_symbols import Symbolic, symbols, unit
+from replication.verify.run import check
+from replication.verify.theorem import Refused
+
+FOLDER = Path(__file__).parents[2] / "certificates" / "peet2019"
+
+
+def certificate(name: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    return found
+
+
+def test_matrices_of_symbols_obey_the_rules() -> None:
+    m = symbols({"A": (2, 2), "B": (2, 1), "S": (2, 2), "g": (1, 1)}, frozenset({"S"}))
+    A, B, S, g = m["A"], m["B"], m["S"], m["g"].entry
+    assert S.T == S and A.T != A
+    assert (A @ B).T == B.T @ A.T
+    assert ((A + S) @ B - A @ B - S @ B).vanishes()
+    assert not (A @ S - S @ A).vanishes()
+    assert (A * g - A.each(lambda entry: g * entry)).vanishes()
+    assert unit(2, g**0) @ A == A
+    first, second = A.rows[0]
+    assert (A @ B).rows[0][0] == first * B.rows[0][0] + second * B.rows[1][0]
+    assert len({str(entry) for row in A.rows + S.rows for entry in row}) == 7
+    with pytest.raises(ValueError, match="zip"):
+        A @ B.T
+
+
+def test_the_adjugate_times_the_matrix_is_the_determinant() -> None:
+    for size in (1, 2):
+        M = symbols({"M": (size, size)})["M"]
+        adjugate, determinant = delay_inverse.adjugate(M)
+        assert (adjugate @ M - unit(size, determinant)).vanishes()
+
+
+@pytest.mark.slow
+def test_the_dissipation_is_the_form_of_theorem_3_only_as_corrected() -> None:
+    theorem = check(certificate("theorem-3-identity"))
+    assert theorem.holds is True
+    assert all(words in theorem.sentence for words in delay_identity.MISPRINTS.values())
+
+
+def test_no_other_misprints_are_accepted() -> None:
+    given = certificate("theorem-3-identity")
+    for misprints in ([], ["none"]):
+        given["parameters"] = {"misprints": misprints}
+        with pytest.raises(Refused, match="misprints must be among"):
+            delay_identity.dissipation_identity(given)
+
+
+@pytest.mark.parametrize("part", delay_inverse.PARTS)
+def test_inverse_and_gains_hold_only_as_corrected(part: str) -> None:
+    theorem = check(certificate(part))
+    assert theorem.holds is True
+    assert "as printed it does not" in theorem.sentence
+
+
+def test_no_other_part_is_accepted() -> None:
+    given = certificate("theorem-4") | {"parameters": {"part": "theorem-5"}}
+    with pytest.raises(Refused, match=r"parameters\.part must be one of"):
+        delay_inverse.operator_identity(given)
+
+
+def test_with_a_delay_of_one_the_inverse_holds_as_printed() -> None:
+    for residual in delay_inverse.inverse_residuals((1, (1, 1), (0, 1)), printed=True):
+        at_one = residual.each(lambda entry: entry.subs({"tau_0_0": 1}))
+        assert at_one.vanishes() and not residual.vanishes()
+
+
+def test_points_keep_the_rows_of_other_delays_at_zero() -> None:
+    q = delay_inverse.points(2, (1, 2), (0, 1), {})
+    zero = q.tau - q.tau
+    assert q.Z[0].rows[1:] == ((zero, zero), (zero, zero))
+    assert q.Z[1].rows[:1] == ((zero, zero),)
+    assert q.Z[1].rows[1:] == q.m["Z1"].rows
+    integral = q.total(lambda k: Symbolic(((q.tau,),)))
+    assert integral.entry == q.tau * (q.weights[0] + q.weights[1])

@@ -1,0 +1,268 @@
+"""Certificates of LMI (3) on Padé models, and of the dual of Theorem 3."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from flint import acb, fmpq, fmpq_mat
+
+from replication.estimation.certificates import delay as maker
+from replication.estimation.certificates import delay_pade as pade_maker
+from replication.estimation.certificates.rounding import as_floats
+from replication.verify import delay_dual, delay_forms, delay_pade, delay_plant, delay_sos
+from replication.verify.linear import zeros
+from replication.verify.run import check
+from replication.verify.theorem import Refused
+
+FOLDER = Path(__file__).parents[2] / "certificates" / "peet2019"
+Json = dict[str, Any]
+SMALL = Fraction(1, 100_000)
+
+
+def certificate(name: str) -> Json:
+    found: Json = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    return found
+
+
+def refusal(given: Json, statement: Callable[[Json], object] = check) -> str:
+    with pytest.raises(Refused) as caught:
+        statement(given)
+    return str(caught.value)
+
+
+def scaled(given: Json, factor: Fraction) -> Json:
+    bound = {side: str(Fraction(number) * factor) for side, number in given["bound"].items()}
+    return {**given, "bound": bound}
+
+
+@pytest.mark.parametrize(("example", "digits"), [("ex1", "0.235702"), ("ex2", "2.32700"), ("ex3", "1.35009")])
+def test_the_level_of_the_pade_model_is_bracketed(example: str, digits: str) -> None:
+    theorems = [check(certificate(f"{example}-pade-{side}")) for side in ("lower", "upper")]
+    low, high = theorems[0].lower, theorems[1].upper
+    assert low is not None and high is not None
+    assert theorems[0].upper is theorems[1].lower is None
+    assert 0 < high / low - 1 < fmpq(1, 100_000)
+    assert all(digits in theorem.sentence for theorem in theorems)
+
+
+def test_a_sharper_level_of_the_pade_model_is_refused() -> None:
+    assert "minus LMI (3)" in refusal(scaled(certificate("ex1-pade-upper"), 1 - SMALL))
+    assert "not proved to reach" in refusal(scaled(certificate("ex1-pade-lower"), 1 + SMALL))
+
+
+def test_an_indefinite_storage_of_the_pade_model_is_refused() -> None:
+    given = certificate("ex1-pade-upper")
+    given["witness"]["P"][-1][-1] = "-1"
+    assert "witness.P is not positive definite" in refusal(given)
+
+
+@pytest.mark.parametrize(
+    ("part", "reason"),
+    [("a", "the poles of witness.section"), ("b", "the numerator"), ("c", "the numerator"), ("d", "the numerator")],
+)
+def test_another_section_is_refused(part: str, reason: str) -> None:
+    given = certificate("ex1-pade-upper")
+    section = given["witness"]["section"]
+    place = section if part == "d" else section[part][0]
+    key = part if part == "d" else 0
+    place[key] = str(Fraction(place[key]) + 1)
+    assert reason in refusal(given)
+
+
+def test_another_order_is_refused() -> None:
+    given = certificate("ex1-pade-upper")
+    given["parameters"] = {"order": 8}
+    assert "must have 8 entries" in refusal(given, delay_pade.pade_upper)
+    given["parameters"] = {"order": 0}
+    assert "at least 1" in refusal(given, delay_pade.pade_upper)
+
+
+@pytest.mark.parametrize(("order", "error"), [(2, 2e-3), (4, 1e-6)])
+def test_the_approximant_agrees_with_the_exponential(order: int, error: float) -> None:
+    # q(-s) = exp(-s) q(s) up to the power 2 N.
+    q = delay_pade.denominator(order).coeffs()
+    for power in range(2 * order + 1):
+        product_term = fmpq(0)
+        for k in range(min(power, order) + 1):
+            product_term += q[k] * fmpq((-1) ** (power - k), _factorial(power - k))
+        assert product_term == (q[power] * (-1) ** power if power <= order else 0)
+    value = delay_pade.lag(order, acb(0, 1))
+    exact = (-acb(0, 1)).exp()
+    assert abs(complex(value) - complex(exact)) < error
+    assert abs(abs(complex(value)) - 1.0) < 1e-12
+
+
+def _factorial(number: int) -> int:
+    return 1 if number < 2 else number * _factorial(number - 1)
+
+
+def two_delays() -> Json:
+    """Both delays act, the first on one state only; z depends on a late state."""
+    return {
+        "name": "own",
+        "A0": [["-2", "1"], ["1/2", "-3"]],
+        "A": [[["1/2", "0"], ["1/4", "0"]], [["0", "1/3"], ["1/5", "1"]]],
+        "delays": ["1/2", "3/2"],
+        "B": [["1", "0"], ["1", "2"]],
+        "C10": [["1", "1"]],
+        "C1": [[["0", "0"]], [["1/4", "1/7"]]],
+        "C2": [["0", "1"]],
+    }
+
+
+def test_the_model_is_that_of_a_second_construction() -> None:
+    plant, part = two_delays(), pade_maker.section(4)
+    A, B, C = delay_pade._model(delay_plant.read_plant(plant), (part.a, part.b, part.c, part.d))
+    expected = pade_maker._model(maker.system_of(plant), part)
+    for found, wanted in zip((A, B, C), expected, strict=True):
+        np.testing.assert_allclose(as_floats(maker.written(found)), wanted, rtol=1e-13, atol=1e-13)
+    assert A.nrows() == 2 + 3 * 4
+
+
+def test_a_pade_model_of_ones_own_is_certified_from_both_sides() -> None:
+    theorem = {
+        "format": "replication-certificate/1",
+        "paper": None,
+        "name": "own",
+        "claims": [],
+        "plant": two_delays(),
+        "parameters": {"order": 2},
+    }
+    upper = {**theorem, "statement": "delay.pade-upper", **pade_maker.pade_upper(theorem)}
+    lower = {**theorem, "statement": "delay.pade-lower", **pade_maker.pade_lower(theorem)}
+    high, low = check(upper).upper, check(lower).lower
+    assert high is not None and low is not None
+    assert 0 < high / low - 1 < fmpq(1, 10)
+
+
+@pytest.mark.parametrize(("example", "digits"), [("ex2", "2.3327"), ("ex3", "1.35115")])
+def test_the_level_at_degree_one_is_bounded_below(example: str, digits: str) -> None:
+    given = certificate(f"{example}-d1-lower")
+    theorem = check(given)
+    assert str(theorem.lower) == given["bound"]["lower"]
+    assert theorem.upper is None and theorem.holds is None
+    assert digits in theorem.sentence
+    upper = Fraction(certificate(f"{example}-d1-upper")["bound"]["upper"])
+    assert 1 < upper / Fraction(given["bound"]["lower"]) < 1 + 2 * SMALL
+
+
+def test_a_sharper_bound_of_the_dual_is_refused() -> None:
+    assert "the functional gives 2.3327" in refusal(scaled(certificate("ex2-d1-lower"), 1 + SMALL))
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "reason"),
+    [
+        (("P", 0, 0), "-2", "not positive on |w|^2 + |v|^2"),
+        (("P", 1, 1), "-1/2", "the functional on N of degree 1"),
+        (("P", 2, 3), "100", "must be symmetric"),
+        (("P", 4, 4), "1", "sees what Z cancels in P: entry (4, 4)"),
+        (("P", 6, 6), "1", "the functional on dV/dt of degree 1"),
+        (("Q", 1, 3, 1), "1", "sees what Z cancels in Q, power 1: entry (3, 1)"),
+        (("S", 2, 1, 1), "1", "sees what Z cancels in S, power 2: entry (1, 1)"),
+        (("S", 0, 0, 0), "-1", "the functional on"),
+        (("R", 0, 1, 1, 0), "1", "sees what Z cancels in R, powers (0, 1): entry (1, 0)"),
+        (("R", 0, 0, 0, 0), "-100", "the functional on N of degree"),
+    ],
+)
+def test_another_functional_is_refused(path: tuple[Any, ...], value: str, reason: str) -> None:
+    given = certificate("ex2-d1-lower")
+    place = given["witness"]["functional"]
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    assert reason in refusal(given, delay_dual.degree_lower)
+
+
+def test_the_coupling_of_the_functional_is_part_of_the_proof() -> None:
+    given = certificate("ex3-d1-lower")
+    coupling = given["witness"]["functional"]["coupling"]
+    coupling[0][0][2] = coupling[0][2][0] = "5"
+    assert "the functional on dV/dt of degree 1" in refusal(given)
+
+
+def test_the_other_weight_of_the_functional_is_part_of_the_proof() -> None:
+    # Larger moments of the plain weight help there, and hurt where the weight is -s(s+1).
+    given = certificate("ex2-d1-lower")
+    given["witness"]["functional"]["S"][2][0][0] = "40"
+    assert "of degree 0 is not positive semidefinite" in refusal(given, delay_dual.degree_lower)
+
+
+def test_another_degree_of_the_dual_is_refused() -> None:
+    given = certificate("ex2-d1-lower")
+    given["parameters"] = {"degree": 2}
+    assert "must have 5 entries" in refusal(given, delay_dual.degree_lower)
+    given["parameters"] = {"degree": 0}
+    assert "at least 1" in refusal(given, delay_dual.degree_lower)
+
+
+def functional(points: int, functions: int, powers: int) -> delay_dual.Functional:
+    rng = random.Random(2)
+
+    def full(rows: int, columns: int) -> fmpq_mat:
+        return fmpq_mat(rows, columns, [rng.randint(-3, 3) for _ in range(rows * columns)])
+
+    return delay_dual.Functional(
+        delay_forms.Form(
+            full(points, points),
+            {a: full(points, functions) for a in range(powers)},
+            {a: full(functions, functions) for a in range(powers)},
+            {(a, b): full(functions, functions) for a, b in product(range(powers), repeat=2)},
+        ),
+        [full(functions, functions) for _ in range(powers)],
+    )
+
+
+def test_the_matrix_on_squares_gives_the_functional_of_every_square() -> None:
+    points, functions, degree = 2, 2, 1
+    seen = functional(points, functions, 3)
+    for weight in (delay_forms.UNIFORM, delay_forms.BUMP):
+        order = degree if weight is delay_forms.UNIFORM else degree - 1
+        G = delay_dual._on_squares(seen.of, weight, points, functions, order)
+        size = delay_forms.basis_size(points, functions, order)
+        half = fmpq_mat(size, size, list(range(size * size)))
+        M = half + half.transpose()
+        trace = sum((a * b for a, b in zip(G.entries(), M.entries(), strict=True)), fmpq(0))
+        assert trace == seen.of(delay_forms.square(M, weight, points, functions, order))
+        assert G.transpose() == G
+
+
+def test_the_functional_weighs_every_coefficient() -> None:
+    seen = functional(1, 1, 2)
+    weights = seen.weights
+    one = fmpq_mat([[fmpq(1)]])
+    empty = delay_forms.Form(zeros(1, 1), {}, {}, {})
+    assert seen.of(delay_forms.Form(one, {}, {}, {})) == weights.P[0, 0]
+    assert seen.of(delay_forms.Form(empty.P, {1: one}, {}, {})) == weights.Q[1][0, 0]
+    assert seen.of(delay_forms.Form(empty.P, {}, {1: one}, {})) == weights.S[1][0, 0]
+    assert seen.of(delay_forms.Form(empty.P, {}, {}, {(0, 1): one})) == weights.R[0, 1][0, 0]
+
+
+def test_the_functional_is_weakly_dual() -> None:
+    """On the certificate from above of the same degree, the identity turns into level times value minus value <= 0."""
+    plant = delay_plant.measured_last(
+        delay_plant.read_plant(certificate("ex2-d1-upper")["plant"]), [["1", "0"], ["0", "1"]]
+    )
+    given = certificate("ex2-d1-lower")["witness"]["functional"]
+    points, functions = 7, 2
+    seen = delay_dual._read(given, points, functions, 3)
+    grams = certificate("ex2-d1-upper")["witness"]
+    forms = []
+    for kind, count in (("storage", 2), ("dissipation", points)):
+        parts = [
+            delay_forms.square(maker.exact(gram), weight, count, functions, order)
+            for gram, weight, order in zip(grams[kind], (delay_forms.UNIFORM, delay_forms.BUMP), (1, 0), strict=True)
+        ]
+        forms.append(delay_forms.total(*parts))
+    gamma = maker.rational(certificate("ex2-d1-upper")["bound"]["upper"])
+    whole = delay_forms.total(delay_sos.rate(plant, gamma, forms[0]), forms[1])
+    assert seen.of(whole) == 0
+    assert seen.of(forms[1]) > 0
