@@ -13,7 +13,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.delay_forms import BUMP, UNIFORM, Form, basis_size, square
-from replication.verify.delay_plant import measured_last, read_plant
+from replication.verify.delay_plant import DelayPlant, measured_last, read_plant
 from replication.verify.delay_sos import rate, require_zero
 from replication.verify.linear import require_positive_semidefinite, zeros
 from replication.verify.printed import below
@@ -35,6 +35,18 @@ class Functional:
         pairs += [(self.weights.S[power], part) for power, part in form.S.items()]
         pairs += [(self.weights.R[powers], part) for powers, part in form.R.items()]
         return sum((_inner(weight, part) for weight, part in pairs), fmpq(0))
+
+    def of_rate(self, plant: DelayPlant) -> Callable[[Form], fmpq]:
+        """The value on dV/dt as a function of V, of which S couples no two delays: where it would, any value serves."""
+        n = plant.states
+        supply = self.of(rate(plant, fmpq(0), Form(zeros(n, n), {}, {}, {})))
+
+        def value(V: Form) -> fmpq:
+            within = {power: _mask(part, n, inside=True) for power, part in V.S.items()}
+            across = [_inner(self.coupling[power], _mask(part, n, inside=False)) for power, part in V.S.items()]
+            return sum(across, self.of(rate(plant, fmpq(0), replace(V, S=within))) - supply)
+
+        return value
 
 
 def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
@@ -58,16 +70,8 @@ def degree_lower(certificate: Mapping[str, Any]) -> Theorem:
     level = supply - functional.of(rate(plant, fmpq(1), nothing))
     require(level > 0, "the functional is not positive on |w|^2 + |v|^2")
     require(supply >= gamma * level, f"the functional gives {below(supply / level)} only")
-
-    def moved(form: Form) -> fmpq:
-        # Of a storage, S couples no two delays: there the functional may be anything, and dV/dt is not that of `rate`.
-        within = {power: _mask(part, n, inside=True) for power, part in form.S.items()}
-        across = {power: _mask(part, n, inside=False) for power, part in form.S.items()}
-        free = functional.of(rate(plant, fmpq(0), replace(form, S=within))) - supply
-        return free + sum((_inner(functional.coupling[power], part) for power, part in across.items()), fmpq(0))
-
     for weight, order in ((UNIFORM, degree), (BUMP, degree - 1)):
-        for name, count, value in (("N", points, functional.of), ("dV/dt", n, moved)):
+        for name, count, value in (("N", points, functional.of), ("dV/dt", n, functional.of_rate(plant))):
             gram = _on_squares(value, weight, count, functions, order)
             require_positive_semidefinite(gram, f"the functional on {name} of degree {order}")
     return Theorem(

@@ -98,8 +98,8 @@ def square(M: fmpq_mat, weight: Mapping[int, int], points: int, functions: int, 
     u = range(points)
     starts = range(points, basis_size(points, functions, degree), functions)
     columns = [range(start, start + functions) for start in starts]
-    local = dict(zip(powers, columns[: degree + 1], strict=True))
-    distributed = dict(zip(product(powers, powers), columns[degree + 1 :], strict=True))
+    local = {a: columns[a] for a in powers}
+    distributed = {(a, b): columns[(degree + 1) * (a + 1) + b] for a, b in product(powers, powers)}
     Q: Polynomial = {}
     S: Polynomial = {}
     R: Kernel = {}

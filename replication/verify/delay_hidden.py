@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from flint import acb, acb_mat, arb, ctx, fmpq, fmpq_mat
+from flint import acb, acb_mat, arb, fmpq, fmpq_mat
 
 from replication.verify.delay_plant import DelayPlant
 from replication.verify.linear import submatrix, zeros
 from replication.verify.printed import below
 from replication.verify.reading import fields, matrix, rational
 from replication.verify.theorem import require
-
-BITS = 128
-"""Working precision of the balls."""
 
 Lag = Callable[[acb], acb]
 """The transfer function of a delay tau, as a function of s tau."""
@@ -36,7 +33,6 @@ def require_hidden(plant: DelayPlant, gamma: fmpq, witness: Any, lag: Lag) -> fm
     x = matrix(state, "witness.state", n, 1)
     require(plant.C2 * x == zeros(plant.C2.nrows(), 1), "witness.state is seen by y: C2 x is not zero")
     require(plant.B.ncols() == n and plant.B.det() != 0, "B has no inverse, so that no disturbance is known to fit")
-    ctx.prec = BITS
     s = acb(0, arb(frequency))
     turns = [lag(s * acb(delay)) for delay in plant.delays]
     back = plant.B.inv()

@@ -46,10 +46,11 @@ def pade_upper(certificate: Mapping[str, Any]) -> Theorem:
     size, n, q = A.nrows(), plant.states, plant.C2.nrows()
     P = symmetric(storage, "witness.P", size)
     require_positive_definite(P, "witness.P")
-    kept = [i for i in range(size) if not n - q <= i < n]
+    kept = [*range(n - q), *range(n, size)]
     drift = P * A
     corner = submatrix(drift + drift.transpose(), kept, kept)
-    drive, output = take_rows(-P * B, kept), submatrix(C, range(C.nrows()), kept)
+    # The sign of w does not matter: -P B of (3) is P B for the disturbance -w.
+    drive, output = take_rows(P * B, kept), submatrix(C, range(C.nrows()), kept)
     r, p = B.ncols(), C.nrows()
     inequality = block(
         [

@@ -62,7 +62,8 @@ def measured_last(plant: DelayPlant, change: Any) -> DelayPlant:
     require(new.det() != 0, "witness.change has no inverse")
     back = new.inv()
     sensor = plant.C2 * back
-    require(q <= n and submatrix(sensor, range(q), range(n - q)) == zeros(q, n - q), "C2 is not [0 c] after the change")
+    require(q <= n, "C2 has more rows than columns")
+    require(submatrix(sensor, range(q), range(n - q)) == zeros(q, n - q), "C2 is not [0 c] after the change")
     require(submatrix(sensor, range(q), range(n - q, n)).det() != 0, "c in C2 = [0 c] has no inverse")
     count = len(plant.delays)
     return replace(

@@ -144,6 +144,26 @@ def test_other_coordinates_are_refused(change: Any, reason: str) -> None:
     assert reason in refusal(given)
 
 
+@pytest.mark.parametrize(
+    ("sensor", "reason"),
+    [
+        ([["0", "0"]], "c in C2 = [0 c] has no inverse"),
+        ([["1", "1"], ["2", "2"]], "c in C2 = [0 c] has no inverse"),
+        ([["1", "0"], ["0", "1"], ["1", "1"]], "C2 has more rows than columns"),
+    ],
+)
+def test_measurements_that_depend_on_each_other_are_refused(sensor: Any, reason: str) -> None:
+    plant = delay_plant.read_plant({**hidden_plant(), "C2": sensor})
+    with pytest.raises(Refused) as caught:
+        delay_plant.measured_last(plant, [["1", "0"], ["0", "1"]])
+    assert reason in str(caught.value)
+
+
+def test_all_states_may_be_measured() -> None:
+    plant = delay_plant.read_plant({**hidden_plant(), "C2": [["1", "0"], ["0", "1"]]})
+    assert delay_plant.measured_last(plant, [["1", "0"], ["0", "1"]]) == plant
+
+
 def test_coordinates_are_part_of_the_proof() -> None:
     assert check(certificate("own-1-near-optimal")).holds
     given = certificate("own-1-near-optimal")
@@ -163,7 +183,7 @@ def some_plant(n: int = 2, delays: int = 2, measured: int = 1) -> delay_plant.De
         A0=integers(rng, n, n),
         late=integers(rng, n, n * delays),
         delays=tuple(fmpq(k + 2, 3) for k in range(delays)),
-        B=integers(rng, n, 2),
+        B=integers(rng, n, n),
         C10=integers(rng, 1, n),
         late_output=integers(rng, 1, n * delays),
         C2=fmpq_mat(seen),
@@ -319,6 +339,7 @@ def lower(bound: str, frequency: str, plant: Json | None = None, state: Any = No
 def test_the_gain_at_zero_frequency_is_that_of_the_steady_state() -> None:
     # At rest 0 = -x_1 + x_1/2 + 2 w_1 and z = 5/4 x_1: the gain is 5.
     assert check(lower("4999999999/1000000000", "0")).lower == fmpq(4999999999, 1000000000)
+    assert check(lower("5", "0")).lower == 5
     assert "not proved to reach 5.000" in refusal(lower("5000000001/1000000000", "0"))
 
 
@@ -419,15 +440,22 @@ def test_an_interval_without_a_positive_root_is_refused(left: str, right: str, r
     assert reason in refusal(roots(left, right))
 
 
+def test_a_root_at_an_end_is_refused() -> None:
+    plant = roots("1", "2", a="1")["plant"]
+    plant["A"] = [[["0", "0"], ["0", "0"]], [["0", "0"], ["0", "0"]]]
+    assert "does not change its sign" in refusal(own("delay.unstable", plant, {}, {"left": "1", "right": "2"}))
+    assert check(own("delay.unstable", plant, {}, {"left": "1/2", "right": "2"})).holds is True
+
+
 def eigenvalues(*values: str) -> Json:
     return own("delay.not-unstable", {"name": ""}, {}, {}, {"eigenvalues": list(values)})
 
 
-def test_example_4_is_not_unstable_up_to_half_of_pi() -> None:
+def test_example_4_is_not_unstable_for_eigenvalues_up_to_one() -> None:
     assert check(certificate("ex4-not-unstable")).holds is False
-    assert check(eigenvalues("0", "1", "1570796/1000000")).holds is False
-    assert "1 is not below pi/2" in refusal(eigenvalues("0", "1570797/1000000"))
-    assert "0 is negative" in refusal(eigenvalues("-1/1000000"))
+    assert check(eigenvalues("0", "1/2", "1")).holds is False
+    assert "1 is not between" in refusal(eigenvalues("0", "1000001/1000000"))
+    assert "0 is not between" in refusal(eigenvalues("-1/1000000"))
 
 
 def test_both_plants_are_unstable() -> None:

@@ -246,6 +246,56 @@ def test_the_functional_weighs_every_coefficient() -> None:
     assert seen.of(delay_forms.Form(empty.P, {}, {}, {(0, 1): one})) == weights.R[0, 1][0, 0]
 
 
+def test_the_functional_on_the_rate_of_a_storage() -> None:
+    plant = delay_plant.measured_last(delay_plant.read_plant(two_delays()), [["1", "0"], ["0", "1"]])
+    seen = functional(9, 4, 3)
+    of_rate = seen.of_rate(plant)
+    empty = delay_forms.Form(zeros(2, 2), {}, {}, {})
+    assert of_rate(empty) == 0
+    across, within = zeros(4, 4), zeros(4, 4)
+    across[0, 2] = across[2, 0] = fmpq(3)
+    within[0, 1] = within[1, 0] = fmpq(2)
+    coupled = delay_forms.Form(empty.P, {}, {1: across}, {})
+    assert of_rate(coupled) == 3 * (seen.coupling[1][0, 2] + seen.coupling[1][2, 0])
+    plain = delay_forms.Form(fmpq_mat([[1, 2], [2, 5]]), {}, {1: within}, {})
+    whole = delay_forms.total(plain, coupled)
+    supply = seen.of(delay_sos.rate(plant, fmpq(0), empty))
+    assert of_rate(plain) == seen.of(delay_sos.rate(plant, fmpq(0), plain)) - supply
+    assert of_rate(whole) == of_rate(plain) + of_rate(coupled)
+
+
+def test_the_zero_functional_proves_nothing() -> None:
+    given = certificate("ex2-d1-lower")
+    given["witness"]["functional"] = _zeroed(given["witness"]["functional"])
+    assert "not positive on |w|^2 + |v|^2" in refusal(given, delay_dual.degree_lower)
+
+
+def _zeroed(table: Json) -> Json:
+    def zero(value: Any) -> Any:
+        return [zero(entry) for entry in value] if isinstance(value, list) else "0"
+
+    return {key: zero(value) for key, value in table.items()}
+
+
+def test_the_functional_and_a_form_must_fit() -> None:
+    with pytest.raises(ValueError, match="zip"):
+        functional(2, 1, 1).of(delay_forms.Form(zeros(1, 1), {}, {}, {}))
+
+
+def test_a_section_of_odd_order_is_accepted() -> None:
+    # (2 - s)/(2 + s) = -1 + 4/(s + 2)
+    value = {"a": [["-2"]], "b": [["1"]], "c": [["4"]], "d": "-1"}
+    assert delay_pade._section(value, 1)[3] == -1
+
+
+def test_only_the_measured_state_is_left_out_of_the_inequality() -> None:
+    given = certificate("ex1-pade-upper")
+    # A storage that ignores one state of the section fails there, and there alone.
+    for i in range(12):
+        given["witness"]["P"][i][2] = given["witness"]["P"][2][i] = "1000" if i == 2 else "0"
+    assert "minus LMI (3)" in refusal(given, delay_pade.pade_upper)
+
+
 def test_the_functional_is_weakly_dual() -> None:
     """On the certificate from above of the same degree, the identity turns into level times value minus value <= 0."""
     plant = delay_plant.measured_last(
