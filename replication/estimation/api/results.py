@@ -7,8 +7,9 @@ matplotlib is imported, and only then.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -27,10 +28,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bracket:
-    """lower <= true value <= upper. lower is attained (up to `Evidence` that says otherwise), upper is guaranteed."""
+    """lower <= true value <= upper: lower is attained, upper guaranteed; method: how each end was found."""
 
     lower: float
     upper: float
+    method: str
 
     @property
     def width(self) -> float:
@@ -113,7 +115,11 @@ class Shown(ABC):
         return f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody>\n</table>\n"
 
 
+EXACT_GAIN = "a singular value at some frequency; no eigenvalue of the symplectic pencil on the circle"
+"""How the ends of an exact l2 gain are found (`replication.estimation.norms`)."""
 HEADINGS = ("quantity", "value", "how")
+DIGITS, MAX_DIGITS, SHOWN_WIDTH = 6, 12, Decimal("1.1")
+"""Significant digits of the ends of a bracket, at least and at most, and how much wider it may then look."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -151,11 +157,11 @@ class GainResult(Shown):
 
     def rows(self) -> list[tuple[str, str, str]]:
         """Guaranteed level, bracket, gains, evidence."""
-        low, high = numerals(self.bracket.lower, self.bracket.upper)
+        low, high = outward(self.bracket)
         gains = ", ".join(f"{name} {gain.shape}" for name, gain in self.gains.items())
         return [
             ("guaranteed level", high, self.quantity),
-            ("bracket", f"[{low}, {high}]", f"width {self.bracket.width:.1e} of the level"),
+            ("bracket", f"[{low}, {high}]", f"{self.bracket.method}; width {self.bracket.width:.1e}"),
             ("gains", gains, "shapes"),
             *((fact.what, f"{_text(fact.value)}{fact.unit and ' '}{fact.unit}", fact.method) for fact in self.evidence),
         ]
@@ -166,7 +172,7 @@ class GainResult(Shown):
             "method": self.method,
             "quantity": self.quantity,
             "value": self.value,
-            "bracket": {"lower": self.bracket.lower, "upper": self.bracket.upper},
+            "bracket": {"lower": self.bracket.lower, "upper": self.bracket.upper, "method": self.bracket.method},
             "gains": {name: {"axes": self.axes[name], "value": gain.tolist()} for name, gain in self.gains.items()},
             "evidence": [
                 {"what": fact.what, "value": fact.value, "unit": fact.unit, "method": fact.method}
@@ -244,13 +250,15 @@ def frozen(arrays: Mapping[str, Any]) -> dict[str, Array]:
     return copies
 
 
-def numerals(*numbers: float, digits: int = 6) -> Sequence[str]:
-    """The numbers with as many significant digits as tell them apart, at least `digits`."""
-    for count in range(digits, 17):
-        texts = [f"{number:.{count}g}" for number in numbers]
-        if len(set(texts)) == len(set(numbers)):
+def outward(bracket: Bracket) -> tuple[str, str]:
+    """Both ends with enough digits to show the width, the lower one rounded down and the upper one up."""
+    low, high = Decimal(bracket.lower), Decimal(bracket.upper)
+    for digits in range(DIGITS, MAX_DIGITS + 1):
+        below = Context(prec=digits, rounding=ROUND_FLOOR).plus(low)
+        above = Context(prec=digits, rounding=ROUND_CEILING).plus(high)
+        if above - below <= SHOWN_WIDTH * (high - low):
             break
-    return texts
+    return f"{below.normalize():g}", f"{above.normalize():g}"
 
 
 def _columns(name: str, signal: Array) -> dict[str, Array]:

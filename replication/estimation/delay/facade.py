@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     import control
 
 QUANTITY = "L2 gain from the disturbance w to the estimation error of z"
+BOTH_ENDS = "closed loop with collocated histories; a certificate by sums of squares"
 DEGREE, MARGIN, ORDER = 2, 0.05, 24
 """Degree of the polynomials; relative distance from the optimum, whose gains have no bound; points of histories."""
 AGREES = 1e-4
@@ -259,7 +260,7 @@ def _result(
     return DelayResult(
         method="delay",
         quantity=QUANTITY,
-        bracket=Bracket(min(norm.lower, certificate.gamma), certificate.gamma),
+        bracket=Bracket(min(norm.lower, certificate.gamma), certificate.gamma, BOTH_ENDS),
         gains=frozen(arrays),
         axes=AXES,
         evidence=evidence,

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.api.results import Bracket, Evidence, GainResult, Panel, Simulation, frozen
+from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult, Panel, Simulation, frozen
 from replication.estimation.api.running import PeriodicObserver, Phase
 from replication.estimation.api.signals import Signals, numbered
 from replication.estimation.dualrate.loop import (
@@ -151,7 +151,7 @@ def analyse(
     return DualRateResult(
         method="dualrate",
         quantity=QUANTITY,
-        bracket=Bracket(gain.lower, gain.upper),
+        bracket=Bracket(gain.lower, gain.upper, EXACT_GAIN),
         gains=frozen({"K": problem.feedback, "L": problem.injection}),
         axes={"K": "(input, state)", "L": "(state, output)"},
         evidence=evidence,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.results import Bracket, Evidence, GainResult, Panel, Simulation, frozen
+from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult, Panel, Simulation, frozen
 from replication.estimation.api.running import PeriodicObserver, Phase
 from replication.estimation.api.signals import Signals, is_statespace, numbered
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, optimum, riccati_design
@@ -246,7 +246,7 @@ def _result(problem: MultirateProblem, signals: Signals, gains: Any, best: Optim
     return MultirateResult(
         method="multirate",
         quantity=QUANTITY,
-        bracket=Bracket(exact.lower, exact.upper),
+        bracket=Bracket(exact.lower, exact.upper, EXACT_GAIN),
         gains=frozen({"L": gains}),
         axes={"L": "(phase, state, sensor)"},
         evidence=evidence,

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     import control
 
 QUANTITY = "l2 gain from the disturbance w (held between samples) to the error z - z^, over all sampling sequences"
+BOTH_ENDS = "a sampling sequence with its disturbance; a Lyapunov certificate for all of them"
 LEAVES, HORIZON = 16, 400
 """Default effort: Lyapunov matrices of the guarantee, and samples of the worst sequence searched for."""
 NODES = 60
@@ -261,7 +262,7 @@ def _result(
     return NonuniformResult(
         method="nonuniform",
         quantity=QUANTITY,
-        bracket=Bracket(gain.lower, gain.upper),
+        bracket=Bracket(gain.lower, gain.upper, BOTH_ENDS),
         gains=frozen({"A_f": filter_.A, "B_f": filter_.B, "C_f": filter_.C}),
         axes={"A_f": "(state, state)", "B_f": "(state, measurement)", "C_f": "(output, state)"},
         evidence=(*evidence, *found),

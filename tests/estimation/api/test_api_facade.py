@@ -9,6 +9,7 @@ import json
 import re
 import subprocess
 import sys
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ import pytest
 import scipy.io
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.results import Bracket, GainResult, numerals
+from replication.estimation.api.results import Bracket, GainResult, outward
 from replication.estimation.api.signals import Signals
 from tests.estimation.api.api_plants import CASES, METHODS, result_of
 
@@ -85,7 +86,8 @@ def test_the_dictionary_is_json_and_reads_back_exactly(method: str) -> None:
     result = result_of(method)
     read = json.loads(result.to_json())
     assert read == result.to_dict()
-    assert read["bracket"] == {"lower": result.bracket.lower, "upper": result.bracket.upper}
+    bracket = result.bracket
+    assert read["bracket"] == {"lower": bracket.lower, "upper": bracket.upper, "method": bracket.method}
     for name, gain in result.gains.items():
         assert np.array_equal(np.array(read["gains"][name]["value"]), gain)
 
@@ -146,7 +148,7 @@ def test_html_escapes_the_names_of_signals() -> None:
     result = Shout(
         method="<b>",
         quantity="<script>alert(1)</script>",
-        bracket=Bracket(1.0, 2.0),
+        bracket=Bracket(1.0, 2.0, "by hand"),
         gains={},
         axes={},
         evidence=(),
@@ -178,6 +180,18 @@ def test_a_simulation_has_a_table_a_plot_and_a_dictionary(method: str) -> None:
         assert 0 < simulation.ratio <= result_of(method).value * (1 + 1e-6)
 
 
-def test_numerals_tell_numbers_apart() -> None:
-    assert numerals(1.0, 1.0 + 1e-9) == ["1", "1.000000001"]
-    assert numerals(2.0, 2.0) == ["2", "2"]
+@pytest.mark.parametrize(
+    ("lower", "upper", "shown"),
+    [
+        (1.0, 1.0 + 1e-9, ("1", "1.0000000011")),
+        (2.0, 2.0, ("2", "2")),
+        (1 / 3, 1 / 3, ("0.333333333333", "0.333333333334")),
+        (0.55233001, 0.57976649, ("0.552330", "0.579767")),
+        (0.1, 123.4567891, ("0.1", "123.457")),
+        (1.5e-9, 2.5e-9, ("1.49999e-9", "2.50001e-9")),
+    ],
+)
+def test_brackets_are_rounded_outwards(lower: float, upper: float, shown: tuple[str, str]) -> None:
+    low, high = outward(Bracket(lower, upper, "by hand"))
+    assert Decimal(low) <= Decimal(lower) and Decimal(high) >= Decimal(upper)
+    assert (Decimal(low), Decimal(high)) == tuple(map(Decimal, shown))
