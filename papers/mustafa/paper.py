@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from papers.mustafa import data, experiments, sensitivity
+from papers._common import MULTIPLES, PLANT
+from papers.mustafa import common, data, experiments, sensitivity
 from papers.mustafa.claims import levels, method, printed_filter
 from papers.mustafa.errata import ERRATA
 from papers.mustafa.figures import FIGURES
@@ -64,7 +65,12 @@ def _of_example(e: int) -> tuple[Experiment, ...]:
 
 
 SENSITIVITY = (f"{KEY}.sensitivity.1", f"{KEY}.sensitivity.2")
+COMMON, LARGEST = f"{KEY}.common", 4
+"""The experiment on the common plant, and the largest multiple tried: beyond, a fixed filter promises little here."""
+_TRIED = [m for m in MULTIPLES if m <= LARGEST]
 EXPERIMENTS = (
+    Experiment(name=COMMON, function=common.levels,
+               inputs={"plant": PLANT, "multiples": _TRIED, "leaves": 16, "horizon": 400}),
     Experiment(
         name=SENSITIVITY[0], function=sensitivity.nominal_level,
         inputs={"prints": data.PRINTED_1, "h_u": EXAMPLES[1]["periods"][1], "claim": f"{KEY}.gamma.1"},
@@ -198,5 +204,6 @@ PAPER = Paper(
     formulas=FORMULAS,
     scope=SCOPE,
     findings=findings,
+    common=lambda results: common.common(results[COMMON], _TRIED),
     sensitivity=lambda results: tuple(move for name in SENSITIVITY for move in sensitivities(results[name])),
 )

@@ -44,7 +44,7 @@ def _sampled(plant: dict[str, Any]) -> MultiratePlant:
     A, B, C = (np.array(plant[name]) for name in "ABC")
     held = SampledPlant(A, B, C, np.zeros((1, 1)), C)
     Phi, Gamma = held.discretise(plant["h"])
-    return MultiratePlant(A=Phi, B_d=Gamma, C=C, D=[[plant["noise"]]], W=C)
+    return MultiratePlant(A=Phi, B_d=Gamma, C=C, D=np.array([[plant["noise"]]]), W=C)
 
 
 def _delayed(plant: MultiratePlant, instants: int) -> MultiratePlant:

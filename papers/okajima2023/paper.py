@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.okajima2023 import data, sensitivity
+from papers._common import INPUTS, MULTIPLES
+from papers.okajima2023 import common, data, sensitivity
 from papers.okajima2023.claims import gains, levels, orders, simulation, theory, unstable
 from papers.okajima2023.designs import CASES, GAIN_SETS, HALF_UNIT_OF_GAINS, KEY, experiments
 from papers.okajima2023.errata import ERRATA
@@ -55,7 +56,7 @@ def stated(printed: str) -> list[list[float]]:
     return [[float(entry.value) for entry in cell] + [0.0] * (2 - len(cell)) for cell in parse(printed).cells]
 
 
-SENSITIVITY = f"{KEY}.sensitivity"
+SENSITIVITY, COMMON = f"{KEY}.sensitivity", f"{KEY}.common"
 
 
 def _tried() -> list[dict[str, Any]]:
@@ -74,6 +75,7 @@ def _tried() -> list[dict[str, Any]]:
 
 EXPERIMENTS = (
     *experiments(),
+    _experiment("common", common.levels, **INPUTS),
     _experiment("sensitivity", sensitivity.levels, plant=data.printed_plant(), designs=_tried()),
     *(
         _experiment(f"schedule.{name}", selections, periods=list(periods), offsets=list(offsets))
@@ -198,5 +200,6 @@ PAPER = Paper(
     formulas=FORMULAS,
     scope=scope(CLAIMS),
     findings=findings,
+    common=lambda results: common.common(results[COMMON], list(MULTIPLES)),
     sensitivity=lambda results: sensitivities(results[SENSITIVITY]),
 )

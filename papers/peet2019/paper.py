@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from papers.peet2019 import data, names, sensitivity
+from papers._common import INPUTS, MULTIPLES
+from papers.peet2019 import common, data, names, sensitivity
 from papers.peet2019.claims import cost, levels, theory
 from papers.peet2019.data import KEY
 from papers.peet2019.errata import ERRATA
@@ -50,7 +51,9 @@ def _loop(name: str, plant: dict[str, Any], degree: int, orders: list[int], leve
     )
 
 
+COMMON, COMMON_DEGREE = f"{KEY}.common", 2
 EXPERIMENTS: tuple[Experiment, ...] = (
+    _experiment(COMMON, common.levels, **INPUTS, degree=COMMON_DEGREE),
     *(
         _experiment(
             names.sensitivity(example),
@@ -228,5 +231,6 @@ PAPER = Paper(
     formulas=FORMULAS,
     scope=SCOPE,
     findings=findings,
+    common=lambda results: common.common(results[COMMON], list(MULTIPLES)),
     sensitivity=_sensitivity,
 )

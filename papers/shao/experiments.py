@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from papers.shao import data, sensitivity
+from papers._common import INPUTS
+from papers.shao import common, data, sensitivity
 from papers.shao.bounds import step_bounds
 from papers.shao.problem import APO, FREQUENCIES, PMI
 from papers.shao.search import BLOCKS, block
@@ -15,9 +16,10 @@ from replication.audit.model import Experiment
 SEARCH = tuple(f"shao.readings-{index:02d}" for index in BLOCKS)
 """Names of the blocks of the search."""
 
-SENSITIVITY = "shao.sensitivity"
+SENSITIVITY, COMMON = "shao.sensitivity", "shao.common"
 
 EXPERIMENTS = (
+    Experiment(name=COMMON, function=common.levels, inputs=INPUTS),
     Experiment(
         name=SENSITIVITY,
         function=sensitivity.table,

@@ -1,11 +1,13 @@
 """The audit of Shao, Yang, Li and Yi: experiments, claims, errata, figures, tables and scope together."""
 
+from papers._common import MULTIPLES
+from papers.shao import common
 from papers.shao.claims_compare import COMPARISONS
 from papers.shao.claims_motor import MOTOR_CLAIMS
 from papers.shao.claims_table import ANY_READING, TABLE_CELLS
 from papers.shao.claims_theory import THEORY_CLAIMS
 from papers.shao.errata import ERRATA
-from papers.shao.experiments import EXPERIMENTS, SENSITIVITY
+from papers.shao.experiments import COMMON, EXPERIMENTS, SENSITIVITY
 from papers.shao.figures import FIGURES
 from papers.shao.findings import findings
 from papers.shao.scope import SCOPE
@@ -43,5 +45,6 @@ PAPER = Paper(
     formulas=FORMULAS,
     scope=SCOPE,
     findings=findings,
+    common=lambda results: common.common(results[COMMON], list(MULTIPLES)),
     sensitivity=lambda results: sensitivities(results[SENSITIVITY]),
 )

@@ -172,12 +172,14 @@ def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, str]:
     names = [experiment.name for experiment in paper.experiments]
     findings, error = state.attempt(names, lambda results: _sentences(paper.findings(results)))
     moves, unmoved = state.attempt(names, paper.sensitivity)
+    shared, unshared = state.attempt(names, paper.common)
     record = PaperRecord(
         findings=findings if findings is not None else (f"The findings could not be computed: {error}",),
         sensitivity=moves or (),
+        common=shared or (),
         **paper_fields(paper),
     )
-    return record, " · ".join(filter(None, (error, unmoved)))
+    return record, " · ".join(filter(None, (error, unmoved, unshared)))
 
 
 def _checked(proof: object) -> Proof:

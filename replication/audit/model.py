@@ -210,12 +210,27 @@ class Sensitivity(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     high: float | None
 
 
+class CommonLevel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What an estimator of the paper reaches on the plant that all papers share, as a bracket.
+
+    sensor: how it measures, with the multiple m in words. multiple: m, in base periods; 1 is the ideal sensor.
+    measure: what the numbers are. lower, upper: equal where the value is exact.
+    """
+
+    sensor: str
+    multiple: int
+    lower: float
+    upper: float
+    measure: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class Paper:
     """A source paper as this package audits it; year is None if the text gives none.
 
     `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
-    printed parameters move within their rounding. notebook: name of its tutorial, if it has one.
+    printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
+    notebook: name of its tutorial, if it has one.
     """
 
     key: str
@@ -236,3 +251,4 @@ class Paper:
     scope: tuple[ScopeItem, ...] = ()
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()
+    common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: ()

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.files import write_atomically
-from replication.audit.model import Kind, Numbers, ScopeItem, Sensitivity, SolverRecord, Verdict
+from replication.audit.model import CommonLevel, Kind, Numbers, ScopeItem, Sensitivity, SolverRecord, Verdict
 from replication.errors import AuditError
 
 SCHEMA_VERSION = 2
@@ -169,6 +169,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     tables: tuple[TableRecord, ...]
     scope: tuple[ScopeItem, ...]
     sensitivity: tuple[Sensitivity, ...] = ()
+    common: tuple[CommonLevel, ...] = ()
 
 
 class RunRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from replication.audit.across import across
 from replication.audit.allowances import allowances
 from replication.audit.controls import controls
 from replication.audit.lineage import lineages
@@ -31,6 +32,7 @@ class Section:
 
 
 _SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile], Any]], ...] = (
+    ("across", "Across the papers", across),
     ("words", "What the verdicts mean", lambda results: ()),
     ("proofs", "Proofs", proofs),
     ("tolerances", "Tolerances", lambda results: allowances(results.claims)),

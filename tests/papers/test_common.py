@@ -1,0 +1,38 @@
+"""The common plant: two papers' methods meet where their problems are the same, and costs grow as they must."""
+
+import numpy as np
+import pytest
+
+from papers._common import MULTIPLES, PLANT
+from papers.mustafa import common as irregular
+from papers.okajima2023 import common as slow
+from papers.peet2019 import common as late
+
+AGREEMENT = 1e-9
+
+
+@pytest.fixture(scope="module")
+def found() -> dict[str, list[list[float]]]:
+    return slow.levels(PLANT, list(MULTIPLES))
+
+
+def test_two_estimators_give_the_same_level_with_the_ideal_sensor(found: dict[str, list[list[float]]]) -> None:
+    ((other, _),) = irregular.levels(PLANT, [1], leaves=2, horizon=50)
+    assert other == pytest.approx(found["slow"][0][1], rel=AGREEMENT)
+    assert found["late"][0] == found["slow"][0]
+
+
+def test_slower_and_later_is_never_better(found: dict[str, list[list[float]]]) -> None:
+    for name in ("slow", "late"):
+        levels = np.array(found[name])
+        assert np.all(np.diff(levels[:, 0]) > 0)
+        assert np.all(levels[:, 0] <= levels[:, 1])
+    # A measurement that comes m - 1 instants late brings more than one every m instants, which is as old at the most.
+    assert np.all(np.array(found["late"])[1:, 1] < np.array(found["slow"])[1:, 0])
+
+
+@pytest.mark.slow
+def test_continuous_time_delays_cost_more_the_longer_they_are() -> None:
+    levels = np.array(late.levels(PLANT, list(MULTIPLES), 2))
+    assert np.all(np.diff(levels[:, 0]) > 0)
+    assert np.all(levels[:, 1] - levels[:, 0] < 1e-4 * levels[:, 1])
