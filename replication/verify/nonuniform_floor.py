@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from flint import arb, arb_mat, fmpq
 
-from replication.verify.nonuniform_system import Plant, Time, seconds, step_at
+from replication.verify.balls import require_positive_definite
+from replication.verify.linear import identity
+from replication.verify.nonuniform_gain import require_ratio, total
+from replication.verify.nonuniform_system import Plant, Time, seconds, solved, step_at
 from replication.verify.theorem import require
-
-SQUARINGS = 12
-"""Powers of two of a matrix that are tried for a norm below one."""
 
 
 def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list[fmpq]) -> None:
@@ -29,43 +29,39 @@ def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list
     Phi, Gamma = arb_mat([row[:n] for row in rows]), arb_mat([row[n:] for row in rows])
     L = arb_mat(plant.L)
     x = arb_mat(len(start), 1, [arb(entry) for entry in start])
-    if plant.D == 0 * plant.D:
+    if plant.D.rank() == 0:
         require(len(start) == plant.B.ncols(), "witness.start must be a disturbance")
         supplied, seen = _square(x), _square(L * Gamma * x)
     else:
         require(len(start) == n, "witness.start must be a state")
-        require(plant.D.nrows() == plant.D.ncols() and plant.D.det() != 0, "D is neither zero nor invertible")
+        require(plant.D.nrows() == plant.D.ncols(), "D is neither zero nor square")
+        require(plant.D.det() != 0, "D is neither zero nor invertible")
         ratio = plant.D.inv() * plant.C
-        back = (Phi - Gamma * arb_mat(ratio)).inv()
+        back = solved(Phi - Gamma * arb_mat(ratio), arb_mat(identity(n)), "Phi - Gamma D^-1 C")
         require_schur(back)
-        following = back.solve(x)
+        following = (Phi - Gamma * arb_mat(ratio)) * x
         supplied = _quadratic(energy_before(back, arb_mat(ratio.transpose() * ratio)), x)
         seen = _quadratic(energy_before(back, L.transpose() * L), following)
-    require(supplied > 0, "witness.start must not be zero")
-    require(seen > level**2 * supplied, f"the hidden disturbance does not attain {level}: {(seen / supplied).sqrt()}")
+    require_ratio(seen, supplied, level, "the hidden disturbance")
 
 
 def require_schur(J: arb_mat) -> None:
-    """Refuse unless a power of J has a Frobenius norm below one."""
-    power = J
-    for _ in range(SQUARINGS):
-        if sum((entry * entry for entry in power.entries()), arb(0)) < 1:
-            return
-        power = power * power
-    require(False, "the zeros of w -> y are not proved to lie outside the unit circle")
+    """Refuse unless X = I + J'XJ has a positive definite solution: J is then Schur (Lyapunov)."""
+    X = energy_before(J, arb_mat(identity(J.nrows())))
+    require_positive_definite(X, "the energy of the zeros of w -> y, which must lie outside the unit circle,")
 
 
 def energy_before(J: arb_mat, Q: arb_mat) -> arb_mat:
-    """X = Q + J'XJ = sum_{k >= 0} (J^k)'Q J^k of a Schur J, by the linear equation for its entries."""
-    n = J.nrows()
-    pairs = [(i, j) for i in range(n) for j in range(n)]
-    equation = [[arb(int(p == q)) - J[q[0], p[0]] * J[q[1], p[1]] for q in pairs] for p in pairs]
-    return arb_mat(n, n, arb_mat(equation).solve(arb_mat(n * n, 1, Q.entries())).entries())
+    """X = Q + J'XJ, for a Schur J the sum of (J^k)'Q J^k over k >= 0, by the linear equation for its entries."""
+    places = [(i, j) for i in range(J.nrows()) for j in range(J.nrows())]
+    equation = [[arb(int(p == q)) - J[q[0], p[0]] * J[q[1], p[1]] for q in places] for p in places]
+    X = solved(arb_mat(equation), arb_mat([[entry] for entry in Q.entries()]), "the equation of the energy")
+    return arb_mat(J.nrows(), J.nrows(), X.entries())
 
 
 def _square(column: arb_mat) -> arb:
-    return sum((entry * entry for entry in column.entries()), arb(0))
+    return total([entry * entry for entry in column.entries()])
 
 
 def _quadratic(Q: arb_mat, x: arb_mat) -> arb:
-    return (x.transpose() * Q * x)[0, 0]
+    return (x.transpose() * Q * x).trace()

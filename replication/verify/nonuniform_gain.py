@@ -6,6 +6,7 @@ of periods h_k in a range; the weights w_k are 1, or h_k for the gain per durati
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -24,10 +25,15 @@ from replication.verify.nonuniform_system import (
     error_step,
     require_stable,
     seconds,
+    solved,
     step_at,
+    widened,
 )
 from replication.verify.reading import fields, integer, positive, rational, sequence, symmetric
 from replication.verify.theorem import Refused, require
+
+Pair = tuple[int, int]
+Fails = Callable[[fmpq, fmpq, list[Pair]], list[Pair]]
 
 HALVINGS = 24
 """Times that a piece of the range may be halved before the storage matrices are refused."""
@@ -51,7 +57,7 @@ def lyapunov_level(plant: Plant, filter_: Filter, ends: tuple[Time, Time], weigh
         require_definite(storage, f"P[{c}]")
     proof = _Inequality(plant, filter_, weight, level, [arb_mat(storage) for storage in P], ends)
     for letter, (a, b) in enumerate(pairwise(shares)):
-        proof.require_on(a, b, [(row[letter], d) for d, row in enumerate(before)], HALVINGS)
+        require_everywhere(proof.fails, a, b, [(row[letter], d) for d, row in enumerate(before)], HALVINGS)
     return level
 
 
@@ -70,6 +76,18 @@ def _automaton(given: Any, size: int) -> tuple[list[fmpq], list[list[int]], list
     return shares, before, P
 
 
+def require_everywhere(fails: Fails, a: fmpq, b: fmpq, transitions: list[Pair], halvings: int) -> None:
+    """Refuse unless no transition fails between a and b; those that do are tried again on both halves."""
+    left = fails(a, b, transitions)
+    if left and halvings <= 0:
+        c, d = left[0]
+        raise Refused(f"the storage inequality from P[{c}] to P[{d}] is not proved between the shares {a} and {b}")
+    if left:
+        middle = (a + b) / 2
+        require_everywhere(fails, a, middle, left, halvings - 1)
+        require_everywhere(fails, middle, b, left, halvings - 1)
+
+
 class _Inequality:
     """The inequality of `lyapunov_level` on pieces of the range."""
 
@@ -86,26 +104,20 @@ class _Inequality:
         self.paid = arb_mat(block([[demanded, corner], [corner.transpose(), supplied]]))
         self.kept = arb_mat(block([[identity(states), corner]]))
 
-    def require_on(self, a: fmpq, b: fmpq, transitions: list[tuple[int, int]], halvings: int) -> None:
-        """Refuse unless the inequality holds for these pairs (c, d) at every period between the shares a and b.
+    def fails(self, a: fmpq, b: fmpq, transitions: list[Pair]) -> list[Pair]:
+        """The pairs (c, d) for which the inequality is not proved at every period between the shares a and b.
 
         It is concave in M and w together (P_d > 0), so that it need hold only at both ends of a chord, each with the
-        remainder of the chord added as a ball. Pairs that fail are tried again on both halves.
+        remainder of the chord as the radius of a ball.
         """
         start, stop = (seconds(along(*self.ends, share)) for share in (a, b))
         rest = chord_remainder(self.plant, start, stop - start)
-        corners = [(error_step(self.plant, self.filter, step_at(self.plant, h) + rest), h) for h in (start, stop)]
-        failed = [pair for pair in transitions if not all(self._holds(pair, M, h) for M, h in corners)]
-        if not failed:
-            return
-        if halvings == 0:
-            c, d = failed[0]
-            raise Refused(f"the storage inequality from P[{c}] to P[{d}] is not proved at h = {start.str(8)} s")
-        middle = (a + b) / 2
-        self.require_on(a, middle, failed, halvings - 1)
-        self.require_on(middle, b, failed, halvings - 1)
+        corners = [
+            (error_step(self.plant, self.filter, widened(step_at(self.plant, h), rest)), h) for h in (start, stop)
+        ]
+        return [pair for pair in transitions if not all(self._holds(pair, M, h) for M, h in corners)]
 
-    def _holds(self, pair: tuple[int, int], M: arb_mat, h: arb) -> bool:
+    def _holds(self, pair: Pair, M: arb_mat, h: arb) -> bool:
         before, after = (self.P[i] for i in pair)
         paid = self.paid * h if self.weight == "duration" else self.paid
         try:
@@ -136,20 +148,19 @@ def attained_level(plant: Plant, filter_: Filter, ends: tuple[Time, Time], weigh
     states = plant.A.nrows() + filter_.A.nrows()
     through, forced = acb_mat(identity(states)), acb_mat(zeros(states, 1))
     frame = acb_mat(block([[identity(states)], [zeros(inputs, states)]]))
-    for time, drive in zip(periods, w, strict=True):
+    for k, time in enumerate(periods):
         through = steps[time] * frame * through
-        forced = _advance(steps[time], forced, drive)
+        forced = _advance(steps[time], forced, w[k])
     z = circle_point(rational(turn, "witness.turn"))
-    x = (acb_mat(identity(states)) * z - through).solve(forced)
+    x = solved(acb_mat(identity(states)) * z - through, forced, "zI - A")
     output = acb_mat(error_output(plant, filter_))
-    errors, supplied = arb(0), arb(0)
-    for time, drive in zip(periods, w, strict=True):
-        share = seconds(time) if weight == "duration" else arb(1)
-        errors += share * energy(output * x)
-        supplied += share * energy(drive)
-        x = _advance(steps[time], x, drive)
-    require(supplied > 0, "witness.w must not be zero")
-    require(errors > level**2 * supplied, f"the disturbance does not attain {level}: {(errors / supplied).sqrt()}")
+    errors, supplied = [], []
+    for k, time in enumerate(periods):
+        seen, given_ = energy(output * x), energy(w[k])
+        errors.append(seen * seconds(time) if weight == "duration" else seen)
+        supplied.append(given_ * seconds(time) if weight == "duration" else given_)
+        x = _advance(steps[time], x, w[k])
+    require_ratio(total(errors), total(supplied), level, "the disturbance")
     return level
 
 
@@ -183,4 +194,15 @@ def circle_point(t: fmpq) -> acb:
 
 def energy(column: acb_mat) -> arb:
     """The sum of the squared moduli."""
-    return sum((entry.real * entry.real + entry.imag * entry.imag for entry in column.entries()), arb(0))
+    return total([entry.real * entry.real + entry.imag * entry.imag for entry in column.entries()])
+
+
+def total(terms: Sequence[arb]) -> arb:
+    """The sum of at least one term."""
+    return sum(terms[1:], terms[0])
+
+
+def require_ratio(seen: arb, supplied: arb, level: fmpq, what: str) -> None:
+    """Refuse unless 0 < level^2 supplied < seen: both are energies, and the gain is then above `level`."""
+    require(supplied > 0, f"{what} must not be zero")
+    require(seen > level**2 * supplied, f"{what} does not attain {level}: {(seen / supplied).sqrt()}")

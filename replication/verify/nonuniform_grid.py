@@ -14,8 +14,8 @@ from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
 from replication.verify.balls import between, require_positive_definite
 from replication.verify.linear import identity
 from replication.verify.linear import require_positive_definite as require_definite
-from replication.verify.nonuniform_gain import circle_point, complex_vector, energy
-from replication.verify.nonuniform_system import Plant, seconds, step_at
+from replication.verify.nonuniform_gain import circle_point, complex_vector, energy, require_ratio, total
+from replication.verify.nonuniform_system import Plant, seconds, solved, step_at
 from replication.verify.reading import fields, matrix, positive, rational, sequence, symmetric
 from replication.verify.theorem import Refused, require
 
@@ -74,8 +74,8 @@ def require_response(A: fmpq_mat, Phi: arb_mat, lower: fmpq, given: Any, path: s
     n = A.nrows()
     xi = complex_vector(direction, f"{path}.direction", n)
     z = circle_point(rational(turn, f"{path}.turn"))
-    response = energy(acb_mat(arb_mat(A) * Phi) * (acb_mat(identity(n)) * z - acb_mat(Phi)).solve(xi))
-    require(response > lower**2 * energy(xi), f"{path}: the response does not attain {lower}")
+    response = energy(acb_mat(arb_mat(A) * Phi) * solved(acb_mat(identity(n)) * z - acb_mat(Phi), xi, "zI - Phi"))
+    require_ratio(response, energy(xi), lower, f"{path}: the response")
 
 
 def covered(h: arb, below: arb, above: arb, printed: arb, gain: arb) -> Interval:
@@ -181,8 +181,8 @@ def require_upper_end(plant: Plant) -> str:
         return f"as printed the bound exceeds 1/alpha at the end by the factor {(below / above).str(6, radius=False)}"
     require(bool(above < 0) and bool(below > 0), "the printed end of U3 does not lie below the centre")
     Phi = state_transition(plant, seconds(plant.h_l) / 2 + seconds(plant.h_u) / 2)
-    at_one = arb_mat(plant.A) * Phi * (arb_mat(identity(2)) - Phi).inv()
-    least = sum((entry * entry for entry in at_one.entries()), arb(0)) / 2
+    at_one = arb_mat(plant.A) * Phi * solved(arb_mat(identity(2)) - Phi, arb_mat(identity(2)), "I - Phi")
+    least = total([entry * entry for entry in at_one.entries()]) / 2
     require(least > above * above, "case U3 is not met")
     return "as printed the upper end lies below the centre of the interval"
 
@@ -196,5 +196,5 @@ def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, given: Any, path: str) 
     """Refuse unless Delta(theta) = A^{-1} (e^{theta A} - I) amplifies a rational direction by more than `lower`."""
     n = A.nrows()
     v = arb_mat(matrix(given, path, n, 1))
-    image = arb_mat(A).solve(((arb_mat(A) * theta).exp() - arb_mat(identity(n))) * v)
-    require(energy(acb_mat(image)) > lower**2 * energy(acb_mat(v)), f"{path}: Delta does not attain {lower}")
+    image = solved(arb_mat(A), ((arb_mat(A) * theta).exp() - arb_mat(identity(n))) * v, "A")
+    require_ratio(energy(acb_mat(image)), energy(acb_mat(v)), lower, f"{path}: Delta")

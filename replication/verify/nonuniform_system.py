@@ -12,7 +12,7 @@ from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.linear import block, is_schur, require_hurwitz, zeros
 from replication.verify.reading import fields, matrix, rational, sequence, text
-from replication.verify.theorem import require
+from replication.verify.theorem import Refused, require
 
 PRECISION = 128
 """Bits of the balls."""
@@ -106,20 +106,21 @@ def step_at(plant: Plant, h: arb) -> arb_mat:
 
 
 def chord_remainder(plant: Plant, start: arb, length: arb) -> arb_mat:
-    """Balls around zero that hold [Phi, Gamma](h) minus their chord over start <= h <= start + length.
+    """Bounds of the moduli of [Phi, Gamma](h) minus their chord over start <= h <= start + length.
 
     A function differs from its chord by at most length^2 / 8 times the largest second derivative, here N^2 e^{Nh}.
     """
     N = plant.generator()
-    whole = spanned(arb(0), length)
-    bend = upper_rows(N * N * (N * start).exp() * (N * whole).exp(), plant.A.nrows())
-    size = [(length * length / 8 * entry).abs_upper() for entry in bend.entries()]
-    return arb_mat(bend.nrows(), bend.ncols(), [spanned(-bound, bound) for bound in size])
+    bend = upper_rows(N * N * (N * start).exp() * (N * arb(0).union(length)).exp(), plant.A.nrows())
+    return arb_mat(bend.nrows(), bend.ncols(), [(length * length / 8 * entry).abs_upper() for entry in bend.entries()])
 
 
-def spanned(low: arb, high: arb) -> arb:
-    """A ball that holds everything from `low` to `high`."""
-    return low.union(high)
+def widened(M: arb_mat, bounds: arb_mat) -> arb_mat:
+    """Balls that hold every matrix whose entries differ from those of M by at most these bounds."""
+    entries = [
+        (M[i, j] - bounds[i, j]).union(M[i, j] + bounds[i, j]) for i in range(M.nrows()) for j in range(M.ncols())
+    ]
+    return arb_mat(M.nrows(), M.ncols(), entries)
 
 
 def upper_rows(M: arb_mat, count: int) -> arb_mat:
@@ -147,3 +148,11 @@ def require_stable(plant: Plant, filter_: Filter) -> None:
     """
     require_hurwitz(plant.A, "the plant")
     require(is_schur(filter_.A.charpoly()), "the filter is not Schur stable")
+
+
+def solved(M: Any, right: Any, what: str) -> Any:
+    """M^{-1} right, in rationals or balls; refused if M is not proved invertible."""
+    try:
+        return M.solve(right)
+    except ZeroDivisionError:
+        raise Refused(f"{what} is not proved invertible") from None

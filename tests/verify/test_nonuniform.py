@@ -20,7 +20,11 @@ LESS, MORE = "99999/100000", "100001/100000"
 STORAGE = ("witness", "storage")
 MANY = len(load("range-2-upper")["witness"]["storage"]["P"])
 REFUSED = [
-    ("nominal-1-upper", scaled("upper", LESS), "storage inequality from P.0. to P.0. is not proved at h = .0.06783"),
+    (
+        "nominal-1-upper",
+        scaled("upper", LESS),
+        "storage inequality from P.0. to P.0. is not proved between the shares 0 and 1/16777216",
+    ),
     ("nominal-1-upper", scaled("upper", "-1"), "bound.upper must be positive"),
     ("nominal-1-upper", put("1/1000", *STORAGE, "P", 0, 0, 0), r"P\[0\] is not positive definite"),
     ("nominal-1-upper", put("1/1000", *STORAGE, "P", 0, 0, 1), r"P\[0\] must be symmetric"),
@@ -48,7 +52,7 @@ REFUSED = [
     ("printed-filter-level", put("119/1251", "parameters", "level"), "the bound .* exceeds the level 119/1251"),
     ("printed-filter-lower", scaled("lower", MORE), "the disturbance does not attain"),
     ("printed-filter-lower", scaled("lower", "-1"), "bound.lower must be positive"),
-    ("printed-filter-lower", put([[["0", "0"]]], "witness", "w"), "witness.w must not be zero"),
+    ("printed-filter-lower", put([[["0", "0"]]], "witness", "w"), "the disturbance must not be zero"),
     ("printed-filter-lower", put([["2", 1]], "witness", "pattern"), "a share from 0 to 1"),
     ("printed-filter-lower", put([["-1", 1]], "witness", "pattern"), "a share from 0 to 1"),
     ("printed-filter-lower", put([["1", 0]], "witness", "pattern"), "must be at least 1"),
@@ -64,9 +68,13 @@ REFUSED = [
     ("range-1-no-filter", put("1/7", "parameters", "level"), "is below the level 1/7"),
     ("floor-1", scaled("lower", MORE), "the hidden disturbance does not attain"),
     ("floor-1", scaled("lower", "-1"), "bound.lower must be positive"),
-    ("floor-1", put(["0", "0"], "witness", "start"), "witness.start must not be zero"),
+    ("floor-1", put(["0", "0"], "witness", "start"), "the hidden disturbance must not be zero"),
     ("floor-1", put(["1"], "witness", "start"), "witness.start must be a state"),
-    ("floor-1", put([["1"]], "plant", "D"), "zeros of w -> y are not proved to lie outside the unit circle"),
+    (
+        "floor-1",
+        put([["1"]], "plant", "D"),
+        "the energy of the zeros of w -> y, which must lie outside the unit circle, is not proved positive definite",
+    ),
     ("floor-2", scaled("lower", MORE), "the hidden disturbance does not attain"),
     ("floor-2", put(["1", "1"], "witness", "start"), "witness.start must be a disturbance"),
     ("floor-2", put([["1/10"]], "plant", "D"), "witness.start must be a state"),

@@ -1,0 +1,180 @@
+"""The steps of the nonuniform-sampling verifier one by one, against numbers that can be had by hand."""
+
+from typing import Any
+
+import pytest
+from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
+from nonuniform_cases import load
+
+from replication.verify import nonuniform_floor as floor
+from replication.verify import nonuniform_gain as gain
+from replication.verify import nonuniform_system as system
+from replication.verify.run import check
+from replication.verify.theorem import Refused
+
+ZERO, ONE, TWO = fmpq(0), fmpq(1), fmpq(2)
+NOTHING = (ZERO, ZERO)
+
+
+def integrator(D: Any = ((0,),)) -> system.Plant:
+    """x' = w, y = x + D w, z = x: Phi(h) = 1, Gamma(h) = h."""
+    one = fmpq_mat([[1]])
+    return system.Plant(fmpq_mat([[0]]), one, one, fmpq_mat(D), one, (ONE, ZERO), (TWO, ZERO))
+
+
+def recorded(failing: dict[tuple[fmpq, fmpq], list[gain.Pair]], seen: list[Any]) -> gain.Fails:
+    def fails(a: fmpq, b: fmpq, transitions: list[gain.Pair]) -> list[gain.Pair]:
+        seen.append((a, b, transitions))
+        return failing.get((a, b), [])
+
+    return fails
+
+
+def test_pieces_that_fail_are_halved() -> None:
+    seen: list[Any] = []
+    half, pairs = fmpq(1, 2), [(0, 0), (0, 1)]
+    fails = recorded({(ZERO, ONE): pairs[1:], (half, ONE): pairs[1:]}, seen)
+    gain.require_everywhere(fails, ZERO, ONE, pairs, 2)
+    quarters = [(half, fmpq(3, 4), pairs[1:]), (fmpq(3, 4), ONE, pairs[1:])]
+    assert seen == [(ZERO, ONE, pairs), (ZERO, half, pairs[1:]), (half, ONE, pairs[1:]), *quarters]
+
+
+@pytest.mark.parametrize("half", [(ZERO, fmpq(1, 2)), (fmpq(1, 2), ONE)])
+def test_a_piece_that_fails_after_the_last_halving_is_refused(half: tuple[fmpq, fmpq]) -> None:
+    fails = recorded({(ZERO, ONE): [(2, 3)], half: [(2, 3)]}, [])
+    with pytest.raises(
+        Refused, match=rf"from P\[2\] to P\[3\] is not proved between the shares {half[0]} and {half[1]}"
+    ):
+        gain.require_everywhere(fails, ZERO, ONE, [(2, 3)], 1)
+    with pytest.raises(Refused, match="between the shares 0 and 1"):
+        gain.require_everywhere(fails, ZERO, ONE, [(2, 3)], 0)
+    assert gain.HALVINGS == 24, "the documentation says how often"
+
+
+def test_storage_that_does_not_cover_the_errors_is_refused() -> None:
+    certificate = load("printed-filter-upper")
+    P = certificate["witness"]["storage"]["P"][0]
+    certificate["witness"]["storage"]["P"] = [[[str(half(entry)) for entry in row] for row in P]]
+    with pytest.raises(Refused, match="storage inequality"):
+        check(certificate)
+
+
+def half(entry: str) -> fmpq:
+    numerator, _, denominator = entry.partition("/")
+    return fmpq(int(numerator), 2 * int(denominator or 1))
+
+
+def test_without_storage_nothing_is_proved() -> None:
+    certificate = load("printed-filter-upper")
+    certificate["witness"]["storage"] |= {"P": [], "before": []}
+    with pytest.raises(Refused, match="P must not be empty"):
+        check(certificate)
+
+
+@pytest.mark.parametrize("weight", ["samples", "duration"])
+def test_the_size_of_a_disturbance_does_not_matter(weight: str) -> None:
+    certificate = load("printed-filter-lower")
+    certificate["parameters"]["weight"] = weight
+    certificate["witness"]["w"] = [[["1/1000000000", "1/1000000000"]]]
+    assert check(certificate).lower is not None
+    certificate["bound"]["lower"] = "1/10"
+    with pytest.raises(Refused, match="the disturbance does not attain 1/10"):
+        check(certificate)
+
+
+def test_a_ratio_must_be_exceeded() -> None:
+    gain.require_ratio(arb(5), arb(1), TWO, "it")
+    with pytest.raises(Refused, match="it does not attain 2"):
+        gain.require_ratio(arb(4), arb(1), TWO, "it")
+    with pytest.raises(Refused, match="it must not be zero"):
+        gain.require_ratio(arb(4), arb(0), TWO, "it")
+
+
+def test_points_of_the_circle_and_energies() -> None:
+    z = gain.circle_point(fmpq(1, 2))
+    assert z.real.contains(fmpq(3, 5)) and z.imag.contains(fmpq(4, 5))
+    assert gain.energy(acb_mat([[3], [4j]])) == 25
+
+
+def test_pattern_is_a_way_between_the_ends() -> None:
+    ends = ((ONE, ZERO), (ZERO, TWO))
+    assert gain._pattern([["1/4", 2], ["1", 1]], ends) == [(fmpq(3, 4), fmpq(1, 2))] * 2 + [(ZERO, TWO)]
+
+
+def test_energy_before_solves_its_equation() -> None:
+    J = arb_mat([[0, fmpq(1, 2), 1], [0, 0, fmpq(1, 3)], [fmpq(1, 4), 0, 0]])
+    Q = arb_mat([[1, 0, 0], [0, 2, 0], [0, 0, 3]])
+    X = floor.energy_before(J, Q)
+    assert all(entry.contains(0) and entry.rad() < 1e-10 for entry in (X - Q - J.transpose() * X * J).entries())
+    assert floor.energy_before(arb_mat([[fmpq(1, 2)]]), arb_mat([[3]]))[0, 0].contains(4)
+
+
+def test_schur_by_energy() -> None:
+    floor.require_schur(arb_mat([[fmpq(99, 100), 5], [0, fmpq(-99, 100)]]))
+    with pytest.raises(Refused, match="outside the unit circle"):
+        floor.require_schur(arb_mat([[fmpq(101, 100), 5], [0, fmpq(-99, 100)]]))
+
+
+def test_hidden_impulse() -> None:
+    plant = integrator()
+    floor.require_no_filter_below(plant, (TWO, ZERO), fmpq(199, 100), [ONE])
+    with pytest.raises(Refused, match="does not attain 2"):
+        floor.require_no_filter_below(plant, (TWO, ZERO), TWO, [ONE])
+
+
+def test_hidden_motion_of_an_integrator() -> None:
+    """D = -1/4, h = 1: x_{k+1} = 5 x_k, w_k = 4 x_k; |e|^2 = 25 (1 + 1/25 + ...), |w|^2 = 16 (1 + 1/25 + ...)."""
+    plant = integrator([[fmpq(-1, 4)]])
+    floor.require_no_filter_below(plant, (ONE, ZERO), fmpq(124, 100), [TWO])
+    with pytest.raises(Refused, match="does not attain 5/4"):
+        floor.require_no_filter_below(plant, (ONE, ZERO), fmpq(5, 4), [TWO])
+    with pytest.raises(Refused, match="outside the unit circle"):
+        floor.require_no_filter_below(integrator([[2]]), (ONE, ZERO), fmpq(1, 100), [TWO])
+    with pytest.raises(Refused, match=r"Phi - Gamma D.-1 C is not proved invertible"):
+        floor.require_no_filter_below(integrator([[1]]), (ONE, ZERO), fmpq(1, 100), [TWO])
+
+
+def test_a_direct_term_must_be_zero_or_invertible() -> None:
+    two = fmpq_mat([[1], [1]])
+    tall = system.Plant(fmpq_mat([[0]]), fmpq_mat([[1]]), two, two, fmpq_mat([[1]]), (ONE, ZERO), (TWO, ZERO))
+    with pytest.raises(Refused, match="neither zero nor square"):
+        floor.require_no_filter_below(tall, (ONE, ZERO), ONE, [ONE])
+    row, singular = fmpq_mat([[1, 1]]), fmpq_mat([[1, 0], [0, 0]])
+    odd = system.Plant(fmpq_mat([[0]]), row, two, singular, fmpq_mat([[1]]), (ONE, ZERO), (TWO, ZERO))
+    with pytest.raises(Refused, match="neither zero nor invertible"):
+        floor.require_no_filter_below(odd, (ONE, ZERO), ONE, [ONE])
+
+
+def test_chord_and_remainder_hold_the_curve_tightly() -> None:
+    plant = system.read_plant(load("floor-1")["plant"])
+    start, length = arb(fmpq(1, 100)), arb(fmpq(1, 1000))
+    bounds = system.chord_remainder(plant, start, length)
+    first, last, inside = (system.step_at(plant, start + length * fmpq(i, 2)) for i in (0, 2, 1))
+    chord = (first + last) * arb(fmpq(1, 2))
+    for i in range(2):
+        for j in range(3):
+            missed = abs(inside[i, j] - chord[i, j])
+            assert missed < bounds[i, j] < missed * arb(fmpq(5, 4))
+    assert system.widened(chord, bounds).contains(inside)
+    assert not system.widened(last, bounds).contains(inside)
+
+
+def test_widened_holds_both_sides() -> None:
+    wide = system.widened(arb_mat([[1, 2]]), arb_mat([[fmpq(1, 2), 1]]))
+    assert wide[0, 0].contains(fmpq(1, 2)) and wide[0, 0].contains(fmpq(3, 2)) and not wide[0, 0].contains(2)
+    assert wide[0, 1].contains(1) and wide[0, 1].contains(3)
+
+
+def test_error_system_by_blocks() -> None:
+    plant = integrator([[7]])
+    filter_ = system.Filter(fmpq_mat([[2]]), fmpq_mat([[3]]), fmpq_mat([[5]]))
+    M = system.error_step(plant, filter_, system.step_at(plant, arb(4)))
+    assert all(M[i, j].contains(entry) for i, row in enumerate([[1, 0, 4], [3, 2, 21]]) for j, entry in enumerate(row))
+    assert system.error_output(plant, filter_) == fmpq_mat([[1, -5]])
+
+
+def test_times_are_exact() -> None:
+    plant = system.read_plant(load("floor-1")["plant"])
+    assert plant.period("middle", "p") == (fmpq(1, 200), fmpq(1, 50))
+    assert system.seconds((ONE, TWO)).contains(1 + 2 * arb.pi())
+    assert system.along((ONE, TWO), (fmpq(3), fmpq(6)), fmpq(1, 4)) == (fmpq(3, 2), fmpq(3))
