@@ -18,7 +18,7 @@ from replication.ownplant.writing import FILES
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 CASES = {
     "multirate": ("cart.toml", "--periods", "1,4", "--offsets", "0,2"),
-    "nonuniform": ("spring.toml", "--periods", "0.05,0.2", "--leaves", "2", "--horizon", "100"),
+    "nonuniform": ("spring.toml", "--periods", "0.05,0.2", "--leaves", "2", "--horizon", "50"),
     "dualrate": ("servo.toml", "--period", "0.02", "--ratio", "10"),
     "delay": ("tanks.toml", "--order", "12"),
 }

@@ -116,7 +116,7 @@ def design(
     errors of `robust_design`, `riccati_level` and `guaranteed_level`.
 
     >>> tank = SampledPlant([[-1, 0], [1, -0.5]], [[1, 0], [0, 0]], [[0, 1]], [[0, 0.1]], [[1, 0]])
-    >>> best = design(tank, periods=(0.1, 0.3), leaves=2, horizon=100)
+    >>> best = design(tank, periods=(0.1, 0.3), leaves=2, horizon=50)
     >>> 0 < best.bracket.lower <= best.value <= best.fact("level of the design").value
     True
     """

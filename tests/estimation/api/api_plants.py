@@ -65,7 +65,7 @@ CASES = {
         (("position", "speed"), ("force",), ("encoder", "camera"), ("position", "speed")),
     ),
     "nonuniform": Case(
-        lambda: nonuniform.design(SPRING, periods=(0.05, 0.2), measured=["gauge"], leaves=2, horizon=100),
+        lambda: nonuniform.design(SPRING, periods=(0.05, 0.2), measured=["gauge"], leaves=2, horizon=50),
         nonuniform.simulate,
         (("position", "speed"), (), ("gauge",), ("velocity",)),
     ),

@@ -34,7 +34,7 @@ def test_arrays_give_what_a_statespace_gives() -> None:
                 nonuniform.SampledPlant(SPRING.A, SPRING.B, SPRING.C[:1], SPRING.D[:1], SPRING.C[1:]),
                 periods=nonuniform.PeriodRange(0.05, 0.2),
                 leaves=2,
-                horizon=100,
+                horizon=50,
             ),
             "nonuniform",
         ),
@@ -83,7 +83,7 @@ def test_analysing_a_design_gives_its_bracket() -> None:
     designed = result_of("multirate")
     assert multirate.analyse(CART, designed.gains["L"], **cart).bracket == designed.bracket
     robust = result_of("nonuniform")
-    given = {"periods": (0.05, 0.2), "measured": 1, "leaves": 2, "horizon": 100}
+    given = {"periods": (0.05, 0.2), "measured": 1, "leaves": 2, "horizon": 50}
     assert nonuniform.analyse(SPRING, robust.to_statespace(), **given).bracket == robust.bracket
     loop = result_of("dualrate")
     gains = {"feedback": loop.gains["K"], "injection": loop.gains["L"]}
@@ -113,7 +113,7 @@ def test_a_level_that_is_asked_for_is_kept_or_refused() -> None:
 
 
 def test_a_nominal_filter_guarantees_less_than_a_robust_one() -> None:
-    given = {"periods": (0.05, 0.2), "measured": 1, "leaves": 2, "horizon": 100}
+    given = {"periods": (0.05, 0.2), "measured": 1, "leaves": 2, "horizon": 50}
     nominal = nonuniform.design(SPRING, goal="nominal", **given)
     assert nominal.bracket.lower > result_of("nonuniform").value
 
