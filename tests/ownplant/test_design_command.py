@@ -86,6 +86,16 @@ def test_names_of_the_file_are_in_the_gains(here: Path) -> None:
     }
 
 
+def test_a_title_cannot_become_a_part_of_the_page(here: Path) -> None:
+    text = (EXAMPLES / "servo.toml").read_text(encoding="utf-8")
+    hostile = text.replace("Servo that", "</title><script>alert(1)</script>").replace('"voltage"', "'<img src=x>'")
+    (here / "hostile.toml").write_text(hostile, encoding="utf-8")
+    assert main(["design", "dualrate", "hostile.toml", "--period", "0.02", "--ratio", "10"]) == 0
+    page = (here / "servo-dualrate" / "index.html").read_text(encoding="utf-8")
+    assert "<script" not in page and "<img" not in page
+    assert page.count("&lt;script&gt;") == 2 and "&lt;img src=x&gt;" in page
+
+
 def test_gains_in_the_file_are_analysed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = (EXAMPLES / "servo.toml").read_text(encoding="utf-8")
     own = here / "own.toml"
