@@ -7,9 +7,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from replication.verify import dualrate_theory
+from replication.verify.dualrate_loop import SRC, monodromy, read_loop
 from replication.verify.run import check
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused, Theorem
@@ -169,6 +171,7 @@ CHEATS = [
     ("estimate-bound", {"parameters__weights__KLC": "9/10"}, "the weight 9/10 of x"),
     ("estimate-bound", {"parameters__longest": "2"}, "beyond one second"),
     ("estimate-bound", {"parameters__quantity": ["feedback"]}, "parameters.quantity must be a string"),
+    ("table-src-1", {"plant__A__2__0": "1"}, "position, speed and acceleration"),
     ("table-src-1", {"plant": []}, "plant must be an object"),
     ("estimate-bound", {"parameters__quantity": "input"}, "parameters.quantity must be one of output, feedback"),
     ("hurwitz-feedback", {"plant__K__0__0": "20"}, "A \\+ B K is not Hurwitz"),
@@ -250,6 +253,16 @@ def test_a_tampered_certificate_is_refused(name: str, changes: dict[str, Any], r
         check(own(name, **changes))
 
 
+def test_growth_that_the_error_does_not_show_is_no_proof() -> None:
+    """Without feedback the estimate grows by an eigenvalue of A − L C, and the plant does not follow it."""
+    unseen = own("table-src-1", plant__K=[["0", "0", "0"]], plant__L=[["-9"], ["0"], ["0"]])
+    loop = read_loop({key: value for key, value in unseen["plant"].items() if key != "start"})
+    Phi = np.array([[float(entry.mid()) for entry in row] for row in monodromy(loop, SRC).tolist()])
+    unseen["witness"]["root"] = [str(Fraction(max(np.linalg.eigvals(Phi).real))), "0"]
+    with pytest.raises(Refused, match="not proved to be excited and seen"):
+        check(unseen)
+
+
 @pytest.mark.parametrize(
     ("name", "step"),
     [
@@ -260,12 +273,12 @@ def test_a_tampered_certificate_is_refused(name: str, changes: dict[str, Any], r
         ("lyapunov", "require_solution"),
     ],
 )
-def test_a_theorem_needs_its_step(name: str, step: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_theorem_needs_its_step(name: str, step: str) -> None:
     def refuse(*arguments: Any) -> None:
         raise Refused("as planted")
 
-    monkeypatch.setattr(dualrate_theory, step, refuse)
-    with pytest.raises(Refused, match="as planted"):
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(Refused, match="as planted"):
+        patch.setattr(dualrate_theory, step, refuse)
         check(committed(name))
 
 
