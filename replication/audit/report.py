@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import json
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
+from replication.audit.exports.linked_data import summary_graph
 from replication.audit.files import write_atomically
 from replication.audit.headline import headline
 from replication.audit.paperview import paper_view
@@ -58,8 +60,14 @@ def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "claims_by_id": {view.record.id: view for view in views(results.claims)},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
+        "linked_data": Markup(_inside_script(summary_graph(results))),
         "inferred": {erratum.id for erratum in results.errata if erratum.inference},
     }
+
+
+def _inside_script(content: dict[str, Any]) -> str:
+    """JSON that no HTML parser takes for the end of its element, or for a comment."""
+    return json.dumps(content).replace("<", "\\u003c")
 
 
 def _page(shown: dict[str, Any], root: str) -> str:

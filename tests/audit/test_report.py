@@ -20,6 +20,7 @@ from sample import HOSTILE, KEY, build, claims, hostile_results, results
 
 from replication.audit import numerals
 from replication.audit.allowances import allowances
+from replication.audit.exports.linked_data import summary_graph
 from replication.audit.formulas import mathml
 from replication.audit.headline import caveats, sentence
 from replication.audit.model import Kind, Verdict
@@ -340,7 +341,9 @@ def test_hostile_strings_stay_text(tmp_path: Path, tree: Any, text: str) -> None
         assert [child.tag for child in summary] == [f"{HTML}bdi"]
     allowed = {str(element.tag) for element in tree.iter()}
     assert {str(element.tag) for element in hostile.iter()} <= allowed
-    assert len(list(hostile.iter(f"{HTML}script"))) == 1
+    data, code = hostile.iter(f"{HTML}script")
+    assert (data.get("type"), code.get("type")) == ("application/ld+json", None)
+    assert json.loads("".join(data.itertext())) == summary_graph(results_file)
     assert not [e for e in hostile.iter() if any(str(key).startswith("on") for key in e.attrib)]
 
 
