@@ -145,8 +145,8 @@ def tracking_error(certificate: Mapping[str, Any]) -> Theorem:
     require(is_less(arb(low / 100), reached), "the error at the given time is not as large")
     require_all_below(moving, begun, loop.T, high / 100)
     return Theorem(
-        sentence=f"With y_d = sin({sigma} t), the largest tracking error of {NAMES[observer]} in the steady state is "
-        f"{below(low, 7)} to {above(high, 7)} percent of the amplitude.",
+        sentence=f"With y_d = sin({sigma} t) and the command as printed, held over T, the largest tracking error of "
+        f"{NAMES[observer]} in the steady state is {below(low, 7)} to {above(high, 7)} percent of the amplitude.",
         lower=low,
         upper=high,
     )

@@ -8,6 +8,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.dualrate_loop import Loop, read_loop
+from replication.verify.dualrate_response import require_position_form
 from replication.verify.linear import require_hurwitz
 from replication.verify.printed import below
 from replication.verify.reading import fields, integer, matrix, positive, require_empty, sequence, text
@@ -70,7 +71,7 @@ def feedforward(certificate: Mapping[str, Any]) -> Theorem:
     require_empty(certificate, "bound", "witness")
     orders = sequence(given, "parameters.orders", integer, 3)
     loop = read_loop(certificate["plant"])
-    require(loop.order == 3, f"the feedforward is defined for a plant of order 3, not {loop.order}")
+    require_position_form(loop)
     factors = (fmpq(1), -loop.A[2, 1], -loop.A[2, 2])
     numerator = sum((_power(order) * factor for order, factor in zip(orders, factors, strict=True)), fmpq_poly([0]))
     inverse = numerator * transfer_numerator(loop) == loop.B[2, 0] * loop.A.charpoly()

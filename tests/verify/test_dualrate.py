@@ -238,6 +238,7 @@ CHEATS = [
     ("transient", {"parameters__observer": "fast_sensor"}, "eigenvalue is not proved to be at least"),
     ("transient", {"parameters__than": "single_rate"}, "eigenvalues of the other loop are not proved to lie inside"),
     ("transient", {"bound": {"upper": "1"}}, "bound has the unknown field upper"),
+    ("feedforward", {"plant__B__2__0": "0"}, "position, speed and acceleration"),
     ("contraction", {"witness": {"x": "1"}}, "witness has the unknown field x"),
     ("discrete-observer", {"parameters": {"x": "1"}}, "parameters has the unknown field x"),
     ("error-equations", {"bound": {"lower": "1"}}, "bound has the unknown field lower"),
