@@ -2,10 +2,11 @@
 
 `step(u, y)` takes the known input u(k) and the measurements y(k) of the present instant k, and returns the estimate of
 the state at the next one, x^(k+1); before the first step `estimate` is x^(0). So a controller may use x^(k) in u(k).
+(Of a delayed plant, in continuous time, it returns the estimate at the same instant; of a filter (4), that of z.)
 
-Entries of y of sensors that do not measure at an instant are ignored, whatever they are. An entry that is None or NaN
-although its sensor should measure is missing: the observer goes on as if it were what it expects (no correction), and
-`missed` counts it. The guaranteed level holds for the schedule without misses.
+Entries of y of sensors that do not measure at an instant are ignored, be they numbers, None or NaN. An entry that is
+None or NaN although its sensor should measure is missing: the observer goes on as if it were what it expects (no
+correction), and `missed` counts it. The guaranteed level holds for the schedule without misses.
 """
 
 from __future__ import annotations

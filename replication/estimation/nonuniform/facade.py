@@ -40,7 +40,7 @@ class RunningFilter(RunningObserver):
     """Eq. (4): x^(k+1) = A_f x^(k) + B_f y(k); the estimate is z^(k) = C_f x^(k), and no input is known.
 
     A sample that did not come (y None) only makes the sampling interval longer: the filter waits, and its level holds
-    as long as the interval stays in the range. A sample that is not complete is refused.
+    as long as the interval stays in the range. A sample that is not complete is refused. `reset` takes x^(0) (nf,).
     """
 
     def __init__(self, filter_: Filter) -> None:
