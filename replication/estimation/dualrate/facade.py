@@ -17,6 +17,7 @@ from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, Ga
 from replication.estimation.api.running import PeriodicObserver, Phase
 from replication.estimation.api.signals import Signals, numbered
 from replication.estimation.dualrate.loop import (
+    MARGINAL,
     DualRateLoop,
     close_loop,
     lifted_system,
@@ -139,7 +140,8 @@ def analyse(
     """
     problem = dual_rate_design(plant, feedback=feedback, injection=injection, period=period, ratio=ratio)
     loop = close_loop(problem, _builder(observer), discrete_gain=discrete_gain)
-    require_stable(loop, "choose a shorter period, a smaller ratio, other gains or another observer (see `compare`)")
+    if stability_radius(loop) >= 1.0 - MARGINAL:
+        require_stable(loop, _advice(problem, discrete_gain))
     gain = l2_gain(_noise_to_output(loop))
     evidence = (
         Evidence("monodromy radius", stability_radius(loop), "largest eigenvalue over one slow period; stable below 1"),
@@ -164,10 +166,7 @@ def analyse(
 
 def compare(result: DualRateResult) -> dict[str, float]:
     """The monodromy radius of the same gains with each of `OBSERVERS`: the loop is stable iff it is below one."""
-    return {
-        name: stability_radius(close_loop(result.loop.design, builder, discrete_gain=result.discrete_gain))
-        for name, builder in OBSERVERS.items()
-    }
+    return _radii(result.loop.design, result.discrete_gain)
 
 
 def simulate(
@@ -188,6 +187,21 @@ def simulate(
     return Simulation(
         method="dualrate", time=response.time, time_label="time (s)", signals=frozen(signals), ratio=None, steps=False
     )
+
+
+def _radii(problem: DualRateDesign, discrete_gain: bool) -> dict[str, float]:
+    loops = {name: close_loop(problem, builder, discrete_gain=discrete_gain) for name, builder in OBSERVERS.items()}
+    return {name: stability_radius(loop) for name, loop in loops.items()}
+
+
+def _advice(problem: DualRateDesign, discrete_gain: bool) -> str:
+    """Which observers would do with the same gains, and what else can be changed."""
+    stable = [name for name, radius in _radii(problem, discrete_gain).items() if radius < 1.0 - MARGINAL]
+    if "state_feedback" not in stable:
+        return "so it is with the full state at every instant; choose a shorter period or a weaker feedback K"
+    others = ", ".join(name for name in stable if name not in ("state_feedback", "fast_sensor"))
+    choice = f"one of the observers {others}" if others else "a smaller ratio"
+    return f"with the full state at every instant it would be stable; choose {choice}, or another gain L"
 
 
 def _builder(observer: str) -> Any:

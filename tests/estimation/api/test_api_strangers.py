@@ -242,9 +242,14 @@ def test_mistakes_are_named(call: str) -> None:
         function()
 
 
-def test_an_unstable_loop_is_refused_with_advice() -> None:
-    with pytest.raises(InfeasibleError, match=r"monodromy radius .* choose a shorter period"):
+def test_an_unstable_loop_is_refused_with_what_would_be_stable() -> None:
+    with pytest.raises(InfeasibleError, match=r"monodromy radius .* full state .* shorter period"):
         dualrate.analyse(SERVO, feedback=[[1.0, 0.0]], injection=[[1.0], [0.0]], period=0.1, ratio=2)
+    gains = {"feedback": [[-20.0, -8.0]], "injection": [[1.0], [20.0]], "period": 0.02, "ratio": 20}
+    with pytest.raises(InfeasibleError, match="one of the observers") as caught:
+        dualrate.analyse(SERVO, **gains, observer="held_measurement")
+    for name in str(caught.value).partition("the observers ")[2].removesuffix(", or another gain L").split(", "):
+        assert dualrate.analyse(SERVO, **gains, observer=name).fact("monodromy radius").value < 1
 
 
 def test_measurements_that_reveal_the_disturbance_are_named() -> None:
