@@ -117,6 +117,15 @@
   });
   for (const link of document.querySelectorAll("a[data-filter]")) link.href += `?${link.dataset.filter}`;
 
+  // What does not scroll needs no stop on the way through the page by Tab.
+  const stops = new ResizeObserver((boxes) => {
+    for (const { target } of boxes) {
+      if (target.scrollWidth > target.clientWidth) target.tabIndex = 0;
+      else target.removeAttribute("tabindex");
+    }
+  });
+  for (const box of document.querySelectorAll(".scroll")) stops.observe(box);
+
   let closed = [];
   addEventListener("hashchange", follow);
   addEventListener("beforeprint", () => {

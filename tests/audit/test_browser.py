@@ -35,9 +35,15 @@ def test_fits_the_window_without_complaint(visit: Any, width: int, scheme: str) 
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_what_scrolls_can_be_reached_by_keyboard(visit: Any, width: int) -> None:
+    page = visit(width)
+    page.execute_script("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    page.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
     stuck = """return [...document.querySelectorAll('body *')].filter((e) => getComputedStyle(e).overflowX === 'auto'
       && e.scrollWidth > e.clientWidth && e.tabIndex < 0).map((e) => e.outerHTML.slice(0, 80))"""
-    assert visit(width).execute_script(stuck) == []
+    assert page.execute_script(stuck) == []
+    idle = """return [...document.querySelectorAll('.scroll')].filter((e) => e.scrollWidth <= e.clientWidth
+      && e.tabIndex >= 0).length"""
+    assert page.execute_script(idle) == 0
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
