@@ -17,7 +17,7 @@ from replication.verify.dualrate_roots import is_less, require_roots_within
 from replication.verify.reading import integer, positive, rational, sequence
 from replication.verify.theorem import Refused, require
 
-TERMS, PIECES, PARTS = 24, 64, 2000
+TERMS, PIECES, PARTS = 24, 32, 2000
 """Of the Taylor polynomials; of a fast period; that a piece may be cut into before the bound is given up."""
 
 
