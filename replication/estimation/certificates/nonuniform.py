@@ -70,7 +70,8 @@ def storage_certificate(
     if periods.h_l == periods.h_u:
         norm = periodic_gain(system, chosen, [periods.h_l], per_duration=duration).upper
         level = rounded_up(norm * (1 + NOMINAL_MARGIN), LEVEL_BITS)
-        P = storage_matrix(plant, filter_, parameters["from"], fmpq(*Fraction(level).as_integer_ratio()))
+        exact = fmpq(*Fraction(level).as_integer_ratio())
+        P = storage_matrix(plant, filter_, parameters["from"], exact, per_duration=duration)
         return {"upper": level}, {"cells": ["0", "1"], "before": [[0]], "P": [P]}
     found = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts, per_duration=duration)
     before = [[0] * found.tree.letters for _ in found.tree.leaves]
