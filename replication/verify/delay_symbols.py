@@ -70,7 +70,7 @@ def symbols(shapes: Mapping[str, tuple[int, int]], symmetric: frozenset[str] = f
     }
     flat = list(dict.fromkeys(entry for table in layout.values() for row in table for entry in row))
     ring = fmpq_mpoly_ctx.get(flat, Ordering.degrevlex)
-    known = dict(zip(flat, ring.gens(), strict=True))
+    known = {entry: ring.gen(i) for i, entry in enumerate(flat)}
     return {name: Symbolic(tuple(tuple(known[e] for e in row) for row in table)) for name, table in layout.items()}
 
 

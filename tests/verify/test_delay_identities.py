@@ -33,8 +33,11 @@ def test_matrices_of_symbols_obey_the_rules() -> None:
     first, second = A.rows[0]
     assert (A @ B).rows[0][0] == first * B.rows[0][0] + second * B.rows[1][0]
     assert len({str(entry) for row in A.rows + S.rows for entry in row}) == 7
-    with pytest.raises(ValueError, match="zip"):
-        A @ B.T
+    assert not Symbolic(((g - g, g),)).vanishes()
+    ragged = Symbolic(((g, g), (g,)))
+    for wrong in (lambda: A @ B.T, lambda: A + B, lambda: B.T + A, lambda: ragged.T):
+        with pytest.raises(ValueError, match="zip"):
+            wrong()
 
 
 def test_the_adjugate_times_the_matrix_is_the_determinant() -> None:

@@ -70,19 +70,25 @@ def centred(system: DelaySystem, gamma: float, degree: int, trace: float) -> Gra
     margin = float(solution.linear[0])
     if not margin >= ROOM:
         raise InfeasibleError(f"no room for rounding at the level {gamma!r}: margin {margin:.1e}; raise the level")
-    grams = []
-    for block, order in zip(solution.blocks, (degree, degree - 1, degree, degree - 1), strict=True):
-        powers = _legendre_powers(order)
-        functions = system.states * system.delay_count
-        points = block.shape[0] - functions * (order + 1) * (order + 2)
-        change = np.zeros(block.shape)
-        change[:points, :points] = np.eye(points)
-        middle = points + functions * (order + 1)
-        change[points:middle, points:middle] = np.kron(powers, np.eye(functions))
-        change[middle:, middle:] = np.kron(np.kron(powers, powers), np.eye(functions))
-        grams.append(change.T @ (block + margin * np.eye(block.shape[0])) @ change)
+    functions = system.states * system.delay_count
+    grams = [
+        _in_powers(block + margin * np.eye(block.shape[0]), order, functions)
+        for block, order in zip(solution.blocks, (degree, degree - 1, degree, degree - 1), strict=True)
+    ]
     least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
     return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
+
+
+def _in_powers(gram: Array, degree: int, functions: int) -> Array:
+    """A Gram matrix in Legendre polynomials as one in powers of t."""
+    powers = _legendre_powers(degree)
+    points = gram.shape[0] - functions * (degree + 1) * (degree + 2)
+    middle = points + functions * (degree + 1)
+    change = np.eye(gram.shape[0])
+    change[points:middle, points:middle] = np.kron(powers, np.eye(functions))
+    change[middle:, middle:] = np.kron(np.kron(powers, powers), np.eye(functions))
+    result: Array = change.T @ gram @ change
+    return result
 
 
 def _legendre_powers(degree: int) -> Array:
