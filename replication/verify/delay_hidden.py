@@ -38,6 +38,7 @@ def require_hidden(plant: DelayPlant, gamma: fmpq, witness: Any, lag: Lag) -> fm
     back = plant.B.inv()
     w = acb_mat(back * x) * s - acb_mat(back * plant.A0 * x) - _delayed(back * plant.late, turns, x)
     z = acb_mat(plant.C10 * x) + _delayed(plant.late_output, turns, x)
+    require(bool(_energy(z) > 0), "witness.state does not move z at this frequency")
     reached = _energy(z) >= arb(gamma) ** 2 * _energy(w)
     require(bool(reached), f"the gain at this frequency is not proved to reach {below(gamma)}")
     return frequency

@@ -357,6 +357,7 @@ def test_the_gain_at_another_frequency_is_enclosed() -> None:
     [
         ({"state": [["0"], ["1"]]}, "is seen by y"),
         ({"state": [["1"], ["1"]]}, "is seen by y"),
+        ({"state": [["0"], ["0"]]}, "does not move z"),
         ({"plant": {"B": [["2", "0"], ["1", "0"]]}}, "B has no inverse"),
         ({"plant": {"B": [["2"], ["1"]]}}, "B has no inverse"),
         ({"plant": {"A0": [["-1", "1"]]}}, "plant.A0 must be square"),
