@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from typing import Any
@@ -76,3 +80,17 @@ def raise_unless_solved(report: SolverReport, *, accept: tuple[str, ...]) -> Non
         f"{report.name} stopped with status {report.status} after {report.iterations} iterations (residuals "
         f"{report.residuals}); rescale the states of the plant, or use the Riccati route"
     )
+
+
+@contextmanager
+def quiet_stdout() -> Iterator[None]:
+    """Silence the remarks that SDPA's compiled code writes to file descriptor 1; its status says the same."""
+    sys.stdout.flush()
+    saved, sink = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(sink, 1)
+        yield
+    finally:
+        os.dup2(saved, 1)
+        os.close(saved)
+        os.close(sink)

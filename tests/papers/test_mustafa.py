@@ -109,10 +109,13 @@ def test_brackets_are_narrow_and_above_the_print(fresh_run: Outcome) -> None:
     results = fresh_run.results_by_experiment
     for example, printed in ((1, data.GAMMA_1), (2, data.GAMMA_2)):
         found = results[BRACKET[example]]
-        assert float(printed) < found["lower"] < found["upper"] < 1.02 * found["lower"]
-        levels = [level for _, level in found["history"]]
-        assert levels == sorted(levels, reverse=True)
+        assert float(printed) < found["lower"] < found["upper"] < 1.01 * found["lower"]
         robust = results[ROBUST[example]]
+        # The design is the best of all filters for one Lyapunov function, so no filter is guaranteed less by one.
+        assert robust["exchange"] < found["common"] * (1 + 1e-6)
+        # Knowing what comes must pay: the tree ends below what one Lyapunov function and what half the leaves prove.
+        half = min(level for leaves, level in found["history"] if leaves <= found["leaves"] / 2)
+        assert found["upper"] < half < found["common"]
         assert robust["exchange"] == pytest.approx(robust["dense"], rel=1e-6)
         assert robust["exchange"] < found["lower"] or example == 2
         # The certified level is the number to quote: the solver's own may lie a rounding below it.

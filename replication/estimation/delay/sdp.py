@@ -7,11 +7,7 @@ the entries of the blocks. There is no fallback from one to the other.
 
 from __future__ import annotations
 
-import os
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
 
@@ -24,6 +20,7 @@ from sdpap.symcone import SymCone
 from threadpoolctl import threadpool_limits
 
 from replication.errors import InfeasibleError, SolverError
+from replication.estimation.solvers import quiet_stdout
 from replication.estimation.validation import Array
 
 
@@ -98,7 +95,10 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
     settings = options or SdpaOptions()
     start = time.perf_counter()
     option = param({**settings.as_dict(), "print": "no", "numThreads": settings.threads})
-    with _quiet(), threadpool_limits(settings.threads):  # SDPA's own BLAS may be loaded after other limits were set
+    with (
+        quiet_stdout(),
+        threadpool_limits(settings.threads),
+    ):  # SDPA's own BLAS may be loaded after other limits were set
         x, y, _, info = sdpacall.solve_sdpa(
             sparse.csc_matrix(program.a),
             sparse.csc_matrix(program.b[:, None]),
@@ -127,20 +127,6 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
             f" and residual {residual:.1e}; accept them by `gap` and `residual` of SdpaOptions, or rescale the states"
         )
     return solution
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Silence the remarks that SDPA's compiled code writes to file descriptor 1; its status says the same."""
-    sys.stdout.flush()
-    saved, sink = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(sink, 1)
-        yield
-    finally:
-        os.dup2(saved, 1)
-        os.close(saved)
-        os.close(sink)
 
 
 def solve_clarabel(program: Program, tolerance: float = 1e-9, iterations: int = 200) -> Solution:

@@ -10,25 +10,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.errors import SolverError
+from replication.errors import ReplicationError, SolverError
 from replication.estimation.nonuniform.filter_lmi import (
     FilterDesign,
     LmiVariables,
     Normalised,
+    Solver,
     design_for_periods,
     lmi10,
     normalise,
 )
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array, positive_integer
 
 SCAN = 257
-"""Equally spaced periods at which the violation is looked at before its peaks are polished."""
+"""Periods at which the violation is looked at before its peaks are polished."""
+WIDE = 10.0
+"""Ranges longer than so many of the fastest time constants are looked at in equal ratios, others in equal steps."""
 VIOLATION = 5e-7
 """Largest eigenvalue of (10), in normalised coordinates, that counts as satisfied: the level is then right to about
 1e-6."""
-INACTIVE = 1e-3
+INACTIVE = 1e-5
 """Share of the dual weight below which a period leaves the grid; it comes back if it is violated again."""
+PROGRESS = 1e-5
+"""Relative growth of the level below which no period leaves the grid any more: periods could come and go for ever."""
 NEIGHBOURS = 0.25
 """Active periods closer than this share of the range are condensed."""
 
@@ -67,7 +73,8 @@ def worst_periods(
     inner = (peaks > 0) & (peaks < len(candidates) - 1)
     if np.any(inner):
         rise, fall = (values[peaks[inner]] - values[peaks[inner] + side] for side in (-1, 1))
-        tops[inner] += (rise - fall) / (rise + fall) / 2 * (candidates[1] - candidates[0])
+        shifted = peaks[inner] + (rise - fall) / (rise + fall) / 2
+        tops[inner] = np.interp(shifted, np.arange(len(candidates)), candidates)
         polished = violations(normalised, v, tops)
         lower = polished < heights
         tops[lower], heights = candidates[peaks[lower]], np.maximum(polished, heights)
@@ -108,33 +115,49 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
     """
     limit = positive_integer("max_rounds", max_rounds)
     normalised = normalise(plant, periods.middle)
-    candidates = periods.nodes(SCAN)
-    transitions = _equally_spaced(normalised.plant, candidates)
-    working = sorted({periods.h_l, periods.middle, periods.h_u})
+    candidates, transitions = _scan(normalised.plant, periods)
+    working, reached = sorted({periods.h_l, periods.middle, periods.h_u}), 0.0
     for round_ in range(1, limit + 1):
-        design = design_for_periods(plant, working, at=normalised)
+        design = design_for_periods(plant, working, at=normalised, solver=Solver.SDPA)
         peaks = worst_periods(normalised, design.variables, candidates, transitions)
         new = [h for value, h in peaks if value > VIOLATION and h not in working]
         if not new:
             return RobustDesign(design, round_, peaks[0][0])
-        grid = condensed(design, periods)
-        working = sorted({*grid, halfway(grid, new[0], periods)})
+        if design.level > reached * (1 + PROGRESS):
+            working = sorted({*(grid := condensed(design, periods)), halfway(grid, new[0], periods)})
+        else:
+            working = sorted({*working, *new})
+        reached = max(reached, design.level)
     raise SolverError(
         f"the exchange method added periods for {limit} rounds, violation {peaks[0][0]:.3g} is left at "
-        f"h = {peaks[0][1]:.6g} s and the level {design.level:.9g} holds on the last grid only; raise `max_rounds`, or "
-        "use `dense_design` and check its filter with `guaranteed_level`"
+        f"h = {peaks[0][1]:.6g} s and the level {design.level:.9g} holds on the last grid only; "
+        f"{_certified(plant, design, periods)}; raise `max_rounds`, or narrow the range"
     )
 
 
-def _equally_spaced(plant: SampledPlant, periods: Array) -> Array:
-    """`plant.transitions` for equally spaced periods by repeated products: two exponentials in place of one each."""
-    step = plant.transition(float(periods[1] - periods[0]))
-    stack = [plant.transition(float(periods[0]))]
-    for _ in periods[1:]:
+def _certified(plant: SampledPlant, design: FilterDesign, periods: PeriodRange) -> str:
+    """What is proved of a filter whose design did not end, for the message that says so."""
+    try:
+        level = guaranteed_level(plant, design.filter, periods, max_leaves=1).level
+    except ReplicationError as error:
+        return f"its filter has no certificate either ({error})"
+    return f"its filter is guaranteed {level:.9g} over the whole range"
+
+
+def _scan(plant: SampledPlant, periods: PeriodRange) -> tuple[Array, Array]:
+    """SCAN sorted periods from end to end and their transition matrices."""
+    if (periods.h_u - periods.h_l) * np.linalg.norm(plant.A, 2) > WIDE:
+        ratios = np.geomspace(periods.h_l, periods.h_u, SCAN)
+        return ratios, plant.transitions(ratios)
+    steps = periods.nodes(SCAN)
+    # Repeated products: two exponentials in place of one each.
+    stack, step = [plant.transition(periods.h_l)], plant.transition(float(steps[1] - steps[0]))
+    for _ in steps[1:]:
         stack.append(stack[-1] @ step)
-    return np.array(stack)
+    return steps, np.array(stack)
 
 
 def dense_design(plant: SampledPlant, periods: PeriodRange, nodes: int) -> FilterDesign:
     """The same over a grid of `nodes` equally spaced periods, all at once; nothing is known between them."""
-    return design_for_periods(plant, periods.nodes(nodes).tolist(), at=normalise(plant, periods.middle))
+    normalised = normalise(plant, periods.middle)
+    return design_for_periods(plant, periods.nodes(nodes).tolist(), at=normalised, solver=Solver.SDPA)

@@ -1,10 +1,11 @@
-"""Theorem 3: the LMI (10) over a grid of sampling periods, the recovery (11) of the filter, given directly to
-Clarabel."""
+"""Theorem 3: the LMI (10) over a grid of sampling periods, the recovery (11) of the filter, given directly to a
+solver."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
@@ -12,9 +13,17 @@ from replication.errors import SolverError
 from replication.estimation.nonuniform.filters import Filter, gramian
 from replication.estimation.nonuniform.plant import SampledPlant, as_periods
 from replication.estimation.nonuniform.sdp import ALMOST, Inequalities, minimise, symmetric_basis
+from replication.estimation.nonuniform.sdpa import minimise_dense
 from replication.estimation.norms import hinf_norm
 from replication.estimation.solvers import SolverReport
 from replication.estimation.validation import Array
+
+
+class Solver(StrEnum):
+    """Which solver (10) is given to; there is no fallback from one to the other."""
+
+    CLARABEL = "few states, one period: converges where the optimum is not attained"
+    SDPA = "many states, several periods: cost grows with the unknowns, not with the entries of (10)"
 
 
 @dataclass(frozen=True)
@@ -171,9 +180,8 @@ def design_for_periods(
     plant: SampledPlant,
     periods: Sequence[float],
     *,
-    accept: tuple[str, ...] = ALMOST,
     at: Normalised | None = None,
-    gap: float | None = None,
+    solver: Solver = Solver.CLARABEL,
 ) -> FilterDesign:
     """Step 2 of Algorithm 1: minimise delta = gamma^2 subject to (10) at all `periods` (seconds).
 
@@ -187,9 +195,13 @@ def design_for_periods(
     group = inequalities(normalised.plant, grid, basis)
     cost = np.zeros(group.coefficients.shape[1])
     cost[0] = 1.0
-    solution = minimise(cost, (group,), accept=accept, gap=gap)
-    variables = combine(basis, solution.x)
+    if solver is Solver.SDPA:
+        x, duals, report = minimise_dense(cost, group)
+    else:
+        solution = minimise(cost, (group,), accept=ALMOST)
+        x, duals, report = solution.x, solution.duals[0], solution.report
+    variables = combine(basis, x)
     level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))
     filter_ = normalised.restore(recover(variables))
-    weights = np.trace(solution.duals[0], axis1=1, axis2=2)
-    return FilterDesign(level, filter_, variables, tuple(grid), tuple(weights.tolist()), solution.report)
+    weights = np.trace(duals, axis1=1, axis2=2)
+    return FilterDesign(level, filter_, variables, tuple(grid), tuple(weights.tolist()), report)

@@ -21,6 +21,7 @@ from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import (
     error_ratio,
+    repeated,
     sequence_gain,
     simulate_error,
     worst_sequence,
@@ -154,3 +155,12 @@ def test_brackets_nest_when_the_partition_is_refined():
         levels.append(guaranteed_level(OSCILLATOR, subject, OSCILLATOR_RANGE, cuts=cuts, max_leaves=cells))
     assert [found.leaves for found in levels] == [2, 4, 8]
     assert levels[0].level > levels[1].level > levels[2].level
+
+
+def test_a_search_of_more_runs_finds_worse_sequences():
+    """The pattern of four runs beats every pattern of two whose lengths differ by a few samples from the best."""
+    subject = oscillator_filter()
+    found = worst_sequence(OSCILLATOR, subject, OSCILLATOR_RANGE, horizon=300)
+    assert len(found.runs) > 2
+    rivals = (repeated(OSCILLATOR_RANGE, (burst, rest), 300) for burst in (3, 4, 5) for rest in (46, 50, 54))
+    assert found.level > max(sequence_gain(OSCILLATOR, subject, rival)[0] for rival in rivals)
