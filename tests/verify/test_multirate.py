@@ -1,4 +1,4 @@
-"""The verifier says yes to the certificates that were made, and no, with the reason, to every tampered one."""
+"""Multi-rate statements: the verifier proves what was made, refuses what was tampered with, and computes exactly."""
 
 import copy
 import json
@@ -8,54 +8,363 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from flint import fmpq, fmpq_mat
 
+from replication.verify.linear import identity
+from replication.verify.multirate.bounds import (
+    attained,
+    monodromy,
+    recurrent,
+    require_stable,
+    require_theorem_1,
+    require_turn,
+    unseen_for_long,
+    unseen_forever,
+)
+from replication.verify.multirate.sensing import Sensing, schedule, select
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 
 ROOT = Path(__file__).parents[2]
-Tamper = Callable[[dict[str, Any]], None]
+FOLDER = ROOT / "certificates" / "okajima2023"
+Certificate = dict[str, Any]
+Tamper = Callable[[Certificate], None]
 
 
-@pytest.fixture
-def certificate() -> dict[str, Any]:
-    path = ROOT / "certificates" / "okajima2023" / "gains-33.json"
-    loaded: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+def load(name: str) -> Certificate:
+    loaded: Certificate = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
     return loaded
 
 
-def test_the_certificate_proves_its_bound(certificate: dict[str, Any]) -> None:
-    theorem = check(certificate)
-    assert str(theorem.upper) == certificate["bound"]["upper"]
+def own(name: str) -> Certificate:
+    """A certificate as one of a plant of one's own, so that not its subject but its mathematics is checked."""
+    return {**load(name), "paper": None, "claims": []}
 
 
-def lower_the_bound(certificate: dict[str, Any]) -> None:
-    for side, bound in certificate["bound"].items():
-        certificate["bound"][side] = str(Fraction(bound) * (1 - Fraction(1, 100_000)))
+def at(certificate: Certificate, *path: Any) -> tuple[Any, Any]:
+    inner: Any = certificate
+    for key in path[:-1]:
+        inner = inner[key]
+    return inner, path[-1]
 
 
-def change_an_entry(certificate: dict[str, Any]) -> None:
-    certificate["witness"]["P"][2][1][1] = "4"
+def put(value: Any, *path: Any) -> Tamper:
+    def tamper(certificate: Certificate) -> None:
+        inner, key = at(certificate, *path)
+        inner[key] = value
+
+    return tamper
 
 
-def swap_the_schedule(certificate: dict[str, Any]) -> None:
-    certificate["parameters"]["periods"] = [3, 2]
+def scaled(factor: str, *path: Any) -> Tamper:
+    def tamper(certificate: Certificate) -> None:
+        inner, key = at(certificate, *path)
+        inner[key] = str(Fraction(inner[key]) * Fraction(factor))
+
+    return tamper
 
 
-def take_another_plant(certificate: dict[str, Any]) -> None:
-    certificate["plant"]["A"][0][0] = "1/2"
+def both(factor: str) -> Tamper:
+    def tamper(certificate: Certificate) -> None:
+        for side in ("lower", "upper"):
+            scaled(factor, "bound", side)(certificate)
+
+    return tamper
 
 
-@pytest.mark.parametrize(
-    ("tamper", "reason"),
-    [
-        (lower_the_bound, "the matrix of Theorem 1 at phase"),
-        (change_an_entry, "the matrix of Theorem 1 at phase"),
-        (swap_the_schedule, "parameters is not that of the wanted theorem"),
-        (take_another_plant, "plant is not that of the wanted theorem"),
-    ],
-)
-def test_a_tampered_certificate_is_refused(certificate: dict[str, Any], tamper: Tamper, reason: str) -> None:
-    tampered = copy.deepcopy(certificate)
+def remove(*path: Any) -> Tamper:
+    def tamper(certificate: Certificate) -> None:
+        inner, key = at(certificate, *path)
+        del inner[key]
+
+    return tamper
+
+
+def every_entry(name: str, entry: str) -> Tamper:
+    def tamper(certificate: Certificate) -> None:
+        table = certificate["witness"][name]
+        certificate["witness"][name] = [[[entry for _ in row] for row in matrix] for matrix in table]
+
+    return tamper
+
+
+LESS, MORE = "99999/100000", "100001/100000"
+NAMES = sorted(path.stem for path in FOLDER.glob("*.json"))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_certificate_proves_its_theorem(name: str) -> None:
+    theorem = check(load(name))
+    for side, bound in load(name)["bound"].items():
+        assert str(getattr(theorem, side)) == bound
+    assert theorem.sentence.endswith(".")
+
+
+HIDDEN = "does not reach the lower bound"
+REFUSED = [
+    ("gains-33", both(LESS), "the matrix of Theorem 1 at phase 0 is not positive definite"),
+    ("gains-33", both(MORE), HIDDEN),
+    ("gains-33", scaled(MORE, "bound", "upper"), "not within the relative width 1/1000000"),
+    ("gains-33", scaled("2", "bound", "lower"), "not within the relative width"),
+    ("gains-33", scaled("-1", "bound", "lower"), "bound.lower must be positive"),
+    ("gains-33", put("4", "witness", "P", 2, 1, 1), "the matrix of Theorem 1 at phase"),
+    ("gains-33", put("1/2", "witness", "P", 2, 1, 0), r"witness.P\[2\] must be symmetric"),
+    ("gains-33", every_entry("P", "0"), "P_0 is not positive definite"),
+    ("gains-33", remove("witness", "P", 5), "witness.P must have 6 entries, got 5"),
+    ("gains-33", put("1", "witness", "v", 0, 0, 0), HIDDEN),
+    ("gains-33", every_entry("v", "0"), "the disturbance is zero"),
+    ("gains-33", put([["9/10"]], "witness", "turn"), "witness.turn is not orthogonal"),
+    ("gains-33", put([["1", "0"]], "witness", "turn"), "witness.turn must have 2 entries"),
+    ("gains-33", put([3, 2], "parameters", "periods"), "the matrix of Theorem 1 at phase"),
+    ("gains-33", put([0, 1], "parameters", "offsets"), "the matrix of Theorem 1 at phase"),
+    ("gains-33", put("1/2", "plant", "A", 0, 0), "the matrix of Theorem 1 at phase"),
+    ("gains-33", put("1/2", "plant", "L", 0, 0, 0), "the matrix of Theorem 1 at phase"),
+    ("gains-33", put("1/1000000000", "parameters", "relative"), "not within the relative width"),
+    ("gains-33", put([0, 7], "parameters", "sensors"), "names a sensor that is not there"),
+    ("gains-33", put([997, 991], "parameters", "periods"), "repeats every 988027 instants"),
+    ("gains-33", put([0, 3], "parameters", "periods"), "must be at least 1, got 0"),
+    ("optimum-2-3", both(LESS), "the matrix .30. of Theorem 2 at phase 0 is not positive definite"),
+    ("optimum-2-3", both(MORE), HIDDEN),
+    ("optimum-2-3", put("1", "witness", "d", 0, 0, 0), HIDDEN),
+    ("optimum-2-3", put("1/3", "witness", "Y", 0, 0, 0), "the matrix .30. of Theorem 2 at phase 0"),
+    ("optimum-2-3", put("9", "witness", "P", 0, 0, 0), "the matrix .30. of Theorem 2"),
+    ("optimum-2-3", every_entry("P", "0"), "the matrix .30. of Theorem 2"),
+    ("optimum-2-3", put("3/2", "plant", "A", 0, 0), "the matrix .30. of Theorem 2"),
+    ("optimum-2-3", put([3, 2], "parameters", "periods"), "the matrix .30. of Theorem 2"),
+    ("optimum-2-3", put([["0"], ["0"], ["0"]], "plant", "B_d"), HIDDEN),
+    ("optimum-case-a", both(LESS), "the matrix .30. of Theorem 2"),
+    ("optimum-case-a", both(MORE), HIDDEN),
+    ("optimum-case-a", put(1, "witness", "start"), HIDDEN),
+    ("optimum-case-a", put("1", "witness", "d", 0, 0, 0), HIDDEN),
+    ("optimum-case-a", put([1], "parameters", "sensors"), "the matrix .30. of Theorem 2"),
+    ("section-4c-poles", put("1", "witness", "diagonal", 0), "A has not the stated pole"),
+    ("section-4c-poles", put("1/100000", "plant", "half_unit"), "A has not the stated pole"),
+    ("section-4c-poles", remove("plant", "poles", 0), "2 poles are stated, A has 3"),
+    ("section-4c-design", put("0", "witness", "C", 0, 0), "the matrix .30. of Theorem 2"),
+    ("section-4c-design", scaled(LESS, "bound", "upper"), "the matrix .30. of Theorem 2"),
+]
+
+
+@pytest.mark.parametrize(("name", "tamper", "reason"), REFUSED)
+def test_a_tampered_certificate_is_refused(name: str, tamper: Tamper, reason: str) -> None:
+    tampered = copy.deepcopy(own(name))
     tamper(tampered)
     with pytest.raises(Refused, match=reason):
         check(tampered)
+
+
+@pytest.mark.parametrize("name", ["gains-33", "optimum-2-3", "optimum-case-a", "section-4c-design"])
+def test_a_certificate_of_ones_own_is_proved_too(name: str) -> None:
+    assert check(own(name)).upper is not None
+
+
+@pytest.mark.parametrize(
+    ("tamper", "field"),
+    [
+        (put([3, 2], "parameters", "periods"), "parameters"),
+        (put("1/2", "plant", "A", 0, 0), "plant"),
+        (put(["okajima2023.table1.n11"], "claims"), "claims"),
+        (put("multirate.optimum-noncausal", "statement"), "statement"),
+    ],
+)
+def test_a_certificate_of_the_paper_must_be_about_the_paper(tamper: Tamper, field: str) -> None:
+    tampered = load("gains-33")
+    tamper(tampered)
+    with pytest.raises(Refused, match=f"{field} is not that of the wanted theorem gains-33"):
+        check(tampered)
+
+
+def q(number: Any) -> fmpq:
+    fraction = Fraction(number)
+    return fmpq(fraction.numerator, fraction.denominator)
+
+
+def column(*entries: Any) -> fmpq_mat:
+    return fmpq_mat(len(entries), 1, [q(entry) for entry in entries])
+
+
+def row(*entries: Any) -> fmpq_mat:
+    return column(*entries).transpose()
+
+
+ONE = column(1)
+# x+ = a_k x + v with a = 1/2, 1/3: at z = 1 the states X_0 = X_1 / 3 + v_1 and X_1 = X_0 / 2 + v_0.
+SCALAR = [(column("1/2"), ONE), (column("1/3"), ONE)]
+
+
+def test_the_ratio_of_a_recurrent_disturbance_is_exact() -> None:
+    # v = 1, 1: X_0 = 8/5 and X_1 = 9/5, so that the ratio is (64 + 81) / 25 / 2.
+    assert attained(SCALAR, ONE, ONE, [ONE, ONE]) == q("29/10")
+    # v = 1, 0 at z = -1: -X_0 = X_1 / 3 and X_1 = X_0 / 2 + 1, so X_0 = -2/7 and X_1 = 6/7.
+    assert attained(SCALAR, ONE, -ONE, [ONE, column(0)]) == q("40/49")
+
+
+def test_a_turned_disturbance_has_real_and_imaginary_part() -> None:
+    turn = fmpq_mat(2, 2, [q("3/5"), q("4/5"), q("-4/5"), q("3/5")])
+    # x+ = x / 2 + v at z = (3 + 4i) / 5 with v = 1 (real part first): |1 / (z - 1/2)|^2 = 20/13.
+    assert attained([(column("1/2"), ONE)], ONE, turn, [row(1, 0)]) == q("20/13")
+    assert attained([(column("1/2"), ONE)], ONE, turn, [row(3, -2)]) == q("20/13")
+    assert recurrent(column("1/2"), row(1, 0), turn) == row("2/13", "-16/13")
+
+
+def test_a_system_with_two_states_is_solved_column_by_column() -> None:
+    transition = fmpq_mat(2, 2, [q("1/2"), q("1/4"), q(0), q("1/3")])
+    driven = fmpq_mat(2, 2, [1, 2, 3, 5])
+    turn = fmpq_mat(2, 2, [0, 1, -1, 0])
+    X = recurrent(transition, driven, turn)
+    assert transition * X + driven == X * turn
+    stages = [(transition, identity(2))]
+    assert attained(stages, row(1, 0), turn, [driven]) == sum((X[0, j] ** 2 for j in range(2)), q(0)) / 39
+
+
+def test_resonance_and_instability_have_no_ratio() -> None:
+    with pytest.raises(Refused, match="resonance"):
+        recurrent(ONE, ONE, ONE)
+    with pytest.raises(Refused, match="the error system is not stable"):
+        attained([(ONE, ONE)], ONE, ONE, [ONE])
+    with pytest.raises(Refused, match="the plant is not stable"):
+        unseen_forever(sensor(ONE), ONE, [ONE])
+    with pytest.raises(Refused, match="of order 1 or 2"):
+        require_turn(identity(3))
+    require_turn(identity(2))
+    with pytest.raises(Refused, match="it is not stable"):
+        require_stable(column(2), "it")
+
+
+def test_the_transition_runs_with_the_time() -> None:
+    first, second = fmpq_mat(2, 2, [0, 1, 0, 0]), fmpq_mat(2, 2, [0, 0, 1, 0])
+    nothing = fmpq_mat(2, 1)
+    assert monodromy([(first, nothing), (second, nothing)]) == second * first != first * second
+
+
+def sensor(A: fmpq_mat, measured: list[list[int]] | None = None) -> Sensing:
+    """One state, disturbed by d, measured with noise 2 w; W = 3."""
+    return select(A, ONE, column(3), ONE, column(2), measured or [[0]])
+
+
+def test_what_no_sensor_shows_forever_is_exact() -> None:
+    # x = 2 at z = 1, z = 6, w = -1: 36 / (1 + 1).
+    assert unseen_forever(sensor(column("1/2")), ONE, [ONE]) == 18
+    # Two phases, measured at the second only: x = 2 at both, w = 0 and -1.
+    assert unseen_forever(sensor(column("1/2"), [[], [0]]), ONE, [ONE, ONE]) == q("72/3")
+    # d = 1, 0: x_0 = 2/3 (from x_1 / 2) and x_1 = 4/3; measured at the first, w = -1/3.
+    assert unseen_forever(sensor(column("1/2"), [[0], []]), ONE, [ONE, column(0)]) == 20 / q("10/9")
+
+
+def test_what_no_sensor_shows_for_long_is_exact() -> None:
+    # From x = 0 with d = 1, 2 and A = 2: x = 1, 4 with z = 3, 12; w = 0 and -1/2.
+    plant = sensor(column(2))
+    assert unseen_for_long(plant, 0, [ONE, column(2)]) == 153 / q("21/4")
+    # Measured at every second phase: with the start at 1 the second instant is measured, with 0 it is not.
+    slow = sensor(column(2), [[0], []])
+    assert unseen_for_long(slow, 1, [ONE, column(2)]) == 153 / q("21/4")
+    assert unseen_for_long(slow, 0, [ONE, column(2)]) == q("153/5")
+    with pytest.raises(Refused, match="the disturbance is zero"):
+        unseen_for_long(plant, 0, [column(0)])
+
+
+def test_a_sensor_without_noise_cannot_be_concealed() -> None:
+    silent = select(column("1/2"), ONE, ONE, ONE, column(0), [[0]])
+    with pytest.raises(Refused, match="a sensor measured at phase 0 has no noise of its own"):
+        unseen_forever(silent, ONE, [ONE])
+    pair = select(identity(2), column(1, 1), identity(2), identity(2), row(1, 1).transpose() * row(1, 1), [[0, 1]])
+    with pytest.raises(Refused, match="no noise of its own"):
+        pair.concealing(0, column(1, 2))
+
+
+def test_the_smallest_concealing_noise() -> None:
+    wide = select(identity(1), ONE, ONE, ONE, row(1, 2), [[0]])
+    assert wide.concealing(0, ONE) == column("-1/5", "-2/5")
+
+
+# Theorem 1 for x+ = x / 2 + v, z = x: the gain is 2, and P satisfies both inequalities there only if P = 2.
+def test_theorem_1_is_exact_for_a_scalar_system() -> None:
+    half = [(column("1/2"), ONE)]
+    # [[P - 1 - P/4, -P/2], [-P/2, g^2 - P]] with P = 2: 1/2 (g^2 - 2) > 1.
+    require_theorem_1(half, ONE, [column(2)], q("2001/1000"))
+    with pytest.raises(Refused, match="the matrix of Theorem 1 at phase 0"):
+        require_theorem_1(half, ONE, [column(2)], q(2))
+
+
+def test_theorem_1_needs_positive_matrices() -> None:
+    # x+ = 2 x + v, z = 0 x: P = -1 satisfies the inequality, and the system is not stable.
+    with pytest.raises(Refused, match="P_0 is not positive definite"):
+        require_theorem_1([(column(2), ONE)], column(0), [column(-1)], q(2))
+
+
+def test_theorem_1_takes_the_matrices_in_the_order_of_time() -> None:
+    # z = x / 2. P_0 belongs to the error after the first step: P_1 > 1/4 + P_0/4 and P_0 > 1/4 + P_1/9, nearly.
+    P = [column("29/100"), column("33/100")]
+    require_theorem_1(SCALAR, column("1/2"), P, q(10))
+    with pytest.raises(Refused, match="the matrix of Theorem 1 at phase 0"):
+        require_theorem_1(SCALAR, column("1/2"), P[::-1], q(10))
+
+
+def test_schedules() -> None:
+    assert schedule({"periods": [2, 3], "offsets": [0, 0]}) == [[0, 1], [], [0], [1], [0], []]
+    assert schedule({"periods": [3, 3], "offsets": [0, 2]}) == [[0], [], [1]]
+    assert schedule({"periods": [1], "offsets": [5]}) == [[0]]
+    assert len(schedule({"periods": [1000], "offsets": [0]})) == 1000
+    with pytest.raises(Refused, match="repeats every 1001 instants, more than 1000"):
+        schedule({"periods": [1001], "offsets": [0]})
+
+
+def computed(statement: str, parameters: dict[str, Any], plant: dict[str, Any] | None = None) -> Any:
+    certificate = {
+        "format": "replication-certificate/1",
+        "paper": None,
+        "name": "own",
+        "claims": [],
+        "statement": f"multirate.{statement}",
+        "plant": plant or {"name": ""},
+        "parameters": parameters,
+        "bound": {},
+        "witness": {},
+    }
+    return check(certificate)
+
+
+def times(*periods: int) -> dict[str, Any]:
+    return {"periods": list(periods), "offsets": [0] * len(periods)}
+
+
+def test_counts() -> None:
+    assert computed("common-period", times(4, 6)).lower == 12
+    assert computed("idle-instants", times(4, 6)).upper == 3
+    # The longest wait runs over the end of the period.
+    assert computed("idle-instants", {"periods": [5], "offsets": [2]}).upper == 4
+    assert computed("idle-instants", times(1, 2)).lower == 0
+    assert computed("dual-rate", times(2, 2)).holds
+    assert not computed("dual-rate", times(2, 4)).holds
+    assert not computed("dual-rate", {"periods": [2, 2], "offsets": [0, 1]}).holds
+    assert not computed("dual-rate", {"periods": [2], "offsets": [1]}).holds
+    plant = {"name": "", "A": [["0", "1"], ["0", "0"]], "B_d": [["1", "0", "0"]] * 2, "D": [["1"]], "C": [["1", "0"]]}
+    assert computed("variables", times(2), plant).upper == 2 * 3 + 2 * 2 + 1
+    assert computed("rows", times(2), plant).upper == 2 + 2 + 3 + 1
+    assert computed("observable", times(2), plant).holds
+    assert not computed("observable", times(2), {**plant, "C": [["0", "1"]]}).holds
+    assert [str(low) for low, high in computed("selection", times(1, 2)).items if low == high] == ["1", "1", "1", "0"]
+
+
+def test_zero_columns_of_gains() -> None:
+    plant = {"name": "", "A": [["1"]], "L": [[["1", "2"]], [["3", "0"]]]}
+    assert computed("unmeasured", times(1, 2), plant).holds
+    assert not computed("unmeasured", times(2, 1), plant).holds
+
+
+def test_the_order_of_the_product_matters_unless_the_factors_commute() -> None:
+    plant = {"name": "", "A": [["1", "1"], ["0", "1"]], "C": [["1", "0"], ["0", "1"]]}
+    gains = [[["1", "2"], ["0", "1"]], [["0", "1"], ["1", "0"]], [["2", "0"], ["1", "1"]]]
+    assert computed("product", {"periods": [1, 1], "offsets": [0, 0]}, {**plant, "L": gains[:1]}).holds is False
+    three = {"periods": [1, 3], "offsets": [0, 1]}
+    assert computed("product", three, {**plant, "L": gains}).holds
+
+
+SIZES = {"states": 2, "sensors": 1, "disturbances": 2, "inputs": 1}
+
+
+@pytest.mark.parametrize("identity_", ["error-system", "dissipation", "schur"])
+def test_identities_hold_at_other_sizes(identity_: str) -> None:
+    assert computed(identity_, SIZES).holds
+    with pytest.raises(Refused, match="sensors must be at least 1"):
+        computed(identity_, {**SIZES, "sensors": 0})

@@ -1,0 +1,238 @@
+"""Mutation testing of the verifier: small changes of its source, each of which some test must notice.
+
+A mutant changes one comparison, operator, constant, sign or negation, swaps `any` and `all` or `min` and `max`, or
+leaves out one `require..` call. It is run in a process of its own, where the changed source takes the place of the
+module; the checks are the tests that need no fixture, called one by one until one fails.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import importlib
+import importlib.abc
+import importlib.util
+import itertools
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+ROOM = "replication.verify"
+SECONDS = 20
+"""After which a mutant counts as noticed: it runs for ever."""
+COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
+    ast.Lt: (ast.LtE, ast.Gt),
+    ast.LtE: (ast.Lt, ast.GtE),
+    ast.Gt: (ast.GtE, ast.Lt),
+    ast.GtE: (ast.Gt, ast.LtE),
+    ast.Eq: (ast.NotEq,),
+    ast.NotEq: (ast.Eq,),
+    ast.In: (ast.NotIn,),
+    ast.NotIn: (ast.In,),
+    ast.Is: (ast.IsNot,),
+    ast.IsNot: (ast.Is,),
+}
+OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Add,
+    ast.Div: ast.Mult,
+    ast.Pow: ast.Mult,
+    ast.Mod: ast.Mult,
+    ast.FloorDiv: ast.Mult,
+}
+SWAPPED = {"any": "all", "all": "any", "min": "max", "max": "min"}
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One changed module. line: of the change; change: what became of what; source: the whole module."""
+
+    module: str
+    line: int
+    change: str
+    source: str
+
+    def __str__(self) -> str:
+        return f"{self.module}:{self.line}: {self.change}"
+
+
+def mutants_of(module: str) -> list[Mutant]:
+    """All mutants of a module, from its source; texts, annotations and imports are left alone."""
+    spec = importlib.util.find_spec(module)
+    assert spec is not None and spec.origin is not None
+    tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
+    found = []
+    for index, node in enumerate(_places(tree)):
+        for change in itertools.count():
+            changed = copy.deepcopy(tree)
+            target = next(itertools.islice(_places(changed), index, None))
+            words = _apply(target, change)
+            if words is None:
+                break
+            source = ast.unparse(ast.fix_missing_locations(changed))
+            found.append(Mutant(module, getattr(node, "lineno", 0), words, source))
+    return found
+
+
+def survivors(module: str, tests: Sequence[str]) -> list[Mutant]:
+    """The mutants of a module that none of the checks of these test modules notices."""
+    mutants = mutants_of(module)
+    for name in (module, *tests):
+        importlib.import_module(name)
+    order: list[int] = []
+    left = []
+    for mutant in mutants:
+        noticed = _noticed_by(mutant, tests, order)
+        if noticed is None:
+            left.append(mutant)
+        elif noticed in order:
+            # The checks that noticed most, first: a mutant then dies soon.
+            order.insert(0, order.pop(order.index(noticed)))
+        else:
+            order.insert(0, noticed)
+    return left
+
+
+def checks_of(module: ModuleType) -> list[Callable[[], None]]:
+    """The tests of a module that need no fixture, one for each set of parameters; slow ones are left out."""
+    found: list[Callable[[], None]] = []
+    for name, function in vars(module).items():
+        if name.startswith("test_") and callable(function):
+            marks = getattr(function, "pytestmark", [])
+            if not any(mark.name == "slow" for mark in marks):
+                found.extend(_calls(function, [mark.args for mark in marks if mark.name == "parametrize"]))
+    return found
+
+
+def _calls(function: Callable[..., None], parameters: list[tuple[Any, ...]]) -> Iterator[Callable[[], None]]:
+    tables = []
+    for names, values, *_ in parameters:
+        keys = [key.strip() for key in names.split(",")] if isinstance(names, str) else list(names)
+        rows = [getattr(row, "values", row) if not isinstance(row, dict) else row for row in values]
+        tables.append([dict(zip(keys, row if len(keys) > 1 else _single(row), strict=True)) for row in rows])
+    wanted = set(function.__code__.co_varnames[: function.__code__.co_argcount])
+    for chosen in itertools.product(*tables):
+        arguments = {key: value for row in chosen for key, value in row.items()}
+        if wanted == set(arguments):
+            yield lambda given=arguments: function(**given)  # type: ignore[misc]
+
+
+def _single(row: Any) -> tuple[Any]:
+    return (row,)
+
+
+def _noticed_by(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> int | None:
+    """The number of the check that a mutant fails, tried in this order first, or None; -1 if it cannot be imported."""
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(reader)
+        signal.alarm(SECONDS)
+        answer = "none"
+        try:
+            answer = str(_first_failure(mutant, tests, order))
+        finally:
+            os.write(writer, answer.encode())
+            os._exit(0)
+    os.close(writer)
+    with os.fdopen(reader) as stream:
+        answer = stream.read()
+    os.waitpid(child, 0)
+    # A mutant that was ended by its alarm says nothing.
+    return None if answer == "none" else int(answer or -1)
+
+
+def _first_failure(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> int | str:
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    for name in [name for name in sys.modules if name == ROOM or name.startswith(f"{ROOM}.") or name in tests]:
+        del sys.modules[name]
+    sys.meta_path.insert(0, _Finder(mutant))
+    try:
+        checks = [check for name in tests for check in checks_of(importlib.import_module(name))]
+    except Exception:  # noqa: BLE001 - whatever a mutant does to an import, it is noticed
+        return -1
+    for index in (*order, *(i for i in range(len(checks)) if i not in order)):
+        if 0 <= index < len(checks):
+            try:
+                checks[index]()
+            except BaseException:  # noqa: BLE001 - a failed test, in whatever way
+                return index
+    return "none"
+
+
+class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Loads the source of a mutant in place of its module."""
+
+    def __init__(self, mutant: Mutant) -> None:
+        self._mutant = mutant
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        if name != self._mutant.module:
+            return None
+        original = importlib.machinery.PathFinder.find_spec(name, path)
+        assert original is not None
+        return importlib.util.spec_from_file_location(
+            name, original.origin, loader=self, submodule_search_locations=original.submodule_search_locations
+        )
+
+    def exec_module(self, module: ModuleType) -> None:
+        exec(compile(self._mutant.source, str(module.__file__), "exec"), module.__dict__)
+
+
+def _places(tree: ast.AST) -> Iterator[ast.AST]:
+    """The nodes that may change, in a fixed order."""
+    for field, value in ast.iter_fields(tree):
+        if field in ("annotation", "returns", "type_params", "decorator_list"):
+            continue
+        for node in value if isinstance(value, list) else [value]:
+            if isinstance(node, ast.AST) and not isinstance(node, ast.JoinedStr | ast.Import | ast.ImportFrom):
+                yield node
+                yield from _places(node)
+
+
+def _apply(node: ast.AST, change: int) -> str | None:
+    """Make the change with this number in place, and say what it is; None if there is no such change."""
+    if isinstance(node, ast.Compare):
+        pairs = [(i, new) for i, op in enumerate(node.ops) for new in COMPARISONS[type(op)]]
+        if change < len(pairs):
+            place, new = pairs[change]
+            old, node.ops[place] = node.ops[place], new()
+            return f"{type(old).__name__} became {new.__name__}"
+    elif change > 0:
+        return None
+    elif isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
+        old_operator, node.op = node.op, OPERATORS[type(node.op)]()
+        return f"{type(old_operator).__name__} became {type(node.op).__name__}"
+    elif isinstance(node, ast.BoolOp):
+        node.op = ast.Or() if isinstance(node.op, ast.And) else ast.And()
+        return f"became {type(node.op).__name__}"
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.USub):
+        node.op = ast.UAdd() if isinstance(node.op, ast.USub) else ast.Not()
+        if isinstance(node.op, ast.Not):
+            node.operand = ast.UnaryOp(ast.Not(), node.operand)
+        return "lost its sign or negation"
+    elif isinstance(node, ast.Constant) and isinstance(node.value, bool):
+        node.value = not node.value
+        return f"became {node.value}"
+    elif isinstance(node, ast.Constant) and isinstance(node.value, int):
+        node.value += 1
+        return f"became {node.value}"
+    elif isinstance(node, ast.Name) and node.id in SWAPPED:
+        node.id = SWAPPED[node.id]
+        return f"became {node.id}"
+    elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) and _called(node.value).startswith("require"):
+        words = f"{_called(node.value)} left out"
+        node.value = ast.Constant(None)
+        return words
+    return None
+
+
+def _called(call: ast.Call) -> str:
+    return call.func.id if isinstance(call.func, ast.Name) else getattr(call.func, "attr", "")

@@ -1,0 +1,25 @@
+"""No small change of the verifier's inequalities goes unnoticed by its tests."""
+
+from __future__ import annotations
+
+import pytest
+from mutants import mutants_of, survivors
+
+VERIFIER = {
+    "replication.verify.linear": ("test_linear", "test_multirate"),
+    "replication.verify.multirate.bounds": ("test_multirate",),
+    "replication.verify.multirate.levels": ("test_multirate",),
+    "replication.verify.multirate.sensing": ("test_multirate",),
+    "replication.verify.multirate.counts": ("test_multirate",),
+    "replication.verify.multirate.symbolic": ("test_multirate",),
+    "replication.verify.multirate.identities": ("test_multirate",),
+    "replication.verify.multirate.recovered": ("test_multirate",),
+}
+"""The modules that state inequalities, and the tests that must notice each change of them."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("module", VERIFIER)
+def test_every_mutant_is_noticed(module: str) -> None:
+    assert len(mutants_of(module)) > 5
+    assert [str(mutant) for mutant in survivors(module, VERIFIER[module])] == []
