@@ -60,13 +60,12 @@ def require_positive_definite(M: fmpq_mat, what: str) -> None:
 def require_positive_semidefinite(M: fmpq_mat, what: str) -> None:
     """Refuse unless the symmetric M is positive semidefinite.
 
-    Its eigenvalues are real, so by Descartes' rule of signs none is negative iff the coefficients of its
-    characteristic polynomial alternate in sign, zeros allowed.
+    Its eigenvalues are real, so by Descartes' rule of signs none is negative iff no coefficient of det(z I + M), the
+    characteristic polynomial of -M, is negative.
     """
     require(M.transpose() == M, f"{what} is not symmetric")
-    signs = (-1 if power % 2 else 1 for power in range(M.nrows(), -1, -1))
-    alternates = all(sign * coefficient >= 0 for sign, coefficient in zip(signs, M.charpoly().coeffs(), strict=True))
-    require(alternates, f"{what} is not positive semidefinite")
+    negated = zeros(M.nrows(), M.ncols()) - M
+    require(min(negated.charpoly().coeffs()) >= 0, f"{what} is not positive semidefinite")
 
 
 def is_schur(polynomial: fmpq_poly) -> bool:

@@ -68,6 +68,8 @@ def verify(path: Path, root: Path = ROOT) -> Outcome:
         return Outcome(path=path, theorem=None, reason=f"the file cannot be read: {error.strerror}")
     except Refused as refusal:
         return Outcome(path=path, theorem=None, reason=str(refusal))
+    except Exception as failure:  # noqa: BLE001 - whatever ends a check, nothing is proved then, and the reason is told
+        return Outcome(path=path, theorem=None, reason=f"the check ended in {type(failure).__name__}: {failure}")
     return Outcome(path=path, theorem=theorem)
 
 
@@ -83,7 +85,9 @@ def check(certificate: Any, root: Path = ROOT) -> Theorem:
     if values["paper"] is None:
         require(values["claims"] == [], "a certificate that belongs to no paper supports no claims")
     else:
-        for field, wanted in subject(text(values["paper"], "paper"), name, root).items():
+        paper = text(values["paper"], "paper")
+        require(paper in papers(root), f"there is no paper {paper!r:.60} that lists theorems")
+        for field, wanted in subject(paper, name, root).items():
             require(same(values[field], wanted), f"{field} is not that of the wanted theorem {name}")
     require(statement in STATEMENTS, f"there is no statement {statement!r:.60}")
     theorem = STATEMENTS[statement](certificate)

@@ -7,6 +7,7 @@ from replication.verify.linear import (
     block,
     identity,
     is_schur,
+    require_hurwitz,
     require_positive_definite,
     require_positive_semidefinite,
     submatrix,
@@ -87,6 +88,25 @@ def test_blocks() -> None:
 )
 def test_schur(coefficients: list[int], stable: bool) -> None:
     assert is_schur(fmpq_poly(coefficients)) is stable
+
+
+def companion(*coefficients: int) -> fmpq_mat:
+    """A matrix with the characteristic polynomial s^n + .. + a_1 s + a_0, given a_0, a_1, .."""
+    n = len(coefficients)
+    last = [[-entry for entry in coefficients]]
+    return fmpq_mat([[int(j == i + 1) for j in range(n)] for i in range(n - 1)] + last)
+
+
+# s + 1, s^2 + s + 1, (s + 1)^3, s^4 + 2 s^3 + 3 s^2 + 2 s + 1, s^3 + s^2 + 2 s + 1, (s + 1)^5.
+@pytest.mark.parametrize("M", [(1,), (1, 1), (1, 3, 3), (1, 2, 3, 2), (1, 2, 1), (1, 5, 10, 10, 5)])
+def test_hurwitz(M: tuple[int, ...]) -> None:
+    require_hurwitz(companion(*M), "M")
+
+
+@pytest.mark.parametrize("M", [(0,), (-1,), (1, 0), (0, 1), (-1, 1), (1, 1, 1), (4, 2, 1), (0, 1, 1), (1, 1, 1, 1)])
+def test_not_hurwitz(M: tuple[int, ...]) -> None:
+    with pytest.raises(Refused, match="M is not Hurwitz"):
+        require_hurwitz(companion(*M), "M")
 
 
 def test_the_zero_polynomial_is_refused() -> None:

@@ -5,37 +5,44 @@ All functions return or take squares of ratios of l2 norms, which are rational w
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from flint import fmpq, fmpq_mat
 
-from replication.verify.linear import block, identity, is_schur, require_positive_definite, zeros
+from replication.verify.linear import block, identity, is_schur, require_positive_definite, submatrix, zeros
 from replication.verify.multirate.sensing import Sensing
 from replication.verify.theorem import Refused, require
 
-Stages = list[tuple[fmpq_mat, fmpq_mat]]
+Steps = Sequence[fmpq_mat]
+"""[A_k B_k] of each phase, (n, n + m): x(k+1) = A_k x(k) + B_k v(k)."""
 
 
-def require_theorem_1(stages: Stages, W: fmpq_mat, P: list[fmpq_mat], level: fmpq) -> None:
+def require_theorem_1(steps: Steps, W: fmpq_mat, P: list[fmpq_mat], level: fmpq) -> None:
     """Refuse unless P_k > 0 and diag(P_(k-1) - W'W, g^2 I) - [A_k B_k]' P_k [A_k B_k] > 0 at every phase.
 
     P_k weighs the error after the step at k, P_(k-1) the one before it. The second inequality says that the weighted
     square, which is never negative, falls by more than |We|^2 - g^2 |v|^2 in the step; summed from e(0) = 0 that is
-    ||We|| <= g ||v||.
+    ||We|| <= g ||v||. Without disturbance it falls, so that the error system is stable.
     """
     n, weight = W.ncols(), W.transpose() * W
-    for k, (A, B) in enumerate(stages):
+    for k, step in enumerate(steps):
         require_positive_definite(P[k], f"P_{k}")
-        m = B.ncols()
-        step = block([[A, B]])
+        m = step.ncols() - n
         room = block([[P[k - 1] - weight, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
         require_positive_definite(room - step.transpose() * P[k] * step, f"the matrix of Theorem 1 at phase {k}")
 
 
-def monodromy(stages: Stages) -> fmpq_mat:
+def monodromy(steps: Steps) -> fmpq_mat:
     """The transition over one period from phase 0, A_(N-1) .. A_0."""
-    total = identity(stages[0][0].nrows())
-    for A, _ in stages:
+    total, *others = (submatrix(step, range(step.nrows()), range(step.nrows())) for step in steps)
+    for A in others:
         total = A * total
     return total
+
+
+def advanced(step: fmpq_mat, x: fmpq_mat, v: fmpq_mat) -> fmpq_mat:
+    """The next state, A x + B v."""
+    return step * block([[x], [v]])
 
 
 def require_stable(transition: fmpq_mat, what: str) -> None:
@@ -68,24 +75,24 @@ def recurrent(transition: fmpq_mat, driven: fmpq_mat, turn: fmpq_mat) -> fmpq_ma
     return fmpq_mat(n, r, [solved[j * n + i, 0] for i in range(n) for j in range(r)])
 
 
-def attained(stages: Stages, W: fmpq_mat, turn: fmpq_mat, v: list[fmpq_mat]) -> fmpq:
+def attained(steps: Steps, W: fmpq_mat, turn: fmpq_mat, v: list[fmpq_mat]) -> fmpq:
     """The square of a ratio that the gain of a stable system is not below.
 
     The input v_k R^j u at phase k of period j has, with a unit vector u, the steady state x_k R^j u. Averaged over the
     periods (R turns by an angle, or changes the sign at most) its squares are those of v_k and x_k; ended after many
     periods, it has finite energy, and start and end no longer count in the ratio.
     """
-    total = monodromy(stages)
+    total = monodromy(steps)
     require_stable(total, "the error system")
     require_turn(turn)
     driven = zeros(total.nrows(), turn.nrows())
-    for (A, B), v_k in zip(stages, v, strict=True):
-        driven = A * driven + B * v_k
+    for step, v_k in zip(steps, v, strict=True):
+        driven = advanced(step, driven, v_k)
     x, output = recurrent(total, driven, turn), fmpq(0)
-    for (A, B), v_k in zip(stages, v, strict=True):
+    for step, v_k in zip(steps, v, strict=True):
         output += squares(W * x)
-        x = A * x + B * v_k
-    return _ratio(output, sum(map(squares, v), fmpq(0)))
+        x = advanced(step, x, v_k)
+    return ratio(output, sum(map(squares, v), fmpq(0)))
 
 
 def unseen_forever(system: Sensing, turn: fmpq_mat, d: list[fmpq_mat]) -> fmpq:
@@ -94,20 +101,19 @@ def unseen_forever(system: Sensing, turn: fmpq_mat, d: list[fmpq_mat]) -> fmpq:
     d_k R^j u disturbs the plant as in `attained`, and the sensor noise makes all measurements zero. Whatever the
     estimator says then, it says the same to the opposite disturbance, and in one of the two it errs by ||Wx|| or more.
     """
-    count = len(system.C)
-    stages = [(system.A, system.B_d)] * count
-    total = monodromy(stages)
+    step = block([[system.A, system.B_d]])
+    total = monodromy([step for _ in system.measured])
     require_stable(total, "the plant")
     require_turn(turn)
     driven = zeros(system.order, turn.nrows())
     for d_k in d:
-        driven = system.A * driven + system.B_d * d_k
+        driven = advanced(step, driven, d_k)
     x, output, noise = recurrent(total, driven, turn), fmpq(0), fmpq(0)
     for k, d_k in enumerate(d):
         output += squares(system.W * x)
         noise += squares(d_k) + squares(system.concealing(k, x))
-        x = system.A * x + system.B_d * d_k
-    return _ratio(output, noise)
+        x = advanced(step, x, d_k)
+    return ratio(output, noise)
 
 
 def unseen_for_long(system: Sensing, start: int, d: list[fmpq_mat]) -> fmpq:
@@ -116,14 +122,16 @@ def unseen_for_long(system: Sensing, start: int, d: list[fmpq_mat]) -> fmpq:
     From x = 0 at phase `start` on, d_k disturbs the plant, and until T - 1 the sensor noise makes all measurements
     zero. An estimate of z(k) that uses the measurements up to k - 1 is the same for the opposite disturbance until T.
     """
+    step = block([[system.A, system.B_d]])
     x, output, noise = zeros(system.order, 1), fmpq(0), fmpq(0)
     for k, d_k in enumerate(d):
         noise += squares(d_k) + squares(system.concealing((start + k) % len(system.C), x))
-        x = system.A * x + system.B_d * d_k
+        x = advanced(step, x, d_k)
         output += squares(system.W * x)
-    return _ratio(output, noise)
+    return ratio(output, noise)
 
 
-def _ratio(output: fmpq, noise: fmpq) -> fmpq:
+def ratio(output: fmpq, noise: fmpq) -> fmpq:
+    """Output to noise; refused without noise."""
     require(noise > 0, "the disturbance is zero")
     return output / noise

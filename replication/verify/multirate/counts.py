@@ -7,9 +7,9 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.linear import block, identity, take_rows, zeros
+from replication.verify.linear import block, identity, take_rows
 from replication.verify.multirate.bounds import monodromy
-from replication.verify.multirate.sensing import schedule
+from replication.verify.multirate.sensing import schedule, without_noise
 from replication.verify.reading import fields, integer, matrices, matrix, sequence
 from replication.verify.theorem import Theorem
 
@@ -29,15 +29,16 @@ def selection(certificate: Certificate) -> Theorem:
 def common_period(certificate: Certificate) -> Theorem:
     """The number of instants after which the schedule repeats, and no smaller one."""
     measured, _ = _schedule(certificate)
-    period = next(k for k in range(1, len(measured) + 1) if measured[k:] + measured[:k] == measured)
-    return _count(period, "The schedule repeats after {} instants.")
+    # A cyclic list has as many different rotations as it has entries until it repeats.
+    rotations = {str(measured[k:] + measured[:k]) for k in range(len(measured))}
+    return _count(len(rotations), "The schedule repeats after {} instants.")
 
 
 def idle_instants(certificate: Certificate) -> Theorem:
     """The longest run of instants without any measurement."""
     measured, _ = _schedule(certificate)
     runs, run = [0], 0
-    for rows in measured * 2:
+    for rows in measured + measured:
         run = 0 if rows else run + 1
         runs.append(run)
     return _count(max(runs), "The longest time without a measurement is {} instants.")
@@ -93,23 +94,14 @@ def product(certificate: Certificate) -> Theorem:
     """Whether the poles of the product over one period do not depend on where it starts, but do on its order."""
     measured, sensors = _schedule(certificate)
     A, C = matrix(certificate["plant"]["A"], "plant.A"), matrix(certificate["plant"]["C"], "plant.C")
-    L = _gains(certificate, sensors, len(measured))
-    selected = [diagonal([int(i in rows) for i in range(sensors)]) for rows in measured]
-    factors = [(A - L_k * S_k * C, zeros(A.nrows(), 1)) for L_k, S_k in zip(L, selected, strict=True)]
-    poles, shifted, reverse = (
-        monodromy(order).charpoly() for order in (factors, factors[1:] + factors[:1], factors[::-1])
-    )
+    first, *others = without_noise(A, C, measured).error_system(_gains(certificate, sensors, len(measured)))
+    orders = ([first, *others], [*others, first], [*reversed(others), first])
+    poles, shifted, reverse = (monodromy(order).charpoly() for order in orders)
     return Theorem(
         sentence="A_e as a product over one period, later factors to the left, has the same characteristic polynomial "
         "from instant 1 as from instant 0; with the factors in the other order it has another one.",
         holds=poles == shifted and poles != reverse,
     )
-
-
-def diagonal(entries: list[int]) -> fmpq_mat:
-    """The diagonal matrix of these entries."""
-    size = len(entries)
-    return fmpq_mat(size, size, [entries[i] if i == j else 0 for i in range(size) for j in range(size)])
 
 
 def _schedule(certificate: Certificate) -> tuple[list[list[int]], int]:

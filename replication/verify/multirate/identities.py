@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from replication.verify.multirate.symbolic import Symbolic, Symbols, blocks, minus, plus, times, transposed
+from replication.verify.multirate.symbolic import Symbolic, Symbols, blocks, minus, plus, times, transposed, width
 from replication.verify.reading import fields, integer
 from replication.verify.theorem import Theorem
 
@@ -17,12 +17,12 @@ def error_system(certificate: Certificate) -> Theorem:
     n, q, m, p = _sizes(certificate)
     symbols = Symbols(
         {
-            "A": (n, n), "B_u": (n, p), "B_d": (n, m), "C": (q, n), "D": (q, q), "L": (n, q), "s": (1, q),
+            "A": (n, n), "B_u": (n, p), "B_d": (n, m), "C": (q, n), "D": (q, q), "L": (n, q), "S": (q, q),
             "x": (n, 1), "o": (n, 1), "u": (p, 1), "d": (m, 1), "w": (q, 1),
-        }
+        },
+        diagonal=("S",),
     )  # fmt: skip
-    A, B_u, B_d, C, D, L, s, x, o, u, d, w = symbols.matrices.values()
-    S = symbols.diagonal(s[0])
+    A, B_u, B_d, C, D, L, S, x, o, u, d, w = symbols.matrices.values()
     measured = plus(times(S, C, x), times(S, D, w))
     plant = plus(times(A, x), times(B_u, u), times(B_d, d))
     observer = plus(times(A, o), times(B_u, u), times(L, minus(measured, times(S, C, o))))
@@ -37,15 +37,12 @@ def error_system(certificate: Certificate) -> Theorem:
 
 def dissipation(certificate: Certificate) -> Theorem:
     """Eqs. (20)-(23): the quadratic form of the matrix (20) is what the weighted square of the error loses."""
-    symbols, closed = _closed_loop(certificate)
-    e, d, w = symbols.matrices["e"], symbols.matrices["d"], symbols.matrices["w"]
-    P, before, W = (symbols.matrices[name] for name in ("P", "Q", "W"))
-    xi, z = blocks([[e], [d], [w]]), times(W, e)
+    symbols, closed, level = _closed_loop(certificate)
+    P, before, W, e, d, w = (symbols.matrices[name] for name in ("P", "Q", "W", "e", "d", "w"))
+    xi, noise, z = blocks([[e], [d], [w]]), blocks([[d], [w]]), times(W, e)
     following = times(blocks([closed]), xi)
-    square = symbols.matrices["g"][0][0] ** 2
-    noise = times(transposed(blocks([[d], [w]])), symbols.diagonal([square] * (len(d) + len(w))), blocks([[d], [w]]))
     loss = minus(
-        plus(times(transposed(e), before, e), noise),
+        plus(times(transposed(e), before, e), times(transposed(noise), level, noise)),
         times(transposed(following), P, following),
         times(transposed(z), z),
     )
@@ -61,60 +58,55 @@ def schur(certificate: Certificate) -> Theorem:
 
     The blocks beside P are P F with F = [A_e, B_d, -L S D], so that the complement is the rest less F'P F.
     """
-    symbols, closed = _closed_loop(certificate)
-    A, B_d, C, D, L, P, before, W = (symbols.matrices[name] for name in ("A", "B_d", "C", "D", "L", "P", "Q", "W"))
-    S, Y = symbols.diagonal(symbols.matrices["s"][0]), times(P, L)
-    zero = symbols.zeros(len(P), len(D[0]))
-    beside = blocks([[minus(times(P, A), times(Y, S, C)), times(P, B_d), minus(zero, times(Y, S, D))]])
-    F = blocks([closed])
-    n, m, q = len(P), len(B_d[0]), len(D[0])
-    square = symbols.matrices["g"][0][0] ** 2
-    rest = blocks(
-        [
-            [minus(before, times(transposed(W), W)), symbols.zeros(n, m + q)],
-            [symbols.zeros(m + q, n), symbols.diagonal([square] * (m + q))],
-        ]
-    )
+    symbols, closed, level = _closed_loop(certificate)
+    A, B_d, C, D, L, S, W, P, before = (symbols.matrices[name] for name in ("A", "B_d", "C", "D", "L", "S", *"WPQ"))
+    Y, none, F = times(P, L), symbols.zeros(len(P), width(level)), blocks([closed])
+    sensed = minus(symbols.zeros(len(P), width(D)), times(Y, S, D))
+    beside = blocks([[minus(times(P, A), times(Y, S, C)), times(P, B_d), sensed]])
+    rest = blocks([[minus(before, times(transposed(W), W)), none], [transposed(none), level]])
     complement = minus(rest, times(transposed(F), P, F))
     return _theorem(
         "With Y = P L, the Schur complement of P in the matrix (30) is the matrix (20)",
         certificate,
-        beside == times(P, F) and complement == _theta(symbols, closed),
+        (beside, complement) == (times(P, F), _theta(symbols, closed)),
     )
 
 
-def _closed_loop(certificate: Certificate) -> tuple[Symbols, list[Symbolic]]:
-    """All symbols of Theorems 1 and 2 at one phase (Q is P_(k-1), g the level), and A_e, B_d, -L S D."""
+def _closed_loop(certificate: Certificate) -> tuple[Symbols, list[Symbolic], Symbolic]:
+    """All symbols of Theorems 1 and 2 at one phase (Q is P_(k-1)); A_e, B_d, -L S D; and gamma^2 I."""
     n, q, m, _ = _sizes(certificate)
     symbols = Symbols(
         {
-            "A": (n, n), "B_d": (n, m), "C": (q, n), "D": (q, q), "L": (n, q), "s": (1, q), "W": (n, n),
-            "P": (n, n), "Q": (n, n), "g": (1, 1), "e": (n, 1), "d": (m, 1), "w": (q, 1),
+            "A": (n, n), "B_d": (n, m), "C": (q, n), "D": (q, q), "L": (n, q), "S": (q, q), "W": (n, n),
+            "P": (n, n), "Q": (n, n), "e": (n, 1), "d": (m, 1), "w": (q, 1),
         },
+        scalars=("g2",),
         symmetric=("P", "Q"),
+        diagonal=("S",),
     )  # fmt: skip
-    A, B_d, C, D, L, s, *_ = symbols.matrices.values()
-    S = symbols.diagonal(s[0])
-    return symbols, [minus(A, times(L, S, C)), B_d, minus(symbols.zeros(n, q), times(L, S, D))]
+    A, B_d, C, D, L, S, *_ = symbols.matrices.values()
+    closed = [minus(A, times(L, S, C)), B_d, minus(symbols.zeros(n, q), times(L, S, D))]
+    return symbols, closed, symbols.diagonal([symbols.symbols["g2"] for _ in range(m + q)])
 
 
 def _theta(symbols: Symbols, closed: list[Symbolic]) -> Symbolic:
     """The matrix (20), block by block as printed."""
     A_e, B_d, negative = closed
-    P, before, W = (symbols.matrices[name] for name in ("P", "Q", "W"))
-    M = minus(symbols.zeros(len(P), len(negative[0])), negative)
-    square = symbols.matrices["g"][0][0] ** 2
-    level = [symbols.diagonal([square] * len(part[0])) for part in (B_d, M)]
+    P, before, W, D = (symbols.matrices[name] for name in ("P", "Q", "W", "D"))
+    M = minus(symbols.zeros(len(P), width(D)), negative)
 
     def weighted(first: Symbolic, second: Symbolic) -> Symbolic:
         return times(transposed(first), P, second)
 
-    corner = minus(symbols.zeros(len(P), len(B_d[0])), weighted(A_e, B_d))
+    def level(columns: Symbolic) -> Symbolic:
+        return symbols.diagonal([symbols.symbols["g2"] for _ in transposed(columns)])
+
+    corner = minus(symbols.zeros(len(P), width(B_d)), weighted(A_e, B_d))
     return blocks(
         [
             [minus(before, weighted(A_e, A_e), times(transposed(W), W)), corner, weighted(A_e, M)],
-            [transposed(corner), minus(level[0], weighted(B_d, B_d)), weighted(B_d, M)],
-            [transposed(weighted(A_e, M)), transposed(weighted(B_d, M)), minus(level[1], weighted(M, M))],
+            [transposed(corner), minus(level(B_d), weighted(B_d, B_d)), weighted(B_d, M)],
+            [transposed(weighted(A_e, M)), transposed(weighted(B_d, M)), minus(level(M), weighted(M, M))],
         ]
     )
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.linear import block, identity, require_positive_definite, take_rows, zeros
+from replication.verify.linear import block, identity, require_positive_definite, zeros
 from replication.verify.multirate.bounds import attained, require_theorem_1, unseen_for_long, unseen_forever
 from replication.verify.multirate.sensing import Sensing, of_certificate
 from replication.verify.printed import above, below
@@ -20,15 +20,15 @@ Certificate = Mapping[str, Any]
 def gain(certificate: Certificate) -> Theorem:
     """The gain of the given gains L_k: Theorem 1 from above, a disturbance from below."""
     system, relative = of_certificate(certificate, "L")
-    lower, upper = _bracket(certificate, relative)
+    lower, upper = bracket(certificate, relative)
     P, turn, v = fields(certificate["witness"], "witness", "P", "turn", "v")
     count, n = len(system.C), system.order
     L = matrices(certificate["plant"]["L"], "plant.L", n, system.sensors, count)
-    stages = system.error_system(L)
-    require_theorem_1(stages, system.W, _symmetric(P, n, count), upper)
+    steps = system.error_system(L)
+    require_theorem_1(steps, system.W, _symmetric(P, n, count), upper)
     R = _turn(turn)
-    disturbance = matrices(v, "witness.v", stages[0][1].ncols(), R.nrows(), count)
-    _require_lower(lower, attained(stages, system.W, R, disturbance))
+    disturbance = matrices(v, "witness.v", system.noises, R.nrows(), count)
+    require_lower(lower, attained(steps, system.W, R, disturbance))
     return Theorem(
         sentence=f"The error system of the given gains is stable, with an l2 gain between {below(lower)} and "
         f"{above(upper)}; the upper bound is one of Theorem 1.",
@@ -41,12 +41,12 @@ def gain(certificate: Certificate) -> Theorem:
 def optimum_noncausal(certificate: Certificate) -> Theorem:
     """The smallest gain where smoothers do no better: Theorem 2 from above, a disturbance that is never seen below."""
     system, relative = of_certificate(certificate)
-    lower, upper = _bracket(certificate, relative)
+    lower, upper = bracket(certificate, relative)
     P, Y, turn, d = fields(certificate["witness"], "witness", "P", "Y", "turn", "d")
     require_theorem_2(system, P, Y, upper)
     R = _turn(turn)
     disturbance = matrices(d, "witness.d", system.B_d.ncols(), R.nrows(), len(system.C))
-    _require_lower(lower, unseen_forever(system, R, disturbance))
+    require_lower(lower, unseen_forever(system, R, disturbance))
     return Theorem(
         sentence=f"By Theorem 2 some observer has a gain of at most {above(upper)}; no estimator, not even a smoother, "
         f"has one below {below(lower)}.",
@@ -59,11 +59,11 @@ def optimum_noncausal(certificate: Certificate) -> Theorem:
 def optimum_causal(certificate: Certificate) -> Theorem:
     """The smallest gain: Theorem 2 from above, a disturbance of finite length that is seen too late from below."""
     system, relative = of_certificate(certificate)
-    lower, upper = _bracket(certificate, relative)
+    lower, upper = bracket(certificate, relative)
     P, Y, start, d = fields(certificate["witness"], "witness", "P", "Y", "start", "d")
     require_theorem_2(system, P, Y, upper)
     disturbance = matrices(d, "witness.d", system.B_d.ncols(), 1)
-    _require_lower(lower, unseen_for_long(system, integer(start, "witness.start"), disturbance))
+    require_lower(lower, unseen_for_long(system, integer(start, "witness.start"), disturbance))
     return Theorem(
         sentence=f"By Theorem 2 some observer has a gain of at most {above(upper)}; no observer has one below "
         f"{below(lower)}.",
@@ -83,8 +83,8 @@ def require_theorem_2(system: Sensing, P: Any, Y: Any, level: fmpq) -> None:
     P_k = _symmetric(P, n, count)
     weight = system.W.transpose() * system.W
     for k, Y_k in enumerate(matrices(Y, "witness.Y", n, system.sensors, count)):
-        acting = take_rows(Y_k.transpose(), system.measured[k]).transpose()
-        step = block([[P_k[k] * system.A - acting * system.C[k], P_k[k] * system.B_d, -acting * system.D[k]]])
+        driven, seen = system.open_loop(k)
+        step = P_k[k] * driven - system.acting(k, Y_k) * seen
         m = step.ncols() - n
         rest = block([[P_k[k - 1] - weight, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
         whole = block([[P_k[k], step], [step.transpose(), rest]])
@@ -101,7 +101,7 @@ def _symmetric(value: Any, size: int, count: int) -> list[fmpq_mat]:
     return sequence(value, "witness.P", lambda entry, path: symmetric(entry, path, size), count)
 
 
-def _bracket(certificate: Certificate, relative: Any) -> tuple[fmpq, fmpq]:
+def bracket(certificate: Certificate, relative: Any) -> tuple[fmpq, fmpq]:
     """The stated bounds, no farther apart than the theorem that is wanted allows."""
     stated = fields(certificate["bound"], "bound", "lower", "upper")
     lower, upper = positive(stated[0], "bound.lower"), positive(stated[1], "bound.upper")
@@ -110,7 +110,8 @@ def _bracket(certificate: Certificate, relative: Any) -> tuple[fmpq, fmpq]:
     return lower, upper
 
 
-def _require_lower(lower: fmpq, squared: fmpq) -> None:
+def require_lower(lower: fmpq, squared: fmpq) -> None:
+    """Refuse unless the square of a proved ratio is not below that of the bound."""
     require(squared >= lower**2, "the disturbance of the witness does not reach the lower bound")
 
 

@@ -1,7 +1,7 @@
 """A plant under a sensing schedule, its error system, and the disturbances that no sensor shows.
 
 x(k+1) = A x(k) + B_d d(k), measured C_k x(k) + D_k w(k) with the rows C_k, D_k of the sensors measured at k, z = W x.
-With gains L_k: e(k+1) = A_k e(k) + B_k v(k), A_k = A - L_k C_k, B_k = [B_d, -L_k D_k], v = (d, w).
+With gains L_k: e(k+1) = A_k e(k) + B_k v(k), [A_k B_k] = [A B_d 0] - L_k [C_k 0 D_k], v = (d, w).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any
 
 from flint import fmpq_mat
 
-from replication.verify.linear import block, take_rows
+from replication.verify.linear import block, take_rows, zeros
 from replication.verify.reading import fields, integer, matrix, sequence
 from replication.verify.theorem import require
 
@@ -40,13 +40,32 @@ class Sensing:
         """n, the number of states."""
         return int(self.A.nrows())
 
-    def error_system(self, gains: list[fmpq_mat]) -> list[tuple[fmpq_mat, fmpq_mat]]:
-        """(A_k, B_k) of each phase for gains L_k (n, q); columns of sensors that are not measured have no effect."""
-        stages = []
-        for C, D, rows, L in zip(self.C, self.D, self.measured, gains, strict=True):
-            acting = take_rows(L.transpose(), rows).transpose()
-            stages.append((self.A - acting * C, block([[self.B_d, -acting * D]])))
-        return stages
+    @property
+    def noises(self) -> int:
+        """The number of disturbances d and sensor noises w together."""
+        (width,) = {self.B_d.ncols() + D.ncols() for D in self.D}
+        return width
+
+    def error_system(self, gains: list[fmpq_mat]) -> list[fmpq_mat]:
+        """[A_k B_k] of each phase for gains L_k (n, q), that is [A B_d 0] - L_k [C_k 0 D_k] over the measured rows.
+
+        Columns of L_k of sensors that are not measured have no effect.
+        """
+        steps = []
+        for k, L in enumerate(gains):
+            driven, seen = self.open_loop(k)
+            steps.append(driven - self.acting(k, L) * seen)
+        return steps
+
+    def open_loop(self, phase: int) -> tuple[fmpq_mat, fmpq_mat]:
+        """[A B_d 0] and [C_k 0 D_k]: what becomes of (x, d, w), and what is measured of it."""
+        C, D = self.C[phase], self.D[phase]
+        driven = block([[self.A, self.B_d, zeros(self.order, D.ncols())]])
+        return driven, block([[C, zeros(D.nrows(), self.B_d.ncols()), D]])
+
+    def acting(self, phase: int, gain: fmpq_mat) -> fmpq_mat:
+        """The columns of a gain (n, q) that belong to the sensors measured at a phase."""
+        return take_rows(gain.transpose(), self.measured[phase]).transpose()
 
     def concealing(self, phase: int, x: fmpq_mat) -> fmpq_mat:
         """The smallest sensor noise for which the sensors measured at `phase` show zero: w = -D_k'(D_k D_k')^-1 C_k x.
@@ -81,7 +100,7 @@ def of_certificate(certificate: Mapping[str, Any], *extra: str) -> tuple[Sensing
     n = matrix(plant["A"], "plant.A").ncols()
     C = matrix(plant["C"], "plant.C", columns=n)
     D = matrix(plant["D"], "plant.D", rows=C.nrows())
-    require(max(sensors, default=0) < C.nrows(), f"parameters.sensors names a sensor that is not there: {sensors}")
+    require(all(i < C.nrows() for i in sensors), f"parameters.sensors names a sensor that is not there: {sensors}")
     system = select(
         matrix(plant["A"], "plant.A", n, n),
         matrix(plant["B_d"], "plant.B_d", rows=n),
@@ -97,3 +116,9 @@ def select(A: fmpq_mat, B_d: fmpq_mat, W: fmpq_mat, C: fmpq_mat, D: fmpq_mat, me
     """A plant whose sensors are the rows of C and D, under a schedule."""
     C_k, D_k = ([take_rows(M, rows) for rows in measured] for M in (C, D))
     return Sensing(A, B_d, W, C_k, D_k, measured, C.nrows())
+
+
+def without_noise(A: fmpq_mat, C: fmpq_mat, measured: Schedule) -> Sensing:
+    """A plant as far as stability goes: nothing disturbs it, and nothing is weighted."""
+    nothing = take_rows(A, [])
+    return select(A, nothing.transpose(), nothing, C, take_rows(C.transpose(), []).transpose(), measured)

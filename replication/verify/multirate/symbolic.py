@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from flint import Ordering, fmpq_mpoly, fmpq_mpoly_ctx
 
@@ -10,21 +10,34 @@ Symbolic = list[list[fmpq_mpoly]]
 
 
 class Symbols:
-    """The matrices of the given shapes (rows, columns) by name; those in `symmetric` have mirrored entries."""
+    """Matrices by name, of the given shapes (rows, columns), and single symbols.
 
-    def __init__(self, shapes: dict[str, tuple[int, int]], symmetric: Sequence[str] = ()) -> None:
-        places = {(name, i, j) for name, (rows, columns) in shapes.items() for i in range(rows) for j in range(columns)}
-        mirrored = {(name, *((i, j) if i <= j or name not in symmetric else (j, i))) for name, i, j in places}
-        names = {place: f"{place[0]}_{place[1]}_{place[2]}" for place in sorted(mirrored)}
-        self.context = fmpq_mpoly_ctx.get(tuple(names.values()), Ordering.lex)
-        generators = dict(zip(names, self.context.gens(), strict=True))
-        self.matrices: dict[str, Symbolic] = {
-            name: [
-                [generators[(name, i, j) if (name, i, j) in generators else (name, j, i)] for j in range(columns)]
-                for i in range(rows)
-            ]
+    Of those in `symmetric` the entries mirror each other, of those in `diagonal` the others are zero.
+    """
+
+    def __init__(
+        self,
+        shapes: Mapping[str, tuple[int, int]],
+        scalars: Sequence[str] = (),
+        symmetric: Sequence[str] = (),
+        diagonal: Sequence[str] = (),
+    ) -> None:
+        def symbol(name: str, i: int, j: int) -> str:
+            low, high = (min(i, j), max(i, j)) if name in symmetric else (i, j)
+            return f"{name}_{low}_{high}"
+
+        tables = {
+            name: [[symbol(name, i, j) for j in range(columns)] for i in range(rows)]
             for name, (rows, columns) in shapes.items()
         }
+        names = (*scalars, *dict.fromkeys(entry for table in tables.values() for row in table for entry in row))
+        self.context = fmpq_mpoly_ctx.get(names, Ordering.lex)
+        self.symbols = dict(zip(names, self.context.gens(), strict=True))
+        self.matrices: dict[str, Symbolic] = {
+            name: [[self.symbols[entry] for entry in row] for row in table] for name, table in tables.items()
+        }
+        for name in diagonal:
+            self.matrices[name] = self.diagonal([row[i] for i, row in enumerate(self.matrices[name])])
 
     def diagonal(self, entries: Sequence[fmpq_mpoly]) -> Symbolic:
         """The diagonal matrix of these polynomials."""
@@ -68,3 +81,9 @@ def transposed(M: Symbolic) -> Symbolic:
 def blocks(rows: Sequence[Sequence[Symbolic]]) -> Symbolic:
     """The matrix made of these blocks."""
     return [[entry for part in parts for entry in part] for row in rows for parts in zip(*row, strict=True)]
+
+
+def width(M: Symbolic) -> int:
+    """The number of columns."""
+    (columns,) = {len(row) for row in M}
+    return columns

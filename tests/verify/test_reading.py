@@ -1,0 +1,145 @@
+"""Strict reading: a certificate that two readers could understand in two ways, or that is too large, is refused."""
+
+import json
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+from flint import fmpq, fmpq_mat
+
+from replication.verify import reading
+from replication.verify.theorem import Refused
+
+GOOD = (Path(__file__).parents[2] / "certificates" / "okajima2023" / "gains-33.json").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (GOOD[:-20], "not valid JSON"),
+        (GOOD[: len(GOOD) // 2], "not valid JSON"),
+        (GOOD + b"}", "not valid JSON"),
+        (b"", "not valid JSON"),
+        (b"\xff\xfe", "not valid JSON"),
+        (b"{'a': 1}", "not valid JSON"),
+        (b"[" * 100_000, "not valid JSON"),
+        (b'{"a": NaN}', "the number NaN is not exact"),
+        (b'{"a": Infinity}', "the number Infinity is not exact"),
+        (b'{"a": -Infinity}', "the number -Infinity is not exact"),
+        (b'{"a": 1.5}', "the number 1.5 is not exact"),
+        (b'{"a": 1e400}', "the number 1e400 is not exact"),
+        (b'{"a": 12345678901}', "the integer 12345678901... is too long"),
+        (b'{"a": ' + b"9" * 100_000 + b"}", "is too long"),
+        (b'{"a": 1, "a": 1}', "the key 'a' stands twice"),
+        (b'{"a": {"b": 1, "c": 2, "b": 3}}', "the key 'b' stands twice"),
+        (b" " * (reading.MAX_BYTES + 1), "bytes, more than"),
+    ],
+)
+def test_a_file_that_is_not_strict_is_refused(content: bytes, reason: str) -> None:
+    with pytest.raises(Refused, match=reason):
+        reading.parse(content)
+
+
+def test_what_is_read_is_what_is_written() -> None:
+    value = json.loads(GOOD)
+    assert reading.parse(GOOD) == value
+    assert reading.parse(b'{"a": -12345678}') == {"a": -12345678}
+    M = fmpq_mat([[1, fmpq(-2, 3)], [0, 5]])
+    assert reading.matrix(reading.written(M), "M") == M
+    assert reading.written({"a": (fmpq(1, 2), None, True, 3, "x"), "b": [M]}) == {
+        "a": ["1/2", None, True, 3, "x"],
+        "b": [[["1", "-2/3"], ["0", "5"]]],
+    }
+
+
+@pytest.mark.parametrize("text", ["0", "1", "-1", "12/7", "-12/7", "4/6", "1" * reading.MAX_DIGITS, "3/100"])
+def test_rationals(text: str) -> None:
+    number, wanted = reading.rational(text, "x"), Fraction(text)
+    assert (int(number.numer()), int(number.denom())) == (wanted.numerator, wanted.denominator)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "NaN", "inf", "-inf", "1.5", "1e3", "0x1", "1/0", "1/-2", "--1", "+1", "01", "1/02", "1 ", " 1", "", "-", "/2",
+        "1/", "1/2/3", "１", "1_0", 1, 1.5, None, True, ["1"], "1" * (reading.MAX_DIGITS + 1),
+        "1/" + "1" * (reading.MAX_DIGITS + 1), "9" * 10**6,
+    ],
+)  # fmt: skip
+def test_what_is_no_rational(value: Any) -> None:
+    with pytest.raises(Refused, match=r"^x\[2\] "):
+        reading.rational(value, "x[2]")
+
+
+def test_positive_numbers_and_integers() -> None:
+    assert reading.positive("1/9", "x") == fmpq(1, 9)
+    for text in ("0", "-1"):
+        with pytest.raises(Refused, match="x must be positive"):
+            reading.positive(text, "x")
+    assert reading.integer(0, "x") == 0 and reading.integer(2, "x", 2) == 2
+    for value, least in ((-1, 0), (1, 2), (True, 0), ("1", 0), (None, 0)):
+        with pytest.raises(Refused, match="x must be"):
+            reading.integer(value, "x", least)
+
+
+def test_objects_have_exactly_the_fields_that_are_wanted() -> None:
+    assert reading.fields({"b": 2, "a": 1}, "x", "a", "b") == (1, 2)
+    for value, reason in (
+        ({"a": 1}, "x lacks the field b"),
+        ({"a": 1, "b": 2, "c": 3}, "x has the unknown field c"),
+        ([1, 2], "x must be an object"),
+        (None, "x must be an object"),
+    ):
+        with pytest.raises(Refused, match=reason):
+            reading.fields(value, "x", "a", "b")
+
+
+@pytest.mark.parametrize(
+    ("value", "reason"),
+    [
+        ([], "M must have 2 entries, got 0"),
+        ([[], []], "rows of one length"),
+        ([["1"], ["1", "2"]], "rows of one length"),
+        ([["1", "2"]], "M must have 2 entries, got 1"),
+        ([["1"], ["2"]], "M must have 2 columns"),
+        ([["1", "2"], ["3", "nan"]], r"M\[1\]\[1\] must be a rational"),
+        ([["1", "2"], "34"], r"M\[1\] must be a list"),
+        ("M", "M must be a list"),
+    ],
+)
+def test_matrices_of_another_shape_are_refused(value: Any, reason: str) -> None:
+    with pytest.raises(Refused, match=reason):
+        reading.matrix(value, "M", 2, 2)
+
+
+def test_sizes_are_limited() -> None:
+    assert reading.matrix([["1"] * 200] * 200, "M").ncols() == 200
+    with pytest.raises(Refused, match="more than 40000"):
+        reading.matrix([["1"] * 201] * 200, "M")
+    with pytest.raises(Refused, match="more than 40000"):
+        reading.sequence(["1"] * 40_001, "x", reading.rational)
+
+
+def test_symmetric_matrices() -> None:
+    assert reading.symmetric([["1", "2"], ["2", "3"]], "M", 2)[0, 1] == 2
+    for value, reason in (
+        ([["1", "2"], ["2/1", "3"]], None),
+        ([["1", "2"], ["3", "3"]], "M must be symmetric"),
+        ([["1", "2"]], "M must be square"),
+    ):
+        if reason is None:
+            assert reading.symmetric(value, "M") == reading.matrix([["1", "2"], ["2", "3"]], "M")
+        else:
+            with pytest.raises(Refused, match=reason):
+                reading.symmetric(value, "M")
+
+
+def test_texts_and_lists() -> None:
+    assert reading.text("a", "x") == "a"
+    assert reading.sequence(["a", "b"], "x", reading.text, 2) == ["a", "b"]
+    assert reading.matrices([[["1"]], [["2"]]], "x", 1, 1, 2)[1][0, 0] == 2
+    with pytest.raises(Refused, match="x must be a string, got 1"):
+        reading.text(1, "x")
+    with pytest.raises(Refused, match="x must have 3 entries, got 2"):
+        reading.sequence(["a", "b"], "x", reading.text, 3)

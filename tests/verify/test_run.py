@@ -1,0 +1,168 @@
+"""From files to outcomes: what a certificate is about is compared with the papers, and every failure is counted."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from flint import fmpq, fmpq_mat
+
+from replication.verify.plants import PLANTS
+from replication.verify.printed import above, below, decimal, half_unit, printed_matrix, printed_poles
+from replication.verify.run import check, committed, report, same, verify
+from replication.verify.subjects import literals, papers, plant, subject, theorems
+from replication.verify.theorem import Refused
+
+ROOT = Path(__file__).parents[2]
+FOLDER = ROOT / "certificates" / "okajima2023"
+
+
+def copied(tmp_path: Path, name: str = "gains-33") -> Path:
+    path = tmp_path / "okajima2023" / f"{name}.json"
+    path.parent.mkdir()
+    shutil.copy(FOLDER / f"{name}.json", path)
+    return path
+
+
+def test_a_file_is_proved_wherever_it_lies_under_its_name(tmp_path: Path) -> None:
+    path = copied(tmp_path)
+    assert verify(path).theorem is not None
+    other = path.rename(path.with_name("gains-38.json"))
+    assert verify(other).reason == "the file should be okajima2023/gains-33.json"
+
+
+def test_a_missing_and_a_broken_file_are_outcomes(tmp_path: Path) -> None:
+    assert "cannot be read: No such file" in verify(tmp_path / "no.json").reason
+    path = copied(tmp_path)
+    path.write_bytes(path.read_bytes()[:-9])
+    assert "not valid JSON" in verify(path).reason
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"format": "replication-certificate/2"}, "the format is 'replication-certificate/2'"),
+        ({"name": "gains-3"}, "wants no theorem named gains-3"),
+        ({"paper": "okajima"}, "there is no paper 'okajima' that lists theorems"),
+        ({"paper": "../papers/okajima2023"}, "there is no paper '../papers/okajima2023' that lists theorems"),
+        ({"paper": 3}, "paper must be a string"),
+        ({"paper": None}, "belongs to no paper supports no claims"),
+        ({"paper": None, "claims": [], "statement": "multirate.best"}, "there is no statement 'multirate.best'"),
+        ({"extra": 1}, "certificate has the unknown field extra"),
+        ({"bound": {"lower": "1"}}, "bound lacks the field upper"),
+        ({"bound": {"lower": "1", "upper": "2", "middle": "1"}}, "bound has the unknown field middle"),
+    ],
+)
+def test_the_frame_of_a_certificate_is_checked(change: dict[str, Any], reason: str) -> None:
+    certificate = json.loads((FOLDER / "gains-33.json").read_bytes())
+    with pytest.raises(Refused, match=reason):
+        check({**certificate, **change})
+
+
+def test_a_stated_side_must_be_the_proved_one() -> None:
+    certificate = json.loads((FOLDER / "rows.json").read_bytes())
+    assert check(certificate).upper == 9
+    with pytest.raises(Refused, match="bound has the unknown field upper"):
+        check({**certificate, "bound": {"upper": "8"}})
+
+
+def test_a_check_that_breaks_down_proves_nothing(tmp_path: Path) -> None:
+    certificate = json.loads((FOLDER / "rows.json").read_bytes())
+    odd = {**certificate, "paper": None, "claims": [], "plant": {"name": "without any matrix"}}
+    (tmp_path / "odd.json").write_text(json.dumps(odd), encoding="utf-8")
+    assert verify(tmp_path / "odd.json").reason == "the check ended in KeyError: 'A'"
+
+
+def test_values_are_the_same_with_their_types() -> None:
+    assert same({"a": [1, "x", None]}, {"a": [1, "x", None]})
+    for first, second in ((True, 1), ([1], [1, 2]), ({"a": 1}, {"b": 1}), ("1", 1), ({}, [])):
+        assert not same(first, second)
+
+
+def test_all_that_is_wanted_must_be_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("data.py", "theorems.json"):
+        (tmp_path / "papers" / "okajima2023").mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / "papers" / "okajima2023" / name, tmp_path / "papers" / "okajima2023" / name)
+    shutil.copytree(FOLDER, tmp_path / "certificates" / "okajima2023")
+    (tmp_path / "certificates" / "okajima2023" / "rows.json").rename(tmp_path / "certificates" / "odd.json")
+    assert papers(tmp_path) == ("okajima2023",)
+    assert len(committed(tmp_path)) == len(theorems("okajima2023", tmp_path)[0]) + 1
+    assert report([], tmp_path) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split(": ")[1] for line in lines if line.startswith("NOT PROVED")] == [
+        "the file cannot be read",
+        "the file should be okajima2023/rows.json",
+    ]
+    assert lines[-1] == f"{len(lines) - 3} of {len(lines) - 1} certificates proved"
+
+
+def test_nothing_to_verify_is_no_success(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert report([tmp_path]) == 1
+    assert capsys.readouterr().out == "0 of 0 certificates proved\n"
+    assert report([FOLDER / "rows.json"]) == 0
+
+
+def test_the_script_needs_python_flint_only(tmp_path: Path) -> None:
+    blocked = "import sys\nfor name in ('numpy', 'scipy', 'cvxpy', 'clarabel', 'msgspec'): sys.modules[name] = None\n"
+    (tmp_path / "sitecustomize.py").write_text(blocked, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "verify.py"), str(FOLDER / "gains-33.json")],
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines()[-1] == "1 of 1 certificates proved"
+
+
+def test_every_plant_of_every_paper_can_be_read() -> None:
+    assert set(papers()) == {path.parent.name for path in (ROOT / "papers").glob("*/theorems.json")}
+    for paper in PLANTS:
+        for entry in theorems(paper)[0].values():
+            assert subject(paper, entry.name)["plant"]["name"] == entry.plant
+
+
+def test_the_plant_is_that_of_the_data() -> None:
+    stable = plant("okajima2023", "stable")
+    assert stable["A"][0] == ["19/20", "1/2", "1/5"] and stable["B_d"] == [["1/10"], ["3/10"], ["1/5"]]
+    assert plant("okajima2023", "") == {"name": ""}
+    with pytest.raises(Refused, match="has no plant named 'other'; there are stable"):
+        plant("okajima2023", "other")
+
+
+def test_literals_are_read_without_running_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "data.py"
+    path.write_text(
+        'from math import pi\nA = "1"\nB: str = "2"\nC = (A, -0.1, [3, None], {"k": B})\n'
+        "D = print('no')\nE = D\nF = pi\nA = open('x')\nG = 1e-3\n",
+        encoding="utf-8",
+    )
+    assert literals(path) == {"B": "2", "C": ("1", fmpq(-1, 10), [3, None], {"k": "2"}), "G": fmpq(1, 1000)}
+
+
+def test_printed_numbers_are_exact() -> None:
+    assert [decimal(text) for text in ("0.10", "-.5", "3", "1e-2", "+2.5e1", "7.")] == [
+        fmpq(1, 10), fmpq(-1, 2), fmpq(3), fmpq(1, 100), fmpq(25), fmpq(7)
+    ]  # fmt: skip
+    for text in ("", ".", "1,5", "nan", "1e", "e3", "0x1", "1/2", "--1"):
+        with pytest.raises(Refused, match="is not a decimal number"):
+            decimal(text)
+    assert printed_matrix("[1 -0.5; .25 3]") == fmpq_mat([[1, fmpq(-1, 2)], [fmpq(1, 4), 3]])
+    for text in ("1 2", "[1 2; 3]", "[1 x]"):
+        with pytest.raises(Refused):
+            printed_matrix(text)
+    assert printed_poles("(1.5, -2±0.25i)") == [[fmpq(3, 2), 0], [fmpq(-2), fmpq(1, 4)]]
+    assert half_unit("(1.031, 1.085±0.240i)") == fmpq(1, 2000)
+    with pytest.raises(Refused, match="not a printed list of poles"):
+        printed_poles("1.5")
+
+
+def test_numbers_in_sentences_are_rounded_to_their_side() -> None:
+    assert (below(fmpq(2, 3), 3), above(fmpq(2, 3), 3)) == ("0.666", "0.667")
+    assert (below(fmpq(-2, 3), 3), above(fmpq(-2, 3), 3)) == ("-0.667", "-0.666")
+    assert (below(fmpq(1, 2)), above(fmpq(5))) == ("0.500000000", "5.000000000")
