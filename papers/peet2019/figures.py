@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from papers.peet2019 import data, names
-from papers.peet2019.claims.cost import published
+from papers.peet2019.claims.cost import FROM_PRODUCT, exponent, published
 from papers.peet2019.data import KEY
 from replication.audit.model import Figure, FigureData, Results
 from replication.audit.style import COLOURS, line, new_axes
@@ -66,6 +66,7 @@ def cost(results: Results) -> FigureData:
     )
 
 
+GAIN_TICKS = (1, 2, 3, 5, 10)
 LABELS = {
     "w": "$w$",
     "e_1": "$e_1$",
@@ -76,19 +77,14 @@ LABELS = {
 }
 
 
-def _series(figure: FigureData, x: str, label: str, *, row_height: float = 2.6) -> Any:
-    drawing, axes = new_axes(row_height=row_height)
-    names_of = [name for name in figure.columns if name != x]
-    for i, name in enumerate(names_of):
-        axes[0].plot(figure.columns[x], figure.columns[name], label=LABELS[name], linewidth=1.1, **line(i))
-    axes[0].set_xlabel(label)
-    axes[0].legend()
-    return drawing
-
-
 def plot_fig_1(figure: FigureData) -> Any:
     """Disturbance and errors against time on one axis."""
-    return _series(figure, "t", "time $t$ [s]")
+    drawing, axes = new_axes(row_height=2.6)
+    for i, name in enumerate(name for name in figure.columns if name != "t"):
+        axes[0].plot(figure.columns["t"], figure.columns[name], label=LABELS[name], linewidth=1.1, **line(i))
+    axes[0].set(xlabel="time $t$ [s]", ylabel="disturbance and errors")
+    axes[0].legend()
+    return drawing
 
 
 def plot_convergence(figure: FigureData) -> Any:
@@ -99,7 +95,7 @@ def plot_convergence(figure: FigureData) -> Any:
     axes[0].set(xlabel="order of the model", ylabel="relative error of $\\gamma$")
     axes[0].legend()
     axes[1].semilogy(figure.columns["degree"], figure.columns["sos"], marker="s", color=COLOURS[2])
-    axes[1].set(xlabel="degree $d$ of Theorem 3", xticks=figure.columns["degree"])
+    axes[1].set(xlabel="degree $d$ of Theorem 3", ylabel="relative error of $\\gamma$", xticks=figure.columns["degree"])
     return drawing
 
 
@@ -117,8 +113,16 @@ def plot_gains(figure: FigureData) -> Any:
 
 
 def plot_against_delay(figure: FigureData) -> Any:
-    """Two curves that should coincide."""
-    return _series(figure, "tau", "delay $\\tau$ [s]")
+    """A curve, and points that should lie on it."""
+    drawing, axes = new_axes(row_height=2.6)
+    tau = figure.columns["tau"]
+    axes[0].semilogy(tau, figure.columns["sos"], label=LABELS["sos"], **line(0))
+    axes[0].semilogy(tau, figure.columns["chebyshev"], "o", label=LABELS["chebyshev"], color=COLOURS[1], markersize=4)
+    axes[0].set(xlabel="delay $\\tau$ [s]", ylabel="least gain $\\gamma$", yticks=GAIN_TICKS)
+    axes[0].set_yticks([], minor=True)
+    axes[0].yaxis.set_major_formatter("{x:g}")
+    axes[0].legend()
+    return drawing
 
 
 def plot_cost(figure: FigureData) -> Any:
@@ -131,10 +135,65 @@ def plot_cost(figure: FigureData) -> Any:
     return drawing
 
 
-def describe(figure: FigureData) -> str:
-    """Range of every column."""
-    ranges = (f"{name} from {min(values):.4g} to {max(values):.4g}" for name, values in figure.columns.items())
-    return "Columns: " + "; ".join(ranges) + "."
+def describe_fig_1(figure: FigureData) -> str:
+    """When the disturbance and the errors are largest, and when the errors have died out."""
+    t, c = figure.columns["t"], figure.columns
+    peak = {name: max(range(len(t)), key=lambda i: abs(values[i])) for name, values in c.items() if name != "t"}
+    parts = [f"{name} is largest at {t[i]:.2f} s with {c[name][i]:.3f}" for name, i in peak.items()]
+    last = max(
+        t[i] for i in range(len(t)) if max(abs(c["e_1"][i]), abs(c["e_2"][i])) > 0.1 * abs(c["e_1"][peak["e_1"]])
+    )
+    return (
+        f"Disturbance and two errors over {t[-1]:g} s. {'; '.join(parts)}. After {last:.1f} s both errors stay below a "
+        "tenth of the peak of e_1."
+    )
+
+
+def describe_convergence(figure: FigureData) -> str:
+    """Errors at the first and last order, and at each degree."""
+    c = figure.columns
+    parts = [
+        f"{LABELS[name]}: {c[name][0]:.1e} at order {c['order'][0]:g}, {c[name][-1]:.1e} at order {c['order'][-1]:g}"
+        for name in ("pade", "chebyshev")
+    ]
+    degrees = ", ".join(f"{e:.1e} at degree {d:g}" for d, e in zip(c["degree"], c["sos"], strict=True))
+    return f"Relative distance from the exact gain of Example 2, falling. {'; '.join(parts)}. Theorem 3: {degrees}."
+
+
+def describe_gains(figure: FigureData) -> str:
+    """Values of each gain at the oldest end of the history and at the present."""
+    c = figure.columns
+    parts = [
+        f"L{name[1]} from {c[f'{name}_1'][0]:.3g} to {c[f'{name}_1'][-1]:.3g} (state 1) and from "
+        f"{c[f'{name}_2'][0]:.3g} to {c[f'{name}_2'][-1]:.3g} (state 2)"
+        for name in ("l3", "l4", "l5", "l6")
+    ]
+    return f"Four gains over s from {c['s'][0]:g} to {c['s'][-1]:g} s: {'; '.join(parts)}."
+
+
+def describe_against_delay(figure: FigureData) -> str:
+    """Where the gain starts, where it ends, and how far the two methods are apart."""
+    c = figure.columns
+    apart = max(abs(a / b - 1.0) for a, b in zip(c["sos"], c["chebyshev"], strict=True))
+    return (
+        f"The least gain rises from {c['sos'][0]:.4g} at a delay of {c['tau'][0]:g} s to {c['sos'][-1]:.4g} at "
+        f"{c['tau'][-1]:g} s. Theorem 3 and collocation differ by {apart:.1e} at most."
+    )
+
+
+def describe_cost(figure: FigureData) -> str:
+    """Smallest and largest cell, and the exponents of growth."""
+    c = figure.columns
+    ends = (min(c["published_seconds"]), max(c["published_seconds"]), max(c["published_product"]))
+    slopes = [
+        exponent([(x, y) for x, y in zip(c[product], c[cost], strict=True) if x >= FROM_PRODUCT])
+        for product, cost in (("published_product", "published_seconds"), ("product", "equalities"))
+    ]
+    return (
+        f"Both rise with nK. Published: {ends[0]:.3g} to {ends[1]:.3g} s up to nK = {ends[2]:g}, from nK = "
+        f"{FROM_PRODUCT} with exponent {slopes[0]:.2f}. Equalities of our program: {min(c['equalities']):g} to "
+        f"{max(c['equalities']):g} up to nK = {max(c['product']):g}, exponent {slopes[1]:.2f}."
+    )
 
 
 FIGURES: tuple[Figure, ...] = (
@@ -147,7 +206,7 @@ FIGURES: tuple[Figure, ...] = (
         uses=(names.FIG_1,),
         data=fig_1,
         plot=plot_fig_1,
-        alt=describe,
+        alt=describe_fig_1,
     ),
     Figure(
         name=f"{KEY}-convergence",
@@ -158,7 +217,7 @@ FIGURES: tuple[Figure, ...] = (
         uses=(names.convergence("2"), names.reference("2"), *(names.sos("2", degree) for degree in names.DEGREES)),
         data=convergence,
         plot=plot_convergence,
-        alt=describe,
+        alt=describe_convergence,
     ),
     Figure(
         name=f"{KEY}-gains",
@@ -169,7 +228,7 @@ FIGURES: tuple[Figure, ...] = (
         uses=(names.GAINS,),
         data=gains,
         plot=plot_gains,
-        alt=describe,
+        alt=describe_gains,
     ),
     Figure(
         name=f"{KEY}-tau",
@@ -180,7 +239,7 @@ FIGURES: tuple[Figure, ...] = (
         uses=(names.TAU,),
         data=against_delay,
         plot=plot_against_delay,
-        alt=describe,
+        alt=describe_against_delay,
     ),
     Figure(
         name=f"{KEY}-cost",
@@ -191,6 +250,6 @@ FIGURES: tuple[Figure, ...] = (
         uses=(names.SIZES,),
         data=cost,
         plot=plot_cost,
-        alt=describe,
+        alt=describe_cost,
     ),
 )

@@ -11,6 +11,7 @@ from papers.peet2019.errata import WRONG
 from papers.peet2019.experiments import as_printed, closed_loop, references, synthesised, system_of
 from papers.peet2019.identities import MISPRINTS, identities
 from papers.peet2019.inversion import inverse_identities
+from papers.peet2019.readings import READINGS, common_epsilon, readings
 from papers.peet2019.scaling import SMALL_LEVEL, cost, cost_program, example_4, sizes, small_cone_cost
 from replication.audit.claims import validate_claims
 from replication.audit.model import Kind, Verdict
@@ -138,3 +139,26 @@ def test_default_cells_stay_below_the_limit() -> None:
     cells = (*names.default_cells(), *names.small_cone_cells())
     assert len(set(cells)) == len(cells)
     assert {names.cell(n, k) for n, k in cells} <= {experiment.name for experiment in PAPER.experiments}
+
+
+@pytest.mark.slow
+def test_no_reading_of_the_degree_rule_gives_both_prints() -> None:
+    plants = {example: data.EXAMPLES[example] for example in names.OFF_THE_PRINT}
+    found = readings(plants, {example: data.GAMMA[example]["1"] for example in plants}, 1e-4)
+    assert not any(common_epsilon(found, name) for name in READINGS)
+    # The rule of the library, by other code and in both units.
+    for example in plants:
+        ours = synthesised(data.EXAMPLES[example], 1)["tensor"]["gamma"]
+        house = found["each variable to d, weighted term lower"][example]
+        assert [house["gamma"], house["rescaled"]] == pytest.approx([ours] * 2, rel=1e-6)
+
+
+def test_a_common_epsilon_is_recognised() -> None:
+    def reading(*ranges: tuple[float, float]) -> dict[str, object]:
+        parts = enumerate(ranges)
+        return {"r": {str(i): {"epsilon_from": low, "epsilon_to": high} for i, (low, high) in parts}}
+
+    assert common_epsilon(reading((1e-5, 3e-5), (2e-5, 4e-5)), "r")
+    assert not common_epsilon(reading((1e-5, 3e-5), (4e-5, 6e-5)), "r")
+    assert not common_epsilon(reading((-3e-5, -1e-5), (-2e-5, -1e-5)), "r")
+    assert common_epsilon(reading((-3e-5, 1e-5), (-2e-5, 2e-5)), "r")
