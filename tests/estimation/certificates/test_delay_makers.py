@@ -1,0 +1,106 @@
+"""Makers of certificates of observers of systems with delays: exact where it matters, and clear where it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+from flint import fmpq
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.certificates import delay, delay_forms, delay_gram, delay_pade
+from replication.estimation.certificates.rounding import as_floats
+from replication.estimation.delay import hinf_gain, pade_model
+from replication.estimation.delay.spectrum import frequency_response
+from replication.verify.subjects import plant
+
+
+def scalar(a: str, c2: list[list[str]], delay_matrix: str = "-1/2") -> dict[str, Any]:
+    """Two independent states with the rate `a`, seen by c2."""
+    return {
+        "name": "own",
+        "A0": [[a, "0"], ["0", a]],
+        "A": [[[delay_matrix, "0"], ["0", delay_matrix]]],
+        "delays": ["1"],
+        "B": [["1", "0"], ["0", "1"]],
+        "C10": [["1", "0"]],
+        "C1": [[["0", "0"]]],
+        "C2": c2,
+    }
+
+
+def theorem(system: Mapping[str, Any], **parameters: Any) -> dict[str, Any]:
+    return {"plant": system, "parameters": parameters}
+
+
+def test_what_cannot_be_made_says_why() -> None:
+    stable = scalar("-1", [["0", "1"]])
+    with pytest.raises(InvalidInputError, match="not real and positive"):
+        delay.unstable(theorem(stable))
+    with pytest.raises(InvalidInputError, match="exactly one state may be unmeasured, got 0"):
+        delay.gain_lower(theorem(scalar("-1", [["1", "0"], ["0", "1"]])))
+    with pytest.raises(InvalidInputError, match="dependent; drop redundant"):
+        delay.change_of({"C2": [["1", "1", "0"], ["2", "2", "0"]]})
+    with pytest.raises(InvalidInputError, match="full row rank"):
+        delay.gain_upper(theorem(scalar("-1", [["1", "1"], ["2", "2"]]), degree=1))
+    with pytest.raises(InvalidInputError, match="must be even, got 3"):
+        delay_pade.section(3)
+    with pytest.raises(InfeasibleError):
+        delay.grams(stable, "1/10", 1)
+
+
+def test_coordinates_have_the_measurements_last() -> None:
+    for sensor in ([["0", "1"]], [["1", "0"]], [["3", "2"]]):
+        change = delay.change_of(scalar("-1", sensor))
+        inner = delay.exact(sensor) * change.inv()
+        assert inner[0, 0] == 0 and inner[0, 1] != 0
+
+
+def test_the_hidden_gain_is_that_of_the_part_that_is_not_seen() -> None:
+    system = scalar("-1", [["0", "1"]])
+    alone = {**{key: [[rows[0][0]]] for key, rows in system.items() if key in ("A0", "B", "C10")}, "C2": [["1"]]}
+    alone |= {"A": [[["-1/2"]]], "C1": [[["0"]]], "delays": ["1"]}
+    lower = float(fmpq_float(delay.hidden_gain(system)[0]))
+    bracket = hinf_gain(delay.system_of(alone))
+    assert bracket.lower * (1.0 - 1e-7) < lower < bracket.upper
+
+
+def fmpq_float(text: str) -> float:
+    number = delay.rational(text)
+    return int(number.p) / int(number.q)
+
+
+def test_the_ladder_is_the_pade_model() -> None:
+    system = delay.system_of(plant("peet2019", "ex3"))
+    model = pade_model(system, 6)
+    A, B, C = delay_pade._model(system, delay_pade.section(6))
+    for omega in (0.0, 1.3, 4.0):
+        eye = np.eye(A.shape[0])
+        found = C @ np.linalg.solve(1j * omega * eye - A, B)
+        wanted = model.c1 @ np.linalg.solve(1j * omega * np.eye(model.a.shape[0]) - model.a, model.b)
+        np.testing.assert_allclose(found, wanted, atol=1e-10)
+        np.testing.assert_allclose(found, frequency_response(system, omega)[0], atol=1e-4)
+
+
+def test_rounding_meets_the_identity_exactly_and_stays_close() -> None:
+    system = plant("peet2019", "ex3")
+    change = delay.change_of(system)
+    dynamics = delay.dynamics_of(system, change)
+    point = delay_gram.centred(delay.floating(system, change), 1.36, 1, delay.TRACE)
+    gamma = fmpq(136, 100)
+    grams = delay_gram.exact_grams(dynamics, gamma, 1, point)
+    whole = delay_forms.supply(dynamics, gamma)
+    bases = {"storage": dynamics.states, "dissipation": dynamics.points}
+    storage: delay_forms.Form = {}
+    for kind, points in bases.items():
+        for weight, (gram, near) in enumerate(zip(grams[kind], getattr(point, kind), strict=True)):
+            np.testing.assert_allclose(as_floats(delay.written(gram)), near, atol=point.margin)
+            form = delay_forms.form_of(delay_forms.Basis(points, dynamics.functions, 1 - weight, weight), gram)
+            for key, value in form.items():
+                delay_forms.add(storage if kind == "storage" else whole, key, value)
+    for key, value in delay_forms.derivative(dynamics, storage).items():
+        delay_forms.add(whole, key, value)
+    left = {key for key, value in whole.items() if value != 0}
+    assert left and all(delay_forms.cancellable(dynamics, key) for key in left)
