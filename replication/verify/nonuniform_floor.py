@@ -10,7 +10,7 @@ from __future__ import annotations
 from flint import arb, arb_mat, fmpq
 
 from replication.verify.balls import require_positive_definite
-from replication.verify.linear import identity
+from replication.verify.linear import identity, require_hurwitz
 from replication.verify.nonuniform_gain import require_ratio, total
 from replication.verify.nonuniform_system import Plant, Time, seconds, solved, step_at
 from replication.verify.theorem import require
@@ -22,7 +22,7 @@ def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list
     D = 0: nothing is seen of w_0 = start before k = 1. D invertible: `start` is x_0, reached by w_k = -D^{-1} C x_k,
     x_{k+1} = F x_k, F = Phi - Gamma D^{-1} C; this motion comes from rest if F^{-1} is Schur, that is if all zeros of
     w -> y lie outside the unit circle. Truncated in the distant past it keeps its ratio up to any small number,
-    because a filter with A_f Schur answers little to what the truncation shows.
+    because what the truncation shows decays with the plant, and a filter with A_f Schur answers little to it.
     """
     n = plant.A.nrows()
     rows = step_at(plant, seconds(period)).tolist()
@@ -36,6 +36,7 @@ def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list
         require(len(start) == n, "witness.start must be a state")
         require(plant.D.nrows() == plant.D.ncols(), "D is neither zero nor square")
         require(plant.D.det() != 0, "D is neither zero nor invertible")
+        require_hurwitz(plant.A, "the plant")
         ratio = plant.D.inv() * plant.C
         back = solved(Phi - Gamma * arb_mat(ratio), arb_mat(identity(n)), "Phi - Gamma D^-1 C")
         require_schur(back)

@@ -19,15 +19,14 @@ SQUARE, COLUMN, ROW, ONE = (2, 2), (2, 1), (1, 2), (1, 1)
 def require_lemma_2() -> None:
     """Phi and Gamma at h_0 + theta are those at h_0 with Delta(theta) in a loop, for every A.
 
-    All factors are functions of A and commute, so one symbol stands for each: a for A, d and e for the integrals of
-    e^{tA} from 0 to h_0 and to theta. Then e^{h_0 A} = 1 + a d and e^{theta A} = 1 + a e, over h_0 + theta there
-    is their product, and the integral to h_0 + theta is e + (1 + a e) d. Gamma = (integral) B, with b for B.
+    All factors are functions of A and commute, so one symbol stands for each: a for A, p for e^{h_0 A}, d and e for the
+    integrals of e^{tA} from 0 to h_0 and to theta. Then e^{theta A} = 1 + a e, and with p it gives h_0 + theta; the
+    integral to there is e + (1 + a e) d. Gamma = (integral) B, with b for B.
     """
-    (a, d, e, b) = symbols(v=(1, 4))["v"][0]
-    held, moved = 1 + a * d, 1 + a * e
-    require(moved * held == (1 + e * a) * held, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)")
-    there, back = (e + moved * d) * b, d * b + e * (a * d * b + b)
-    require(there == back, "Gamma(h_0 + theta) is not Gamma(h_0) + Delta (A Gamma(h_0) + B)")
+    ((a, p, d, e, b),) = symbols(v=(1, 5))["v"]
+    moved = 1 + a * e
+    require(moved * p == p + e * a * p, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)")
+    require((e + moved * d) * b == d * b + e * (a * d * b + b), "Gamma(h_0 + theta) is not as in Lemma 2")
 
 
 def require_lemma_3() -> None:
@@ -37,7 +36,7 @@ def require_lemma_3() -> None:
     mu I - S has the trace r >= 0 and the determinant zero, so it is positive semidefinite.
     """
     s = symbols(A=SQUARE, x=COLUMN, r=ONE)
-    A, x, r = s["A"], s["x"], s["r"][0][0]
+    A, x, ((r,),) = s["A"], s["x"], s["r"]
     S = scale(fmpq(1, 2), add(A, transposed(A)))
     twice = scale(2, product(transposed(x), S, x))
     require_equal(add(product(transposed(x), A, x), product(transposed(product(A, x)), x)), twice, "the rate of |x|^2")
@@ -81,7 +80,7 @@ def require_congruence() -> None:
     s = symbols(
         Z=(1, 3), U=SQUARE, V=SQUARE, Phi=SQUARE, Gamma=COLUMN, A_f=SQUARE, B_f=COLUMN, C_f=ROW, C=ROW, D=ONE, L=ROW
     )
-    (z_11, z_12, z_22) = s["Z"][0]
+    ((z_11, z_12, z_22),) = s["Z"]
     U, V, Phi, Gamma, A_f, B_f, C_f, C, D, L = (
         s[name] for name in ("U", "V", "Phi", "Gamma", "A_f", "B_f", "C_f", "C", "D", "L")
     )
@@ -120,7 +119,7 @@ def require_recovery() -> None:
 
 def require_sharp_ends() -> None:
     """At theta = log(1 + m/alpha)/m, alpha (e^{m theta} - 1)/m is one: with E = e^{m theta}, alpha E = alpha + m."""
-    alpha, m = symbols(v=(1, 2))["v"][0]
+    ((alpha, m),) = symbols(v=(1, 2))["v"]
     grown = alpha + m
     require(grown - alpha == m, "alpha times the bound of Lemma 3 is not one")
 

@@ -1,6 +1,7 @@
 """Lemmas, intervals and Algorithm 1 of the nonuniform-sampling paper: proved as made, refused when tampered with."""
 
 import copy
+from collections.abc import Callable
 
 import pytest
 from flint import arb, fmpq, fmpq_mat
@@ -10,6 +11,7 @@ from replication.estimation.certificates import nonuniform_grid
 from replication.verify import nonuniform_grid as grid
 from replication.verify import nonuniform_identities as identities
 from replication.verify.run import check
+from replication.verify.symbols import symbols
 from replication.verify.theorem import Refused
 
 FIRST = ("witness", "passes", 0, 0)
@@ -155,18 +157,34 @@ def test_logarithmic_norm_is_the_larger_eigenvalue_of_the_symmetric_part() -> No
         grid.logarithmic_norm(fmpq_mat([[1]]))
 
 
-def test_every_step_of_the_identities_is_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+STEPS = {
+    identities.require_lemma_2: (0, 2),
+    identities.require_lemma_3: (1, 2),
+    identities.require_map: (3, 0),
+    identities.require_congruence: (4, 0),
+    identities.require_recovery: (3, 0),
+    identities.require_sharp_ends: (0, 1),
+}
+"""Identities between matrices and between polynomials that each proof checks."""
+
+
+@pytest.mark.parametrize("prove", STEPS)
+def test_every_step_of_an_identity_is_checked(prove: Callable[[], None]) -> None:
+    kept = identities.require_equal, identities.require
     equal: list[str] = []
     true: list[str] = []
-    monkeypatch.setattr(identities, "require_equal", lambda left, right, what: equal.append(what))
-    monkeypatch.setattr(identities, "require", lambda condition, what: true.append(what))
-    for prove in (
-        identities.require_lemma_2,
-        identities.require_lemma_3,
-        identities.require_map,
-        identities.require_congruence,
-        identities.require_recovery,
-        identities.require_sharp_ends,
-    ):
+    identities.require_equal = lambda left, right, what: equal.append(what)
+    identities.require = lambda condition, what: true.append(what)
+    try:
         prove()
-    assert (len(equal), len(true)) == (11, 5)
+    finally:
+        identities.require_equal, identities.require = kept
+    assert (len(equal), len(true)) == STEPS[prove]
+
+
+def test_blocks_must_fit() -> None:
+    s = symbols(A=(2, 2), row=(1, 2))
+    with pytest.raises(ValueError, match="zip"):
+        identities.stacked([[s["A"], s["row"]]])
+    with pytest.raises(ValueError, match="zip"):
+        identities.transposed([s["row"][0], s["row"][0][:1]])
