@@ -13,7 +13,7 @@ from markupsafe import Markup
 from replication.audit.compare import Change, moved
 from replication.audit.files import write_atomically
 from replication.audit.records import ResultsFile, RunRecord
-from replication.audit.templates import environment, source
+from replication.audit.templates import environment, style_sheet
 
 
 def build_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], output: Path) -> Path:
@@ -35,7 +35,7 @@ def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change]) -
             runs=tuple(_run_rows(old.run, new.run)),
             moved=moved,
             text=_text,
-            style=Markup(source("style.css")),
+            style=Markup(style_sheet()),
         )
     )
 

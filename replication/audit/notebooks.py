@@ -17,7 +17,7 @@ from replication.audit.files import write_atomically
 from replication.audit.formulas import mathml
 from replication.audit.names import one_of
 from replication.audit.provenance import LOCK
-from replication.audit.templates import environment, source
+from replication.audit.templates import environment, source, style_sheet
 from replication.errors import AuditError
 
 FOLDER = "docs/notebooks"
@@ -105,7 +105,7 @@ def _page(notebook: Any, key: str) -> str:
             title=heading[1] if heading else "Tutorial",
             body=Markup(body),
             key=key,
-            style=Markup(source("style.css")),
+            style=Markup(style_sheet()),
             own=Markup(source("notebook.css")),
             code_light=Markup(HtmlFormatter(style="default").get_style_defs(".highlight")),
             code_dark=Markup(HtmlFormatter(style="github-dark").get_style_defs(".highlight")),

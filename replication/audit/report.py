@@ -21,7 +21,7 @@ from replication.audit.paperview import paper_view
 from replication.audit.records import ResultsFile
 from replication.audit.sections import sections
 from replication.audit.sourced import require_sourced
-from replication.audit.templates import CLAIM_CELL, SOURCES, environment, source
+from replication.audit.templates import CLAIM_CELL, SOURCES, environment, source, style_sheet
 from replication.audit.view import views
 from replication.errors import AuditError
 
@@ -79,7 +79,7 @@ def _page(shown: dict[str, Any], root: str) -> str:
         .render(
             shown,
             root=root,
-            style=Markup(source("style.css")),
+            style=Markup(style_sheet()),
             script=Markup(script),
             script_hash=f"sha256-{digest}",
         )

@@ -32,6 +32,11 @@ def source(name: str) -> str:
         raise AuditError(f"{SOURCES / name} is missing; the report is built from a checkout of the project") from None
 
 
+def style_sheet() -> str:
+    """The style of every page of ours, on screen and on paper."""
+    return source("style.css") + source("print.css")
+
+
 def environment() -> Environment:
     """Templates in which a value that is forgotten or None is an error, and every string is text."""
     source("template.html.j2")
