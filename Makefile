@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme test test-fast docs artifact bench lint format lock clean help
+.PHONY: report figures readme test test-fast docs certificates verify artifact bench lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
@@ -32,6 +32,12 @@ test-fast: $(STAMP) ## the tests that take no more than a few seconds and need n
 
 docs: $(STAMP) ## the documentation as pages in build/docs, which need no network
 	$(BIN)/python -m mkdocs build --quiet
+
+certificates: $(STAMP) ## make the certificates that are wanted and not there, or no longer proved
+	$(BIN)/python -m replication certify
+
+verify: $(STAMP) ## check all certificates in exact and ball arithmetic
+	$(BIN)/python verify.py
 
 artifact: report ## one zip of sources, lock, results, figures, certificates and report in dist/
 	$(BIN)/python -m replication artifact
