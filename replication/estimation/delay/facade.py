@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 QUANTITY = "L2 gain from the disturbance w to the estimation error of z"
 BOTH_ENDS = "closed loop with collocated histories; a certificate by sums of squares"
-DEGREE, MARGIN, ORDER = 2, 0.05, 24
+DEGREE, MARGIN, ORDER = 3, 0.05, 24
 """Degree of the polynomials; relative distance from the optimum, whose gains have no bound; points of histories."""
 AGREES = 1e-4
 """Relative excess of the gain of the discretised closed loop over the proved level that is left to discretisation."""
@@ -121,7 +121,7 @@ def design(
     plant: DelaySystem | control.StateSpace,
     *,
     degree: int = DEGREE,
-    rule: DegreeRule | str = DegreeRule.TENSOR,
+    rule: DegreeRule | str = DegreeRule.BESSEL,
     margin: float = MARGIN,
     level: float | None = None,
     order: int = ORDER,
@@ -133,7 +133,8 @@ def design(
 
     plant: a `delay_system(...)`, or the delay-free part as a continuous-time `control.StateSpace` with inputs w and
     outputs y and z; the latter with delayed: A_1 ... A_K; delays: tau_1 < ... < tau_K in seconds; measured: how many of
-    the first outputs are y, or which ones. rule: see `DegreeRule`; order: histories are evaluated at order + 1 points.
+    the first outputs are y, or which ones. rule: see `DegreeRule`; degree 1 is the one for large plants, whose cost grows steeply with it; order:
+    histories are evaluated at order + 1 points.
     Raises InvalidInputError for what does not fit or an undetectable plant, InfeasibleError if no level is found,
     SolverError if the solver does not settle or the gains do not keep what was proved.
 
@@ -149,7 +150,7 @@ def design(
     if level is None:
         least = _minimum(system, degree, rule)
         target = least.gamma * (1 + positive_scalar("margin", margin))
-        how = f"sums of squares of degree {degree}, {least.solution.solver} {least.solution.version}"
+        how = f"degree {degree} of the {rule} rule, {least.solution.solver} {least.solution.version}"
         facts: tuple[Evidence, ...] = (Evidence("least level", least.gamma, how),)
     else:
         target, facts = positive_scalar("level", level), ()
@@ -250,7 +251,7 @@ def _result(
         *facts,
         Evidence("lower end attained at", norm.frequency, f"closed loop, {order + 1} Chebyshev points", "rad/s"),
         Evidence("gain on a coarser grid", coarse.lower, f"{max(2 * order // 3, 1) + 1} points"),
-        Evidence("upper end proved by", f"degree {certificate.degree}, {certificate.rule}", "sums of squares"),
+        Evidence("upper end proved by", f"degree {certificate.degree}, {certificate.rule} rule", "sums of squares"),
         Evidence("residual of the proof", solution.equality, f"{solution.solver} {solution.version}, our measure"),
         Evidence("storage, least eigenvalue", galerkin.storage, "Galerkin check; positive"),
         Evidence("dissipation, largest eigenvalue", galerkin.dissipation, "Galerkin check; zero or negative"),
