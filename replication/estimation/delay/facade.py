@@ -133,8 +133,8 @@ def design(
 
     plant: a `delay_system(...)`, or the delay-free part as a continuous-time `control.StateSpace` with inputs w and
     outputs y and z; the latter with delayed: A_1 ... A_K; delays: tau_1 < ... < tau_K in seconds; measured: how many of
-    the first outputs are y, or which ones. rule: see `DegreeRule`; degree 1 is the one for large plants, whose cost grows steeply with it; order:
-    histories are evaluated at order + 1 points.
+    the first outputs are y, or which ones. rule: see `DegreeRule`; the cost of a large plant grows steeply with the
+    degree. order: histories are evaluated at order + 1 points.
     Raises InvalidInputError for what does not fit or an undetectable plant, InfeasibleError if no level is found,
     SolverError if the solver does not settle or the gains do not keep what was proved.
 
@@ -195,15 +195,20 @@ def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
 
 def _minimum(system: DelaySystem, degree: int, rule: DegreeRule) -> LeastGain:
     """`minimum_gain`, refused where the optimum may be zero: measurements without noise may reveal w."""
-    least = minimum_gain(system, degree, rule)
-    if least.lower > 0.0:
-        return least
-    raise InfeasibleError(
-        f"the least level cannot be told from zero (found {least.gamma:.3g}): y has no noise and may reveal w here "
-        f"({system.inputs} disturbances, {system.measurements} measurements, C_2 B of rank "
-        f"{np.linalg.matrix_rank(system.c2 @ system.b)}); let more disturbances act on the measured states, or ask for "
-        "a `level`"
+    rank = np.linalg.matrix_rank(system.c2 @ system.b)
+    advice = (
+        f"y has no noise and may reveal w here ({system.inputs} disturbances, {system.measurements} measurements, "
+        f"C_2 B of rank {rank}); let more disturbances act on the measured states, or ask for a `level`"
     )
+    try:
+        least = minimum_gain(system, degree, rule)
+    except (InfeasibleError, SolverError) as error:
+        if system.inputs > rank == system.measurements:
+            raise
+        raise type(error)(f"{error}; {advice}") from error
+    if least.lower <= 0.0:
+        raise InfeasibleError(f"the least level cannot be told from zero (found {least.gamma:.3g}): {advice}")
+    return least
 
 
 def _plant(
