@@ -17,7 +17,7 @@ from replication.estimation.certificates.delay_gram import centred, exact_grams
 from replication.estimation.certificates.rounding import as_floats, rounded, rounded_down, rounded_up
 from replication.estimation.delay import DelaySystem, delay_system, minimum_gain, rightmost_roots
 
-STEPS = (1e-6, 5e-6, 2e-5)
+STEPS = (1.2e-6, 5e-6, 2e-5)
 """Relative distances of a level from the least one, tried in turn until there is room for rounding."""
 TRACE, WIDE_TRACE = 30.0, 1e4
 """Bound on the traces of the Gram matrices: small numbers close to the least level; more of it for small levels."""
