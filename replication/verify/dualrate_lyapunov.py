@@ -92,6 +92,28 @@ def condition_per_second(loop: Loop, lyapunov: Lyapunov) -> arb:
     return constants(loop, lyapunov).total * lyapunov.largest
 
 
+@dataclass(frozen=True)
+class Moment:
+    """x, ζ, and the measurement, true or virtual, that the observer goes on with."""
+
+    x: arb_mat
+    zeta: arb_mat
+    measured: arb_mat
+
+
+def fast_period(loop: Loop, moment: Moment, time: arb) -> Moment:
+    """The alternating predictive loop a time after an instant, with the virtual measurement (6) for the time T."""
+    u = arb_mat(loop.K) * moment.zeta
+    free, driven = hold(loop.A, loop.B, time)
+    guided, pushed = hold(loop.guided, loop.B, time)
+    corrected = hold(loop.guided, loop.L, time)[1]
+    return Moment(
+        free * moment.x + driven * u,
+        guided * moment.zeta + pushed * u + corrected * moment.measured,
+        arb_mat(loop.C) * (free * moment.zeta + driven * u),
+    )
+
+
 def prediction_sides(loop: Loop, lyapunov: Lyapunov, start: fmpq_mat, longest: fmpq) -> tuple[arb, arb]:
     """Both sides of (15) at t_1 for every period 0 < T ≤ longest at once, from χ(0) = (x, ξ) at a slow instant.
 
@@ -100,25 +122,15 @@ def prediction_sides(loop: Loop, lyapunov: Lyapunov, start: fmpq_mat, longest: f
     """
     require(loop.M > 1, "without a second phase there is no virtual measurement")
     n, span = loop.order, between(fmpq(0), longest)
-    C = arb_mat(loop.C)
     x, xi = arb_mat(start.tolist()[:n]), arb_mat(start.tolist()[n:])
-    free, driven = hold(loop.A, loop.B, span)
-    guided, driven_too = hold(loop.guided, loop.B, span)
-    corrected = hold(loop.guided, loop.L, span)[1]
-    zeta, measured = x - xi, C * x
-    sizes = []
-    gap = (C * free * xi)[0, 0]
-    for _ in range(2):
-        u = arb_mat(loop.K) * zeta
-        predicted = C * (free * zeta + driven * u)
-        x, zeta = free * x + driven * u, guided * zeta + driven_too * u + corrected * measured
-        measured = predicted
-        sizes.append(energy(lyapunov, x, x - zeta))
-    largest = sizes[0].max(sizes[1])
+    first = fast_period(loop, Moment(x, x - xi, arb_mat(loop.C) * x), span)
+    second = fast_period(loop, first, span)
+    largest = energy(lyapunov, first).max(energy(lyapunov, second))
+    gap = (arb_mat(loop.C) * hold(loop.A, loop.B, span)[0] * xi)[0, 0]
     return abs(gap), constants(loop, lyapunov).prediction * arb(longest) * largest.sqrt()
 
 
-def energy(lyapunov: Lyapunov, x: arb_mat, xi: arb_mat) -> arb:
+def energy(lyapunov: Lyapunov, moment: Moment) -> arb:
     """V = χᵀP χ."""
-    chi = arb_mat(x.tolist() + xi.tolist())
+    chi = arb_mat(moment.x.tolist() + (moment.x - moment.zeta).tolist())
     return (chi.transpose() * arb_mat(lyapunov.P) * chi)[0, 0]

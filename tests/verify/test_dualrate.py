@@ -113,6 +113,14 @@ CHEATS = [
     ("table-src-1", {"parameters__frequency": "-1"}, "parameters.frequency must be positive"),
     ("table-src-1", {"bound": {"upper": "6"}}, "bound has the unknown field upper"),
     ("table-apo-1", {"witness__time": "1/10"}, "the error at the given time is not as large"),
+    *(
+        (
+            name,
+            {f"parameters__{key}": "single_rate", "plant__T": "1/10", "plant__M": "3"},
+            "eigenvalues of Φ are not proved to lie inside the circle of radius 1$",
+        )
+        for name, key in (("table-apo-1", "observer"), ("estimate-2", "than"))  # of radius 1.352
+    ),
     ("table-apo-1", {"witness__time": "0"}, "the error at the given time is not as large"),
     ("table-apo-1", {"witness__time": "1/5"}, "the error at the given time is not as large"),
     ("table-apo-1", {"parameters__frequency": "1" + "0" * 900}, "may excite an eigenvalue of Φ on the unit circle"),
