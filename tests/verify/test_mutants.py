@@ -14,6 +14,8 @@ VERIFIER = {
     "replication.verify.multirate.symbolic": ("test_multirate",),
     "replication.verify.multirate.identities": ("test_multirate",),
     "replication.verify.multirate.recovered": ("test_multirate",),
+    "replication.verify.dualrate_roots": ("test_dualrate_mathematics",),
+    "replication.verify.dualrate_scalar": ("test_dualrate_mathematics",),
 }
 """The modules that state inequalities, and the tests that must notice each change of them."""
 
