@@ -30,9 +30,9 @@ MISPRINTS = {
 class Case:
     """All matrices of the identity as symbols; functions of s and t are polynomials in the symbols s and t."""
 
-    def __init__(self) -> None:
+    def __init__(self, states: int) -> None:
         """Name the symbols."""
-        n, one, scalar = STATES, 1, (1, 1)
+        n, one, scalar = states, 1, (1, 1)
         shapes: dict[str, tuple[int, int]] = {"gamma": scalar, "tau1": scalar, "tau2": scalar, "s": scalar, "t": scalar}
         shapes |= {"A0": (n, n), "B": (n, one), "C0": (one, n), "C_2": (one, n), "P": (n, n), "Z0": (n, one)}
         shapes |= {"w": scalar, "v": scalar, "e": (n, one)}
@@ -167,9 +167,9 @@ def _phi(x: Case, i: int, j: int, misprint: str) -> Symbolic:
     return (block + Z5).T if misprint == "e-transposes" else block + Z5.T
 
 
-def require_identity(misprints: Sequence[str]) -> None:
+def require_identity(misprints: Sequence[str], states: int) -> None:
     """Refuse unless the corrected identity holds, and none with one of the misprints does."""
-    x = Case()
+    x = Case(states)
     z, v, last = output(x), x.m["v"], x.tau[DELAYS[-1]]
     left, right = dissipation(x, last), quadratic_form(x, "")
     supply = (v.T @ z * 2 - v.T @ v * x.gamma).entry
@@ -191,7 +191,7 @@ def dissipation_identity(certificate: Mapping[str, Any]) -> Theorem:
     require(bool(misprints) and set(misprints) <= MISPRINTS.keys(), f"misprints must be among {', '.join(MISPRINTS)}")
     fields(certificate["bound"], "bound")
     fields(certificate["witness"], "witness")
-    require_identity(misprints)
+    require_identity(misprints, STATES)
     return Theorem(
         sentence="The dissipation is the quadratic form of Theorem 3 for all plants with two states and two delays and "
         "all storages and injections of degree one, if these are corrected; with any one of them as printed it is not: "

@@ -54,6 +54,12 @@ def test_the_dissipation_is_the_form_of_theorem_3_only_as_corrected() -> None:
     assert all(words in theorem.sentence for words in delay_identity.MISPRINTS.values())
 
 
+def test_with_one_state_all_misprints_but_the_transposes_show() -> None:
+    delay_identity.require_identity([name for name in delay_identity.MISPRINTS if name != "e-transposes"], 1)
+    with pytest.raises(Refused, match="holds with the transposes in E_i as printed"):
+        delay_identity.require_identity(["e-transposes"], 1)
+
+
 def test_no_other_misprints_are_accepted() -> None:
     given = certificate("theorem-3-identity")
     for misprints in ([], ["none"]):

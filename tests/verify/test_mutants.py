@@ -6,6 +6,14 @@ import pytest
 from mutants import mutants_of, survivors
 
 VERIFIER = {
+    "replication.verify.delay": ("test_delay",),
+    "replication.verify.delay_dual": ("test_delay_programs",),
+    "replication.verify.delay_forms": ("test_delay",),
+    "replication.verify.delay_hidden": ("test_delay",),
+    "replication.verify.delay_pade": ("test_delay_programs",),
+    "replication.verify.delay_plant": ("test_delay",),
+    "replication.verify.delay_sos": ("test_delay",),
+    "replication.verify.delay_symbols": ("test_delay_identities",),
     "replication.verify.linear": ("test_linear", "test_multirate"),
     "replication.verify.multirate.bounds": ("test_multirate",),
     "replication.verify.multirate.levels": ("test_multirate",),
