@@ -1,0 +1,93 @@
+"""How far each method goes: cost over the size, up to one large case each, with plants drawn from a seed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from replication.estimation.delay.least_gain import minimum_gain
+from replication.estimation.delay.system import DelaySystem, delay_system
+from replication.estimation.dualrate.loop import DualRateLoop, close_loop, stability_radius
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import dual_rate_design, make_plant
+from replication.estimation.dualrate.sampled import Harmonic
+from replication.estimation.dualrate.tracking import tracking_error_ratio
+from replication.estimation.multirate.optimum import optimal_design
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.schedule import SensingSchedule
+
+PREDICTOR = "running_prediction"
+
+
+def multirate_problem(n: int, periods: tuple[int, ...]) -> MultirateProblem:
+    rng = np.random.default_rng(n)
+    A = rng.normal(size=(n, n))
+    q = len(periods)
+    plant = MultiratePlant(
+        A=0.95 * A / np.max(np.abs(np.linalg.eigvals(A))),
+        B_d=rng.normal(size=(n, 2)),
+        C=rng.normal(size=(q, n)),
+        D=np.eye(q),
+    )
+    return MultirateProblem(plant, SensingSchedule(periods))
+
+
+def loop_of_oscillators(n: int, ratio: int) -> DualRateLoop:
+    """Damped oscillators in a row with a slow sensor on the last, and a small feedback from all of them."""
+    A = np.zeros((n, n))
+    for i in range(0, n, 2):
+        A[i : i + 2, i : i + 2] = [[0, 1], [-((1 + 0.1 * i) ** 2), -1.0]]
+        if i:
+            A[i + 1, i - 2] = 0.3
+    B, C = np.zeros((n, 1)), np.zeros((1, n))
+    B[1, 0] = C[0, n - 2] = 1.0
+    design = dual_rate_design(
+        make_plant(A, B, C),
+        feedback=-0.05 * np.ones((1, n)),
+        injection=0.05 * np.ones((n, 1)),
+        period=0.01,
+        ratio=ratio,
+    )
+    return close_loop(design, OBSERVERS[PREDICTOR], harmonic=Harmonic(1.0, np.array([1.0])))
+
+
+def delayed_chain(n: int, delays: int) -> DelaySystem:
+    """Stable states in a row, each fed by delayed neighbours; every state is disturbed, the first is measured."""
+    rng = np.random.default_rng(100 * n + delays)
+    a = [0.3 / delays * rng.normal(size=(n, n)) / np.sqrt(n) for _ in range(delays)]
+    eye = np.eye(n)
+    times = [0.2 * (i + 1) for i in range(delays)]
+    return delay_system(-eye + 0.3 * np.eye(n, k=-1), a, times, eye, eye[-1:], eye[:1])
+
+
+@pytest.mark.parametrize(
+    ("n", "periods"), [(10, (4, 5, 6)), (20, (4, 5, 6)), (30, (3, 4)), (30, (4, 5)), (30, (4, 5, 6))], ids=str
+)
+def test_multirate_design(benchmark: Any, n: int, periods: tuple[int, ...]) -> None:
+    problem = multirate_problem(n, periods)
+    common = problem.schedule.period
+    benchmark.group = "Large: multi-rate design"
+    benchmark.extra_info.update(row=f"n = {n}, N = {common}", column="Riccati")
+    found = benchmark.pedantic(optimal_design, args=(problem,), rounds=1)
+    assert problem.error_system(found.gains).spectral_radius() < 1
+
+
+@pytest.mark.parametrize(("n", "ratio"), [(4, 50), (10, 50), (20, 10), (20, 25), (20, 50), (20, 100)], ids=str)
+def test_dual_rate_loop_per_frequency(benchmark: Any, n: int, ratio: int) -> None:
+    loop = loop_of_oscillators(n, ratio)
+    assert stability_radius(loop) < 1
+    benchmark.group = "Large: dual-rate loop, per frequency"
+    benchmark.extra_info.update(row=f"n = {n}, M = {ratio}", column="exact")
+    assert np.isfinite(benchmark.pedantic(tracking_error_ratio, args=(loop,), rounds=5, warmup_rounds=1))
+
+
+@pytest.mark.parametrize(("n", "delays"), [(2, 2), (5, 2), (10, 2), (4, 5), (20, 1)], ids=str)
+def test_delay_observer(benchmark: Any, n: int, delays: int) -> None:
+    system = delayed_chain(n, delays)
+    benchmark.group = "Large: least level with delays, degree 1"
+    benchmark.extra_info.update(row=f"n = {n}, K = {delays}", column="SOS")
+    found = benchmark.pedantic(minimum_gain, args=(system, 1), rounds=1)
+    assert 0 < found.lower <= found.gamma
