@@ -146,6 +146,13 @@ PARTS: Mapping[str, tuple[str, Callable[..., list[Symbolic]], tuple[Size, ...]]]
 }
 
 
+def require_correction(corrected: Sequence[Symbolic], printed: Sequence[Symbolic], what: str) -> None:
+    """Refuse unless all residuals of the corrected formulas vanish, and not all of the printed ones."""
+    for i, residual in enumerate(corrected):
+        require(residual.vanishes(), f"{what} as corrected fails in row {i}")
+    require(not all(residual.vanishes() for residual in printed), f"{what} holds as printed")
+
+
 def operator_identity(certificate: Mapping[str, Any]) -> Theorem:
     """delay.operator-identity: Theorem 4 or Lemma 5 holds as corrected, and does not as printed."""
     (name,) = fields(certificate["parameters"], "parameters", "part")
@@ -155,9 +162,7 @@ def operator_identity(certificate: Mapping[str, Any]) -> Theorem:
     require(part in PARTS, f"parameters.part must be one of {', '.join(PARTS)}")
     words, residuals, cases = PARTS[part]
     for case in cases:
-        for i, residual in enumerate(residuals(case, printed=False)):
-            require(residual.vanishes(), f"{part} as corrected fails in row {i}")
-        require(not all(residual.vanishes() for residual in residuals(case, printed=True)), f"{part} holds as printed")
+        require_correction(residuals(case, printed=False), residuals(case, printed=True), part)
     return Theorem(
         sentence=f"{words}, for all operators of small size (states, rows of Z, points: "
         f"{'; '.join(f'{n}, {sum(widths)}, {len(delays)}' for n, widths, delays in cases)}); as printed it does not.",

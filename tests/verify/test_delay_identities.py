@@ -72,7 +72,18 @@ def test_no_other_misprints_are_accepted() -> None:
 def test_inverse_and_gains_hold_only_as_corrected(part: str) -> None:
     theorem = check(certificate(part))
     assert theorem.holds is True
-    assert "as printed it does not" in theorem.sentence
+    sizes = {"theorem-4": "2, 2, 1; 1, 2, 3; 2, 2, 2", "lemma-5": "2, 4, 4"}
+    assert f"(states, rows of Z, points: {sizes[part]}); as printed it does not" in theorem.sentence
+
+
+def test_only_a_correction_that_is_needed_is_accepted() -> None:
+    g = symbols({"g": (1, 1)})["g"]
+    zero = g - g
+    delay_inverse.require_correction([zero, zero], [zero, g], "it")
+    with pytest.raises(Refused, match="it as corrected fails in row 1"):
+        delay_inverse.require_correction([zero, g], [g], "it")
+    with pytest.raises(Refused, match="it holds as printed"):
+        delay_inverse.require_correction([zero], [zero, zero], "it")
 
 
 def test_no_other_part_is_accepted() -> None:
@@ -82,7 +93,11 @@ def test_no_other_part_is_accepted() -> None:
 
 
 def test_with_a_delay_of_one_the_inverse_holds_as_printed() -> None:
-    for residual in delay_inverse.inverse_residuals((1, (1, 1), (0, 1)), printed=True):
+    case = (1, (1, 1), (0, 1))
+    for residual in (
+        *delay_inverse.inverse_residuals(case, printed=True),
+        *delay_inverse.gain_residuals(case, printed=True),
+    ):
         at_one = residual.each(lambda entry: entry.subs({"tau_0_0": 1}))
         assert at_one.vanishes() and not residual.vanishes()
 
