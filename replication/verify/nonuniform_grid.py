@@ -19,8 +19,6 @@ from replication.verify.nonuniform_system import Plant, seconds, solved, step_at
 from replication.verify.reading import fields, matrix, positive, rational, sequence, symmetric
 from replication.verify.theorem import Refused, require
 
-MAX_ELEMENTS = 64
-
 
 @dataclass(frozen=True)
 class Interval:
@@ -104,7 +102,6 @@ def run_algorithm(plant: Plant, given: Any) -> Covering:
             Phi = state_transition(plant, h)
             gain = between(*small_gain(plant.A, Phi, witness, f"{path}[{position}]"))
             intervals.append(covered(h, below, above, above, gain))
-        require(len(intervals) <= MAX_ELEMENTS, f"the grid has more than {MAX_ELEMENTS} elements")
         new = [(a + b) / 2 for a, b in gaps(intervals, start, stop)]
         if not new:
             require(count + 1 == len(passes), "witness.passes goes on after the range is covered")

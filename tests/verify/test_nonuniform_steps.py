@@ -187,3 +187,9 @@ def test_times_are_exact() -> None:
     assert plant.period("middle", "p") == (fmpq(1, 200), fmpq(1, 50))
     assert system.seconds((ONE, TWO)).contains(1 + 2 * arb.pi())
     assert system.along((ONE, TWO), (fmpq(3), fmpq(6)), fmpq(1, 4)) == (fmpq(3, 2), fmpq(3))
+
+
+def test_a_range_has_two_ends() -> None:
+    plant = load("floor-1")["plant"]
+    with pytest.raises(Refused, match=r"plant.h_u must exceed"):
+        system.read_plant({**plant, "h_l": ["1/1024", "0"], "h_u": ["1/1024", "0"]})
