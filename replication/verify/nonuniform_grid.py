@@ -15,7 +15,7 @@ from replication.verify.balls import between, require_positive_definite
 from replication.verify.linear import identity
 from replication.verify.linear import require_positive_definite as require_definite
 from replication.verify.nonuniform_gain import circle_point, complex_vector, energy, require_ratio, total
-from replication.verify.nonuniform_system import Plant, seconds, solved, step_at
+from replication.verify.nonuniform_system import Plant, along, beside, seconds, solved, step_at
 from replication.verify.reading import fields, matrix, positive, rational, sequence, symmetric
 from replication.verify.theorem import Refused, require
 
@@ -58,9 +58,9 @@ def small_gain(A: fmpq_mat, Phi: arb_mat, given: Any, path: str) -> tuple[fmpq, 
     require_definite(P, f"{path}.P")
     one, balls, seen = arb_mat(identity(n)), arb_mat(P), arb_mat(A) * Phi
     state = balls - seen.transpose() * seen - Phi.transpose() * balls * Phi
-    cross, input_ = -(Phi.transpose() * balls), one * arb(upper**2) - balls
-    rows = [[*a, *b] for a, b in zip(state.tolist(), cross.tolist(), strict=True)]
-    rows += [[*a, *b] for a, b in zip(cross.transpose().tolist(), input_.tolist(), strict=True)]
+    # The sign of the cross term is without effect on definiteness.
+    cross, input_ = Phi.transpose() * balls, one * arb(upper**2) - balls
+    rows = beside(state, cross).tolist() + beside(cross.transpose(), input_).tolist()
     require_positive_definite(arb_mat(rows), f"{path}: the bounded real lemma at {upper}")
     require_response(A, Phi, lower, {"turn": turn, "direction": direction}, path)
     return lower, upper
@@ -98,9 +98,9 @@ def run_algorithm(plant: Plant, given: Any) -> Covering:
     for count, witnesses in enumerate(passes):
         path = f"witness.passes[{count}]"
         require(len(witnesses) == len(new), f"{path} must have {len(new)} elements, got {len(witnesses)}")
-        for position, (h, witness) in enumerate(zip(new, witnesses, strict=True)):
+        for position, h in enumerate(new):
             Phi = state_transition(plant, h)
-            gain = between(*small_gain(plant.A, Phi, witness, f"{path}[{position}]"))
+            gain = between(*small_gain(plant.A, Phi, witnesses[position], f"{path}[{position}]"))
             intervals.append(covered(h, below, above, above, gain))
         new = [(a + b) / 2 for a, b in gaps(intervals, start, stop)]
         if not new:
@@ -140,9 +140,12 @@ def before(first: arb, second: arb) -> bool:
 
 def require_one_interval_is_not_enough(plant: Plant, covering: Covering) -> None:
     """Refuse unless the interval (9) of the first element leaves out part of the range, which more elements cover."""
-    start, stop = seconds(plant.h_l), seconds(plant.h_u)
-    require(covering.size > 1, "one element covers the range")
-    require(bool(gaps([covering.first], start, stop)), "one element covers the range")
+    require(not covers(covering.first, seconds(plant.h_l), seconds(plant.h_u)), "one element covers the range")
+
+
+def covers(interval: Interval, start: arb, stop: arb) -> bool:
+    """Whether an open interval holds all of [start, stop]."""
+    return before(interval.lower, start) and before(stop, interval.upper)
 
 
 def require_stall(plant: Plant, given: Any) -> str:
@@ -157,11 +160,10 @@ def require_stall(plant: Plant, given: Any) -> str:
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
     alpha = between(*small_gain(plant.A, state_transition(plant, h), given, "witness"))
     tested, marked = (covered(h, below, above, below, gain) for gain in (alpha, alpha.sqrt()))
-    covers = before(tested.lower, start) and before(stop, tested.upper)
-    require(not covers, "step 3 does not fail: the algorithm ends")
+    require(not covers(tested, start, stop), "step 3 does not fail: the algorithm ends")
     if before(marked.upper, marked.lower):
         return "the interval by the root of alpha is empty, and the middle of the range is in the grid already"
-    require(before(marked.lower, start) and before(stop, marked.upper), "step 4 adds an element")
+    require(covers(marked, start, stop), "step 4 adds an element")
     return "the interval by the root of alpha covers the range, and step 4 has nothing to add"
 
 
@@ -174,19 +176,21 @@ def require_upper_end(plant: Plant) -> str:
     """
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
     if above > 0:
-        require(bool(below > above), "the printed end of U3 does not go too far")
+        require(before(above, below), "the printed end of U3 does not go too far")
         return f"as printed the bound exceeds 1/alpha at the end by the factor {(below / above).str(6, radius=False)}"
-    require(bool(above < 0) and bool(below > 0), "the printed end of U3 does not lie below the centre")
-    Phi = state_transition(plant, seconds(plant.h_l) / 2 + seconds(plant.h_u) / 2)
-    at_one = arb_mat(plant.A) * Phi * solved(arb_mat(identity(2)) - Phi, arb_mat(identity(2)), "I - Phi")
-    least = total([entry * entry for entry in at_one.entries()]) / 2
-    require(least > above * above, "case U3 is not met")
+    require(bool(above < 0), "neither U3 nor its misprint is decided by these signs")
+    Phi = state_transition(plant, seconds(along(plant.h_l, plant.h_u, fmpq(1, 2))))
+    one = arb_mat(identity(plant.A.nrows()))
+    at_one = arb_mat(plant.A) * Phi * solved(one - Phi, one, "I - Phi")
+    # The squared entries of a matrix of order n add up to at most n times its squared norm.
+    least = total([entry * entry for entry in at_one.entries()]) / plant.A.nrows()
+    require(before(-above, least.sqrt()), "case U3 is not met")
     return "as printed the upper end lies below the centre of the interval"
 
 
 def require_lower_end(plant: Plant) -> None:
     """Refuse unless mu(-A) > 0, so that case L3 applies."""
-    require(bool(logarithmic_norm(-plant.A) > 0), "case L3 is not met")
+    require(before(arb(0), logarithmic_norm(-plant.A)), "case L3 is not met")
 
 
 def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, given: Any, path: str) -> None:

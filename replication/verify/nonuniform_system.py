@@ -150,6 +150,11 @@ def require_stable(plant: Plant, filter_: Filter) -> None:
     require(is_schur(filter_.A.charpoly()), "the filter is not Schur stable")
 
 
+def beside(left: arb_mat, right: arb_mat) -> arb_mat:
+    """[left, right]."""
+    return arb_mat([[*a, *b] for a, b in zip(left.tolist(), right.tolist(), strict=True)])
+
+
 def solved(M: Any, right: Any, what: str) -> Any:
     """M^{-1} right, in rationals or balls; refused if M is not proved invertible."""
     try:

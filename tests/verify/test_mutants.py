@@ -24,6 +24,9 @@ VERIFIER = {
     "replication.verify.multirate.recovered": ("test_multirate",),
     "replication.verify.dualrate_roots": ("test_dualrate_mathematics",),
     "replication.verify.dualrate_scalar": ("test_dualrate_mathematics",),
+    "replication.verify.nonuniform_floor": ("test_nonuniform_steps", "test_nonuniform"),
+    "replication.verify.nonuniform_gain": ("test_nonuniform_steps", "test_nonuniform"),
+    "replication.verify.nonuniform_system": ("test_nonuniform_steps", "test_nonuniform"),
 }
 """The modules that state inequalities, and the tests that must notice each change of them."""
 

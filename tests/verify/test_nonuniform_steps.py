@@ -193,3 +193,18 @@ def test_a_range_has_two_ends() -> None:
     plant = load("floor-1")["plant"]
     with pytest.raises(Refused, match=r"plant.h_u must exceed"):
         system.read_plant({**plant, "h_l": ["1/1024", "0"], "h_u": ["1/1024", "0"]})
+
+
+def test_a_plant_is_an_object() -> None:
+    with pytest.raises(Refused, match="plant must be an object"):
+        system.read_plant([])
+
+
+def test_blocks_beside_each_other_are_of_one_height() -> None:
+    assert system.beside(arb_mat([[1]]), arb_mat([[2, 3]])).tolist() == [[1, 2, 3]]
+    with pytest.raises(ValueError, match="zip"):
+        system.beside(arb_mat([[1], [2]]), arb_mat([[2, 3]]))
+
+
+def test_precision_is_as_documented() -> None:
+    assert system.PRECISION == 128

@@ -4,7 +4,7 @@ import copy
 from collections.abc import Callable
 
 import pytest
-from flint import arb, fmpq, fmpq_mat
+from flint import arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import Tamper, load, put, remove
 
 from replication.estimation.certificates import nonuniform_grid
@@ -22,7 +22,10 @@ REFUSED = [
     ("map-1", put([["0", "1"], ["16", "0"]], "plant", "B"), "plant.D must have 2 columns"),
     ("upper-end-1", put([["1", "0"], ["0", "-1/2"]], "plant", "A"), "the printed end of U3 does not go too far"),
     ("lower-end-1", put([["1", "0"], ["0", "1"]], "plant", "A"), "case L3 is not met"),
-    ("upper-end-2", put([["0", "0"], ["0", "0"]], "plant", "A"), "does not lie below the centre"),
+    ("upper-end-1", put([["0", "1"], ["1", "0"]], "plant", "A"), "are not told apart"),
+    ("upper-end-2", put([["0", "0"], ["0", "-1"]], "plant", "A"), "neither U3 nor its misprint"),
+    ("upper-end-2", put([["0", "0"], ["0", "0"]], "plant", "A"), "neither U3 nor its misprint"),
+    ("lower-end-1", put([["0", "0"], ["0", "0"]], "plant", "A"), "are not told apart"),
     ("grid-1", put({"lower": "1", "upper": "1"}, "bound"), "the grid has 7 elements, not 1 to 1"),
     ("grid-1", put({"lower": "7", "upper": "8"}, "bound"), "the grid has 7 elements, not 7 to 8"),
     ("grid-1", put({"upper": "7"}, "bound"), "bound lacks the field lower"),
@@ -188,3 +191,50 @@ def test_blocks_must_fit() -> None:
         identities.stacked([[s["A"], s["row"]]])
     with pytest.raises(ValueError, match="zip"):
         identities.transposed([s["row"][0], s["row"][0][:1]])
+
+
+@pytest.mark.parametrize(("h_u", "met"), [("22/25", True), ("9/10", False)])
+def test_case_u3_is_met_where_alpha_exceeds_the_norm(h_u: str, met: bool) -> None:
+    """A = -I: alpha = 1/(e^h - 1) is above one for h < log 2, about 0.693; the middles are 0.69 and 0.70 s."""
+    certificate = load("upper-end-2")
+    certificate["plant"] |= {"A": [["-1", "0"], ["0", "-1"]], "h_l": ["1/2", "0"], "h_u": [h_u, "0"]}
+    if met:
+        assert "below the centre" in check(certificate).sentence
+    else:
+        with pytest.raises(Refused, match="case U3 is not met"):
+            check(certificate)
+
+
+def test_signs_that_decide_the_ends() -> None:
+    certificate = load("upper-end-1")
+    certificate["plant"]["A"] = [["1/2", "0"], ["0", "-1"]]
+    assert "by the factor 2" in check(certificate).sentence
+    certificate = load("lower-end-1")
+    certificate["plant"]["A"] = [["-1/2", "0"], ["0", "-1/2"]]
+    assert check(certificate).holds
+
+
+SCALAR = {"turn": "0", "direction": [["1", "0"]], "P": [["1/2"]], "lower": "9999/10000", "upper": "10001/10000"}
+"""A = -1, Phi = 1/2: alpha = 1, attained at z = 1."""
+
+
+def test_small_gain_of_one_state() -> None:
+    A, Phi = fmpq_mat([[-1]]), arb_mat([[fmpq(1, 2)]])
+    assert grid.small_gain(A, Phi, SCALAR, "w") == (fmpq(9999, 10000), fmpq(10001, 10000))
+    for change in ({"P": [["9/20"]]}, {"P": [["11/20"]]}, {"upper": "1"}):
+        with pytest.raises(Refused, match="the bounded real lemma"):
+            grid.small_gain(A, Phi, {**SCALAR, **change}, "w")
+    with pytest.raises(Refused, match="does not attain 1"):
+        grid.small_gain(A, Phi, {**SCALAR, "lower": "1"}, "w")
+
+
+def test_radius_of_one_state() -> None:
+    """Delta(1) = 1 - 1/e, about 0.632, for A = -1."""
+    grid.require_radius(fmpq_mat([[-1]]), arb(1), fmpq(632, 1000), [["1"]], "w")
+    with pytest.raises(Refused, match="Delta does not attain"):
+        grid.require_radius(fmpq_mat([[-1]]), arb(1), fmpq(633, 1000), [["1"]], "w")
+
+
+@pytest.mark.parametrize(("lower", "upper", "held"), [(0, 3, True), (0, 1, False), (2, 3, False), (2, 1, False)])
+def test_an_interval_covers_both_ends(lower: int, upper: int, held: bool) -> None:
+    assert grid.covers(interval(lower, upper), arb(fmpq(3, 2)), arb(2) + arb(fmpq(1, 2))) is held
