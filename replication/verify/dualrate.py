@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, fmpq
@@ -107,23 +107,26 @@ def no_bounded_error(certificate: Mapping[str, Any]) -> Theorem:
     n, sigma = loop.order, positive(frequency, "parameters.frequency")
     read = sequence(estimates, "parameters.estimates", lambda value, path: matrix(value, path, n, 1))
     require(len(read) > 0, "parameters.estimates is empty")
-    Phi = acb_mat(monodromy(loop, observer))
-    polynomial = acb_poly(Phi.charpoly().coeffs())
-    root = root_near(polynomial, _complex(guess))
+    root = root_near(acb_poly(monodromy(loop, observer).charpoly().coeffs()), _complex(guess))
     require(is_less(1, abs(root)), "the eigenvalue is not proved to lie outside the unit circle")
-    steady = steady_start(loop, observer, acb(0, sigma)).tolist()
-    reached = acb_mat([[*loop.C.entries(), *[0] * n]])
-    rows = _applied(without_root(polynomial, root), reached, Phi)
     for estimate in read:
-        offset = acb_mat(
-            [[x - entry[0].imag] for x, entry in zip([*start.entries(), *estimate.entries()], steady, strict=True)]
-        )
-        require(not (rows * offset)[0, 0].contains(0), "the eigenvalue is not proved to be excited and seen")
+        c = excitation(loop, observer, sigma, root, [*start.entries(), *estimate.entries()])
+        require(not c.contains(0), "the eigenvalue is not proved to be excited and seen")
     return Theorem(
         sentence=f"With y_d = sin({sigma} t), {NAMES[observer]} has no bounded tracking error from this x(0) and "
         f"{len(read)} starts of ζ: they excite an eigenvalue of modulus {below(abs(root).lower().fmpq(), 3)} or more.",
         holds=True,
     )
+
+
+def excitation(loop: Loop, observer: str, sigma: fmpq, root: acb, start: Sequence[fmpq]) -> acb:
+    """c = C ψ(Φ)(z(0) − Im X) of `no_bounded_error`, z(0) = start."""
+    Phi = acb_mat(monodromy(loop, observer))
+    steady = steady_start(loop, observer, acb(0, arb(sigma)))
+    offset = acb_mat([[arb(z) - X.imag] for z, X in zip(start, steady.entries(), strict=True)])
+    reached = acb_mat([[*loop.C.entries(), *[0] * loop.order]])
+    polynomial = without_root(acb_poly(Phi.charpoly().coeffs()), root)
+    return (applied(polynomial, reached, Phi) * offset)[0, 0]
 
 
 def tracking_error(certificate: Mapping[str, Any]) -> Theorem:
@@ -163,7 +166,7 @@ def _complex(value: Any) -> acb:
     return acb(arb(real), arb(imaginary))
 
 
-def _applied(polynomial: acb_poly, row: acb_mat, matrix: acb_mat) -> acb_mat:
+def applied(polynomial: acb_poly, row: acb_mat, matrix: acb_mat) -> acb_mat:
     """row · polynomial(matrix), by Horner's scheme."""
     total = row * acb(0)
     for coefficient in polynomial.coeffs()[::-1]:

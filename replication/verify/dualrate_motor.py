@@ -34,13 +34,15 @@ def slow_period(certificate: Mapping[str, Any]) -> Theorem:
 
 
 def coordinates(certificate: Mapping[str, Any]) -> Theorem:
-    """(23) with z = (i_q, ω, θ), z' = N z + e u_q, and x = S z = (θ, ω, ω'): S N = A S, S e = B and C S z = θ."""
+    """(23) with z = (i_q, ω, θ), z' = N z + e u_q, and x = S z = (θ, ω, ω'): S N = A S, S e = B and C S z = θ.
+
+    S is invertible, its determinant being −K_T/J.
+    """
     require_empty(certificate, "parameters", "bound", "witness")
     read, (A, B, C) = _motor(certificate["plant"])
     R, Psi, Lq, p, Bw, J, KT = (read[name] for name in PARAMETERS)
     N = fmpq_mat([[-R / Lq, -p * Psi / Lq, 0], [KT / J, -Bw / J, 0], [0, 1, 0]])
     S = fmpq_mat([[0, 0, 1], [0, 1, 0], [KT / J, -Bw / J, 0]])
-    require(S.det() != 0, "the change of coordinates is not invertible")
     require(S * N == A * S, "A is not that of (23) in these coordinates")
     require(S * fmpq_mat([[1 / Lq], [0], [0]]) == B, "B is not that of (23) in these coordinates")
     require((C * S).entries() == [0, 0, 1], "C does not read the position")

@@ -262,12 +262,41 @@ def test_a_tampered_certificate_is_refused(name: str, changes: dict[str, Any], r
         check(own(name, **changes))
 
 
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("unstable-src", {"witness__radius": "101/100"}),
+        ("stable-apo", {"witness__radius": "99/100"}),
+        ("transient", {"witness__radius": "2/3"}),
+        ("output-bounds", {"parameters__weights__CBK": "3/2"}),
+        ("estimate-bound", {"parameters__longest": "1/2"}),
+        ("growth-apo", {"witness__places__4__level": "1/7"}),
+        ("counterexample", {"parameters__ratios": [5]}),
+    ],
+)
+def test_a_weaker_certificate_proves_too(name: str, changes: dict[str, Any]) -> None:
+    assert check(own(name, **changes)).holds is proved(name).holds
+
+
+def root_of(certificate: dict[str, Any]) -> list[str]:
+    """The largest eigenvalue of the single-rate loop, in floating point."""
+    loop = read_loop({key: value for key, value in certificate["plant"].items() if key != "start"})
+    Phi = np.array([[float(entry.mid()) for entry in row] for row in monodromy(loop, SRC).tolist()])
+    root = max(np.linalg.eigvals(Phi).astype(complex), key=abs)
+    return [str(Fraction(float(root.real))), str(Fraction(float(root.imag)))]
+
+
+def test_slow_growth_from_one_start_is_proved() -> None:
+    """The spectral radius is 1.352."""
+    slower = own("table-src-1", plant__T="1/10", plant__M="3", parameters__estimates=[[["0"], ["0"], ["0"]]])
+    slower["witness"]["root"] = root_of(slower)
+    assert check(slower).holds
+
+
 def test_growth_that_the_error_does_not_show_is_no_proof() -> None:
     """Without feedback the estimate grows by an eigenvalue of A − L C, and the plant does not follow it."""
-    unseen = own("table-src-1", plant__K=[["0", "0", "0"]], plant__L=[["-9"], ["0"], ["0"]])
-    loop = read_loop({key: value for key, value in unseen["plant"].items() if key != "start"})
-    Phi = np.array([[float(entry.mid()) for entry in row] for row in monodromy(loop, SRC).tolist()])
-    unseen["witness"]["root"] = [str(Fraction(max(np.linalg.eigvals(Phi).real))), "0"]
+    unseen = own("table-src-1", plant__K=[["0", "0", "0"]], plant__L=[["-1"], ["0"], ["0"]])
+    unseen["witness"]["root"] = root_of(unseen)
     with pytest.raises(Refused, match="not proved to be excited and seen"):
         check(unseen)
 

@@ -16,6 +16,7 @@ from replication.estimation.dualrate.lyapunov import prediction_gap, theorem_con
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
 from replication.verify import (
+    dualrate,
     dualrate_identities,
     dualrate_loop,
     dualrate_lyapunov,
@@ -206,6 +207,44 @@ def test_norms_are_those_of_rows_and_columns_only() -> None:
     assert dualrate_lyapunov.norm(fmpq_mat([[3], [4]])).contains(5)
     with pytest.raises(Refused, match="row or a column"):
         dualrate_lyapunov.norm(fmpq_mat([[1, 0], [0, 1]]))
+
+
+MOTOR = loop_of(DESIGN)
+
+
+@pytest.mark.parametrize("observer", dualrate_loop.OBSERVERS)
+def test_steady_start_comes_back_turned(observer: str) -> None:
+    """One slow period with the command takes the amplitude X to e^{sMT} X."""
+    s = acb(0, 2)
+    start = dualrate_response.steady_start(MOTOR, observer, s).tolist()
+    end = dualrate_response.steady_passage(MOTOR, observer, s)
+    turned = [entry * s.exp() for (entry,) in start]  # M T = 1
+    for found, expected in zip([*end.state.entries(), *end.estimate.entries()], turned, strict=True):
+        assert abs(found - expected) < 1e-4 * (1 + abs(expected))
+
+
+def test_excitation_is_the_coefficient_of_the_growing_mode() -> None:
+    """C Φⁿ δ of the single-rate loop tends to c λⁿ/ψ(λ), where ψ(λ) is the product of λ less the other eigenvalues."""
+    sigma, start = fmpq(3, 2), [fmpq(-1, 2), fmpq(1), fmpq(-1), fmpq(1, 3), fmpq(0), fmpq(2)]
+    enclosed = dualrate_loop.monodromy(MOTOR, dualrate_loop.SRC)
+    Phi = floats(enclosed)
+    values = np.linalg.eigvals(Phi)
+    root = max(values, key=abs)
+    steady = dualrate_response.steady_start(MOTOR, dualrate_loop.SRC, acb(0, arb(sigma))).entries()
+    offset = np.array([float(z) - float(X.imag.mid()) for z, X in zip(map(float_of, start), steady, strict=True)])
+    growth = (np.linalg.matrix_power(Phi / abs(root), 60) @ offset)[0] / (root / abs(root)) ** 60
+    others = np.prod([root - value for value in values if value != root])
+    found = dualrate.excitation(MOTOR, dualrate_loop.SRC, sigma, acb(root.real, root.imag), start)
+    assert complex(float(found.real.mid()), float(found.imag.mid())) == pytest.approx(growth * others, rel=1e-3)
+
+
+def float_of(number: fmpq) -> float:
+    return int(number.p) / int(number.q)
+
+
+def test_polynomial_of_a_matrix_after_a_row() -> None:
+    found = dualrate.applied(acb_poly([2, 3, 5]), acb_mat([[1, 1]]), acb_mat([[1, 2], [0, 3]]))
+    assert [int(float(entry.real.mid())) for entry in found.entries()] == [10, 102]
 
 
 @pytest.mark.parametrize("ratio", [2, 5])
