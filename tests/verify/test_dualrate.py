@@ -278,6 +278,13 @@ def test_a_weaker_certificate_proves_too(name: str, changes: dict[str, Any]) -> 
     assert check(own(name, **changes)).holds is proved(name).holds
 
 
+def test_one_pair_is_enough() -> None:
+    pair, place = (
+        committed("growth-apo")[field][key][0] for field, key in (("parameters", "pairs"), ("witness", "places"))
+    )
+    assert check(own("growth-apo", parameters__pairs=[pair], witness__places=[place])).holds
+
+
 def root_of(certificate: dict[str, Any]) -> list[str]:
     """The largest eigenvalue of the single-rate loop, in floating point."""
     loop = read_loop({key: value for key, value in certificate["plant"].items() if key != "start"})
