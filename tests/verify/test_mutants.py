@@ -26,7 +26,7 @@ VERIFIER = {
     "replication.verify.dualrate_scalar": ("test_dualrate_mathematics",),
     "replication.verify.nonuniform_floor": ("test_nonuniform_steps", "test_nonuniform"),
     "replication.verify.nonuniform_gain": ("test_nonuniform_steps", "test_nonuniform"),
-    "replication.verify.nonuniform_system": ("test_nonuniform_steps", "test_nonuniform"),
+    "replication.verify.nonuniform_grid": ("test_nonuniform_theory",),
 }
 """The modules that state inequalities, and the tests that must notice each change of them."""
 

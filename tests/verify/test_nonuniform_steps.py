@@ -208,3 +208,15 @@ def test_blocks_beside_each_other_are_of_one_height() -> None:
 
 def test_precision_is_as_documented() -> None:
     assert system.PRECISION == 128
+
+
+def test_both_ends_of_a_piece_count() -> None:
+    """At the period of the design the inequality holds, 1e-8 s later it does not."""
+    certificate = load("nominal-1-upper")
+    certificate["plant"] |= {"h_l": ["1/200", "1/50"], "h_u": ["500001/100000000", "1/50"]}
+    certificate["parameters"] |= {"from": "h_l", "to": "h_l"}
+    assert check(certificate).upper is not None
+    for start, stop in (("h_l", "h_u"), ("h_u", "h_l")):
+        certificate["parameters"] |= {"from": start, "to": stop}
+        with pytest.raises(Refused, match="storage inequality"):
+            check(certificate)
