@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import pytest
 
@@ -55,9 +56,13 @@ def test_the_dissipation_is_the_form_of_theorem_3_only_as_corrected() -> None:
 
 
 def test_with_one_state_all_misprints_but_the_transposes_show() -> None:
-    delay_identity.require_identity([name for name in delay_identity.MISPRINTS if name != "e-transposes"], 1)
-    with pytest.raises(Refused, match="holds with the transposes in E_i as printed"):
-        delay_identity.require_identity(["e-transposes"], 1)
+    given = certificate("theorem-3-identity")
+    with mock.patch.object(delay_identity, "STATES", 1):
+        given["parameters"] = {"misprints": [name for name in delay_identity.MISPRINTS if name != "e-transposes"]}
+        assert delay_identity.dissipation_identity(given).holds is True
+        given["parameters"] = {"misprints": ["e-transposes"]}
+        with pytest.raises(Refused, match="holds with the transposes in E_i as printed"):
+            delay_identity.dissipation_identity(given)
 
 
 def test_no_other_misprints_are_accepted() -> None:
@@ -74,6 +79,21 @@ def test_inverse_and_gains_hold_only_as_corrected(part: str) -> None:
     assert theorem.holds is True
     sizes = {"theorem-4": "2, 2, 1; 1, 2, 3; 2, 2, 2", "lemma-5": "2, 4, 4"}
     assert f"(states, rows of Z, points: {sizes[part]}); as printed it does not" in theorem.sentence
+
+
+def test_a_part_that_fails_is_refused() -> None:
+    g = symbols({"g": (1, 1)})["g"]
+    words, _, cases = delay_inverse.PARTS["lemma-5"]
+    failing = {"lemma-5": (words, lambda case, *, printed: [g], cases)}
+    with mock.patch.dict(delay_inverse.PARTS, failing), pytest.raises(Refused, match="as corrected fails in row 0"):
+        delay_inverse.operator_identity(certificate("lemma-5"))
+
+
+def test_every_delay_of_a_case_has_its_points() -> None:
+    for _, widths, delays in delay_inverse.SMALL:
+        assert set(delays) == set(range(len(widths)))
+    for _, widths, delays in delay_inverse.LARGE:
+        assert [delays.count(delay) for delay in range(len(widths))] == [2, 2]
 
 
 def test_only_a_correction_that_is_needed_is_accepted() -> None:
