@@ -58,21 +58,33 @@ def require_sampled_observer() -> None:
 
 
 def require_rates() -> None:
-    """y' = C A x + C B K ζ_k, K ζ' = K Â ζ + K B K ζ_k + K L C x_k + K L e_p: (1), (3) and (8) with ȳ = C x_k + e_p."""
+    """y' = C A x + C B K ζ_k, K ζ' = K Â ζ + K B K ζ_k + K L C x_k + K L e_p: (1), (3) and (8) with ȳ = C x_k + e_p.
+
+    It holds whatever matrix Â (`guided`) is.
+    """
     n = STATES
     column, row = (n, 1), (1, n)
     s = symbols(
-        A=(n, n), B=column, C=row, K=row, L=column, x=column, zeta=column, first=column, held=column, gap=(1, 1)
+        A=(n, n),
+        guided=(n, n),
+        B=column,
+        C=row,
+        K=row,
+        L=column,
+        x=column,
+        zeta=column,
+        first=column,
+        held=column,
+        gap=(1, 1),
     )
     A, B, C, K, L = (s[name] for name in "ABCKL")
     u = product(K, s["held"])
     speed = product(C, add(product(A, s["x"]), product(B, u)))
     require_equal(speed, add(product(C, A, s["x"]), product(C, B, K, s["held"])), "the rate of y in (12)")
-    guided = add(A, scale(-1, product(L, C)))
     measured = add(product(C, s["first"]), s["gap"])
-    drift = product(K, add(product(guided, s["zeta"]), product(B, u), product(L, measured)))
+    drift = product(K, add(product(s["guided"], s["zeta"]), product(B, u), product(L, measured)))
     terms = (
-        product(K, guided, s["zeta"]),
+        product(K, s["guided"], s["zeta"]),
         product(K, B, K, s["held"]),
         product(K, L, C, s["first"]),
         product(K, L, s["gap"]),

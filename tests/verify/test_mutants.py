@@ -24,6 +24,7 @@ VERIFIER = {
     "replication.verify.multirate.recovered": ("test_multirate",),
     "replication.verify.dualrate_roots": ("test_dualrate_mathematics",),
     "replication.verify.dualrate_scalar": ("test_dualrate_mathematics",),
+    "replication.verify.dualrate_lyapunov": ("test_dualrate_mathematics", "test_dualrate"),
     "replication.verify.nonuniform_floor": ("test_nonuniform_steps", "test_nonuniform"),
     "replication.verify.nonuniform_gain": ("test_nonuniform_steps", "test_nonuniform"),
     "replication.verify.nonuniform_grid": ("test_nonuniform_theory",),
