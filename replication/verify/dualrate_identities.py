@@ -11,7 +11,6 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.linear import identity, require_positive_semidefinite
 from replication.verify.symbols import add, product, require_equal, scale, symbols
-from replication.verify.theorem import require
 
 STATES = 3
 
@@ -97,13 +96,12 @@ SIGNALS: Mapping[str, Sequence[int]] = {"x": (1, 0), "zeta": (1, -1)}
 
 
 def require_weight(signal: str, weight: fmpq) -> None:
-    """Refuse unless |signal| ≤ weight |χ| for all χ = (x, ξ): weight² I − mᵀm ⪰ 0, m the map from χ to the signal."""
+    """Refuse unless |signal| ≤ |weight| |χ| for all χ = (x, ξ): weight² I − mᵀm ⪰ 0, m the map from χ to the signal."""
     m = fmpq_mat([list(SIGNALS[signal])])
-    require(weight >= 0, f"the weight of {signal} is negative")
     require_positive_semidefinite(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}")
 
 
 def require_contraction() -> None:
     """1 − φ = (1 − E)(1 − c) with φ = E + (1 − E) c of (22), E = e^{−T/(2 λ_max)} and c the left side of (18)."""
     E, c = (entry for row in symbols(e=(1, 2))["e"] for entry in row)
-    require(((1 - (E + (1 - E) * c)) - (1 - E) * (1 - c)).is_zero(), "1 − φ is not (1 − E)(1 − c)")
+    require_equal([[1 - (E + (1 - E) * c)]], [[(1 - E) * (1 - c)]], "1 − φ = (1 − E)(1 − c)")

@@ -406,12 +406,14 @@ def test_identities_that_are_checked() -> None:
         dualrate_identities.require_error_equations()
         dualrate_identities.require_sampled_observer()
         dualrate_identities.require_rates()
+        dualrate_identities.require_contraction()
     assert checked == [
         *["the first row of (9) = (10)", "the second row of (9) = (10)"] * 2,
         "(3) = (7) in the first power of t",
         "(3) = (7) in the second power of t",
         "the rate of y in (12)",
         "the rate of K ζ in (14)",
+        "1 − φ = (1 − E)(1 − c)",
     ]
 
 
