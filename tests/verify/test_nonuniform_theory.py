@@ -236,3 +236,54 @@ def test_radius_of_one_state() -> None:
 @pytest.mark.parametrize(("lower", "upper", "held"), [(0, 3, True), (0, 1, False), (2, 3, False), (2, 1, False)])
 def test_an_interval_covers_both_ends(lower: int, upper: int, held: bool) -> None:
     assert grid.covers(interval(lower, upper), arb(fmpq(3, 2)), arb(2) + arb(fmpq(1, 2))) is held
+
+
+WITHOUT_WITNESS = (
+    "lemma-2", "lemma-3-1", "map-1", "congruence", "recovery", "sizes", "upper-end-1", "lower-end-1",
+    "filter-first-column",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WITHOUT_WITNESS)
+@pytest.mark.parametrize("field", ["bound", "witness"])
+def test_what_needs_no_witness_takes_none(name: str, field: str) -> None:
+    certificate = load(name)
+    certificate[field] = {"upper": "1"}
+    with pytest.raises(Refused, match=f"{field} has the unknown field upper"):
+        check(certificate)
+
+
+@pytest.mark.parametrize("name", ["one-interval-2", "grid-2", "stall-2"])
+def test_algorithm_1_takes_no_parameters(name: str) -> None:
+    certificate = load(name)
+    certificate["parameters"] = {"limit": 1}
+    with pytest.raises(Refused, match="parameters has the unknown field limit"):
+        check(certificate)
+
+
+def test_columns_of_the_observer_are_enclosed() -> None:
+    """Phi(0.05) - B_f C: the second column is that of Phi, printed as 0.0373 and 0.9048."""
+    for low, high in check(load("filter-second-column")).items:
+        assert low is not None and high is not None and 0 < high - low <= fmpq(1, 2**38)
+    (first, second) = check(load("filter-second-column")).items
+    assert round(float(first[0].p) / float(first[0].q), 4) == 0.0373
+    assert round(float(second[0].p) / float(second[0].q), 4) == 0.9048
+    (first, second) = check(load("filter-first-column")).items
+    assert round(float(first[0].p) / float(first[0].q), 3) == -0.044
+    assert round(float(second[0].p) / float(second[0].q), 3) == -1.067
+
+
+def test_an_identity_that_fails_proves_nothing() -> None:
+    def fails() -> None:
+        raise Refused("no identity")
+
+    used = {"lemma-2": "lemma_2", "lemma-3-1": "lemma_3", "map-1": "map", "congruence": "congruence",
+            "recovery": "recovery", "upper-end-1": "sharp_ends", "lower-end-1": "sharp_ends"}  # fmt: skip
+    for name, proof in used.items():
+        kept = getattr(identities, f"require_{proof}")
+        setattr(identities, f"require_{proof}", fails)
+        try:
+            with pytest.raises(Refused, match="no identity"):
+                check(load(name))
+        finally:
+            setattr(identities, f"require_{proof}", kept)
