@@ -6,7 +6,7 @@ import pytest
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Name the group of each test, for `--dist=loadgroup`: fixtures of a module or of the session are then made once."""
+    """Name the group of each test for `--dist=loadgroup`, so that fixtures of a module or the session are made once."""
     for item in items:
         whole = "fresh_run" in getattr(item, "fixturenames", ())
         item.add_marker(pytest.mark.xdist_group("one full run" if whole else str(item.path)))

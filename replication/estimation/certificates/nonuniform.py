@@ -123,8 +123,9 @@ def worst_disturbance(stages: PeriodicSystem, angle: float) -> ComplexArray:
     if count == 1:
         return np.ones(1, dtype=complex)
     operator = scipy.sparse.linalg.LinearOperator((count, count), matvec=lambda v: adjoint(forward(v)), dtype=complex)
-    start = np.random.default_rng(0).standard_normal(count).astype(complex)
-    _, vectors = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=start)
+    rng = np.random.default_rng(0)
+    start = rng.standard_normal(count).astype(complex)
+    _, vectors = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=start, rng=rng)
     return np.asarray(vectors[:, 0])
 
 
