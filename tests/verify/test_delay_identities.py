@@ -65,6 +65,16 @@ def test_with_one_state_all_misprints_but_the_transposes_show() -> None:
             delay_identity.dissipation_identity(given)
 
 
+def test_the_polynomials_of_a_case_hold_every_power_once() -> None:
+    x = delay_identity.Case(1)
+    m, s, t = x.m, x.s, x.t
+    assert x.of_s("Q1") == m["Q10"] + m["Q11"] * s
+    assert x.e(2) == m["e"] + m["e21"] * s + m["e22"] * (s * s)
+    assert x.kernel("R12") == m["R1200"] + m["R1201"] * t + m["R1210"] * s + m["R1211"] * (s * t)
+    assert x.R(2, 1) == x.swapped(x.R(1, 2)).T
+    assert (delay_identity.STATES, delay_identity.DELAYS) == (2, (1, 2))
+
+
 def test_no_other_misprints_are_accepted() -> None:
     given = certificate("theorem-3-identity")
     for misprints in ([], ["none"]):
