@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import fcntl
+import os
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,13 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="session")
-def fresh_run(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Outcome]:
-    """The outcome of a run of all papers that reads nothing from an earlier one."""
-    yield run(papers.load(), cache=Cache(tmp_path_factory.mktemp("cache")), root=ROOT)
+def fresh_run(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+    """The outcome of a run of all papers that reads nothing from an earlier one.
+
+    Processes that share the tests share its cache: the first one computes, the others wait and read what it left.
+    """
+    own = tmp_path_factory.getbasetemp()
+    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    with (shared / "fresh-run.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        return run(papers.load(), cache=Cache(shared / "fresh-run"), root=ROOT)
