@@ -43,6 +43,17 @@ def test_site_loads_nothing_from_elsewhere(site: Path) -> None:
 
 
 @pytest.mark.slow
+def test_included_files_are_shown(site: Path) -> None:
+    page = html5lib.parse((site / "api.html").read_text(encoding="utf-8"), namespaceHTMLElements=False)
+    text = "".join(page.itertext())
+    for example in (ROOT / "docs" / "examples").glob("*.py"):
+        last = example.read_text(encoding="utf-8").strip().splitlines()[-1]
+        assert last in text, example.name
+    pages = (path.read_text(encoding="utf-8") for path in site.rglob("*.html"))
+    assert not [page for page in pages if "--8" in page]
+
+
+@pytest.mark.slow
 def test_formulas_of_the_site_are_mathml(site: Path) -> None:
     page = (site / "methods" / "multirate.html").read_text(encoding="utf-8")
     assert page.count("<math") > 5

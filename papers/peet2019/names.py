@@ -65,7 +65,6 @@ SIZES = f"{KEY}.sizes"
 ROOTS = f"{KEY}.roots"
 TAU = f"{KEY}.tau"
 READINGS = f"{KEY}.readings"
-OWN = ("own-1", "own-2", "own-3")
 EXAMPLE_NAMES = tuple(EXAMPLES)
 OFF_THE_PRINT = ("2", "3")
 """Examples whose gain of degree 1 no degree rule gives."""

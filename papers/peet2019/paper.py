@@ -204,8 +204,8 @@ def findings(results: Results) -> tuple[str, ...]:
     error = dict(zip(lumps["states"], lumps["relative"], strict=True))[int(data.LUMPED_STATES)]
     return (
         "The printed gains of degree 2 and 3 and of Padé are reproduced; those of degree 1 of Examples 2 and 3 "
-        f"are not, by any degree rule ({results[names.sos('2', 1)]['tensor']['gamma']:.4f} and "
-        f"{results[names.sos('3', 1)]['tensor']['gamma']:.4f}); of {len(READINGS)} readings of the rule "
+        f"are not, by any degree rule ({results[names.sos('2', 1)]['tensor']['gamma']:.5f} and "
+        f"{results[names.sos('3', 1)]['tensor']['gamma']:.5f}); of {len(READINGS)} readings of the rule "
         f"{sum(common_epsilon(results[names.READINGS], name) for name in READINGS)} give both with one ε.",
         f"As printed, Theorem 3 has two wrong signs; corrected, it holds to {identity['none']['largest']:.0e}.",
         f"Twenty lumped states give the norm of the closed loop of Example 2 with an error of {abs(error):.1%}.",
