@@ -70,7 +70,7 @@ def _finish(answer: Answer, root: Path) -> Made:
     if answer.text is not None:
         certificate = json.loads(answer.text)
         try:
-            check(certificate, root)
+            check(certificate, root, (paper, name))
             write_atomically(file_of(paper, name, root), to_json(certificate))
         except Refused as refusal:
             error = f"the verifier refuses it: {refusal}"

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import json
 import re
+import stat
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 from flint import fmpq, fmpq_mat, fmpz
@@ -22,7 +24,17 @@ MAX_DIGITS = 1_000
 MAX_INTEGER_DIGITS = 9
 MAX_ENTRIES = 40_000
 """Of one matrix or list."""
+NAME = re.compile(r"[A-Za-z0-9._-]{1,80}")
 RATIONAL = re.compile(r"(-?(?:0|[1-9][0-9]*))(?:/([1-9][0-9]*))?")
+
+
+def content(path: Path) -> bytes:
+    """The bytes of a regular file, no more of them than are needed to see that it is too large; raises OSError too."""
+    status = path.stat()
+    require(stat.S_ISREG(status.st_mode), "it is no regular file")
+    require(status.st_size <= MAX_BYTES, f"the file has {status.st_size} bytes, more than {MAX_BYTES}")
+    with path.open("rb") as file:
+        return file.read(MAX_BYTES + 1)
 
 
 def parse(content: bytes) -> Any:
@@ -43,7 +55,7 @@ def parse(content: bytes) -> Any:
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in pairs:
-        require(key not in found, f"the key {key!r} stands twice in one object")
+        require(key not in found, f"the key {_shown(key)} stands twice in one object")
         found[key] = value
     return found
 
@@ -63,7 +75,7 @@ def fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
     missing = [name for name in names if name not in value]
     require(not missing, f"{path} lacks the field {', '.join(missing)}")
     unknown = sorted(name for name in value if name not in names)
-    require(not unknown, f"{path} has the unknown field {', '.join(unknown)}")
+    require(not unknown, f"{path} has the unknown field {', '.join(map(_plain, unknown[:3]))}")
     return tuple(value[name] for name in names)
 
 
@@ -77,6 +89,16 @@ def text(value: Any, path: str) -> str:
     """A string."""
     require(isinstance(value, str), f"{path} must be a string, got {_shown(value)}")
     return str(value)
+
+
+def name_of(value: Any, path: str) -> str:
+    """A name, which can be printed and can name a file."""
+    name = text(value, path)
+    require(
+        NAME.fullmatch(name) is not None,
+        f"{path} must have 1 to 80 letters, digits, points, underscores and hyphens, got {_shown(name)}",
+    )
+    return name
 
 
 def integer(value: Any, path: str, least: int = 0) -> int:
@@ -148,6 +170,10 @@ def written(value: Any) -> Any:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [written(entry) for entry in value]
     return value
+
+
+def _plain(name: str) -> str:
+    return name if NAME.fullmatch(name) else _shown(name)
 
 
 def _shown(value: Any) -> str:

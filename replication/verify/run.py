@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +24,7 @@ from replication.verify import (
     nonuniform,
     nonuniform_theory,
 )
-from replication.verify.reading import fields, parse, rational, text
+from replication.verify.reading import content, fields, name_of, parse, rational, text
 from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
 from replication.verify.theorem import Refused, Theorem, require
 
@@ -49,18 +51,29 @@ FIELDS = ("format", "paper", "name", "claims", "statement", "plant", "parameters
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What came of one certificate: the theorem, or the reason why nothing is proved."""
+    """What came of one certificate: the theorem, or the reason why nothing is proved.
+
+    about: the paper whose plant and theorem it is about, or that the plant is somebody's own.
+    """
 
     path: Path
     theorem: Theorem | None
     reason: str = ""
+    about: str = ""
+
+    def line(self) -> str:
+        """What to print of it, on one line. Where the claim is false, the sentence says why it is."""
+        if self.theorem is None:
+            return f"NOT PROVED {self.path}: {self.reason}"
+        false = "" if self.theorem.holds is not False else " the claim does not hold:"
+        return f"proved {self.path}: {self.about}:{false} {self.theorem.sentence}"
 
 
 def verify(path: Path, root: Path = ROOT) -> Outcome:
     """Read and check one certificate file; never raises on account of what it holds."""
     try:
-        certificate = parse(path.read_bytes())
-        theorem = check(certificate, root)
+        certificate = parse(content(path))
+        theorem = check(certificate, root, wanted_at(path, root))
         if certificate["paper"] is not None:
             expected = Path(certificate["paper"]) / f"{certificate['name']}.json"
             require(path.resolve().parts[-2:] == expected.parts, f"the file should be {expected.as_posix()}")
@@ -70,18 +83,37 @@ def verify(path: Path, root: Path = ROOT) -> Outcome:
         return Outcome(path=path, theorem=None, reason=str(refusal))
     except Exception as failure:  # noqa: BLE001 - whatever ends a check, nothing is proved then, and the reason is told
         return Outcome(path=path, theorem=None, reason=f"the check ended in {type(failure).__name__}: {failure}")
-    return Outcome(path=path, theorem=theorem)
+    about = "own plant" if certificate["paper"] is None else certificate["paper"]
+    return Outcome(path=path, theorem=theorem, about=about)
 
 
-def check(certificate: Any, root: Path = ROOT) -> Theorem:
+def wanted_at(path: Path, root: Path) -> tuple[str, str] | None:
+    """The paper and the name of the theorem for which the file at `path` stands; None outside root/certificates."""
+    # A link to a file stands for a theorem by where it lies, wherever it leads; a link to a folder does by either.
+    located = path.parent.resolve() / path.name
+    for file, folder in ((path.absolute(), root.absolute()), (located, root.resolve())):
+        if file.is_relative_to(folder / "certificates"):
+            return file.parent.relative_to(folder / "certificates").as_posix(), file.stem
+    return None
+
+
+def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = None) -> Theorem:
     """The theorem that a certificate proves; raises Refused.
 
     A certificate of a paper must be about exactly what the paper's data and list of theorems say; one of a plant of
-    one's own has `paper` null and supports no claims.
+    one's own has `paper` null and supports no claims. place: the paper and the name that it must have, if any.
     """
     values = dict(zip(FIELDS, fields(certificate, "certificate", *FIELDS), strict=True))
     require(values["format"] == FORMAT, f"the format is {values['format']!r:.40}, not {FORMAT}")
-    name, statement = text(values["name"], "name"), text(values["statement"], "statement")
+    name, statement = name_of(values["name"], "name"), text(values["statement"], "statement")
+    if place is not None:
+        require(
+            same([values["paper"], name], list(place)),
+            f"where it lies there must be the theorem {place[1]!r:.90} of the paper {place[0]!r:.90}",
+        )
+    if isinstance(values["plant"], dict) and values["plant"].get("name", "") != "":
+        name_of(values["plant"]["name"], "plant.name")
+    stated = {side: rational(number, f"bound.{side}") for side, number in sides(values["bound"]).items()}
     if values["paper"] is None:
         require(values["claims"] == [], "a certificate that belongs to no paper supports no claims")
     else:
@@ -91,11 +123,9 @@ def check(certificate: Any, root: Path = ROOT) -> Theorem:
             require(same(values[field], wanted), f"{field} is not that of the wanted theorem {name}")
     require(statement in STATEMENTS, f"there is no statement {statement!r:.60}")
     theorem = STATEMENTS[statement](certificate)
-    for side, number in sides(values["bound"]).items():
+    for side, number in stated.items():
         proved = getattr(theorem, side)
-        require(
-            proved == rational(number, f"bound.{side}"), f"the {side} bound that is proved is {proved}, not {number}"
-        )
+        require(proved == number, f"the {side} bound that is proved is {proved}, not {number}")
     return theorem
 
 
@@ -128,11 +158,24 @@ def report(paths: Sequence[Path], root: Path = ROOT) -> int:
     for path in files if paths else committed(root):
         outcome = verify(path, root)
         outcomes.append(outcome)
-        proved = f"proved {path}: {outcome.theorem.sentence}" if outcome.theorem else ""
-        print(proved or f"NOT PROVED {path}: {outcome.reason}", flush=True)
+        _say(outcome.line())
     failed = sum(outcome.theorem is None for outcome in outcomes)
-    print(f"{len(outcomes) - failed} of {len(outcomes)} certificates proved")
+    _say(f"{len(outcomes) - failed} of {len(outcomes)} certificates proved")
     return 1 if failed or not outcomes else 0
+
+
+def _say(words: str) -> None:
+    try:
+        print(printable(words, sys.stdout.encoding or "ascii"), flush=True)
+    except BrokenPipeError:
+        # Whoever read the lines has gone: the rest goes nowhere, and the exit code still tells what came of it.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def printable(words: str, encoding: str) -> str:
+    """`words` on one line that the encoding can write: other characters are escaped, so that none forges a line."""
+    escaped = (c if c.isprintable() else c.encode("unicode_escape", "surrogatepass").decode() for c in words)
+    return "".join(escaped).encode(encoding, "backslashreplace").decode(encoding)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -14,7 +14,7 @@ from typing import Any
 
 from replication.verify.plants import PLANTS
 from replication.verify.printed import decimal
-from replication.verify.reading import fields, parse, sequence, text, written
+from replication.verify.reading import fields, name_of, parse, sequence, text, written
 from replication.verify.theorem import Refused, require
 
 FORMAT = "replication-certificate/1"
@@ -57,9 +57,9 @@ def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Un
         name, claims, statement, plant, parameters = fields(
             entry, where, "name", "claims", "statement", "plant", "parameters"
         )
-        require(name not in wanted, f"{where}: the name {name} stands twice")
+        require(name_of(name, where) not in wanted, f"{where}: the name {name} stands twice")
         require(isinstance(parameters, dict), f"{where}.parameters must be an object")
-        wanted[text(name, where)] = Wanted(
+        wanted[name] = Wanted(
             paper=paper,
             name=name,
             claims=tuple(sequence(claims, f"{where}.claims", text)),

@@ -1,6 +1,7 @@
 """From files to outcomes: what a certificate is about is compared with the papers, and every failure is counted."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -10,9 +11,11 @@ from typing import Any
 import pytest
 from flint import fmpq, fmpq_mat
 
+from replication.audit.proving import prove
 from replication.verify.plants import PLANTS
 from replication.verify.printed import above, below, decimal, half_unit, printed_matrix, printed_poles
-from replication.verify.run import check, committed, report, same, verify
+from replication.verify.reading import MAX_BYTES
+from replication.verify.run import check, committed, printable, report, same, verify
 from replication.verify.subjects import literals, papers, plant, subject, theorems
 from replication.verify.theorem import Refused
 
@@ -46,6 +49,13 @@ def test_a_missing_and_a_broken_file_are_outcomes(tmp_path: Path) -> None:
     [
         ({"format": "replication-certificate/2"}, "the format is 'replication-certificate/2'"),
         ({"name": "gains-3"}, "wants no theorem named gains-3"),
+        ({"name": "gains\nproved x"}, "name must have 1 to 80 letters, .* got 'gains.nproved x'"),
+        ({"name": ""}, "name must have 1 to 80 letters"),
+        ({"name": "x" * 81}, "name must have 1 to 80 letters"),
+        ({"plant": {"name": "a\nproved b"}}, "plant.name must have 1 to 80 letters"),
+        ({"plant": {"name": 0}}, "plant.name must be a string"),
+        ({"bound": {"lower": [1]}}, "bound.lower must be a rational as a string"),
+        ({"x\nproved y": 1}, r"certificate has the unknown field 'x.nproved y'"),
         ({"paper": "okajima"}, "there is no paper 'okajima' that lists theorems"),
         ({"paper": "../papers/okajima2023"}, "there is no paper '../papers/okajima2023' that lists theorems"),
         ({"paper": 3}, "paper must be a string"),
@@ -53,7 +63,7 @@ def test_a_missing_and_a_broken_file_are_outcomes(tmp_path: Path) -> None:
         ({"paper": None, "claims": [], "statement": "multirate.best"}, "there is no statement 'multirate.best'"),
         ({"extra": 1}, "certificate has the unknown field extra"),
         ({"bound": {"lower": "1"}}, "bound lacks the field upper"),
-        ({"bound": {"lower": "1", "upper": "2", "middle": "1"}}, "bound has the unknown field middle"),
+        ({"bound": {"lower": "1", "upper": "2", "middle": "1"}}, "bound must hold lower, upper, or nothing"),
     ],
 )
 def test_the_frame_of_a_certificate_is_checked(change: dict[str, Any], reason: str) -> None:
@@ -71,7 +81,7 @@ def test_a_stated_side_must_be_the_proved_one() -> None:
 
 def test_a_check_that_breaks_down_proves_nothing(tmp_path: Path) -> None:
     certificate = json.loads((FOLDER / "rows.json").read_bytes())
-    odd = {**certificate, "paper": None, "claims": [], "plant": {"name": "without any matrix"}}
+    odd = {**certificate, "paper": None, "claims": [], "plant": {"name": "without-any-matrix"}}
     (tmp_path / "odd.json").write_text(json.dumps(odd), encoding="utf-8")
     assert verify(tmp_path / "odd.json").reason == "the check ended in KeyError: 'A'"
 
@@ -94,9 +104,86 @@ def test_all_that_is_wanted_must_be_there(tmp_path: Path, capsys: pytest.Capture
     lines = capsys.readouterr().out.splitlines()
     assert [line.split(": ")[1] for line in lines if line.startswith("NOT PROVED")] == [
         "the file cannot be read",
-        "the file should be okajima2023/rows.json",
+        "where it lies there must be the theorem 'odd' of the paper '.'",
     ]
     assert lines[-1] == f"{len(lines) - 3} of {len(lines) - 1} certificates proved"
+
+
+OWN = {"paper": None, "claims": []}
+
+
+def test_a_certificate_of_ones_own_never_stands_for_a_theorem_of_a_paper(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "papers" / "okajima2023", tmp_path / "papers" / "okajima2023")
+    place = tmp_path / "certificates" / "okajima2023" / "rows.json"
+    place.parent.mkdir(parents=True)
+    shutil.copy(FOLDER / "rows.json", place)
+    assert prove("certificates/okajima2023/rows.json", str(tmp_path), {})["sentence"]
+    foreign = json.dumps({**json.loads(place.read_bytes()), **OWN})
+    outside = tmp_path / "rows.json"
+    outside.write_text(foreign, encoding="utf-8")
+    assert verify(outside, tmp_path).theorem is not None
+    place.write_text(foreign, encoding="utf-8")
+    reason = "where it lies there must be the theorem 'rows' of the paper 'okajima2023'"
+    assert prove("certificates/okajima2023/rows.json", str(tmp_path), {})["reason"] == reason
+    place.unlink()
+    place.symlink_to(outside)
+    assert verify(place, tmp_path).reason == reason
+    place.unlink()
+    place.parent.rmdir()
+    (tmp_path / "folder").mkdir()
+    outside.rename(tmp_path / "folder" / "rows.json")
+    place.parent.symlink_to(tmp_path / "folder")
+    assert verify(place, tmp_path).reason == reason
+    place.parent.unlink()
+    (tmp_path / "folder").rename(place.parent)
+    alias = tmp_path / "alias"
+    alias.symlink_to(tmp_path)
+    assert verify(alias / "certificates" / "okajima2023" / "rows.json", tmp_path).reason == reason
+    with pytest.raises(Refused, match=reason):
+        check(json.loads(foreign), tmp_path, ("okajima2023", "rows"))
+
+
+def test_each_line_says_whose_plant_it_is_about(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    schedule = {"statement": "multirate.dual-rate", "parameters": {"periods": [2, 3], "offsets": [0, 0]}}
+    certificate = {**json.loads((FOLDER / "dual-rate.json").read_bytes()), **schedule, **OWN}
+    (tmp_path / "dual-rate.json").write_text(json.dumps(certificate), encoding="utf-8")
+    assert report([FOLDER / "dual-rate.json", tmp_path]) == 0
+    paper, own, _ = capsys.readouterr().out.splitlines()
+    assert ".json: okajima2023: All sensors" in paper
+    assert ".json: own plant: the claim does not hold: It is not so that all sensors" in own
+
+
+def test_no_character_of_a_certificate_forges_a_line_or_stops_the_report(tmp_path: Path) -> None:
+    assert printable("a\nb\x1b\ud800\u2028é", "ascii") == r"a\nb\x1b\ud800\u2028\xe9"
+    (tmp_path / "odd\nproved é.json").write_text('{"\\ud800": 1}', encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, str(ROOT / "verify.py"), str(tmp_path)],
+        env={"PYTHONIOENCODING": "ascii", "LC_ALL": "C"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr, len(done.stdout.splitlines())) == (1, "", 2)
+    assert "NOT PROVED" in done.stdout
+
+
+def test_a_reader_that_leaves_is_no_error() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, str(ROOT / "verify.py"), str(FOLDER / "rows.json")]
+    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_only_regular_files_of_limited_size_are_read(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.json")
+    assert verify(tmp_path / "pipe.json").reason == "it is no regular file"
+    assert verify(Path("/dev/zero")).reason == "it is no regular file"
+    assert verify(tmp_path).reason == "it is no regular file"
+    with (tmp_path / "large.json").open("wb") as file:
+        file.truncate(MAX_BYTES + 1)
+    assert verify(tmp_path / "large.json").reason == f"the file has {MAX_BYTES + 1} bytes, more than {MAX_BYTES}"
 
 
 def test_nothing_to_verify_is_no_success(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -48,7 +48,8 @@ def dual_rate(certificate: Certificate) -> Theorem:
     """Whether all sensors measure at instant 0 and none at any other of the period."""
     measured, sensors = _schedule(certificate)
     holds = measured == [list(range(sensors)), *([] for _ in measured[1:])]
-    return Theorem(sentence=f"All sensors measure at instant 0 of {len(measured)}, and none at any other.", holds=holds)
+    words = f"ll sensors measure at instant 0 of {len(measured)}, and none at any other."
+    return Theorem(sentence=f"A{words}" if holds else f"It is not so that a{words}", holds=holds)
 
 
 def variables(certificate: Certificate) -> Theorem:
