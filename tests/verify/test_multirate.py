@@ -21,6 +21,7 @@ from replication.verify.multirate.bounds import (
     unseen_for_long,
     unseen_forever,
 )
+from replication.verify.multirate.identities import _theorem as stated_identity
 from replication.verify.multirate.levels import bracket, require_lower
 from replication.verify.multirate.sensing import Sensing, schedule, select
 from replication.verify.multirate.symbolic import Symbols
@@ -128,7 +129,7 @@ REFUSED = [
     ("gains-33", put("1/1000000000", "parameters", "relative"), "not within the relative width"),
     ("gains-33", put([0, 7], "parameters", "sensors"), "names a sensor that is not there"),
     ("gains-33", put([0, 2], "parameters", "sensors"), "names a sensor that is not there"),
-    ("gains-33", put([997, 991], "parameters", "periods"), "repeats every 988027 instants"),
+    ("gains-33", put([997, 991], "parameters", "periods"), "repeats after more than 1000 instants"),
     ("gains-33", put([0, 3], "parameters", "periods"), "must be at least 1, got 0"),
     ("optimum-2-3", both(LESS), "the matrix .30. of Theorem 2 at phase 0 is not positive definite"),
     ("optimum-2-3", both(MORE), HIDDEN),
@@ -316,8 +317,15 @@ def test_schedules() -> None:
     assert schedule({"periods": [3, 3], "offsets": [0, 2]}) == [[0], [], [1]]
     assert schedule({"periods": [1], "offsets": [5]}) == [[0]]
     assert len(schedule({"periods": [1000], "offsets": [0]})) == 1000
-    with pytest.raises(Refused, match="repeats every 1001 instants, more than 1000"):
+    with pytest.raises(Refused, match="repeats after more than 1000 instants"):
         schedule({"periods": [1001], "offsets": [0]})
+    assert len(schedule({"periods": [1000, *[1] * 39], "offsets": [0] * 40})) == 1000
+    with pytest.raises(Refused, match="1000 instants x 41 sensors, more than 40000"):
+        schedule({"periods": [1000, *[1] * 40], "offsets": [0] * 41})
+    with pytest.raises(Refused, match="names no sensor"):
+        schedule({"periods": [], "offsets": []})
+    with pytest.raises(Refused, match="repeats after more than 1000 instants"):
+        schedule({"periods": list(range(10**8, 10**8 + 2000)), "offsets": [0] * 2000})
 
 
 def computed(statement: str, parameters: dict[str, Any], plant: dict[str, Any] | None = None) -> Any:
@@ -347,7 +355,12 @@ def test_counts() -> None:
     assert computed("idle-instants", {"periods": [2], "offsets": [1]}).upper == 1
     assert computed("idle-instants", times(1, 2)).lower == 0
     assert computed("dual-rate", times(2, 2)).holds
-    assert not computed("dual-rate", times(2, 4)).holds
+    assert computed("dual-rate", times(2, 2)).sentence.startswith("All sensors")
+    assert computed("dual-rate", times(2, 4)).sentence.startswith("It is not so that all sensors")
+    assert computed("dual-rate", times(2, 4)).holds is False
+    for counting in ("dual-rate", "idle-instants", "common-period", "selection"):
+        with pytest.raises(Refused, match="names no sensor"):
+            computed(counting, times())
     assert not computed("dual-rate", {"periods": [2, 2], "offsets": [0, 1]}).holds
     assert not computed("dual-rate", {"periods": [2], "offsets": [1]}).holds
     plant = {"name": "", "A": [["0", "1"], ["0", "0"]], "B_d": [["1", "0", "0"]] * 2, "D": [["1"]], "C": [["1", "0"]]}
@@ -441,8 +454,10 @@ def test_error_poles_are_matched_by_size() -> None:
 
 def test_zero_columns_of_gains() -> None:
     plant = {"name": "", "A": [["1"]], "L": [[["1", "2"]], [["3", "0"]]]}
+    assert computed("unmeasured", times(1, 2), plant).sentence.startswith("The gains are zero in all 1 columns")
     assert computed("unmeasured", times(1, 2), plant).holds
-    assert not computed("unmeasured", times(2, 1), plant).holds
+    wrong = computed("unmeasured", times(2, 1), plant)
+    assert wrong.holds is False and wrong.sentence.startswith("The gains are not zero in 1 of the 1 columns")
     # Both columns are not measured at the second phase, and only one of them is zero.
     assert not computed("unmeasured", times(2, 2), plant).holds
 
@@ -450,9 +465,11 @@ def test_zero_columns_of_gains() -> None:
 def test_the_order_of_the_product_matters_unless_the_factors_commute() -> None:
     plant = {"name": "", "A": [["1", "1"], ["0", "1"]], "C": [["1", "0"], ["0", "1"]]}
     gains = [[["1", "2"], ["0", "1"]], [["0", "1"], ["1", "0"]], [["2", "0"], ["1", "1"]]]
-    assert computed("product", {"periods": [1, 1], "offsets": [0, 0]}, {**plant, "L": gains[:1]}).holds is False
-    three = {"periods": [1, 3], "offsets": [0, 1]}
-    assert computed("product", three, {**plant, "L": gains}).holds
+    commuting = computed("product", {"periods": [1, 1], "offsets": [0, 0]}, {**plant, "L": gains[:1]})
+    assert commuting.holds is False and commuting.sentence.endswith("in the other order it has the same one.")
+    theorem = computed("product", {"periods": [1, 3], "offsets": [0, 1]}, {**plant, "L": gains})
+    assert theorem.holds and theorem.sentence.endswith("in the other order it has another one.")
+    assert "has the same characteristic polynomial" in theorem.sentence
 
 
 SIZES = {"states": 2, "sensors": 1, "disturbances": 2, "inputs": 1}
@@ -460,6 +477,21 @@ SIZES = {"states": 2, "sensors": 1, "disturbances": 2, "inputs": 1}
 
 @pytest.mark.parametrize("identity_", ["error-system", "dissipation", "schur"])
 def test_identities_hold_at_other_sizes(identity_: str) -> None:
-    assert computed(identity_, SIZES).holds
+    assert computed(identity_, SIZES).holds is True
+    with pytest.raises(Refused, match="the largest size is 7, more than 6"):
+        computed(identity_, {**SIZES, "inputs": 7})
     with pytest.raises(Refused, match="sensors must be at least 1"):
         computed(identity_, {**SIZES, "sensors": 0})
+    assert computed(identity_, {**SIZES, "inputs": 6}).holds
+
+
+def test_a_failing_identity_proves_nothing() -> None:
+    with pytest.raises(Refused, match="this is no identity: one is two"):
+        stated_identity("one is two", {"parameters": SIZES, "bound": {}, "witness": {}}, False)
+
+
+def test_levels_say_for_which_schedule_they_are() -> None:
+    for name in ("gains-33", "optimum-2-3"):
+        words = "For this plant and the periods [2, 3], offsets [0, 0] of the sensors [0, 1], "
+        assert check(load(name)).sentence.startswith(words)
+    assert check(load("optimum-case-a")).sentence.startswith("For this plant and the periods ")

@@ -29,9 +29,8 @@ def selection(certificate: Certificate) -> Theorem:
 def common_period(certificate: Certificate) -> Theorem:
     """The number of instants after which the schedule repeats, and no smaller one."""
     measured, _ = _schedule(certificate)
-    # A cyclic list has as many different rotations as it has entries until it repeats.
-    rotations = {str(measured[k:] + measured[:k]) for k in range(len(measured))}
-    return _count(len(rotations), "The schedule repeats after {} instants.")
+    repeats = (k for k in range(1, len(measured) + 1) if measured[k:] + measured[:k] == measured)
+    return _count(next(repeats), "The schedule repeats after {} instants.")
 
 
 def idle_instants(certificate: Certificate) -> Theorem:
@@ -56,10 +55,8 @@ def variables(certificate: Certificate) -> Theorem:
     """The unknowns of Theorem 2: entries of the symmetric P_k and of Y_k at every phase, and the level."""
     measured, sensors = _schedule(certificate)
     n = matrix(certificate["plant"]["A"], "plant.A").nrows()
-    phases = range(len(measured))
-    unknowns = {("P", k, i, j) for k in phases for i in range(n) for j in range(i + 1)}
-    unknowns |= {("Y", k, i, j) for k in phases for i in range(n) for j in range(sensors)}
-    return _count(len(unknowns) + 1, "Theorem 2 has {} unknown numbers.")
+    at_each_phase = sum(range(n + 1)) + n * sensors
+    return _count(len(measured) * at_each_phase + 1, "Theorem 2 has {} unknown numbers.")
 
 
 def rows(certificate: Certificate) -> Theorem:
@@ -73,10 +70,11 @@ def unmeasured(certificate: Certificate) -> Theorem:
     measured, sensors = _schedule(certificate)
     L = _gains(certificate, sensors, len(measured))
     others = [(k, i) for k, rows in enumerate(measured) for i in range(sensors) if i not in rows]
-    holds = all(entry == 0 for k, i in others for entry in take_rows(L[k].transpose(), [i]).entries())
+    wrong = [(k, i) for k, i in others if any(entry != 0 for entry in take_rows(L[k].transpose(), [i]).entries())]
+    words = f"not zero in {len(wrong)} of the" if wrong else "zero in all"
     return Theorem(
-        sentence=f"The gains are zero in all {len(others)} columns of sensors that are not measured at that phase.",
-        holds=holds,
+        sentence=f"The gains are {words} {len(others)} columns of sensors that are not measured at that phase.",
+        holds=not wrong,
     )
 
 
@@ -98,9 +96,11 @@ def product(certificate: Certificate) -> Theorem:
     first, *others = without_noise(A, C, measured).error_system(_gains(certificate, sensors, len(measured)))
     orders = ([first, *others], [*others, first], [*reversed(others), first])
     poles, shifted, reverse = (monodromy(order).charpoly() for order in orders)
+    words = {True: "the same", False: "another"}
     return Theorem(
-        sentence="A_e as a product over one period, later factors to the left, has the same characteristic polynomial "
-        "from instant 1 as from instant 0; with the factors in the other order it has another one.",
+        sentence=f"A_e as a product over one period, later factors to the left, has {words[poles == shifted]} "
+        "characteristic polynomial from instant 1 as from instant 0; with the factors in the other order it has "
+        f"{words[poles == reverse]} one.",
         holds=poles == shifted and poles != reverse,
     )
 

@@ -7,9 +7,12 @@ from typing import Any
 
 from replication.verify.multirate.symbolic import Symbolic, Symbols, blocks, minus, plus, times, transposed, width
 from replication.verify.reading import fields, integer
-from replication.verify.theorem import Theorem
+from replication.verify.theorem import Theorem, require
 
 Certificate = Mapping[str, Any]
+
+LARGEST_SIZE = 6
+"""Of a vector, and so of a matrix: the polynomials grow with its fourth power."""
 
 
 def error_system(certificate: Certificate) -> Theorem:
@@ -116,12 +119,16 @@ def _sizes(certificate: Certificate) -> tuple[int, ...]:
     fields(certificate["bound"], "bound")
     names = ("states", "sensors", "disturbances", "inputs")
     given = fields(certificate["parameters"], "parameters", *names)
-    return tuple(integer(value, f"parameters.{name}", 1) for name, value in zip(names, given, strict=True))
+    sizes = tuple(integer(value, f"parameters.{name}", 1) for name, value in zip(names, given, strict=True))
+    require(max(sizes) <= LARGEST_SIZE, f"parameters: the largest size is {max(sizes)}, more than {LARGEST_SIZE}")
+    return sizes
 
 
 def _theorem(sentence: str, certificate: Certificate, holds: bool) -> Theorem:
+    """The theorem that an identity holds; refused if it does not, as nothing is proved of the paper then."""
     n, q, m, _ = _sizes(certificate)
-    return Theorem(sentence=f"{sentence} ({n} states, {q} sensors, {m} disturbances).", holds=holds)
+    require(holds, f"this is no identity: {sentence}")
+    return Theorem(sentence=f"{sentence} ({n} states, {q} sensors, {m} disturbances).", holds=True)
 
 
 STATEMENTS: Mapping[str, Callable[[Certificate], Theorem]] = {

@@ -9,7 +9,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.linear import block, identity, require_positive_definite, zeros
 from replication.verify.multirate.bounds import attained, require_theorem_1, unseen_for_long, unseen_forever
-from replication.verify.multirate.sensing import Sensing, of_certificate
+from replication.verify.multirate.sensing import Sensing, of_certificate, schedule_in_words
 from replication.verify.printed import above, below
 from replication.verify.reading import fields, integer, matrices, matrix, positive, sequence, symmetric
 from replication.verify.theorem import Theorem, require
@@ -30,8 +30,8 @@ def gain(certificate: Certificate) -> Theorem:
     disturbance = matrices(v, "witness.v", system.noises, R.nrows(), count)
     require_lower(lower, attained(steps, system.W, R, disturbance))
     return Theorem(
-        sentence=f"The error system of the given gains is stable, with an l2 gain between {below(lower)} and "
-        f"{above(upper)}; the upper bound is one of Theorem 1.",
+        sentence=f"{schedule_in_words(certificate)}, the error system of the given gains is stable, with an l2 gain "
+        f"between {below(lower)} and {above(upper)}; the upper bound is one of Theorem 1.",
         lower=lower,
         upper=upper,
         holds=True,
@@ -48,8 +48,8 @@ def optimum_noncausal(certificate: Certificate) -> Theorem:
     disturbance = matrices(d, "witness.d", system.B_d.ncols(), R.nrows(), len(system.C))
     require_lower(lower, unseen_forever(system, R, disturbance))
     return Theorem(
-        sentence=f"By Theorem 2 some observer has a gain of at most {above(upper)}; no estimator, not even a smoother, "
-        f"has one below {below(lower)}.",
+        sentence=f"{schedule_in_words(certificate)}, by Theorem 2 some observer has a gain of at most {above(upper)}; "
+        f"no estimator, not even a smoother, has one below {below(lower)}.",
         lower=lower,
         upper=upper,
         holds=True,
@@ -65,8 +65,8 @@ def optimum_causal(certificate: Certificate) -> Theorem:
     disturbance = matrices(d, "witness.d", system.B_d.ncols(), 1)
     require_lower(lower, unseen_for_long(system, integer(start, "witness.start"), disturbance))
     return Theorem(
-        sentence=f"By Theorem 2 some observer has a gain of at most {above(upper)}; no observer has one below "
-        f"{below(lower)}.",
+        sentence=f"{schedule_in_words(certificate)}, by Theorem 2 some observer has a gain of at most {above(upper)}; "
+        f"no observer has one below {below(lower)}.",
         lower=lower,
         upper=upper,
         holds=True,

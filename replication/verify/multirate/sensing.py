@@ -14,11 +14,12 @@ from typing import Any
 from flint import fmpq_mat
 
 from replication.verify.linear import block, take_rows, zeros
-from replication.verify.reading import fields, integer, matrix, sequence
+from replication.verify.reading import MAX_ENTRIES, fields, integer, matrix, sequence
 from replication.verify.theorem import require
 
 PLANT = ("A", "B_d", "C", "D", "W")
 LONGEST_PERIOD = 1000
+Certificate = Mapping[str, Any]
 Schedule = list[list[int]]
 """The sensors that are measured at each phase."""
 
@@ -82,13 +83,27 @@ def schedule(parameters: Mapping[str, Any]) -> Schedule:
     """Which of the sensors have (k - offset) mod period == 0, by their place in the list, at each phase k."""
     periods = sequence(parameters["periods"], "parameters.periods", lambda N, path: integer(N, path, 1))
     offsets = sequence(parameters["offsets"], "parameters.offsets", integer, len(periods))
-    common = lcm(*periods)
-    require(common <= LONGEST_PERIOD, f"the schedule repeats every {common} instants, more than {LONGEST_PERIOD}")
+    require(len(periods) > 0, "parameters.periods names no sensor, and nothing is ever measured")
+    common = 1
+    for N in periods:
+        common = lcm(common, N)
+        require(common <= LONGEST_PERIOD, f"the schedule repeats after more than {LONGEST_PERIOD} instants")
+    require(
+        common * len(periods) <= MAX_ENTRIES,
+        f"the schedule has {common} instants x {len(periods)} sensors, more than {MAX_ENTRIES}",
+    )
     entries = list(zip(periods, offsets, strict=True))
     return [[i for i, (N, theta) in enumerate(entries) if (k - theta) % N == 0] for k in range(common)]
 
 
-def of_certificate(certificate: Mapping[str, Any], *extra: str) -> tuple[Sensing, Any]:
+def schedule_in_words(certificate: Certificate) -> str:
+    """For which plant and schedule a theorem is one, as a sentence begins: what is proved for one is not for others."""
+    parameters = certificate["parameters"]
+    chosen = f" of the sensors {parameters['sensors']}" if "sensors" in parameters else ""
+    return f"For this plant and the periods {parameters['periods']}, offsets {parameters['offsets']}{chosen}"
+
+
+def of_certificate(certificate: Certificate, *extra: str) -> tuple[Sensing, Any]:
     """The plant of a certificate seen by the sensors of its schedule, and the relative width that is wanted.
 
     extra: names of what the plant object holds besides its matrices.
