@@ -90,19 +90,22 @@ def _characteristic(plant: DelayPlant, point: fmpq) -> arb:
 
 
 def not_unstable(certificate: Mapping[str, Any]) -> Theorem:
-    """delay.not-unstable: Example 4 has no root in the open right half-plane, for these eigenvalues of J.
+    """delay.not-unstable: Example 4 has no root in the open right half-plane, if J has no other eigenvalues than these.
 
-    Its roots are those of s + (a/K) sum exp(-s i/K), i = 1..K, with a the eigenvalue. If a = 0 that is s = 0. If
+    Its roots are those of s + (a/K) sum exp(-s i/K), i = 1..K, for each eigenvalue a of J (in a basis in which J is
+    triangular, det M is the product of these). If a = 0 that is s = 0. If
     0 < a <= 1, a root with Re s >= 0 has |s| <= 1, so that |Im s| i/K <= 1 < pi/2 and the real part is positive.
     """
     (eigenvalues,) = fields(certificate["parameters"], "parameters", "eigenvalues")
     fields(certificate["bound"], "bound")
     fields(certificate["witness"], "witness")
-    for i, value in enumerate(sequence(eigenvalues, "parameters.eigenvalues", rational)):
+    read = sequence(eigenvalues, "parameters.eigenvalues", rational)
+    require(bool(read), "parameters.eigenvalues is empty")
+    for i, value in enumerate(read):
         require(0 <= value <= 1, f"eigenvalue {i} is not between 0 and 1")
     return Theorem(
-        sentence="Example 4 has no characteristic root with positive real part, for any number of states and delays, "
-        f"if J has an eigenvalue among {', '.join(eigenvalues)}.",
+        sentence="Example 4 is not unstable: it has no characteristic root with positive real part, for any number of "
+        f"states and delays, if all eigenvalues of J are among {', '.join(eigenvalues)}.",
         holds=False,
     )
 

@@ -18,6 +18,7 @@ from replication.verify.printed import above, below
 from replication.verify.reading import fields, integer, matrix, positive, rational, symmetric
 from replication.verify.theorem import Theorem, require
 
+LARGEST_ORDER = 50
 Section = tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq]
 """a, b, c, d of x' = a x + b u, out = c x + d u."""
 
@@ -83,7 +84,9 @@ def pade_lower(certificate: Mapping[str, Any]) -> Theorem:
 
 def _order(certificate: Mapping[str, Any]) -> int:
     (value,) = fields(certificate["parameters"], "parameters", "order")
-    return integer(value, "parameters.order", 1)
+    order = integer(value, "parameters.order", 1)
+    require(order <= LARGEST_ORDER, f"parameters.order must be at most {LARGEST_ORDER}, got {order}")
+    return order
 
 
 def _section(value: Any, order: int) -> Section:

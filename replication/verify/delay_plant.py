@@ -39,7 +39,8 @@ def read_plant(value: Mapping[str, Any]) -> DelayPlant:
     """The system in a certificate; refuses shapes that do not fit and delays that do not increase."""
     _, a0, a, delays, b, c10, c1, c2 = fields(value, "plant", "name", "A0", "A", "delays", "B", "C10", "C1", "C2")
     times = sequence(delays, "plant.delays", positive)
-    require(bool(times) and all(early < late for early, late in pairwise(times)), "plant.delays must increase")
+    require(bool(times), "plant.delays is empty")
+    require(all(early < late for early, late in pairwise(times)), "plant.delays must increase")
     now = matrix(a0, "plant.A0")
     n = now.nrows()
     require(now.ncols() == n, "plant.A0 must be square")

@@ -38,22 +38,23 @@ def require_error_equations() -> None:
 def require_sampled_observer() -> None:
     """(7) solves (3): the Taylor coefficients in t of both, which determine them.
 
-    By (3), (k + 1) z_{k+1} = Â z_k, and Â z_0 + B u + L ȳ for k = 0. By (7), z_k = F_k ζ + G_k u + H_k ȳ with the
-    coefficients of F, G, H. Both multiply by Â/(k + 1) for k ≥ 1, so k = 0 and k = 1 settle all.
+    By (3), (k + 1) z_{k+1} = Â z_k, and Â z_0 + B u + L ȳ for k = 0. By (7), z_k = F_k ζ + G_k u + H_k ȳ with F_k =
+    Â^k/k! of e^{Ât}, and G_k = F_{k−1} B/k, H_k = F_{k−1} L/k of its integral times B and L. Both multiply by
+    Â/(k + 1) for k ≥ 1, so k = 1 and k = 2 settle all.
     """
     n = STATES
     s = symbols(A=(n, n), B=(n, 1), L=(n, 1), zeta=(n, 1), u=(1, 1), y=(1, 1))
     A, B, L = s["A"], s["B"], s["L"]
     pushed = add(product(B, s["u"]), product(L, s["y"]))
-    first = add(product(A, s["zeta"]), pushed)
-    second = scale(fmpq(1, 2), product(A, first))
-    sampled_first = add(product(A, s["zeta"]), product(B, s["u"]), product(L, s["y"]))
-    half = fmpq(1, 2)
-    sampled_second = add(
-        scale(half, product(A, A, s["zeta"])), scale(half, product(A, B, s["u"])), scale(half, product(A, L, s["y"]))
-    )
-    require_equal(first, sampled_first, "(3) = (7) in the first power of t")
-    require_equal(second, sampled_second, "(3) = (7) in the second power of t")
+    solution, rate = s["zeta"], pushed
+    F = [[entry * 0 + int(i == j) for j, entry in enumerate(row)] for i, row in enumerate(A)]
+    for k, power in ((1, "first"), (2, "second")):
+        solution = scale(fmpq(1, k), add(product(A, solution), rate))
+        rate = scale(0, pushed)
+        previous, F = F, scale(fmpq(1, k), product(A, F))
+        G, H = (scale(fmpq(1, k), product(previous, column)) for column in (B, L))
+        sampled = add(product(F, s["zeta"]), product(G, s["u"]), product(H, s["y"]))
+        require_equal(solution, sampled, f"(3) = (7) in the {power} power of t")
 
 
 def require_rates() -> None:

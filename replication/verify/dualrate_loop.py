@@ -12,6 +12,7 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, ctx, fmpq, fmpq_mat
 
+from replication.verify.linear import require_order
 from replication.verify.reading import fields, matrix, positive, text
 from replication.verify.theorem import Theorem, require
 
@@ -68,6 +69,7 @@ def read_loop(plant: Any) -> Loop:
     A = matrix(A, "plant.A")
     n = A.nrows()
     require(A.ncols() == n, f"plant.A must be square, got {n} x {A.ncols()}")
+    require_order(n, "plant.A")
     ratio = positive(M, "plant.M")
     require(ratio.q == 1 and ratio <= LARGEST_RATIO, f"plant.M must be whole and at most {LARGEST_RATIO}, got {ratio}")
     return Loop(

@@ -14,6 +14,8 @@ from replication.verify.printed import below
 from replication.verify.reading import fields, integer, matrix, positive, require_empty, sequence, text
 from replication.verify.theorem import Theorem, require
 
+LARGEST_ORDER = 20
+"""Of a derivative in the feedforward."""
 PARAMETERS = ("R", "Psi", "Lq", "p", "Bw", "J", "KT")
 
 
@@ -72,6 +74,7 @@ def feedforward(certificate: Mapping[str, Any]) -> Theorem:
     (given,) = fields(certificate["parameters"], "parameters", "orders")
     require_empty(certificate, "bound", "witness")
     orders = sequence(given, "parameters.orders", integer, 3)
+    require(max(orders) <= LARGEST_ORDER, f"parameters.orders must be at most {LARGEST_ORDER}, got {max(orders)}")
     loop = read_loop(certificate["plant"])
     require_position_form(loop)
     factors = (fmpq(1), -loop.A[2, 1], -loop.A[2, 2])

@@ -71,7 +71,10 @@ def estimates_ordered(certificate: Mapping[str, Any]) -> Theorem:
 
 
 def as_fast(certificate: Mapping[str, Any]) -> Theorem:
-    """That one loop decays as fast as another is false: an eigenvalue lies outside a circle that holds the others."""
+    """That one loop decays as fast as another is false: an eigenvalue lies outside a circle that holds the others.
+
+    This compares asymptotic rates, those of almost every start; a given start need not excite the eigenvalue.
+    """
     chosen, other = fields(certificate["parameters"], "parameters", "observer", "than")
     guess, size = fields(certificate["witness"], "witness", "root", "radius")
     require_empty(certificate, "bound")
@@ -80,8 +83,8 @@ def as_fast(certificate: Mapping[str, Any]) -> Theorem:
     require_eigenvalue_beyond(loop, observer, guess, radius)
     require_roots_within(monodromy(loop, than).charpoly(), radius, "the eigenvalues of the other loop")
     return Theorem(
-        sentence=f"Over one slow period {NAMES[observer]} has a spectral radius of at least {below(radius)}, "
-        f"{NAMES[than]} one below that: its transient decays faster.",
+        sentence=f"In its asymptotic rate {NAMES[observer]} does not decay as fast as {NAMES[than]}: its spectral "
+        f"radius over one slow period is at least {below(radius)}, the other one is below that.",
         holds=False,
     )
 

@@ -8,6 +8,14 @@ from flint import fmpq, fmpq_mat, fmpq_poly, fmpz_mat
 
 from replication.verify.theorem import require
 
+LARGEST_ORDER = 50
+"""Most states of a plant or a filter whose characteristic polynomial is taken."""
+
+
+def require_order(states: int, what: str) -> None:
+    """Refuse a matrix of more than `LARGEST_ORDER` states: exact determinants would take too long."""
+    require(states <= LARGEST_ORDER, f"{what} has {states} states, more than {LARGEST_ORDER}")
+
 
 def zeros(rows: int, columns: int) -> fmpq_mat:
     """The zero matrix."""
@@ -81,7 +89,10 @@ def is_schur(polynomial: fmpq_poly) -> bool:
         if abs(first) >= abs(last):
             return False
         reversed_ = coefficients[::-1]
-        coefficients = [last * a - first * b for a, b in zip(coefficients[1:], reversed_[1:], strict=True)]
+        # Divided by the leading one, or the digits of the coefficients would double each time.
+        leading = last * last - first * first
+        pairs = zip(coefficients[1:], reversed_[1:], strict=True)
+        coefficients = [(last * a - first * b) / leading for a, b in pairs]
     return True
 
 

@@ -17,6 +17,7 @@ from replication.verify.nonuniform_system import (
     read_filter,
     read_plant,
     require_stable,
+    seconds,
 )
 from replication.verify.printed import above, below
 from replication.verify.reading import fields, positive, rational, require_empty, sequence, text
@@ -100,11 +101,12 @@ def no_filter_keeps_level(certificate: Certificate) -> Theorem:
 
 def stable(certificate: Certificate) -> Theorem:
     """The error system is asymptotically stable for every sampling sequence whose periods are bounded below."""
-    plant, filter_, _, _ = _subject(certificate, "from", "to", "weight")
+    plant, filter_, (least, _), _ = _subject(certificate, "from", "to", "weight")
     require_empty(certificate, "bound", "witness")
     require_stable(plant, filter_)
     return Theorem(
-        sentence="The error system is exponentially stable for every sampling sequence: A is Hurwitz, A_f Schur.",
+        sentence="The error system is exponentially stable for every sampling sequence with periods of at least "
+        f"{_time(least)} s: A is Hurwitz, A_f Schur.",
         holds=True,
     )
 
@@ -122,7 +124,11 @@ def _subject(certificate: Certificate, *names: str) -> tuple[Plant, Filter, tupl
 
 
 def _ends(plant: Plant, start: Any, stop: Any) -> tuple[Time, Time]:
-    return plant.period(start, "parameters.from"), plant.period(stop, "parameters.to")
+    """Both ends of the range of periods; refused if they stand in the wrong order."""
+    ends = plant.period(start, "parameters.from"), plant.period(stop, "parameters.to")
+    # h_l < h_u is known: two ends are the same pair of rationals, or balls tell them apart.
+    require(ends[0] == ends[1] or bool(seconds(ends[0]) < seconds(ends[1])), "parameters.from exceeds parameters.to")
+    return ends
 
 
 def _upper(

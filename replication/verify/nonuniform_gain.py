@@ -29,7 +29,7 @@ from replication.verify.nonuniform_system import (
     step_at,
     widened,
 )
-from replication.verify.reading import fields, integer, positive, rational, sequence, symmetric
+from replication.verify.reading import MAX_ENTRIES, fields, integer, positive, rational, sequence, symmetric
 from replication.verify.theorem import Refused, require
 
 Pair = tuple[int, int]
@@ -167,13 +167,16 @@ def attained_level(plant: Plant, filter_: Filter, ends: tuple[Time, Time], weigh
 def _pattern(value: Any, ends: tuple[Time, Time]) -> list[Time]:
     """The periods of one pattern from pairs [share of the way between the ends, number of samples]."""
 
-    def run(pair: Any, path: str) -> list[Time]:
+    def run(pair: Any, path: str) -> tuple[Time, int]:
         require(isinstance(pair, list) and len(pair) == 2, f"{path} must be [share, samples]")
         share = rational(pair[0], path)
         require(0 <= share <= 1, f"{path} must lie between the ends: a share from 0 to 1")
-        return [along(*ends, share)] * integer(pair[1], path, 1)
+        return along(*ends, share), integer(pair[1], path, 1)
 
-    return [time for times in sequence(value, "witness.pattern", run) for time in times]
+    runs = sequence(value, "witness.pattern", run)
+    samples = sum(count for _, count in runs)
+    require(samples <= MAX_ENTRIES, f"witness.pattern has {samples} samples, more than {MAX_ENTRIES}")
+    return [time for time, count in runs for _ in range(count)]
 
 
 def complex_vector(value: Any, path: str, size: int) -> acb_mat:

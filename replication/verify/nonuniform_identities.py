@@ -13,6 +13,8 @@ from flint import fmpq
 from replication.verify.symbols import Matrix, add, product, require_equal, scale, symbols
 from replication.verify.theorem import require
 
+SIZE = "two states of plant and filter and one disturbance, measurement and estimate"
+"""Of the identities below, but for those that hold for all sizes, and the map, with two components of each signal."""
 SQUARE, COLUMN, ROW, ONE = (2, 2), (2, 1), (1, 2), (1, 1)
 
 
@@ -118,10 +120,15 @@ def require_recovery() -> None:
 
 
 def require_sharp_ends() -> None:
-    """At theta = log(1 + m/alpha)/m, alpha (e^{m theta} - 1)/m is one: with E = e^{m theta}, alpha E = alpha + m."""
-    ((alpha, m),) = symbols(v=(1, 2))["v"]
-    grown = alpha + m
-    require(grown - alpha == m, "alpha times the bound of Lemma 3 is not one")
+    """f(theta) = alpha (e^{m theta} - 1)/m is one at theta = log(1 + m/alpha)/m, the distance of an end of (9).
+
+    E = e^{m theta} has the rate m E, so f grows at the rate alpha + m f. The time log(1 + m f/alpha)/m has the rate
+    1/(alpha + m f) in f. Both are zero at f = 0, so each is the inverse function of the other: f = 1 at the end.
+    """
+    ((alpha, m, E, f),) = symbols(v=(1, 4))["v"]
+    m_f, inside = alpha * (E - 1), alpha + m * f
+    require(m_f.derivative(2) * m * E == m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate")
+    require(inside.derivative(3) == m, "the logarithm of (9) is not the time to reach a level at this rate")
 
 
 def stacked(rows: Sequence[Sequence[Matrix]]) -> Matrix:

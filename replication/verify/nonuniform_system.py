@@ -10,7 +10,7 @@ from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.linear import block, is_schur, require_hurwitz, zeros
+from replication.verify.linear import block, is_schur, require_hurwitz, require_order, zeros
 from replication.verify.reading import fields, matrix, rational, sequence, text
 from replication.verify.theorem import Refused, require
 
@@ -62,6 +62,7 @@ def read_plant(value: Any) -> Plant:
     states = matrix(A, "plant.A")
     n = states.nrows()
     require(n == states.ncols(), "plant.A must be square")
+    require_order(n, "plant.A")
     drive = matrix(B, "plant.B", rows=n)
     sensor = matrix(C, "plant.C", columns=n)
     plant = Plant(
@@ -79,6 +80,7 @@ def read_filter(value: Any, path: str, plant: Plant) -> Filter:
     states = matrix(A, f"{path}.A")
     n = states.nrows()
     require(n == states.ncols(), f"{path}.A must be square")
+    require_order(n, f"{path}.A")
     return Filter(
         states, matrix(B, f"{path}.B", n, plant.C.nrows()), matrix(C, f"{path}.C", plant.L.nrows(), n)
     )  # fmt: skip

@@ -31,7 +31,7 @@ from replication.verify.nonuniform_system import (
     seconds,
 )
 from replication.verify.printed import above, below
-from replication.verify.reading import fields, integer, matrix, positive, require_empty
+from replication.verify.reading import fields, integer, positive, require_empty
 from replication.verify.theorem import Theorem, require
 
 Certificate = Mapping[str, Any]
@@ -64,8 +64,9 @@ def loop_map(certificate: Certificate) -> Theorem:
     n, m, s = plant.A.nrows(), plant.B.ncols(), plant.L.nrows()
     require(m != n and s != n, "the printed order of the factors has a value here: m = n or s = n")
     return _holds(
-        "w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1 Sigma_12. As printed, "
-        f"Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21 ({s} x {n})."
+        "For signals of two components w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1 "
+        f"Sigma_12. As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by "
+        f"Sigma_21 ({s} x {n})."
     )
 
 
@@ -73,14 +74,17 @@ def congruence(certificate: Certificate) -> Theorem:
     """(10) from (6)."""
     require_empty(certificate, "parameters", "bound", "witness")
     identities.require_congruence()
-    return _holds("(10) is the congruence of (6) by diag(J_1, I, J_1, I), entry by entry.")
+    return _holds(f"(10) is the congruence of (6) by diag(J_1, I, J_1, I), entry by entry, for {identities.SIZE}.")
 
 
 def recovery(certificate: Certificate) -> Theorem:
     """The filter by (11)."""
     require_empty(certificate, "parameters", "bound", "witness")
     identities.require_recovery()
-    return _holds("The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state.")
+    return _holds(
+        "The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for "
+        f"{identities.SIZE}."
+    )
 
 
 def sizes(certificate: Certificate) -> Theorem:
@@ -142,46 +146,45 @@ def one_interval(certificate: Certificate) -> Theorem:
 
 
 def stalls(certificate: Certificate) -> Theorem:
-    """Algorithm 1 as printed ends without a grid."""
+    """Algorithm 1 as printed neither covers the range nor adds an element."""
     plant = _plant(certificate)
     require_empty(certificate, "parameters", "bound")
     with ctx.workprec(PRECISION):
         how = require_stall(plant, certificate["witness"])
     return Theorem(
-        sentence="As printed, step 3 fails at the first element and step 4 leaves the grid as it is, with a set-minus "
-        f"as without: {how}.",
+        sentence="Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves "
+        f"all as it is, with a set-minus as without: {how}.",
         holds=False,
     )  # fmt: skip
 
 
 def same_level(certificate: Certificate) -> Theorem:
-    """One level for both channels of (13) is larger than a level that a filter has for every sequence."""
+    """One level for both channels of (13) is larger than a level that a filter has for every sequence.
+
+    In the coordinates of the plant: a change of coordinates would change alpha and the norm of Delta.
+    """
     plant = _plant(certificate)
     require_empty(certificate, "bound")
     (count,) = fields(certificate["parameters"], "parameters", "cells")
     cells = integer(count, "parameters.cells", 1)
-    names = ("cell", "T", "alpha", "response", "radius", "direction", "filter", "level", "storage")
-    cell, T, alpha, response, radius, direction, given, stated, storage = fields(
-        certificate["witness"], "witness", *names
-    )
+    names = ("cell", "alpha", "response", "radius", "direction", "filter", "level", "storage")
+    cell, alpha, response, radius, direction, given, stated, storage = fields(certificate["witness"], "witness", *names)
     middle = fmpq(2 * integer(cell, "witness.cell") + 1, 2 * cells)
     require(middle < 1, "witness.cell is not one of the cells")
-    coordinates = matrix(T, "witness.T", plant.A.nrows(), plant.A.nrows())
-    require(coordinates.det() != 0, "witness.T is singular")
-    A = coordinates * plant.A * coordinates.inv()
     gain, size = positive(alpha, "witness.alpha"), positive(radius, "witness.radius")
     with ctx.workprec(PRECISION):
-        Phi = (arb_mat(A) * seconds(along(plant.h_l, plant.h_u, middle))).exp()
-        require_response(A, Phi, gain, response, "witness.response")
+        Phi = state_transition(plant, seconds(along(plant.h_l, plant.h_u, middle)))
+        require_response(plant.A, Phi, gain, response, "witness.response")
         half = (seconds(plant.h_u) - seconds(plant.h_l)) / (2 * cells)
-        require_radius(A, half, size, direction, "witness.direction")
+        require_radius(plant.A, half, size, direction, "witness.direction")
         filter_ = read_filter(given, "witness.filter", plant)
         level = lyapunov_level(plant, filter_, (plant.h_l, plant.h_u), "samples", {"upper": stated}, storage)
     forced = min(gain, gain * size)
     require(level < forced, f"the level {level} of the filter is not below {forced}")
     return Theorem(
-        sentence=f"With {cells} cells, one level for both channels is at least {below(forced)}; a filter has the level "
-        f"{above(level)} for every sequence.",
+        sentence=f"With {cells} cells, in the coordinates of the plant, one level for both channels is at least "
+        f"{below(forced)}, whether or not Delta is divided by its norm; a filter has the level {above(level)} for "
+        "every sequence.",
         holds=True,
     )
 

@@ -364,7 +364,7 @@ def test_the_gain_at_another_frequency_is_enclosed() -> None:
         ({"plant": {"delays": ["2", "1"]}}, "plant.delays must increase"),
         ({"plant": {"delays": ["1", "1"]}}, "plant.delays must increase"),
         ({"plant": {"delays": ["1"]}}, "plant.A must have 1 entries"),
-        ({"plant": {"delays": []}}, "plant.delays must increase"),
+        ({"plant": {"delays": []}}, "plant.delays is empty"),
         ({"plant": {"delays": ["0", "1"]}}, "must be positive"),
         ({"plant": {"B": [["2", "0"]]}}, "plant.B must have 2 entries"),
         ({"plant": {"C2": [["3"]]}}, "plant.C2 must have 2 columns"),
@@ -457,6 +457,22 @@ def test_example_4_is_not_unstable_for_eigenvalues_up_to_one() -> None:
     assert check(eigenvalues("0", "1/2", "1")).holds is False
     assert "1 is not between" in refusal(eigenvalues("0", "1000001/1000000"))
     assert "0 is not between" in refusal(eigenvalues("-1/1000000"))
+    assert "is empty" in refusal(eigenvalues())
+
+
+def test_example_4_needs_all_eigenvalues_between_0_and_1() -> None:
+    """J = diag(0, -5) with K = 1 has an eigenvalue among 0, 1, and a positive root of s - 5 exp(-s)."""
+    plant = roots("1", "2")["plant"] | {
+        "A0": [["0", "0"], ["0", "0"]],
+        "A": [[["0", "0"], ["0", "5"]]],
+        "delays": ["1"],
+    }
+    plant["C1"] = plant["C1"][:1]
+    # The other root is zero: det M = s (s - 5 exp(-s)).
+    assert check(own("delay.unstable", plant, {}, {"left": "1", "right": "2"})).holds is True
+    sentence = check(certificate("ex4-not-unstable")).sentence
+    assert "is not unstable" in sentence
+    assert "if all eigenvalues of J are among 0, 1" in sentence
 
 
 def test_both_plants_are_unstable() -> None:

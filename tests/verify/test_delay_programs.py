@@ -58,6 +58,18 @@ def test_a_sharper_level_of_the_pade_model_is_refused() -> None:
     assert "not proved to reach" in refusal(scaled(certificate("ex1-pade-lower"), 1 + SMALL))
 
 
+@pytest.mark.parametrize("side", ["lower", "upper"])
+def test_an_order_that_is_too_large_is_refused_before_it_is_used(side: str) -> None:
+    given = {**certificate(f"ex1-pade-{side}"), "paper": None, "claims": []}
+    assert "must be at most 50, got 999999999" in refusal({**given, "parameters": {"order": 999_999_999}})
+    assert "must be at most 50, got 51" in refusal({**given, "parameters": {"order": 51}})
+
+
+def test_the_pade_model_of_the_largest_order_is_read() -> None:
+    given = {**certificate("ex1-pade-lower"), "paper": None, "claims": [], "parameters": {"order": 50}}
+    assert check(given).lower is not None
+
+
 def test_an_indefinite_storage_of_the_pade_model_is_refused() -> None:
     given = certificate("ex1-pade-upper")
     given["witness"]["P"][-1][-1] = "-1"

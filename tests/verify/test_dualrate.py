@@ -192,6 +192,9 @@ CHEATS = [
     ("torque-constant", {"plant__R": "-1"}, "plant.R must be positive"),
     ("slow-period", {"plant__T": "1/4"}, "the lower bound that is proved is 5/4"),
     ("feedforward", {"parameters__orders": [3, 1]}, "must have 3 entries"),
+    ("feedforward", {"parameters__orders": [1, 999_999_999, 2]}, "must be at most 20, got 999999999"),
+    ("feedforward", {"parameters__orders": [21, 1, 2]}, "must be at most 20, got 21"),
+    ("hurwitz-feedback", {"plant__A": [["1"] * 51] * 51}, "plant.A has 51 states, more than 50"),
     (
         "feedforward",
         {"plant__A": [["-1"]], "plant__B": [["1"]], "plant__C": [["1"]], "plant__K": [["0"]], "plant__L": [["1"]]},
@@ -339,3 +342,10 @@ def test_sentences_hold_the_numbers() -> None:
     assert "1123960" in sentences["condition"]
     assert "0.00157039" in sentences["counterexample"]
     assert "0.5605" in sentences["prediction-bound"]
+    for name in ("transient", "fast-sensor"):
+        assert "In its asymptotic rate" in sentences[name]
+        assert "does not decay as fast as" in sentences[name]
+
+
+def test_derivatives_of_order_20_are_allowed() -> None:
+    assert check(own("feedforward", parameters__orders=[20, 1, 2])).holds is False

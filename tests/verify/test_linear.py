@@ -8,6 +8,7 @@ from replication.verify.linear import (
     identity,
     is_schur,
     require_hurwitz,
+    require_order,
     require_positive_definite,
     require_positive_semidefinite,
     submatrix,
@@ -112,3 +113,17 @@ def test_not_hurwitz(M: tuple[int, ...]) -> None:
 def test_the_zero_polynomial_is_refused() -> None:
     with pytest.raises(Refused, match="zero polynomial"):
         is_schur(fmpq_poly([]))
+
+
+def test_schur_of_a_high_degree_ends() -> None:
+    """1/3 + z/2 + ... : without dividing, the digits would double 60 times. The roots of z^60 + 1/2 lie inside."""
+    inside = fmpq_poly([fmpq(1, 3), *[fmpq(1, 1000 + k) for k in range(59)], 1])
+    assert is_schur(inside)
+    assert not is_schur(fmpq_poly(inside.coeffs()[::-1]))
+    assert is_schur(fmpq_poly([fmpq(1, 2), *[0] * 59, 1]))
+
+
+def test_orders_up_to_the_largest_are_allowed() -> None:
+    require_order(50, "A")
+    with pytest.raises(Refused, match="A has 51 states, more than 50"):
+        require_order(51, "A")

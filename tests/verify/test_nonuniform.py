@@ -52,6 +52,15 @@ REFUSED = [
     ("printed-filter-lower", put([["2", 1]], "witness", "pattern"), "a share from 0 to 1"),
     ("printed-filter-lower", put([["-1", 1]], "witness", "pattern"), "a share from 0 to 1"),
     ("printed-filter-lower", put([["1", 0]], "witness", "pattern"), "must be at least 1"),
+    (
+        "printed-filter-lower",
+        put([["1", 999999999]] * 20, "witness", "pattern"),
+        "19999999980 samples, more than 40000",
+    ),
+    ("printed-filter-lower", put([["1", 40000]], "witness", "pattern"), "witness.w must have 40000 entries"),
+    ("printed-filter-lower", put([["1", 20000], ["0", 20001]], "witness", "pattern"), "40001 samples, more than 40000"),
+    ("printed-filter-upper", put([["1"] * 51] * 51, "plant", "A"), "plant.A has 51 states, more than 50"),
+    ("printed-filter-upper", put([["1"] * 51] * 51, "plant", "filter", "A"), "filter.A has 51 states, more than 50"),
     ("printed-filter-lower", put([["1"]], "witness", "pattern"), "must be .share, samples"),
     ("printed-filter-lower", put("energy", "parameters", "weight"), "the weight must be samples or duration"),
     ("printed-filter-lower", put([["2", "0"], ["0", "1/2"]], "plant", "filter", "A"), "the filter is not Schur"),
@@ -120,3 +129,11 @@ def test_what_was_made_is_proved(name: str) -> None:
     certificate = load(name)
     theorem = check(certificate)
     assert {side: str(getattr(theorem, side)) for side in certificate["bound"]} == certificate["bound"]
+
+
+@pytest.mark.parametrize(("start", "stop"), [("middle", "h_l"), ("h_u", "h_l"), ("h_u", "middle")])
+def test_a_range_that_runs_backwards_is_refused(start: str, stop: str) -> None:
+    certificate = load("range-2-upper")
+    certificate["parameters"] |= {"from": start, "to": stop}
+    with pytest.raises(Refused, match=r"parameters\.from exceeds parameters\.to"):
+        check(certificate)

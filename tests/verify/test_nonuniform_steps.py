@@ -216,7 +216,9 @@ def test_both_ends_of_a_piece_count() -> None:
     certificate["plant"] |= {"h_l": ["1/200", "1/50"], "h_u": ["500001/100000000", "1/50"]}
     certificate["parameters"] |= {"from": "h_l", "to": "h_l"}
     assert check(certificate).upper is not None
-    for start, stop in (("h_l", "h_u"), ("h_u", "h_l")):
-        certificate["parameters"] |= {"from": start, "to": stop}
+    plant = system.read_plant(certificate["plant"])
+    given, storage = certificate["witness"]["filter"], certificate["witness"]["storage"]
+    filter_ = system.read_filter(given, "filter", plant)
+    for ends in ((plant.h_l, plant.h_u), (plant.h_u, plant.h_l)):
         with pytest.raises(Refused, match="storage inequality"):
-            check(certificate)
+            gain.lyapunov_level(plant, filter_, ends, "samples", certificate["bound"], storage)

@@ -12,7 +12,6 @@ from replication.estimation.certificates.nonuniform import problem_of, robust_up
 from replication.estimation.certificates.rounding import rounded, rounded_array, rounded_down, rounded_up
 from replication.estimation.nonuniform.algorithm1 import gaps
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.robust_lmi import modal_transform
 from replication.estimation.nonuniform.small_gain import covered_interval, delta_block
 from replication.estimation.norms import l2_gain
 from replication.estimation.periodic import PeriodicSystem, Stage, frequency_response
@@ -24,7 +23,7 @@ SLACK = 1e-3
 """Room in the state block of the bounded real lemma, relative to that width."""
 BITS = 44
 COARSE_BITS = 20
-"""Of vectors and coordinates, which need not be exact."""
+"""Of vectors, which need not be exact."""
 
 
 def grid(theorem: Mapping[str, Any]) -> Made:
@@ -45,20 +44,17 @@ def stall(theorem: Mapping[str, Any]) -> Made:
 
 
 def same_level(theorem: Mapping[str, Any]) -> Made:
-    """The cell with the largest alpha times radius in modal coordinates, and a robust filter with a lower level."""
+    """The cell with the largest alpha in the coordinates of the plant, and a robust filter with a lower level."""
     system, periods = _problem(theorem)
     count = theorem["parameters"]["cells"]
-    T = np.round(modal_transform(system.A) * 2**COARSE_BITS) / 2**COARSE_BITS
-    modal = system.in_coordinates(T)
     half = (periods.h_u - periods.h_l) / (2 * count)
-    alphas = [_response(modal, periods.h_l + (2 * i + 1) * half) for i in range(count)]
+    alphas = [_response(system, periods.h_l + (2 * i + 1) * half) for i in range(count)]
     cell = int(np.argmax([alpha for alpha, _ in alphas]))
     alpha, response = alphas[cell]
-    _, values, right = np.linalg.svd(delta_block(modal, half))
+    _, values, right = np.linalg.svd(delta_block(system, half))
     made = robust_upper({**theorem, "parameters": {"from": "h_l", "to": "h_u", "weight": "samples"}})
     witness = {
         "cell": cell,
-        "T": rounded_array(T, COARSE_BITS),
         "alpha": rounded_down(alpha * (1 - FIRST_MARGIN), BITS),
         "response": response,
         "radius": rounded_down(float(values[0]) * (1 - FIRST_MARGIN), BITS),
