@@ -16,7 +16,7 @@ from replication.verify.run import check
 
 RANGE = {"from": "h_l", "to": "h_u", "weight": "samples"}
 PLANT = {
-    "name": "two masses",
+    "name": "two-masses",
     "A": [["0", "1", "0"], ["-4", "-1", "2"], ["0", "0", "-3"]],
     "B": [["0", "0"], ["1", "0"], ["0", "1"]],
     "C": [["1", "0", "0"]],
