@@ -8,10 +8,10 @@ import json
 import numpy as np
 import pytest
 
-from papers.okajima2023 import data
+from papers.okajima2023 import certificates, data
 from papers.okajima2023.recovery import recover_outputs, recover_poles
 from papers.okajima2023.recovery_inputs import recover_inputs, schedule_of
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import AuditError, InfeasibleError, InvalidInputError
 from replication.estimation.multirate.central_path import central_path
 from replication.estimation.multirate.optimum import kalman_design, optimum
 from replication.estimation.multirate.plant import MultiratePlant
@@ -19,6 +19,7 @@ from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.norms import l2_gain
 from replication.estimation.validation import Array
+from replication.verify.subjects import subject
 
 A_RECOVERED = [[1.2, 0.5, 0.2], [-0.1, 1.0, -0.2], [0.0, 0.1, 1.0]]
 C_RECOVERED = [[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]
@@ -229,3 +230,16 @@ def test_gains_that_do_not_stabilise_are_refused() -> None:
         recover_inputs(A_RECOVERED, data.matrix(data.C), GAINS)
     with pytest.raises(InvalidInputError, match="bound must be at least"):
         recover_inputs(A_RECOVERED, C_RECOVERED, GAINS, bound=0.1)
+
+
+@pytest.mark.parametrize("name", ["section-4c-poles", "section-4c-design"])
+def test_the_search_finds_the_plant_that_the_theorems_are_about(name: str) -> None:
+    theorem = subject("okajima2023", name)
+    assert certificates.recovered(theorem) == {"bound": {}, "witness": {}}
+
+
+def test_a_plant_that_the_search_does_not_find_gets_no_certificate() -> None:
+    theorem = subject("okajima2023", "section-4c-poles")
+    theorem["parameters"] = {**theorem["parameters"], "diagonal": ["1", "1", "6/5"]}
+    with pytest.raises(AuditError, match="diagonal of section-4c-poles is .*, the search finds"):
+        certificates.recovered(theorem)

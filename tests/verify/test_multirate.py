@@ -146,10 +146,10 @@ REFUSED = [
     ("optimum-case-a", put(1, "witness", "start"), HIDDEN),
     ("optimum-case-a", put("1", "witness", "d", 0, 0, 0), HIDDEN),
     ("optimum-case-a", put([1], "parameters", "sensors"), "the matrix .30. of Theorem 2"),
-    ("section-4c-poles", put("1", "witness", "diagonal", 0), "A has not the stated pole"),
+    ("section-4c-poles", put("1", "parameters", "diagonal", 0), "A has not the stated pole"),
     ("section-4c-poles", put("1/100000", "plant", "half_unit"), "A has not the stated pole"),
     ("section-4c-poles", remove("plant", "poles", 0), "1 poles are stated, A has 2"),
-    ("section-4c-design", put("0", "witness", "C", 0, 0), "the matrix .30. of Theorem 2"),
+    ("section-4c-design", put("0", "parameters", "C", 0, 0), "the matrix .30. of Theorem 2"),
     ("section-4c-design", scaled(LESS, "bound", "upper"), "the matrix .30. of Theorem 2"),
 ]
 
@@ -349,6 +349,7 @@ def times(*periods: int) -> dict[str, Any]:
 
 def test_counts() -> None:
     assert computed("common-period", times(4, 6)).lower == 12
+    assert computed("common-period", times(1)).lower == 1
     assert computed("idle-instants", times(4, 6)).upper == 3
     # The longest wait runs over the end of the period.
     assert computed("idle-instants", {"periods": [5], "offsets": [2]}).upper == 4
@@ -405,8 +406,8 @@ def section_4c(statement: str, A: list[list[str]], poles: list[list[str]], **mor
         "claims": [],
         "statement": f"multirate.{statement}",
         "plant": {**plant, "poles": poles, "half_unit": more.pop("half_unit", "1/8"), "error_poles": ["0", "1/4"]},
-        "parameters": times(1),
-        "witness": more,
+        "parameters": {**times(1), **more},
+        "witness": {},
     }
     return check(certificate)
 
@@ -462,6 +463,11 @@ def test_zero_columns_of_gains() -> None:
     assert not computed("unmeasured", times(2, 2), plant).holds
 
 
+def test_a_column_is_zero_if_all_of_it_is() -> None:
+    plant = {"name": "", "A": [["1", "0"], ["0", "1"]], "L": [[["1"], ["2"]], [["0"], ["3"]]]}
+    assert computed("unmeasured", times(2), plant).holds is False
+
+
 def test_the_order_of_the_product_matters_unless_the_factors_commute() -> None:
     plant = {"name": "", "A": [["1", "1"], ["0", "1"]], "C": [["1", "0"], ["0", "1"]]}
     gains = [[["1", "2"], ["0", "1"]], [["0", "1"], ["1", "0"]], [["2", "0"], ["1", "1"]]]
@@ -495,3 +501,24 @@ def test_levels_say_for_which_schedule_they_are() -> None:
         words = "For this plant and the periods [2, 3], offsets [0, 0] of the sensors [0, 1], "
         assert check(load(name)).sentence.startswith(words)
     assert check(load("optimum-case-a")).sentence.startswith("For this plant and the periods ")
+
+
+@pytest.mark.parametrize("entry", ["diagonal", "C", "B_d", "D"])
+def test_the_recovered_plant_is_that_of_the_list_of_theorems(entry: str) -> None:
+    tampered = load("section-4c-design")
+    scale = [[str(Fraction(number) / 10**6) for number in row] for row in tampered["parameters"]["B_d"]]
+    tampered["parameters"][entry] = scale
+    with pytest.raises(Refused, match="parameters is not that of the wanted theorem section-4c-design"):
+        check(tampered)
+
+
+def test_what_is_recovered_is_said_in_the_sentence() -> None:
+    given = load("section-4c-design")["parameters"]
+    sentence = check(load("section-4c-design")).sentence
+    assert ", ".join(given["diagonal"]) in sentence
+    for name in ("C", "B_d", "D"):
+        assert f"{name} = [{'; '.join(' '.join(row) for row in given[name])}]" in sentence
+    with pytest.raises(Refused, match="parameters lacks the field C"):
+        check({**own("section-4c-error-poles"), "parameters": {**times(2, 3), "diagonal": given["diagonal"]}})
+    with pytest.raises(Refused, match="witness has the unknown field P"):
+        check({**own("section-4c-error-poles"), "witness": {"P": []}})

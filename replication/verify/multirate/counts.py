@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import count
 from typing import Any
 
 from flint import fmpq, fmpq_mat
@@ -29,8 +30,8 @@ def selection(certificate: Certificate) -> Theorem:
 def common_period(certificate: Certificate) -> Theorem:
     """The number of instants after which the schedule repeats, and no smaller one."""
     measured, _ = _schedule(certificate)
-    repeats = (k for k in range(1, len(measured) + 1) if measured[k:] + measured[:k] == measured)
-    return _count(next(repeats), "The schedule repeats after {} instants.")
+    rotations = (k for k in count(1) if measured[k:] + measured[:k] == measured)
+    return _count(next(rotations), "The schedule repeats after {} instants.")
 
 
 def idle_instants(certificate: Certificate) -> Theorem:
@@ -113,9 +114,9 @@ def _schedule(certificate: Certificate) -> tuple[list[list[int]], int]:
     return schedule(certificate["parameters"]), len(sequence(periods, "parameters.periods", integer))
 
 
-def _gains(certificate: Certificate, sensors: int, count: int) -> list[fmpq_mat]:
+def _gains(certificate: Certificate, sensors: int, phases: int) -> list[fmpq_mat]:
     n = matrix(certificate["plant"]["A"], "plant.A").nrows()
-    return matrices(certificate["plant"]["L"], "plant.L", n, sensors, count)
+    return matrices(certificate["plant"]["L"], "plant.L", n, sensors, phases)
 
 
 def _count(number: int, sentence: str) -> Theorem:

@@ -1,12 +1,12 @@
 """Section IV-C: what holds for a plant that has the poles stated there, with the off-diagonal entries printed in (41).
 
-The diagonal, the sensors and the disturbance of that plant come with the certificate; they are an inference, and the
-theorems say what they imply.
+The diagonal, the sensors and the disturbance of that plant are parameters, which the list of wanted theorems fixes;
+they are an inference, and the theorems say what they imply.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from flint import acb, fmpq_mat, fmpq_poly
@@ -24,13 +24,12 @@ Certificate = Mapping[str, Any]
 
 
 def poles(certificate: Certificate) -> Theorem:
-    """The poles of A with the diagonal of the witness, in the order in which they are stated; one is unstable."""
+    """The poles of A with the recovered diagonal, in the order in which they are stated; one is unstable."""
     A, found = _plant(certificate, "diagonal")
     require(any(abs(root) > 1 for root in found), "no pole of A is proved to be outside the unit circle")
     parts = [part for root in found for part in ((root.real,) if root.imag == 0 else (root.real, root.imag))]
     return Theorem(
-        sentence=f"With the diagonal {', '.join(str(A[i, i]) for i in range(A.nrows()))}, all else as printed, "
-        "A has the stated poles, and is unstable.",
+        sentence=f"With the diagonal {_diagonal(A)}, all else as printed, A has the stated poles, and is unstable.",
         items=tuple(ends(part) for part in parts),
         holds=True,
     )
@@ -50,9 +49,10 @@ def same_setting(certificate: Certificate) -> Theorem:
 
 
 def error_poles(certificate: Certificate) -> Theorem:
-    """The poles of A_e for the A and C of the witness and the printed gains, in the order in which they are stated."""
+    """The poles of A_e for the recovered A and C and the printed gains, in the order in which they are stated."""
     A, _ = _plant(certificate, "diagonal", "C")
-    polynomial = _error_polynomial(certificate, A, matrix(certificate["witness"]["C"], "witness.C"))
+    C = matrix(certificate["parameters"]["C"], "parameters.C")
+    polynomial = _error_polynomial(certificate, A, C)
     real = [root.real for root in roots(polynomial) if root.imag == 0]
     stated = sequence(certificate["plant"]["error_poles"], "plant.error_poles", rational, A.nrows())
     require(len(real) == len(stated), "the poles of A_e are not all real")
@@ -60,7 +60,7 @@ def error_poles(certificate: Certificate) -> Theorem:
     by_size = iter(sorted(real, key=lambda root: abs(float(root.mid()))))
     matched = {i: next(by_size) for i in sorted(range(len(stated)), key=lambda i: abs(stated[i]))}
     return Theorem(
-        sentence="For the A and C of the certificate the gains (42) give A_e the poles "
+        sentence=f"With the diagonal {_diagonal(A)} of A and C = {_rows(C)} the gains (42) give A_e the poles "
         f"{', '.join(matched[i].str(9) for i in range(len(stated)))}.",
         items=tuple(ends(matched[i]) for i in range(len(stated))),
         holds=is_schur(polynomial),
@@ -69,31 +69,42 @@ def error_poles(certificate: Certificate) -> Theorem:
 
 def design(certificate: Certificate) -> Theorem:
     """Theorem 2 for the recovered plant: feasible at the stated level."""
-    A, _ = _plant(certificate, "diagonal", "C", "B_d", "D", "P", "Y")
-    witness, n = certificate["witness"], A.nrows()
+    A, _ = _plant(certificate, "diagonal", "C", "B_d", "D", witness=("P", "Y"))
+    witness, given, n = certificate["witness"], certificate["parameters"], A.nrows()
     (stated,) = fields(certificate["bound"], "bound", "upper")
     level = positive(stated, "bound.upper")
-    C = matrix(witness["C"], "witness.C", columns=n)
-    B_d, D = matrix(witness["B_d"], "witness.B_d", rows=n), matrix(witness["D"], "witness.D", rows=C.nrows())
-    system = select(A, B_d, identity(n), C, D, schedule(certificate["parameters"]))
+    C = matrix(given["C"], "parameters.C", columns=n)
+    B_d, D = matrix(given["B_d"], "parameters.B_d", rows=n), matrix(given["D"], "parameters.D", rows=C.nrows())
+    system = select(A, B_d, identity(n), C, D, schedule(given))
     require_theorem_2(system, witness["P"], witness["Y"], level)
     return Theorem(
-        sentence="For the unstable plant of the certificate, which has the stated poles, Theorem 2 gives an observer "
-        f"with a gain of at most {above(level)}.",
+        sentence=f"For the unstable plant with the diagonal {_diagonal(A)} of A, C = {_rows(C)}, B_d = {_rows(B_d)} "
+        f"and D = {_rows(D)}, which has the stated poles, Theorem 2 gives an observer with a gain of at most "
+        f"{above(level)}.",
         upper=level,
         holds=True,
     )
 
 
-def _plant(certificate: Certificate, *witness: str) -> tuple[fmpq_mat, list[acb]]:
-    """A with the printed off-diagonal entries and the diagonal of the witness, and its poles: refused unless as stated.
+def _diagonal(A: fmpq_mat) -> str:
+    return ", ".join(str(A[i, i]) for i in range(A.nrows()))
 
-    witness: the fields that it must have. Of a pair of poles, the one with positive imaginary part stands for both.
+
+def _rows(M: fmpq_mat) -> str:
+    return f"[{'; '.join(' '.join(str(entry) for entry in row) for row in M.tolist())}]"
+
+
+def _plant(certificate: Certificate, *recovered: str, witness: Sequence[str] = ()) -> tuple[fmpq_mat, list[acb]]:
+    """A with the printed off-diagonal entries and the recovered diagonal, and its poles: refused unless as stated.
+
+    recovered, witness: the fields that the parameters, beside the schedule, and the witness must have. Of a pair of
+    poles, the one with positive imaginary part stands for both.
     """
-    fields(certificate["parameters"], "parameters", "periods", "offsets")
-    given = dict(zip(witness, fields(certificate["witness"], "witness", *witness), strict=True))
+    fields(certificate["parameters"], "parameters", "periods", "offsets", *recovered)
+    fields(certificate["witness"], "witness", *witness)
     A = matrix(certificate["plant"]["A"], "plant.A")
-    for i, entry in enumerate(sequence(given["diagonal"], "witness.diagonal", rational, A.nrows())):
+    diagonal = sequence(certificate["parameters"]["diagonal"], "parameters.diagonal", rational, A.nrows())
+    for i, entry in enumerate(diagonal):
         A[i, i] = entry
     half = positive(certificate["plant"]["half_unit"], "plant.half_unit")
     upper = [root for root in roots(A.charpoly()) if not root.imag < 0]
