@@ -63,10 +63,12 @@ class Outcome:
 
     def line(self) -> str:
         """What to print of it, on one line. Where the claim is false, the sentence says why it is."""
+        # A name of a file that could be read as the rest of a line is quoted.
+        path = repr(str(self.path)) if ": " in str(self.path) else str(self.path)
         if self.theorem is None:
-            return f"NOT PROVED {self.path}: {self.reason}"
+            return f"NOT PROVED {path}: {self.reason}"
         false = "" if self.theorem.holds is not False else " the claim does not hold:"
-        return f"proved {self.path}: {self.about}:{false} {self.theorem.sentence}"
+        return f"proved {path}: {self.about}:{false} {self.theorem.sentence}"
 
 
 def verify(path: Path, root: Path = ROOT) -> Outcome:

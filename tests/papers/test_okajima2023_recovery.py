@@ -241,5 +241,5 @@ def test_the_search_finds_the_plant_that_the_theorems_are_about(name: str) -> No
 def test_a_plant_that_the_search_does_not_find_gets_no_certificate() -> None:
     theorem = subject("okajima2023", "section-4c-poles")
     theorem["parameters"] = {**theorem["parameters"], "diagonal": ["1", "1", "6/5"]}
-    with pytest.raises(AuditError, match="diagonal of section-4c-poles is .*, the search finds"):
+    with pytest.raises(AuditError, match=r"diagonal of section-4c-poles is .*, the search finds"):
         certificates.recovered(theorem)

@@ -128,6 +128,8 @@ REFUSED = [
     ("gains-33", put("1/2", "plant", "L", 0, 0, 0), "the matrix of Theorem 1 at phase"),
     ("gains-33", put("1/1000000000", "parameters", "relative"), "not within the relative width"),
     ("gains-33", put([0, 7], "parameters", "sensors"), "names a sensor that is not there"),
+    ("gains-33", put([0], "parameters", "sensors"), "parameters.periods must have 1 entries, got 2"),
+    ("gains-33", put([0, 1, 1], "parameters", "sensors"), "parameters.periods must have 3 entries, got 2"),
     ("gains-33", put([0, 2], "parameters", "sensors"), "names a sensor that is not there"),
     ("gains-33", put([997, 991], "parameters", "periods"), "repeats after more than 1000 instants"),
     ("gains-33", put([0, 3], "parameters", "periods"), "must be at least 1, got 0"),

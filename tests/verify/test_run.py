@@ -167,6 +167,15 @@ def test_no_character_of_a_certificate_forges_a_line_or_stops_the_report(tmp_pat
     assert "NOT PROVED" in done.stdout
 
 
+def test_no_name_of_a_file_looks_like_a_theorem(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    own = {**json.loads((FOLDER / "rows.json").read_bytes()), **OWN}
+    (tmp_path / "a.json: okajima2023: All is well. .json").write_text(json.dumps(own), encoding="utf-8")
+    assert report([tmp_path]) == 0
+    assert capsys.readouterr().out.startswith(
+        f"proved '{tmp_path}/a.json: okajima2023: All is well. .json': own plant:"
+    )
+
+
 def test_a_reader_that_leaves_is_no_error() -> None:
     reader, writer = os.pipe()
     os.close(reader)

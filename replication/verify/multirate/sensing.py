@@ -110,8 +110,10 @@ def of_certificate(certificate: Certificate, *extra: str) -> tuple[Sensing, Any]
     """
     names = (*PLANT, *extra)
     plant = dict(zip(names, fields(certificate["plant"], "plant", "name", *names)[1:], strict=True))
-    chosen, *_, relative = fields(certificate["parameters"], "parameters", "sensors", "periods", "offsets", "relative")
+    parameters = fields(certificate["parameters"], "parameters", "sensors", "periods", "offsets", "relative")
+    chosen, periods, _, relative = parameters
     sensors = sequence(chosen, "parameters.sensors", integer)
+    sequence(periods, "parameters.periods", integer, len(sensors))
     n = matrix(plant["A"], "plant.A").ncols()
     C = matrix(plant["C"], "plant.C", columns=n)
     D = matrix(plant["D"], "plant.D", rows=C.nrows())
