@@ -138,8 +138,8 @@ def sequence(value: Any, path: str, reader: Callable[[Any, str], T], length: int
 def matrix(value: Any, path: str, rows: int | None = None, columns: int | None = None) -> fmpq_mat:
     """A matrix from a list of rows of rationals, of the given shape where that is given."""
     read = sequence(value, path, lambda row, where: sequence(row, where, rational), rows)
-    widths = {len(row) for row in read}
-    require(len(widths) == 1 and widths != {0}, f"{path} must have rows of one length, at least 1, got {widths or 0}")
+    widths = sorted({len(row) for row in read})
+    require(len(widths) == 1 and widths != [0], f"{path} must have rows of one length, at least 1, got {widths}")
     width = widths.pop()
     require(len(read) * width <= MAX_ENTRIES, f"{path} has {len(read)} x {width} entries, more than {MAX_ENTRIES}")
     require(columns is None or width == columns, f"{path} must have {columns} columns, got {width}")

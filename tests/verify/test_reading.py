@@ -99,8 +99,8 @@ def test_objects_have_exactly_the_fields_that_are_wanted() -> None:
     ("value", "reason"),
     [
         ([], "M must have 2 entries, got 0"),
-        ([[], []], "rows of one length"),
-        ([["1"], ["1", "2"]], "rows of one length"),
+        ([[], []], r"rows of one length, at least 1, got \[0\]"),
+        ([["1"], ["1", "2"]], r"rows of one length, at least 1, got \[1, 2\]"),
         ([["1", "2"]], "M must have 2 entries, got 1"),
         ([["1"], ["2"]], "M must have 2 columns"),
         ([["1", "2"], ["3", "nan"]], r"M\[1\]\[1\] must be a rational"),

@@ -98,9 +98,8 @@ def schedule(parameters: Mapping[str, Any]) -> Schedule:
 
 def schedule_in_words(certificate: Certificate) -> str:
     """For which plant and schedule a theorem is one, as a sentence begins: what is proved for one is not for others."""
-    parameters = certificate["parameters"]
-    chosen = f" of the sensors {parameters['sensors']}" if "sensors" in parameters else ""
-    return f"For this plant and the periods {parameters['periods']}, offsets {parameters['offsets']}{chosen}"
+    chosen, periods, offsets = (certificate["parameters"][name] for name in ("sensors", "periods", "offsets"))
+    return f"For this plant and the periods {periods}, offsets {offsets} of the sensors {chosen}"
 
 
 def of_certificate(certificate: Certificate, *extra: str) -> tuple[Sensing, Any]:
