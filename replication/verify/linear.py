@@ -89,10 +89,9 @@ def is_schur(polynomial: fmpq_poly) -> bool:
         if abs(first) >= abs(last):
             return False
         reversed_ = coefficients[::-1]
-        # Divided by the leading one, or the digits of the coefficients would double each time.
-        leading = last * last - first * first
-        pairs = zip(coefficients[1:], reversed_[1:], strict=True)
-        coefficients = [(last * a - first * b) / leading for a, b in pairs]
+        # With the ratio, not with both factors, or the digits of the coefficients would double each time.
+        ratio = first / last
+        coefficients = [a - ratio * b for a, b in zip(coefficients[1:], reversed_[1:], strict=True)]
     return True
 
 

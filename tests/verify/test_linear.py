@@ -116,7 +116,7 @@ def test_the_zero_polynomial_is_refused() -> None:
 
 
 def test_schur_of_a_high_degree_ends() -> None:
-    """1/3 + z/2 + ... : without dividing, the digits would double 60 times. The roots of z^60 + 1/2 lie inside."""
+    """Of degree 60: a recursion that multiplies by both ends would double the digits 60 times."""
     inside = fmpq_poly([fmpq(1, 3), *[fmpq(1, 1000 + k) for k in range(59)], 1])
     assert is_schur(inside)
     assert not is_schur(fmpq_poly(inside.coeffs()[::-1]))
