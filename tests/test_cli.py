@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from lab import Lab, make_lab
+from lab import Lab, hear_interruptions, make_lab
 
 from replication import commands
 
@@ -240,6 +240,7 @@ def test_interruption_is_exit_code_130_with_one_line(lab: Lab) -> None:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=hear_interruptions,
     )
     cache = lab.root / ".cache" / "replication"
     deadline = time.monotonic() + 60

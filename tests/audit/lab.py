@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -30,6 +31,11 @@ outcome = run(papers.load(options["papers"] or papers.KEYS), cache=Cache(root / 
 print(json.dumps({"values": outcome.results_by_experiment, "log": {step.name: [step.action, step.reason, step.error]
       for step in outcome.log}, "failures": outcome.failures, "file": msgspec.to_builtins(outcome.results)}))
 """
+
+
+def hear_interruptions() -> None:
+    """For `preexec_fn`: a process begun in the background of a shell ignores Ctrl-C, and so would its children."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from lab import AUDIT, Lab, make_lab
+from lab import AUDIT, Lab, hear_interruptions, make_lab
 
 ALL = {"other2021.half", "toy2020.square", "toy2020.spectrum", "toy2020.wait-a", "toy2020.wait-b"}
 
@@ -225,6 +225,7 @@ def start(lab: Lab, jobs: int) -> subprocess.Popen[str]:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=hear_interruptions,
     )
     wanted = ALL - {"toy2020.wait-b"}
     deadline = time.monotonic() + 60
