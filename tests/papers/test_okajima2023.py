@@ -71,7 +71,7 @@ def test_one_unit_in_the_last_place_flips_the_verdict(fresh_run: Outcome) -> Non
 
 @pytest.mark.slow
 def test_changed_plant_turns_claims_red(tmp_path: Path) -> None:
-    """The same claims on a plant with one entry of A moved by a twentieth: no level agrees, or it contradicts a proof."""
+    """The same claims on a plant with one entry of A moved by a twentieth: no level agrees with print and proofs."""
     plant = copy.deepcopy(data.plant())
     plant["A"][0][0] -= 0.05
     wanted = {pair(periods) for periods in data.TABLE_1}
