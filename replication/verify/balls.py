@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flint import acb, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, arb, arb_mat, fmpq, fmpq_poly
 
 from replication.verify.theorem import Refused, require
 
@@ -10,16 +10,6 @@ from replication.verify.theorem import Refused, require
 def between(low: fmpq, high: fmpq) -> arb:
     """A ball that holds every number from `low` to `high`."""
     return arb(low).union(arb(high))
-
-
-def as_balls(M: fmpq_mat) -> arb_mat:
-    """The rational matrix as balls at the working precision."""
-    return arb_mat(M)
-
-
-def symmetrised(M: arb_mat) -> arb_mat:
-    """(M + M') / 2: for a matrix known to be symmetric, an enclosure that is symmetric as it stands."""
-    return (M + M.transpose()) * arb(0.5)
 
 
 def require_positive_definite(M: arb_mat, what: str) -> None:
