@@ -1,9 +1,11 @@
 """The documentation: it builds without a warning, loads nothing, and the guide to a new paper does what it says."""
 
+import json
 import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import html5lib
 import pytest
@@ -14,6 +16,7 @@ from replication.scaffold.make import scaffold
 
 ROOT = Path(__file__).parents[1]
 GUIDE = (ROOT / "docs" / "adding-a-paper.md").read_text(encoding="utf-8")
+SWEEPS = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"```python\n# (papers/\S+)\n(.*?)```", re.DOTALL)
 
 
@@ -82,6 +85,33 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     assert (lab.root / "report" / "randomwalk" / "index.html").is_file()
     assert lab.python("-m", "pytest", "-q", "tests/papers/test_randomwalk.py").returncode == 0
+
+
+@pytest.mark.slow
+def test_the_sweep_of_the_guide_takes_up_where_it_ended(lab: Lab) -> None:
+    blocks = BLOCK.findall(SWEEPS)
+    lab.path("timings").mkdir()
+    for name, text in blocks:
+        (lab.root / name).write_text(text, encoding="utf-8")
+    first = lab.cli("run", "timings")
+    assert first.returncode == 0, first.stdout + first.stderr
+    (findings,) = (paper["findings"] for paper in results(lab)["papers"])
+    assert len(findings) == len(re.findall(r"computed timings\.third-\d", first.stdout)) == 5
+    (lab.root / ".cache" / "replication" / "timings.third-6.json").unlink()
+    second = lab.cli("run", "timings")
+    assert re.findall(r"computed (\S+)", second.stdout) == ["timings.third-6"]
+    assert results(lab)["papers"][0]["findings"] == findings
+
+
+def results(lab: Lab) -> Any:
+    return json.loads((lab.root / "report" / "timings" / "results.json").read_bytes())
+
+
+@pytest.mark.slow
+def test_the_program_of_the_guide_runs(lab: Lab) -> None:
+    (program,) = re.findall(r"```python\n(from .*?)```", SWEEPS, re.DOTALL)
+    done = lab.python("-c", program + "    print(len(search.optima), best.value >= best.bracket.lower)")
+    assert done.stdout == "2 True\n", done.stderr
 
 
 @pytest.mark.parametrize("key", ["", "Upper", "1st", "a-b", "../up", "class", "a" * 41, "toy2020"])

@@ -27,7 +27,6 @@ from replication.estimation.nonuniform.small_gain import (
     small_gain_alpha,
 )
 from replication.estimation.nonuniform.stability import stability
-from replication.estimation.nonuniform.worst_case import error_ratio, simulate_error
 
 Json = dict[str, Any]
 Matrices = dict[str, list[list[float]]]
@@ -211,32 +210,3 @@ def against_range(plant: Matrices, h_l: float, ends: list[float], horizon: int, 
         )
         rows.append([end, found.lower, found.upper])
     return {"rows": rows}
-
-
-def draws(
-    plant: Matrices, periods: list[float], printed: Matrices, size: float, decay: float, frequency: float, steps: int,
-    seeds: int, seed: int,
-) -> Json:  # fmt: skip
-    """||e|| / ||w|| of the printed filter for w_k = size exp(-decay k) sin(frequency pi k) over uniform random
-    periods."""
-    system, span = problem(plant, periods)
-    filter_ = subject(system, span, printed)
-    k = np.arange(steps)
-    w = (size * np.exp(-decay * k) * np.sin(frequency * np.pi * k))[:, None]
-    rng = np.random.default_rng(seed)
-    sequences = [rng.uniform(span.h_l, span.h_u, steps) for _ in range(seeds)]
-    errors = np.array([simulate_error(system, filter_, h, w)[:, 0] for h in sequences])
-    ratios = [error_ratio(h, w, e[:, None]) for h, e in zip(sequences, errors, strict=True)]
-    worst = int(np.argmax(ratios))
-    return {
-        "k": k.tolist(),
-        "w": w[:, 0].tolist(),
-        "e": errors[0, :steps].tolist(),
-        "periods": sequences[0].tolist(),
-        "band_low": errors.min(axis=0)[:steps].tolist(),
-        "band_high": errors.max(axis=0)[:steps].tolist(),
-        "ratios": ratios,
-        "worst": ratios[worst],
-        "shown": ratios[0],
-        "seeds": seeds,
-    }

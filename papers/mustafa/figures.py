@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from papers.mustafa.draws import merged
 from papers.mustafa.names import BRACKET, CURVE, DRAWS, KEY, NOMINAL, RANGE
 from replication.audit.model import Figure, FigureData, Results
 from replication.audit.style import COLOURS, line, new_axes
@@ -14,7 +15,7 @@ SHOWN = 400
 
 def responses(results: Results) -> FigureData:
     """One draw of the error, the band of all, and the disturbance."""
-    r = results[DRAWS]
+    r = merged([results[name] for name in DRAWS])
     return FigureData(columns={name: tuple(r[name]) for name in ("k", "w", "e", "band_low", "band_high")})
 
 
@@ -42,7 +43,7 @@ def describe_responses(figure: FigureData) -> str:
 
 def intervals(results: Results) -> FigureData:
     """The sampling periods of the same draw."""
-    r = results[DRAWS]
+    r = merged([results[name] for name in DRAWS])
     return FigureData(columns={"k": tuple(r["k"]), "h": tuple(r["periods"])})
 
 
@@ -167,12 +168,12 @@ FIGURES = (
     Figure(
         name=f"{KEY}-fig2", place="Fig. 2", title="Estimation error and disturbance of Example 2",
         caption="Uniform random periods. The published figure is one unknown draw: the band holds all draws of ours.",
-        published=True, uses=(DRAWS,), data=responses, plot=plot_responses, alt=describe_responses,
+        published=True, uses=DRAWS, data=responses, plot=plot_responses, alt=describe_responses,
     ),
     Figure(
         name=f"{KEY}-fig3", place="Fig. 3", title="Sampling periods of the same draw",
         caption="Uniform between the ends of the range; the law of the published draw is not stated.",
-        published=True, uses=(DRAWS,), data=intervals, plot=plot_intervals, alt=describe_intervals,
+        published=True, uses=DRAWS, data=intervals, plot=plot_intervals, alt=describe_intervals,
     ),
     Figure(
         name=f"{KEY}-levels", place="Beyond Sec. VI", title="What the nominal level is nominal to",

@@ -9,7 +9,7 @@ DURATION = {1: f"{KEY}.bracket-duration.1", 2: f"{KEY}.bracket-duration.2"}
 CURVE = {1: f"{KEY}.curve.1", 2: f"{KEY}.curve.2"}
 ROBUST = {1: f"{KEY}.robust.1", 2: f"{KEY}.robust.2"}
 RANGE = f"{KEY}.against-range"
-DRAWS = f"{KEY}.draws"
+DRAWS = tuple(f"{KEY}.draws-{part}" for part in range(4))
 IDENTITIES = f"{KEY}.identities"
 
 LITERAL = "printed, root, union"

@@ -9,6 +9,7 @@ import numpy as np
 from papers._common import MULTIPLES, PLANT
 from papers.mustafa import common, data, experiments, sensitivity
 from papers.mustafa.claims import levels, method, printed_filter
+from papers.mustafa.draws import draws
 from papers.mustafa.errata import ERRATA
 from papers.mustafa.figures import FIGURES
 from papers.mustafa.identities import identities
@@ -86,10 +87,14 @@ EXPERIMENTS = (
         inputs={"plant": EXAMPLES[1]["plant"], "h_l": EXAMPLES[1]["periods"][0], "ends": _ENDS, "horizon": 200,
                 "leaves": 12},
     ),
-    Experiment(
-        name=DRAWS, function=experiments.draws,
-        inputs={**EXAMPLES[2], "printed": _PRINTED[2], "size": float(data.W_SIZE), "decay": float(data.W_DECAY),
-                "frequency": float(data.W_FREQUENCY), "steps": STEPS, "seeds": SEEDS, "seed": SEED},
+    *(
+        Experiment(
+            name=name, function=draws,
+            inputs={**EXAMPLES[2], "printed": _PRINTED[2], "size": float(data.W_SIZE), "decay": float(data.W_DECAY),
+                    "frequency": float(data.W_FREQUENCY), "steps": STEPS, "seeds": SEEDS, "seed": SEED, "part": part,
+                    "parts": len(DRAWS)},
+        )
+        for part, name in enumerate(DRAWS)
     ),
     Experiment(name=IDENTITIES, function=identities, inputs={"trials": TRIALS, "seed": SEED}),
 )  # fmt: skip

@@ -10,8 +10,9 @@ from replication.audit.model import Experiment
 
 KEY = "okajima2023"
 
-PERIOD_TABLE = f"{KEY}.period-table"
-"""Name of the experiment that computes the optimum for all periods up to six."""
+LARGEST_PERIOD = 6
+PERIOD_TABLE = tuple(f"{KEY}.period-table-{first}" for first in range(1, LARGEST_PERIOD + 1))
+"""Names of the experiments that compute the optimum for all periods up to the largest, one for each N_1."""
 
 CASES: dict[str, dict[str, Any]] = {
     "proposed": {"periods": [2, 3], "offsets": [0, 0], "sensors": [0, 1]},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from papers.okajima2023 import data
-from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, DISTRIBUTION
+from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, DRAWS, all_draws
 from papers.okajima2023.claims.theory import schedule
 from papers.okajima2023.claims.unstable import DIAGONAL, PRINTED, RECOVERED, SETTING, USES
 from papers.okajima2023.designs import KEY
@@ -14,19 +14,17 @@ from replication.audit.verdict import SMALLEST_PROBABILITY
 
 def denominator(results: Results) -> Proof:
     """Which readings of the denominator of eq. (34) make all four printed values possible."""
-    cases = results[DISTRIBUTION]["cases"]
-    least = {
-        reading: min(found["readings"][reading]["probability"] for found in cases.values()) for reading in READINGS
-    }
+    found = all_draws(results)
+    cases = found["cases"]
+    least = {reading: min(case["readings"][reading]["probability"] for case in cases.values()) for reading in READINGS}
     possible = [reading for reading in READINGS if least[reading] >= SMALLEST_PROBABILITY]
     return Proof(
         holds=possible == [ALL_NOISE]
         and all(
-            found["readings"][AS_PRINTED]["percentiles"]["0.0"] > float(data.G_SIM[name])
-            for name, found in cases.items()
+            case["readings"][AS_PRINTED]["percentiles"]["0.0"] > float(data.G_SIM[name]) for name, case in cases.items()
         ),
         text=(
-            f"With d alone, as printed, each of the four values lies below all {results[DISTRIBUTION]['seeds']} draws. "
+            f"With d alone, as printed, each of the four values lies below all {found['seeds']} draws. "
             f"Of {len(READINGS)} readings only one makes all four possible: d together with both sensor noises, in "
             "every case, whether a sensor is used or not."
         ),
@@ -93,7 +91,7 @@ ERRATA = (
         printed="The denominator sums d(k)ᵀd(k).",
         meant="It sums the squares of d, w₁ and w₂, both sensor noises in all four cases.",
         prove=denominator,
-        uses=(DISTRIBUTION,),
+        uses=DRAWS,
         inference=True,
     ),
     Erratum(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from papers.okajima2023.designs import KEY, PERIOD_TABLE
+from papers.okajima2023.period_table import all_periods
 from replication.audit.model import Figure, FigureData, Results
 from replication.audit.style import COLOURS, FOREGROUND, line, new_axes
 
@@ -63,7 +64,7 @@ def describe_errors(figure: FigureData) -> str:
 
 def table_of_periods(results: Results) -> FigureData:
     """Optimal level for every pair of periods up to six, synchronous and with the best timing."""
-    cells = results[PERIOD_TABLE]["cells"]
+    cells = all_periods(results)
     return FigureData(
         columns={
             "N1": tuple(float(cell["periods"][0]) for cell in cells),
@@ -148,7 +149,7 @@ SHOWN_TIMINGS = ((3, 3), (4, 4), (5, 5), (6, 6), (6, 3), (4, 6))
 
 def levels_by_timing(results: Results) -> FigureData:
     """Optimal level against the offset of the second sensor, for pairs of periods with a common divisor."""
-    cells = {tuple(cell["periods"]): cell for cell in results[PERIOD_TABLE]["cells"]}
+    cells = {tuple(cell["periods"]): cell for cell in all_periods(results)}
     columns: dict[str, tuple[float, ...]] = {
         "offset": tuple(float(theta) for theta in range(max(len(cells[pair]["by_offset"]) for pair in SHOWN_TIMINGS)))
     }
@@ -249,7 +250,7 @@ FIGURES = (
             "second sensor. Along a row or column a longer period mostly, but not always, costs performance."
         ),
         published=False,
-        uses=(PERIOD_TABLE,),
+        uses=PERIOD_TABLE,
         data=table_of_periods,
         plot=plot_table_of_periods,
         alt=describe_table_of_periods,
@@ -260,7 +261,7 @@ FIGURES = (
         title="Optimal level against the timing of the second sensor",
         caption="Only θ₂ modulo the greatest common divisor of the periods matters, so each curve shows that many.",
         published=False,
-        uses=(PERIOD_TABLE,),
+        uses=PERIOD_TABLE,
         data=levels_by_timing,
         plot=plot_levels_by_timing,
         alt=describe_levels_by_timing,

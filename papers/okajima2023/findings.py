@@ -8,7 +8,8 @@ from typing import Any
 from papers.okajima2023 import data
 from papers.okajima2023.claims.orders import counterexamples
 from papers.okajima2023.claims.unstable import RECOVERED
-from papers.okajima2023.designs import KEY, PERIOD_TABLE, pair
+from papers.okajima2023.designs import KEY, pair
+from papers.okajima2023.period_table import all_periods
 from papers.okajima2023.simulations import READINGS
 from replication.audit.model import Results
 
@@ -57,7 +58,7 @@ def _recovered_plant(recovery: Mapping[str, Any]) -> str:
 
 
 def _periods(results: Results) -> Iterator[str]:
-    found = counterexamples(results[PERIOD_TABLE], "synchronous")
+    found = counterexamples(all_periods(results), "synchronous")
     if found:
         excess, shorter, longer = found[0]
         yield (

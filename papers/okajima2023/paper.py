@@ -7,7 +7,15 @@ from typing import Any
 from papers._common import INPUTS, MULTIPLES
 from papers.okajima2023 import common, data, sensitivity
 from papers.okajima2023.claims import gains, levels, orders, simulation, theory, unstable
-from papers.okajima2023.designs import CASES, GAIN_SETS, HALF_UNIT_OF_GAINS, KEY, experiments
+from papers.okajima2023.designs import (
+    CASES,
+    GAIN_SETS,
+    HALF_UNIT_OF_GAINS,
+    KEY,
+    LARGEST_PERIOD,
+    PERIOD_TABLE,
+    experiments,
+)
 from papers.okajima2023.errata import ERRATA
 from papers.okajima2023.experiments import constant_matrix
 from papers.okajima2023.figures import FIGURES
@@ -18,11 +26,11 @@ from papers.okajima2023.identities import (
     observable_but_not_detectable,
     product_orders,
 )
-from papers.okajima2023.period_table import period_table
+from papers.okajima2023.period_table import period_row
 from papers.okajima2023.schedules import selections
 from papers.okajima2023.scope import scope
 from papers.okajima2023.section4c import as_printed, recovered
-from papers.okajima2023.simulations import gain_distribution, response, worst_disturbance
+from papers.okajima2023.simulations import draws, response, worst_disturbance
 from replication.audit.model import Experiment, Formula, Paper, Table
 from replication.audit.printed import parse
 from replication.audit.rounding import sensitivities
@@ -40,7 +48,6 @@ _TIMINGS = {
 }  # fmt: skip
 SEEDS, SEED = 2000, 20230302
 """Draws for the distribution of g_sim, and the seed of all simulations."""
-LARGEST_PERIOD = 6
 IDENTITY_TRIALS = 50
 DIAGONAL_STEP, LARGEST_ENTRY, WIDER = 0.01, 3, 5
 """Grids of the search behind Sec. IV-C: step of the diagonal of A, largest entry of C, and of its possible rivals."""
@@ -82,7 +89,13 @@ EXPERIMENTS = (
         for name, (periods, offsets, _) in data.SELECTION.items()
     ),
     _experiment("schedule.dual-rate", selections, periods=[6, 6], offsets=[0, 0]),
-    _experiment("period-table", period_table, plant=data.plant(), largest=LARGEST_PERIOD),
+    *(
+        Experiment(
+            name=name, function=period_row,
+            inputs={"plant": data.plant(), "first": first, "largest": LARGEST_PERIOD},
+        )
+        for first, name in enumerate(PERIOD_TABLE, start=1)
+    ),
     _experiment("constant-matrix", constant_matrix, plant=data.plant(), periods=[2, 1], offsets=[0, 0]),
     _experiment("identities", identities, trials=IDENTITY_TRIALS, seed=SEED),
     _experiment("observability", observability, plant=data.plant()),
@@ -92,10 +105,13 @@ EXPERIMENTS = (
         gains=data.gains(data.GAINS_33),
     ),
     _experiment("responses", response, plant=data.plant(), cases=_SIMULATED | _TIMINGS, **_NOISE, seed=SEED),
-    _experiment(
-        "g-sim", gain_distribution, plant=data.plant(), cases=_SIMULATED,
-        reference="proposed",
-        printed={name: float(text) for name, text in data.G_SIM.items()}, **_NOISE, seeds=SEEDS, seed=SEED,
+    *(
+        Experiment(
+            name=name, function=draws,
+            inputs={"plant": data.plant(), "cases": _SIMULATED, **_NOISE, "seeds": SEEDS, "seed": SEED, "part": part,
+                    "parts": len(simulation.DRAWS)},
+        )
+        for part, name in enumerate(simulation.DRAWS)
     ),
     _experiment(
         "worst-disturbance", worst_disturbance, plant=data.plant(), case=_PROPOSED, horizon=WORST_HORIZON, seed=SEED

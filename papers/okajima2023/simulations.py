@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -31,25 +32,26 @@ def response(plant: dict[str, Matrix], cases: dict[str, Json], sigma: float, noi
     return {"errors": errors}
 
 
-def gain_distribution(
+def draws(
     plant: dict[str, Matrix],
     cases: dict[str, Json],
-    reference: str,
-    printed: dict[str, float],
     sigma: float,
     noisy: int,
     last: int,
     seeds: int,
     seed: int,
+    part: int,
+    parts: int,
 ) -> Json:
-    """g_sim of eq. (34) over independent draws, under all readings of its denominator, for several observers at once.
+    """g_sim of eq. (34) over every `parts`-th of `seeds` independent draws, from number `part` on, for all observers.
 
-    Returns per case and reading percentiles and the two-sided probability of a draw at least as extreme as the printed
-    one; the effect of the tail that the sums leave out; how often the `reference` case has the smaller error energy.
+    Returns per case the ratios under all readings of the denominator, the error energies, and the effect of the tail
+    that the sums leave out. All draws are drawn each time, which costs little: none depends on the number of parts.
     """
-    d, w = _noise(np.random.default_rng(seed), seeds, plant, sigma, noisy, last)
+    d, w = (
+        all_draws[part::parts] for all_draws in _noise(np.random.default_rng(seed), seeds, plant, sigma, noisy, last)
+    )
     found: Json = {}
-    errors = {}
     for name, case in cases.items():
         system = _system(plant, case)
         error, final = _error_energy(system, np.concatenate([d, w[:, :, case["sensors"]]], axis=2))
@@ -59,14 +61,36 @@ def gain_distribution(
         # After the noise ends the error decays at least this fast, up to a factor that a geometric tail bounds.
         decay = system.spectral_radius() ** (2 / system.period)
         found[name] = {
-            "readings": {reading: _summary(values, printed[name]) for reading, values in ratios.items()},
+            "ratios": {reading: values.tolist() for reading, values in ratios.items()},
+            "errors": error.tolist(),
             "largest_final_error": float(np.sqrt(final.max())),
             "largest_tail_effect": float(np.max(np.sqrt(1 + final / (1 - decay) / error) - 1)),
             "smallest_ratio_to_level": float(np.min(l2_gain(system).value / ratios["d, all w"])),
         }
-        errors[name] = error
+    return found
+
+
+def distribution(parts: Sequence[Json], reference: str, printed: dict[str, float]) -> Json:
+    """What all parts of `draws` say together.
+
+    Returns per case and reading percentiles and the two-sided probability of a draw at least as extreme as the printed
+    one; the largest effect of the tail; how often the `reference` case has the smaller error energy.
+    """
+    cases = {
+        name: {
+            "readings": {
+                reading: _summary(np.concatenate([part[name]["ratios"][reading] for part in parts]), printed[name])
+                for reading in READINGS
+            },
+            "largest_final_error": max(part[name]["largest_final_error"] for part in parts),
+            "largest_tail_effect": max(part[name]["largest_tail_effect"] for part in parts),
+            "smallest_ratio_to_level": min(part[name]["smallest_ratio_to_level"] for part in parts),
+        }
+        for name in parts[0]
+    }
+    errors = {name: np.concatenate([part[name]["errors"] for part in parts]) for name in cases}
     smaller = {name: float(np.mean(errors[reference] < errors[name])) for name in cases if name != reference}
-    return {"seeds": seeds, "cases": found, "reference_smaller_than": smaller}
+    return {"seeds": len(errors[reference]), "cases": cases, "reference_smaller_than": smaller}
 
 
 def tail_probability(draws: np.ndarray[Any, Any], printed: float) -> float:

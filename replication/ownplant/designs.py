@@ -10,6 +10,7 @@ from replication.errors import InvalidInputError
 from replication.estimation import delay, dualrate, multirate, nonuniform
 from replication.estimation.api.results import GainResult
 from replication.ownplant.reading import PlantFile
+from replication.ownplant.searching import every_core
 
 
 def design_multirate(
@@ -19,8 +20,10 @@ def design_multirate(
     offsets: Sequence[int] | Literal["best"] = (),
     level: float | None = None,
 ) -> GainResult:
-    """`multirate.design` of the plant in a file."""
+    """`multirate.design` of the plant in a file; all timings are searched on every core."""
     made = multirate.MultiratePlant(**plant.values)
+    if offsets == "best":
+        offsets = multirate.search_timing(made, periods, apply=every_core).best
     return _named(plant, multirate.design(made, periods=periods, offsets=offsets, level=level))
 
 

@@ -12,7 +12,10 @@ import pytest
 import scipy.io
 
 from replication.cli import main
+from replication.estimation.multirate import MultiratePlant, search_timing
 from replication.ownplant import writing
+from replication.ownplant.reading import read_plant
+from replication.ownplant.searching import FEW, every_core
 from replication.ownplant.writing import FILES
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
@@ -191,3 +194,14 @@ def test_help_of_a_method_lists_the_keys_of_its_file(method: str, capsys: pytest
         main(["design", method, "--help"])
     text = capsys.readouterr().out
     assert "keys of the plant file:" in text and "exit codes:" in text
+
+
+def test_the_best_timing_is_searched_on_every_core(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    periods = (9, 9)
+    plant = read_plant(EXAMPLES / "cart.toml", "multirate")
+    alone = search_timing(MultiratePlant(**plant.values), periods)
+    assert len(alone.optima) > FEW
+    assert main(["design", "multirate", str(EXAMPLES / "cart.toml"), "--periods", "9,9", "--offsets", "best"]) == 0
+    assert f"periods {periods}, offsets {alone.best}" in capsys.readouterr().out
+    together = search_timing(MultiratePlant(**plant.values), periods, apply=every_core)
+    assert together.optima == alone.optima

@@ -14,7 +14,7 @@ from papers.okajima2023 import PAPER, data
 from papers.okajima2023.claims.orders import counterexamples, longest_gap
 from papers.okajima2023.designs import KEY, pair
 from papers.okajima2023.experiments import design, norm_of_gains
-from papers.okajima2023.simulations import gain_distribution, tail_probability
+from papers.okajima2023.simulations import distribution, draws, tail_probability
 from replication.audit.cache import Cache
 from replication.audit.model import Kind, ScopeItem, Verdict
 from replication.audit.pool import Processes
@@ -109,7 +109,7 @@ def test_counterexamples_are_found_and_only_those() -> None:
     def cell(periods: tuple[int, int], level: float) -> dict[str, object]:
         return {"periods": list(periods), "synchronous": {"lower": level, "upper": level + 1e-6}}
 
-    table = {"cells": [cell((1, 1), 1.0), cell((1, 2), 1.2), cell((2, 1), 0.9), cell((2, 2), 1.3)]}
+    table = [cell((1, 1), 1.0), cell((1, 2), 1.2), cell((2, 1), 0.9), cell((2, 2), 1.3)]
     assert [(shorter, longer) for _, shorter, longer in counterexamples(table, "synchronous")] == [([1, 1], [2, 1])]
 
 
@@ -125,8 +125,11 @@ def test_tail_probability_is_two_sided_and_never_zero() -> None:
     assert tail_probability(draws, 500.0) == tail_probability(draws, -5.0)
 
 
-def test_distribution_depends_on_the_seed_only() -> None:
+def test_draws_depend_on_the_seed_and_not_on_the_parts() -> None:
     case = {"periods": [3, 3], "offsets": [0, 1], "sensors": [0, 1], "gains": data.gains(data.GAINS_39)}
-    arguments = (data.plant(), {"proposed": case}, "proposed", {"proposed": 0.4}, 0.2, 50, 60, 20)
-    first, again, other = (gain_distribution(*arguments, seed) for seed in (1, 1, 2))
-    assert first == again != other
+
+    def found(seed: int, parts: int) -> object:
+        answers = [draws(data.plant(), {"own": case}, 0.2, 50, 60, 20, seed, part, parts) for part in range(parts)]
+        return distribution(answers, "own", {"own": 0.4})
+
+    assert found(1, 1) == found(1, 3) != found(2, 3)

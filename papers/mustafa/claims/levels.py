@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from papers.mustafa import data
+from papers.mustafa.draws import merged
 from papers.mustafa.experiments import ABOVE
 from papers.mustafa.names import BRACKET, CURVE, DRAWS, DURATION, KEY, NOMINAL, ROBUST
 from replication.audit.model import Claim, Evidence, Kind, Results, SolverRecord, Verdict
@@ -161,10 +162,10 @@ def cited(reason: str) -> Callable[[Results], Evidence]:
 
 def attenuated(results: Results) -> Evidence:
     """The ratio ||e|| / ||w|| over the draws."""
-    r = results[DRAWS]
+    r = merged([results[name] for name in DRAWS])
     ordered = sorted(r["ratios"])
     return Evidence(
-        method=f"{r['seeds']} sequences of {len(r['k'])} independent periods, uniform in the range, and the one "
+        method=f"{len(ordered)} sequences of {len(r['k'])} independent periods, uniform in the range, and the one "
         "disturbance of the text. The law and the length are assumptions of ours: the text states neither.",
         holds=ordered[-1] < 1,
         margin=1 - ordered[-1],
@@ -242,6 +243,6 @@ CLAIMS: tuple[Claim, ...] = (
         id=f"{KEY}.figure.attenuated", place="Fig. 2", kind=Kind.STATISTICAL,
         statement="The disturbance of the text is attenuated in the error, for sampling periods of a law that is ours.",
         expected=Verdict.CONSISTENT,
-        answer=attenuated, uses=(DRAWS, BRACKET[2]),
+        answer=attenuated, uses=(*DRAWS, BRACKET[2]),
     ),
 )  # fmt: skip

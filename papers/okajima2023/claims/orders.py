@@ -7,6 +7,7 @@ from typing import Any
 
 from papers.okajima2023 import data
 from papers.okajima2023.designs import KEY, PERIOD_TABLE, case, pair
+from papers.okajima2023.period_table import all_periods
 from replication.audit.model import Claim, Evidence, Kind, Results, SolverRecord, Verdict
 
 
@@ -57,9 +58,9 @@ def shorter_is_better_in_table(results: Results) -> Evidence:
     )
 
 
-def counterexamples(table: dict[str, Any], timing: str) -> list[tuple[float, list[int], list[int]]]:
+def counterexamples(table: list[dict[str, Any]], timing: str) -> list[tuple[float, list[int], list[int]]]:
     """Neighbours in the table of periods where the longer period has the smaller optimum: (excess, shorter, longer)."""
-    cells = {tuple(cell["periods"]): cell[timing] for cell in table["cells"]}
+    cells = {tuple(cell["periods"]): cell[timing] for cell in table}
     found = []
     for (first, second), cell in cells.items():
         for longer in ((first + 1, second), (first, second + 1)):
@@ -70,8 +71,8 @@ def counterexamples(table: dict[str, Any], timing: str) -> list[tuple[float, lis
 
 def shorter_is_better(results: Results) -> Evidence:
     """The general statement, against the table of all periods up to six with all sensors at instant 0."""
-    found = counterexamples(results[PERIOD_TABLE], "synchronous")
-    timed = counterexamples(results[PERIOD_TABLE], "best")
+    found = counterexamples(all_periods(results), "synchronous")
+    timed = counterexamples(all_periods(results), "best")
     if not found:
         return Evidence(method="Table of exact optima for periods up to six.", holds=True, note="No counter-example.")
     excess, shorter, longer = found[0]
@@ -178,7 +179,7 @@ CLAIMS: tuple[Claim, ...] = (
         statement="Taken as a rule, as the blog does: a shorter sensing period gives a smaller level.",
         expected=Verdict.DIFFERS,
         answer=shorter_is_better,
-        uses=(PERIOD_TABLE,),
+        uses=PERIOD_TABLE,
     ),
     Claim(
         id=f"{KEY}.blog.periodic-matrices",

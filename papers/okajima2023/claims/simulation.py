@@ -3,27 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from papers.okajima2023 import data
 from papers.okajima2023.designs import CASES, KEY, case
-from papers.okajima2023.simulations import READINGS
+from papers.okajima2023.simulations import READINGS, distribution
 from replication.audit.model import Claim, Evidence, Kind, Results, Verdict
 
-DISTRIBUTION = f"{KEY}.g-sim"
+DRAWS = tuple(f"{KEY}.g-sim-{part}" for part in range(4))
 AS_PRINTED, ALL_NOISE = READINGS[0], READINGS[-1]
 DENOMINATOR = f"{KEY}.denominator"
 
 WHO = {"proposed": "the proposed observer", "A": "Case A", "B": "Case B", "C": "Case C"}
 
 
+def all_draws(results: Results) -> dict[str, Any]:
+    """The distribution of g_sim over all draws, with the printed values in it."""
+    printed = {name: float(text) for name, text in data.G_SIM.items()}
+    return distribution([results[name] for name in DRAWS], "proposed", printed)
+
+
 def ratio(name: str) -> Callable[[Results], Evidence]:
     """An answer: where a printed g_sim lies among many draws, for the printed and the corrected denominator."""
 
     def printed_ratio_among_draws(results: Results) -> Evidence:
-        distribution = results[DISTRIBUTION]
-        readings = distribution["cases"][name]["readings"]
+        found = all_draws(results)
+        readings = found["cases"][name]["readings"]
         method = (
-            f"{distribution['seeds']} independent draws; two-sided rank of the printed value among them "
+            f"{found['seeds']} independent draws; two-sided rank of the printed value among them "
             "(denominator over d and both sensor noises)."
         )
         gains = "printed gains (33)" if name == "proposed" else "central optimal gains of ours, none being printed"
@@ -49,7 +56,7 @@ def ratio(name: str) -> Callable[[Results], Evidence]:
 def below_level(results: Results) -> Evidence:
     """Each printed g_sim against the exact optimum of its case, which bounds the ratio of every disturbance."""
     margin = min(results[case(name)]["lower"] - float(printed) for name, printed in data.G_SIM.items())
-    simulated = min(found["smallest_ratio_to_level"] for found in results[DISTRIBUTION]["cases"].values())
+    simulated = min(found["smallest_ratio_to_level"] for found in all_draws(results)["cases"].values())
     return Evidence(
         method="Lower end of the optimum's bracket minus the printed ratio, smallest of four.",
         holds=margin > 0,
@@ -61,7 +68,7 @@ def below_level(results: Results) -> Evidence:
 def smallest(results: Results) -> Evidence:
     """The proposed observer has the smallest ratio: among the printed values, and under common draws."""
     printed = {name: float(value) for name, value in data.G_SIM.items()}
-    fractions = results[DISTRIBUTION]["reference_smaller_than"]
+    fractions = all_draws(results)["reference_smaller_than"]
     margin = min(min(printed[name] for name in "ABC") - printed["proposed"], min(fractions.values()) - 0.5)
     return Evidence(
         method=(
@@ -76,7 +83,7 @@ def smallest(results: Results) -> Evidence:
 
 def lowest_error(results: Results) -> Evidence:
     """Estimation error energy of the proposed observer against the others under common draws."""
-    fractions = results[DISTRIBUTION]["reference_smaller_than"]
+    fractions = all_draws(results)["reference_smaller_than"]
     lowest = min(fractions.values())
     return Evidence(
         method="Energy of the estimation error under common noise, counted over all draws.",
@@ -88,7 +95,7 @@ def lowest_error(results: Results) -> Evidence:
 
 def truncation(results: Results) -> Evidence:
     """What the sums of eq. (34) leave out after k = 600, against half a unit in the last printed place."""
-    cases = results[DISTRIBUTION]["cases"]
+    cases = all_draws(results)["cases"]
     effect = max(
         found["largest_tail_effect"] * found["readings"][AS_PRINTED]["percentiles"]["100.0"] for found in cases.values()
     )
@@ -112,7 +119,7 @@ def _ratios() -> list[Claim]:
             statement=f"The simulated ratio of estimation error to noise for {WHO[name]}.",
             expected=Verdict.REPRODUCED_AFTER_ERRATUM,
             answer=ratio(name),
-            uses=(DISTRIBUTION,),
+            uses=DRAWS,
             printed=printed,
             erratum=DENOMINATOR,
         )
@@ -129,7 +136,7 @@ CLAIMS: tuple[Claim, ...] = (
         statement="Each simulated ratio is below the optimal level of its observer.",
         expected=Verdict.CONSISTENT,
         answer=below_level,
-        uses=(DISTRIBUTION, *(case(name) for name in CASES)),
+        uses=(*DRAWS, *(case(name) for name in CASES)),
     ),
     Claim(
         id=f"{KEY}.gsim.smallest",
@@ -138,7 +145,7 @@ CLAIMS: tuple[Claim, ...] = (
         statement="The proposed observer has the smallest simulated ratio of the four.",
         expected=Verdict.CONSISTENT,
         answer=smallest,
-        uses=(DISTRIBUTION,),
+        uses=DRAWS,
     ),
     Claim(
         id=f"{KEY}.simulation.lowest-error",
@@ -147,7 +154,7 @@ CLAIMS: tuple[Claim, ...] = (
         statement="The estimation error of the proposed observer is the lowest of the four; using more outputs helps.",
         expected=Verdict.CONSISTENT,
         answer=lowest_error,
-        uses=(DISTRIBUTION,),
+        uses=DRAWS,
     ),
     Claim(
         id=f"{KEY}.simulation.truncation",
@@ -156,6 +163,6 @@ CLAIMS: tuple[Claim, ...] = (
         statement="Summing up to k = 600 is enough, because the error has died out a hundred instants after the noise.",
         expected=Verdict.CONSISTENT,
         answer=truncation,
-        uses=(DISTRIBUTION,),
+        uses=DRAWS,
     ),
 )

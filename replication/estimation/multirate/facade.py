@@ -100,7 +100,8 @@ def design(
     plant: a `MultiratePlant` of arrays, or a discrete-time `control.StateSpace`; the latter with noise: the sensor
     noise matrix D (q, q_w), or one number for each sensor; disturbances: which inputs are process noise, by index or
     name (all unless given; the others are known inputs u); weight: W (n_z, n), the identity unless given.
-    periods: N_i in base periods, one for each sensor; offsets: zeros unless given, "best" searches all.
+    periods: N_i in base periods, one for each sensor; offsets: zeros unless given, "best" searches all, one after the
+    other (many sensors have many: `search_timing` takes a way to use every core).
     Raises InvalidInputError for what does not fit (see `MultiratePlant`, `SensingSchedule`, `MultirateProblem`),
     InfeasibleError if no observer reaches the level.
 

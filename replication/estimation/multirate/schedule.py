@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from math import lcm
+from math import lcm, prod
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,8 @@ from replication.estimation.validation import Array, positive_integer
 
 MAX_PERIOD = 100_000
 """Instants after which a schedule must repeat: all methods keep matrices for each of them."""
+MAX_OFFSETS = 100_000
+"""Sets of offsets that are listed; to compute the optimum of more would take days."""
 
 
 @dataclass(frozen=True)
@@ -87,9 +89,16 @@ def _as_tuple(name: str, value: Any) -> tuple[Any, ...]:
 def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
     """Offsets with theta_1 = 0, one for each schedule that differs by more than a shift of the origin.
 
-    For two sensors these are theta_2 = 0 ... gcd(N_1, N_2) - 1. Raises InvalidInputError for a period not whole.
+    For two sensors these are theta_2 = 0 ... gcd(N_1, N_2) - 1. Raises InvalidInputError for a period not whole, or
+    periods with more than MAX_OFFSETS sets of offsets.
     """
     reference = SensingSchedule(_as_tuple("periods", periods))
+    count = prod(reference.periods[1:])
+    if count > MAX_OFFSETS:
+        raise InvalidInputError(
+            f"periods {reference.periods} leave {count} sets of offsets, more than {MAX_OFFSETS}; fix some of the "
+            "offsets yourself and compare the optima of the others"
+        )
     seen: set[tuple[int, ...]] = set()
     for tail in product(*(range(N) for N in reference.periods[1:])):
         offsets = (0, *tail)

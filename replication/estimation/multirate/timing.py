@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from replication.estimation.multirate.optimum import Optimum, optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule, distinct_offsets
+
+Offsets = tuple[int, ...]
+Apply = Callable[[Callable[[Offsets], Optimum], Sequence[Offsets]], Iterable[Optimum]]
+"""`map`, or what does its work elsewhere: the values of a function for a sequence, in its order."""
 
 
 @dataclass(frozen=True)
@@ -16,10 +21,10 @@ class TimingSearch:
     """Optimum of every distinct set of offsets for given periods; `best` is the first of the smallest."""
 
     periods: tuple[int, ...]
-    optima: dict[tuple[int, ...], Optimum]
+    optima: dict[Offsets, Optimum]
 
     @property
-    def best(self) -> tuple[int, ...]:
+    def best(self) -> Offsets:
         """The offsets with the smallest optimum."""
         return min(self.optima, key=lambda offsets: self.optima[offsets].value)
 
@@ -29,10 +34,16 @@ class TimingSearch:
         return self.optima[(0,) * len(self.periods)]
 
 
-def search_timing(plant: MultiratePlant, periods: Sequence[int]) -> TimingSearch:
-    """Optimum for each set of offsets that is more than a shift of the origin; two sensors have gcd(N_1, N_2)."""
-    optima = {
-        offsets: optimum(MultirateProblem(plant, SensingSchedule(tuple(periods), offsets)))
-        for offsets in distinct_offsets(periods)
-    }
-    return TimingSearch(tuple(periods), optima)
+def search_timing(plant: MultiratePlant, periods: Sequence[int], *, apply: Apply = map) -> TimingSearch:
+    """Optimum for each set of offsets that is more than a shift of the origin; two sensors have gcd(N_1, N_2).
+
+    apply: who computes them; the `map` of a `concurrent.futures.ProcessPoolExecutor` uses every core, and gives the
+    same. Raises InvalidInputError for a period not whole, and what `optimum` raises.
+    """
+    tried = tuple(distinct_offsets(periods))
+    optima = apply(partial(_optimum_at, plant, tuple(periods)), tried)
+    return TimingSearch(tuple(periods), dict(zip(tried, optima, strict=True)))
+
+
+def _optimum_at(plant: MultiratePlant, periods: tuple[int, ...], offsets: Offsets) -> Optimum:
+    return optimum(MultirateProblem(plant, SensingSchedule(periods, offsets)))

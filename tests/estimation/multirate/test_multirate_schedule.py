@@ -99,3 +99,5 @@ def test_bad_periods_of_a_search_are_named() -> None:
     for periods in ((2, 0), (2, 1.5), 4):
         with pytest.raises(InvalidInputError, match="periods"):
             search_timing(PAPER, periods)  # type: ignore[arg-type]
+    with pytest.raises(InvalidInputError, match="leave 1000000 sets of offsets"):
+        search_timing(PAPER, (10,) * 7)

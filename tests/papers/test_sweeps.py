@@ -1,0 +1,105 @@
+"""Every long sweep is cut into experiments: a run that is killed in the middle goes on with the parts that are left."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import papers
+from papers.mustafa.names import DRAWS as SEQUENCES
+from papers.okajima2023.claims.simulation import DRAWS
+from papers.okajima2023.designs import PERIOD_TABLE
+from papers.peet2019.names import cell, default_cells
+from papers.shao.experiments import SEARCH
+from replication.audit.cache import Cache
+from replication.audit.model import Paper, Results
+from replication.audit.pool import Processes
+from replication.audit.progress import Action, Silent, Step
+from replication.audit.runner import Outcome, default_packages, run
+
+ROOT = Path(__file__).resolve().parents[2]
+SWEEPS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
+    "timings": (PERIOD_TABLE, {"largest": 2}),
+    "readings": (SEARCH, {"decoys": 1}),
+    "sequences": (SEQUENCES, {"seeds": 8}),
+    "draws": (DRAWS, {"seeds": 8}),
+    "cells": (tuple(cell(n, k) for n, k in default_cells()), {}),
+}
+"""Experiments of each sweep, and the inputs that make them short."""
+TRIED, FINISHED = 2, 1
+"""Parts of a sweep that the test runs, and how many are stored when the run is killed."""
+
+
+def cut(sweep: str) -> Paper:
+    """The paper of a sweep with nothing but the first parts of it."""
+    names, short = SWEEPS[sweep]
+    paper = papers.load([names[0].partition(".")[0]])[0]
+    parts = tuple(
+        dataclasses.replace(experiment, inputs={**experiment.inputs, **short})
+        for experiment in paper.experiments
+        if experiment.name in names[:TRIED]
+    )
+
+    def nothing(results: Results) -> tuple[()]:
+        return ()
+
+    return dataclasses.replace(
+        paper, experiments=parts, claims=(), errata=(), figures=(), tables=(), scope=(), findings=nothing,
+        sensitivity=nothing, common=nothing,
+    )  # fmt: skip
+
+
+def resume(sweep: str, root: Path, progress: Silent | None = None) -> Outcome:
+    """Run the parts in a project at `root` with no certificates, whose results lie there too."""
+    cache = Cache(root / "results")
+    return run(
+        [cut(sweep)], cache=cache, root=root, packages=default_packages(ROOT), executor=Processes(1), progress=progress
+    )
+
+
+class Killed(Silent):
+    """Kills this process, and not kindly, as soon as enough parts are stored."""
+
+    def __init__(self) -> None:
+        self._left = FINISHED
+
+    def step(self, step: Step) -> None:
+        assert step.action is Action.COMPUTED, step
+        self._left -= 1
+        if not self._left:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sweep", SWEEPS)
+def test_a_killed_sweep_goes_on_with_what_is_left(sweep: str, tmp_path: Path) -> None:
+    killed = subprocess.run(
+        [sys.executable, __file__, sweep, str(tmp_path)],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    results = tmp_path / "results"
+    left = {path.name: path.stat().st_mtime_ns for path in results.iterdir()}
+    resumed = resume(sweep, tmp_path)
+    done = [step.action for step in resumed.log]
+    assert done == [Action.REUSED] * FINISHED + [Action.COMPUTED] * (TRIED - FINISHED), resumed.log
+    assert len(left) == FINISHED
+    assert {name: (results / name).stat().st_mtime_ns for name in left} == left
+    stored = {path.stem: json.loads(path.read_text())["result"] for path in results.iterdir()}
+    assert stored == resumed.results_by_experiment
+
+
+if __name__ == "__main__":
+    resume(sys.argv[1], Path(sys.argv[2]), Killed())
