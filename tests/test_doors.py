@@ -138,3 +138,18 @@ def test_importing_a_whole_room_opens_no_closed_door(room: str, closed: tuple[st
     loaded = done.stdout.split()
     assert modules[-1] in loaded
     assert [name for name in loaded if any(name == door or name.startswith(f"{door}.") for door in closed)] == []
+
+
+@pytest.mark.parametrize("method", ["multirate", "nonuniform", "dualrate", "delay"])
+def test_the_functions_of_a_method_come_without_what_they_need_not(method: str) -> None:
+    """Plants as arrays need no python-control (whose import draws matplotlib in), no figure and no modeller."""
+    closed = ("control", "matplotlib", "cvxpy", "joblib", "rich", "msgspec")
+    code = f"from replication.estimation import {method} as door\nfor name in door.__all__: getattr(door, name)"
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys\n{code}\nprint(*sys.modules)"],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    loaded = done.stdout.split()
+    assert f"replication.estimation.{method}.facade" in loaded
+    assert [name for name in loaded if name.partition(".")[0] in closed] == []

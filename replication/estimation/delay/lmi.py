@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cvxpy as cp
 import numpy as np
 from scipy.linalg import schur
 
@@ -45,6 +44,8 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
     The inequalities are not strict, so γ is the infimum over strict observers. Raises InvalidInputError for an
     undetectable model, SolverError unless Clarabel reports an optimum.
     """
+    import cvxpy as cp
+
     require_detectable_model(model)
     n, r, p = model.a.shape[0], model.b.shape[1], model.c1.shape[0]
     gamma = cp.Variable(nonneg=True)

@@ -9,14 +9,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import factorial
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay.collocation import generator
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.validation import Array, positive_integer, positive_scalar
+
+if TYPE_CHECKING:
+    import control
 
 
 @dataclass(frozen=True)
@@ -130,6 +133,8 @@ def chebyshev_model(system: DelaySystem, order: int) -> Model:
 
 def to_control(system: DelaySystem, order: int) -> control.StateSpace:
     """The Padé model as a `control.StateSpace` with inputs w and outputs (z, y)."""
+    import control
+
     model = pade_model(system, order)
     outputs = np.vstack([model.c1, model.c2])
     return control.StateSpace(model.a, model.b, outputs, np.zeros((outputs.shape[0], model.b.shape[1])))

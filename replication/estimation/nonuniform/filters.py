@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-import control
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
@@ -13,6 +13,9 @@ from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.norms import GainBracket, l2_gain
 from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, as_matrix
+
+if TYPE_CHECKING:
+    import control
 
 DOUBLINGS = 50
 
@@ -41,6 +44,8 @@ class Filter:
 
     def to_statespace(self, dt: float | bool = True) -> control.StateSpace:
         """The filter as a discrete-time `control.StateSpace` from y to z^; dt True means an unspecified period."""
+        import control
+
         return control.StateSpace(self.A, self.B, self.C, np.zeros((len(self.C), self.B.shape[1])), dt)
 
     def spectral_radius(self) -> float:

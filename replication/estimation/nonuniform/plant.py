@@ -4,14 +4,16 @@ discretisation."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import control
 import numpy as np
 import scipy.linalg
 
 from replication.errors import InvalidInputError
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer, positive_scalar
+
+if TYPE_CHECKING:
+    import control
 
 HURWITZ_MARGIN = 1e-12
 """An eigenvalue counts as stable if its real part is below minus this times the norm of A."""
