@@ -5,11 +5,10 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from replication.audit.formulas import mathml
+from replication.audit.formulas import mathml, set_inline
 
 _CODE = re.compile(r"(^```.*?^```|`[^`\n]+`)", re.DOTALL | re.MULTILINE)
 _DISPLAY = re.compile(r"\$\$(.+?)\$\$", re.DOTALL)
-_INLINE = re.compile(r"(?<![\\$\w])\$(?!\s)([^$\n]+?)(?<!\s)\$(?!\w)")
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
@@ -20,4 +19,4 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 
 def _typeset(text: str) -> str:
     text = _DISPLAY.sub(lambda found: f'<div class="formula">{mathml(found[1].strip())}</div>', text)
-    return _INLINE.sub(lambda found: mathml(found[1]).replace('display="block"', 'display="inline"'), text)
+    return set_inline(text)

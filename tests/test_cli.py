@@ -122,6 +122,15 @@ def test_changed_verdict_is_exit_code_1_and_the_report_is_written(lab: Lab) -> N
     assert (lab.root / "report" / "index.html").is_file()
 
 
+def test_a_run_says_which_tutorials_are_not_there(lab: Lab) -> None:
+    lab.edit("other2021.py", 'key="other2021",', 'key="other2021", notebook="half",')
+    told = "tutorials not built yet, to which it links: half;"
+    assert told in lab.cli("run", "other2021").stdout
+    (lab.root / "report" / "notebooks").mkdir()
+    (lab.root / "report" / "notebooks" / "half.html").touch()
+    assert told not in lab.cli("run", "other2021").stdout
+
+
 def test_error_is_exit_code_3_and_the_report_is_written(lab: Lab) -> None:
     lab.edit("toy2020/squares.py", "    solver = ", "    raise ValueError('planted')\n    solver = ")
     done = lab.cli("run")

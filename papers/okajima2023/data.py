@@ -10,7 +10,6 @@ from replication.audit.printed import parse
 
 # Section IV-A, before eq. (33): the plant; W is the identity.
 A = "[0.95 0.5 0.2; -0.1 0.9 -0.2; 0 0.1 0.85]"
-B_U = "[0 1; 2 0; 0.5 2]"
 B_D = "[0.1; 0.3; 0.2]"
 C = "[1 0.5 0; 1 2.5 0.2]"
 D = "[1 0; 0 0.5]"

@@ -98,10 +98,9 @@ def assemble(
         claims.extend(_claim(state, paper.key, claim, proofs) for claim in paper.claims)
         errata.extend(record for record, _ in proofs.values())
         experiments.extend(_experiment(state, paper.key, experiment) for experiment in paper.experiments)
-        record, error = _paper(state, paper)
+        record, errors = _paper(state, paper)
         records.append(record)
-        if error:
-            failures.append(f"findings of {paper.key}: {error}")
+        failures.extend(f"{what} of {paper.key}: {error}" for what, error in errors.items() if error)
     results = ResultsFile(
         schema_version=SCHEMA_VERSION,
         run=run,
@@ -168,7 +167,8 @@ def _claim(
     return msgspec.structs.replace(record, unproved=state.unproved.get(claim.id, ""))
 
 
-def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, str]:
+def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:
+    """The record of a paper, and by name of what could not be computed the error, empty if there is none."""
     names = [experiment.name for experiment in paper.experiments]
     findings, error = state.attempt(names, lambda results: _sentences(paper.findings(results)))
     moves, unmoved = state.attempt(names, paper.sensitivity)
@@ -179,7 +179,7 @@ def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, str]:
         common=shared or (),
         **paper_fields(paper),
     )
-    return record, " · ".join(filter(None, (error, unmoved, unshared)))
+    return record, {"findings": error, "sensitivity": unmoved, "common levels": unshared}
 
 
 def _checked(proof: object) -> Proof:

@@ -69,9 +69,8 @@ class Cluster:
         client = _connect(self.address)
         futures: dict[Any, str] = {}
         try:
-            for task in tasks:
-                order = msgspec.json.encode(order_of(task))
-                futures[client.submit(compute_apart, order, pure=False)] = task.name
+            for order in orders_of(tasks):
+                futures[client.submit(compute_apart, msgspec.json.encode(order), pure=False)] = order.name
             for future in as_completed(futures, loop=client.loop):
                 yield _answer(futures[future], future)
         finally:
@@ -79,17 +78,18 @@ class Cluster:
             client.close()
 
 
-def order_of(task: Task) -> Order:
-    """What `task` needs of the machine that computes it, as it is here."""
-    environment = read_environment(task.packages["papers"].parent)
-    return Order(
-        name=task.name,
-        function=task.function,
-        inputs=task.inputs,
-        sources=SourceTree(task.packages).files_of(task.function.partition(":")[0]),
-        python=environment.python,
-        packages=environment.packages,
-    )
+def orders_of(tasks: Sequence[Task]) -> Iterator[Order]:
+    """What each of the tasks, all of one project, needs of the machine that computes it, as it is here."""
+    environment, sources = read_environment(tasks[0].packages["papers"].parent), SourceTree(tasks[0].packages)
+    for task in tasks:
+        yield Order(
+            name=task.name,
+            function=task.function,
+            inputs=task.inputs,
+            sources=sources.files_of(task.function.partition(":")[0]),
+            python=environment.python,
+            packages=environment.packages,
+        )
 
 
 def compute_apart(order: bytes) -> bytes:

@@ -48,18 +48,6 @@ def to_csv(data: FigureData) -> bytes:
     return stream.getvalue().encode()
 
 
-def read_csv(path: Path) -> FigureData:
-    """Read the data of a figure back; raises AuditError if the file is not one that `write_figures` wrote."""
-    rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
-    if len(rows) < 2 or any(len(row) != len(rows[0]) for row in rows):
-        raise AuditError(f"{path} is not the data of a figure: it needs a header and rows of equal length")
-    try:
-        columns = {name: tuple(float(cell) for cell in column if cell) for name, *column in zip(*rows, strict=True)}
-    except ValueError as error:
-        raise AuditError(f"{path} holds a cell that is not a number: {error}") from None
-    return FigureData(columns=columns)
-
-
 def _write_figure(figure: Figure, paper: str, results: Mapping[str, Any], directory: Path) -> FigureRecord:
     targets = directory / f"{figure.name}.csv", directory / f"{figure.name}.svg"
     table, drawing, alt, failure = b"", b"", "", ""

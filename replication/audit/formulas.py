@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from replication.errors import AuditError
 
+_INLINE = re.compile(r"(?<![\\$\w])\$(?!\s)([^$\n]+?)(?<!\s)\$(?!\w)")
 _ELEMENT = re.compile(r"\{http://www\.w3\.org/1998/Math/MathML\}m[a-z]+")
 _ATTRIBUTE = re.compile(r"(?!on|href|src)[a-z]+", re.IGNORECASE)
 
@@ -42,3 +43,8 @@ def mathml(latex: str) -> Markup:
         if not _ELEMENT.fullmatch(str(element.tag)) or not all(map(_ATTRIBUTE.fullmatch, element.attrib)):
             raise AuditError(f"the formula {latex!r} brings {element.tag!r} into the page; write it in plain LaTeX")
     return Markup(text)
+
+
+def set_inline(text: str) -> str:
+    """Markdown with the formulas between single dollar signs as MathML in the line; raises as `mathml`."""
+    return _INLINE.sub(lambda found: mathml(found[1]).replace('display="block"', 'display="inline"'), text)

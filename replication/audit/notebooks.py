@@ -14,7 +14,7 @@ from typing import Any
 from markupsafe import Markup
 
 from replication.audit.files import write_atomically
-from replication.audit.formulas import mathml
+from replication.audit.formulas import set_inline
 from replication.audit.names import one_of
 from replication.audit.provenance import LOCK
 from replication.audit.templates import environment, source, style_sheet
@@ -24,7 +24,6 @@ FOLDER = "docs/notebooks"
 SECONDS = 600
 """What one cell may take."""
 
-_INLINE = re.compile(r"(?<![\\$\w])\$(?!\s)([^$\n]+?)(?<!\s)\$(?!\w)")
 _NO_ALT = re.compile(r'alt="No description has been provided for this image"')
 _KEY = re.compile(r"<!-- made from ([0-9a-f]{64}) -->")
 SET_UP = """import matplotlib, matplotlib_inline.backend_inline as inline
@@ -92,7 +91,7 @@ def _page(notebook: Any, key: str) -> str:
 
     for cell in notebook.cells:
         if cell.cell_type == "markdown":
-            cell.source = _INLINE.sub(lambda found: mathml(found[1]).replace('"block"', '"inline"'), cell.source)
+            cell.source = set_inline(cell.source)
     exporter = HTMLExporter(template_name="basic", exclude_input_prompt=True, exclude_output_prompt=True)
     body, _ = exporter.from_notebook_node(notebook)
     drawn = iter(_drawing_lines(notebook))

@@ -35,7 +35,7 @@ class Outcome:
 
     results_by_experiment: result by name, without the experiments that failed. results: the file, without figures.
     log: what was done about each experiment, in the order of the papers. failures: the errors that no record carries,
-    which are those of findings.
+    those of findings, sensitivity and common levels.
     """
 
     results_by_experiment: Mapping[str, Any]

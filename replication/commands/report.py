@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from replication.commands.shared import FINE, add_figures, add_output, project_root, results_path, say
+from replication.commands.shared import FINE, add_figures, add_output, project_root, results_path, say_report
 
 TEXT = "build index.html from results.json, without computing anything"
 
@@ -18,9 +18,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Write index.html beside results.json."""
     from replication.audit.records import read_results
-    from replication.audit.report import build_report
 
     path = results_path(chosen)
     figures = chosen.figures or project_root() / "figures"
-    say([f"report: {build_report(read_results(path), figures, path.parent / 'index.html')}"])
+    say_report(read_results(path), figures, path.parent / "index.html")
     return FINE

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from replication.commands.shared import DIFFERENT, FAILED, FINE, add_figures, add_output, project_root, say
+from replication.commands.shared import DIFFERENT, FAILED, FINE, add_figures, add_output, project_root, say, say_report
 
 if TYPE_CHECKING:
     from replication.audit.pool import Executor
@@ -51,7 +51,6 @@ def command(chosen: argparse.Namespace) -> int:
     from replication.audit.drawn import draw_figures
     from replication.audit.files import require_writable
     from replication.audit.records import write_results
-    from replication.audit.report import build_report
     from replication.audit.runner import run
     from replication.audit.summary import run_lines
 
@@ -69,7 +68,7 @@ def command(chosen: argparse.Namespace) -> int:
     results = msgspec.structs.replace(outcome.results, figures=drawn)
     write_results(output / "results.json", results)
     say(run_lines(results, outcome.log, outcome.failures))
-    say([f"report: {build_report(results, figures, output / 'index.html')}"])
+    say_report(results, figures, output / "index.html")
     return _code(results, outcome.failures)
 
 

@@ -6,6 +6,10 @@ import argparse
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from replication.audit.records import ResultsFile
 
 FINE, DIFFERENT, BAD_INPUT, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -28,6 +32,18 @@ def say(lines: Iterable[str]) -> None:
 
     for line in lines:
         say(line, sys.stdout)
+
+
+def say_report(results: ResultsFile, figures: Path, output: Path) -> None:
+    """Build the report at `output` and say where it is, and which of the tutorials that it links to are not built."""
+    from replication.audit.report import build_report
+
+    say([f"report: {build_report(results, figures, output)}"])
+    pages = project_root() / "report" / "notebooks"
+    named = {paper.notebook for paper in results.papers if paper.notebook}
+    absent = sorted(name for name in named if not (pages / f"{name}.html").is_file())
+    if absent:
+        say([f"tutorials not built yet, to which it links: {', '.join(absent)}; `replication notebooks` writes them"])
 
 
 def add_output(parser: argparse.ArgumentParser, text: str) -> None:

@@ -21,14 +21,14 @@ ORDER = """
 import msgspec, papers
 from pathlib import Path
 from replication.audit.cache import Cache
-from replication.audit.cluster import order_of
+from replication.audit.cluster import orders_of
 from replication.audit.pool import Processes
 from replication.audit.runner import run
 
 class Spy:
     def compute(self, tasks):
-        (task,) = (task for task in tasks if task.name == "toy2020.square")
-        print(msgspec.json.encode(order_of(task)).decode())
+        (order,) = (order for order in orders_of(tasks) if order.name == "toy2020.square")
+        print(msgspec.json.encode(order).decode())
         return Processes(1).compute(tasks)
 
 run(papers.load(papers.KEYS), cache=Cache(Path(".cache")), root=Path.cwd(), executor=Spy())

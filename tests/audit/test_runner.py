@@ -191,10 +191,14 @@ def test_wrong_arguments_are_told_without_a_line_of_the_machinery(lab: Lab) -> N
 def test_malformed_proofs_and_findings_are_errors(lab: Lab) -> None:
     lab.edit("toy2020/claims.py", 'quantities={"four": ', 'quantities={"four": float("inf") * ')
     lab.edit("toy2020/__init__.py", "findings=lambda results: (", "findings=lambda results: 7 or (")
+    wrong = "sensitivity=lambda results: 1 // 0, common=lambda results: results['lost'],"
+    lab.edit("other2021.py", 'key="other2021",', f'key="other2021", {wrong}')
     answer = lab.audit()
+    *others, findings = answer["failures"]
+    assert [told.partition(": ")[0] for told in others] == ["sensitivity of other2021", "common levels of other2021"]
     assert "four is inf" in answer["file"]["errata"][0]["error"]
-    assert "tuple of sentences, got 7" in answer["failures"][0]
-    assert answer["failures"][0].removeprefix("findings of toy2020: ") in answer["file"]["papers"][1]["findings"][0]
+    assert "tuple of sentences, got 7" in findings
+    assert findings.removeprefix("findings of toy2020: ") in answer["file"]["papers"][1]["findings"][0]
 
 
 def test_a_function_without_a_name_is_refused_before_anything_runs(lab: Lab) -> None:

@@ -6,9 +6,10 @@ import re
 from pathlib import Path
 
 import pytest
+from tables import read_csv
 
 from papers import KEYS
-from replication.audit.figures import read_csv, write_figures
+from replication.audit.figures import write_figures
 from replication.audit.readme import BEGIN, END, replace_block, results_block
 from replication.audit.runner import Outcome
 from replication.errors import AuditError
@@ -24,7 +25,7 @@ def test_figures_hold_the_data_of_a_fresh_run(fresh_run: Outcome, tmp_path: Path
     records = write_figures(papers.load(), fresh_run.results_by_experiment, tmp_path)
     assert [record.error for record in records if record.error] == []
     for record in records:
-        committed, fresh = (read_csv(folder / f"{record.name}.csv").columns for folder in (ROOT / "figures", tmp_path))
+        committed, fresh = (read_csv(folder / f"{record.name}.csv") for folder in (ROOT / "figures", tmp_path))
         assert list(committed) == list(fresh), record.name
         for column, values in fresh.items():
             assert committed[column] == pytest.approx(values, abs=FIGURE_TOLERANCE), (record.name, column)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 import random
 from collections.abc import Callable
 from fractions import Fraction
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from delay_cases import FOLDER, Json, certificate, refusal
 from flint import acb, arb, fmpq, fmpq_mat
 
 from replication.estimation.certificates import delay as maker
@@ -21,21 +21,7 @@ from replication.verify.linear import zeros
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 
-FOLDER = Path(__file__).parents[2] / "certificates" / "peet2019"
-Json = dict[str, Any]
 Tamper = Callable[[Json], None]
-
-
-def certificate(name: str) -> Json:
-    found: Json = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
-    return found
-
-
-def refusal(given: Json, statement: Callable[[Json], object] = check) -> str:
-    """Why a certificate is refused."""
-    with pytest.raises(Refused) as caught:
-        statement(given)
-    return str(caught.value)
 
 
 def times(text: str, factor: Fraction) -> str:

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-from typing import Any
 from unittest import mock
 
 import pytest
+from delay_cases import certificate
 
 from replication.verify import delay_identity, delay_inverse
 from replication.verify.delay_symbols import Symbolic, symbols, unit
 from replication.verify.run import check
 from replication.verify.theorem import Refused
-
-FOLDER = Path(__file__).parents[2] / "certificates" / "peet2019"
-
-
-def certificate(name: str) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
-    return found
 
 
 def test_matrices_of_symbols_obey_the_rules() -> None:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import random
-from collections.abc import Callable
 from fractions import Fraction
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from delay_cases import Json, certificate, refusal
 from flint import acb, fmpq, fmpq_mat
 
 from replication.estimation.certificates import delay as maker
@@ -20,22 +18,8 @@ from replication.estimation.certificates.rounding import as_floats
 from replication.verify import delay_dual, delay_forms, delay_pade, delay_plant, delay_sos
 from replication.verify.linear import zeros
 from replication.verify.run import check
-from replication.verify.theorem import Refused
 
-FOLDER = Path(__file__).parents[2] / "certificates" / "peet2019"
-Json = dict[str, Any]
 SMALL = Fraction(1, 100_000)
-
-
-def certificate(name: str) -> Json:
-    found: Json = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
-    return found
-
-
-def refusal(given: Json, statement: Callable[[Json], object] = check) -> str:
-    with pytest.raises(Refused) as caught:
-        statement(given)
-    return str(caught.value)
 
 
 def scaled(given: Json, factor: Fraction) -> Json:

@@ -126,16 +126,6 @@ class ReadingSpace:
         )
 
 
-def ratio_of(space: ReadingSpace, reading: Reading, frequency: float) -> float:
-    """Error ratio of one reading; raises InfeasibleError for the steady state of an unstable loop."""
-    loop = space.loop(reading.observer, reading.structure, frequency)
-    if reading.window is None:
-        return tracking_error_ratio(loop, reading.points)
-    first, last = reading.window
-    starts = np.array([_start(space, loop, reading.start)])
-    return float(np.max(_peaks(space, loop, starts)[list(Points).index(reading.points), first:last, 0]))
-
-
 def error_ratios(space: ReadingSpace, observer: str, structure: Structure) -> Array:
     """Error ratios of all readings of one observer and structure: (rows, frequencies); NaN where there is none."""
     return np.stack([_column(space, observer, structure, f) for f in space.frequencies], axis=1)

@@ -25,8 +25,8 @@ from replication.estimation.delay import (
     riccati_gain,
 )
 from replication.estimation.delay.gains import GainValues, injection_operator, storage_operator
-from replication.estimation.delay.inverse import as_operator
 from replication.estimation.delay.response import simulate
+from tests.estimation.delay.inverses import as_operator
 from tests.estimation.delay.plants import one_delay, random_system, three_delays, two_delays, unstable_pair
 
 MARGIN = 1e-4

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay import legendre, pqrs
-from replication.estimation.delay.inverse import as_operator, invert
+from replication.estimation.delay.inverse import invert
 from replication.estimation.delay.pqrs import Operator
 from replication.estimation.validation import Array
+from tests.estimation.delay.inverses import as_operator
 
 IDENTITY = 1e-10
 SEEDS = st.integers(0, 2**31)
