@@ -1,12 +1,11 @@
 """Cost of the observer synthesis for Example 4 of the delay paper, cell by cell of its Table I.
 
-    python benchmarks/bench_delay.py                 cells with n·K up to 10, beside the plain cvxpy formulation
-    python benchmarks/bench_delay.py --largest 25    more cells
-    python benchmarks/bench_delay.py --full bessel   every cell by the small cone, with n = K = 10 that is not published
-    python benchmarks/bench_delay.py --full total    every published cell by the full cone (hours on a small machine)
+    python benchmarks/bench_delay.py --full bessel               every cell by the small cone, n = K = 10 included
+    python benchmarks/bench_delay.py --full total                every published cell by the full cone (hours)
+    python benchmarks/bench_delay.py --full plain --largest 10   the same program through cvxpy and Clarabel
 
-`--full` runs each cell in a process of its own and appends what it measured to delay_full.jsonl, so that it can be
-stopped and taken up again; it then writes delay_full.md from that file. Remove a line of the file to repeat its cell.
+Each cell runs in a process of its own, and what was measured is appended to papers/peet2019/full_run.jsonl, so that a
+run can be stopped and taken up again; delay_full.md is written from that file. Remove a line of it to repeat its cell.
 The small cone gives a certificate that is rewritten as one of the full cone of degree 1 and checked on its equalities.
 Seconds are those of assembly and solver together; the published seconds are of another machine.
 """
@@ -21,7 +20,7 @@ import resource
 import subprocess
 import sys
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -30,72 +29,46 @@ import cvxpy
 
 from papers.peet2019 import data, scaling
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent, published
+from papers.peet2019.measured import PLAIN, RECORD, Cell, recorded
 from replication.estimation.delay import DegreeRule
 from replication.estimation.delay.sdp import Program
 
-HERE = Path(__file__).parent
-MEASURED = HERE / "delay_full.jsonl"
-TABLE = HERE / "delay_full.md"
+TABLE = Path(__file__).parent / "delay_full.md"
 CONES = {
     DegreeRule.BESSEL.value: "The small cone, one moment: a certificate, with its residual in the full program",
     DegreeRule.TOTAL.value: "The full cone of degree 1",
+    PLAIN: "The full cone of degree 1, written with cvxpy for Clarabel",
 }
-PLAIN_LARGEST = 6
-"""Beyond this product the plain formulation takes minutes and gigabytes."""
 SECONDS_LIMIT = 7200.0
 BYTES_LIMIT = 10 * 10**9
 
 
-@dataclass(frozen=True)
-class Cell:
-    """One run of a cell: seconds by the clock and of the processor, peak memory [GB], and what came out.
-
-    cone: the rule of the cone, total or bessel; residual: of a certificate of the small cone, in the full program.
-    A run that failed or was stopped has no equalities, CPU seconds, peak and γ. load is the machine's load average
-    when the run ended: with more load than processors, only CPU seconds compare.
-    """
-
-    cone: str
-    states: int
-    delays: int
-    equalities: int | None
-    seconds: float
-    cpu_seconds: float | None
-    peak: float | None
-    gamma: float | None
-    outcome: str
-    threads: int
-    load: float
-    processors: int
-    machine: str
-    date: str
-    residual: float | None
-
-
-def plain_seconds(task: Program) -> float:
-    """Seconds of the same program written with cvxpy variables and solved by its default route through Clarabel."""
+def solve_plain(task: Program) -> dict[str, Any]:
+    """The same program written with cvxpy variables and solved by its default route through Clarabel."""
     level = cvxpy.Variable(task.linear, nonneg=True)
     blocks = [cvxpy.Variable((size, size), PSD=True) for size in task.blocks]
     vector = cvxpy.hstack([level, *(cvxpy.vec(block, order="C") for block in blocks)])
     problem = cvxpy.Problem(cvxpy.Minimize(task.c @ vector), [task.a @ vector == task.b])
-    start = time.perf_counter()
     problem.solve(solver=cvxpy.CLARABEL)
-    return time.perf_counter() - start
+    solver = {"status": problem.status, "iterations": problem.solver_stats.num_iters}
+    return {"gamma": float(level.value[0]), "equalities": task.a.shape[0], "solver": solver}
 
 
 def measured(cone: str, states: int, delays: int, threads: int) -> Cell:
     """Solve one cell in this process. Raises what the solver raises."""
     wall, cpu = time.perf_counter(), time.process_time()
-    small = cone == DegreeRule.BESSEL
-    level = scaling.SMALL_LEVEL if small else scaling.level_of(states, delays)
-    if small:
-        found = scaling.small_cone_cost(states, delays, scaling.SMALL_LEVEL, threads)
+    level = scaling.level_of(states, delays)
+    if cone == PLAIN:
+        level = None
+        found = solve_plain(scaling.cost_program(states, delays, level))
+    elif cone == DegreeRule.BESSEL:
+        level = scaling.SMALL_LEVEL
+        found = scaling.small_cone_cost(states, delays, level, threads)
     else:
         found = scaling.cost(states, delays, level, threads)
     seconds, cpu_seconds = time.perf_counter() - wall, time.process_time() - cpu
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     verb = "minimised" if level is None else "certified"
-    outcome = f"{verb}, {found['solver']['status']}, {found['solver']['iterations']} iterations"
     return Cell(
         cone=cone,
         states=states,
@@ -105,8 +78,8 @@ def measured(cone: str, states: int, delays: int, threads: int) -> Cell:
         cpu_seconds=cpu_seconds,
         peak=peak,
         gamma=found["gamma"],
-        outcome=outcome,
-        residual=found["full"]["residual"] if small else None,
+        outcome=f"{verb}, {found['solver']['status']}, {found['solver']['iterations']} iterations",
+        residual=found["full"]["residual"] if "full" in found else None,
         **_conditions(threads),
     )
 
@@ -158,17 +131,6 @@ def isolated(cone: str, states: int, delays: int, threads: int) -> Cell:
     )
 
 
-def recorded() -> list[Cell]:
-    """The cells measured so far, in the order of their product."""
-    lines = MEASURED.read_text().splitlines() if MEASURED.exists() else []
-    return sorted((Cell(**json.loads(line)) for line in lines), key=lambda c: (c.states * c.delays, c.states))
-
-
-def solved(cells: list[Cell]) -> list[Cell]:
-    """The cells that came to an end and are large enough for the exponent."""
-    return [cell for cell in cells if cell.gamma is not None and cell.states * cell.delays >= FROM_PRODUCT]
-
-
 def _text(value: float | None, form: str) -> str:
     return "-" if value is None else format(value, form)
 
@@ -191,12 +153,12 @@ def table(cells: list[Cell]) -> str:
 
 def growth(cells: list[Cell]) -> str:
     """The exponents of growth in n·K, in our seconds and in the published ones of the same cells."""
-    chosen = [cell for cell in solved(cells) if data.seconds(cell.states, cell.delays) != "N/A"]
-    if len({c.states * c.delays for c in chosen}) < 2:
+    chosen = [cell for cell in _published(cells) if cell.gamma is not None and cell.product >= FROM_PRODUCT]
+    if len({cell.product for cell in chosen}) < 2:
         return f"No exponent of growth: fewer than two products n·K ≥ {FROM_PRODUCT} are solved.\n"
-    cpu = exponent([(c.states * c.delays, c.cpu_seconds) for c in chosen if c.cpu_seconds is not None])
-    clock = exponent([(c.states * c.delays, c.seconds) for c in chosen])
-    printed = exponent([(c.states * c.delays, float(data.seconds(c.states, c.delays))) for c in chosen])
+    cpu = exponent([(c.product, c.cpu_seconds) for c in chosen if c.cpu_seconds is not None])
+    clock = exponent([(c.product, c.seconds) for c in chosen])
+    printed = exponent([(c.product, float(data.seconds(c.states, c.delays))) for c in chosen])
     return (
         f"Exponent of growth in n·K over the {len(chosen)} solved cells with n·K ≥ {FROM_PRODUCT}: {cpu:.2f} in CPU"
         f" seconds, {clock:.2f} by the clock; {printed:.2f} in the published seconds of the same cells.\n"
@@ -205,11 +167,31 @@ def growth(cells: list[Cell]) -> str:
 
 def total_seconds(cells: list[Cell]) -> str:
     """CPU seconds of all published cells together."""
-    chosen = [
-        cell for cell in cells if cell.cpu_seconds is not None and data.seconds(cell.states, cell.delays) != "N/A"
-    ]
+    chosen = [cell for cell in _published(cells) if cell.cpu_seconds is not None]
     used = sum(cell.cpu_seconds or 0.0 for cell in chosen)
     return f"{len(chosen)} of {len(published())} published cells, {used:.0f} CPU seconds together.\n"
+
+
+def _published(cells: list[Cell]) -> list[Cell]:
+    return [cell for cell in cells if data.seconds(cell.states, cell.delays) != "N/A"]
+
+
+def comparison(cells: list[Cell]) -> str:
+    """CPU seconds of the three ways for the cells that the plain one was tried on, and how many times faster."""
+    of = {(cell.cone, cell.states, cell.delays): cell for cell in cells}
+    lines = [
+        "| n | K | plain CPU [s] | full cone CPU [s] | times faster | small cone CPU [s] | times faster |",
+        "|--:|--:|--:|--:|--:|--:|--:|",
+    ]
+    for cell in (cell for cell in cells if cell.cone == PLAIN):
+        fields = [str(cell.states), str(cell.delays), _text(cell.cpu_seconds, ".2f")]
+        for cone in (DegreeRule.TOTAL, DegreeRule.BESSEL):
+            other = of.get((cone.value, cell.states, cell.delays))
+            seconds = other.cpu_seconds if other else None
+            ratio = cell.cpu_seconds / seconds if cell.cpu_seconds and seconds else None
+            fields += [_text(seconds, ".2f"), _text(ratio, ".3g")]
+        lines.append(f"| {' | '.join(fields)} |")
+    return "\n".join(lines) + "\n"
 
 
 def page(cells: list[Cell]) -> str:
@@ -217,70 +199,52 @@ def page(cells: list[Cell]) -> str:
     machines = sorted({f"{c.machine}, {c.processors} processors, {c.date}" for c in cells})
     lines = [
         "# Example 4 of the delay paper, measured\n",
-        "Written by `benchmarks/bench_delay.py --full` from `delay_full.jsonl`. CPU seconds are those of all",
-        "threads; where the load exceeds the number of processors, the clock also measures other work.\n",
+        "Written by `benchmarks/bench_delay.py --full` from `papers/peet2019/full_run.jsonl`. CPU seconds are those of",
+        "all threads; where the load exceeds the number of processors, the clock also measures other work.\n",
         f"Machine: {'; '.join(machines)}.\n",
     ]
     for cone, title in CONES.items():
         chosen = [cell for cell in cells if cell.cone == cone]
         lines += [f"## {title}\n", table(chosen), total_seconds(chosen), growth(chosen)]
+    lines += ["## Against the straightforward formulation\n", comparison(cells)]
     return "\n".join(lines)
 
 
-def published_cells(largest: int) -> list[tuple[int, int]]:
-    """Cells (n, K) of Table I up to a product, smallest product first."""
+def cells_of(cone: str, largest: int) -> list[tuple[int, int]]:
+    """The cells (n, K) of Table I up to a product, smallest first; the small cone also takes the one left out there."""
     cells = [(n, k) for k in data.DELAY_COUNTS for n in data.STATES if n * k <= largest]
-    return sorted(cells, key=lambda cell: (cell[0] * cell[1], cell[0]))
+    chosen = [(n, k) for n, k in cells if cone == DegreeRule.BESSEL or data.seconds(n, k) != "N/A"]
+    return sorted(chosen, key=lambda cell: (cell[0] * cell[1], cell[0]))
 
 
-def cells_of(cone: str) -> list[tuple[int, int]]:
-    """The cells (n, K) to measure; the small cone also takes the one that the paper leaves out."""
-    cells = published_cells(int(data.LARGEST_PRODUCT))
-    return [*cells, (data.STATES[-1], data.DELAY_COUNTS[-1])] if cone == DegreeRule.BESSEL else cells
-
-
-def run_full(cone: str, threads: int) -> None:
+def run_full(cone: str, largest: int, threads: int) -> None:
     """Measure every cell that is not in the file yet, one after the other, and write the table."""
     done = {(cell.cone, cell.states, cell.delays) for cell in recorded()}
-    for states, delays in cells_of(cone):
+    for states, delays in cells_of(cone, largest):
         if (cone, states, delays) not in done:
             cell = isolated(cone, states, delays, threads)
-            with MEASURED.open("a") as file:
+            with RECORD.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(asdict(cell)) + "\n")
-            TABLE.write_text(page(recorded()))
+            TABLE.write_text(page(recorded()), encoding="utf-8")
             print(f"n = {states}, K = {delays}: {cell.seconds:.2f} s, {cell.outcome}", flush=True)
-    TABLE.write_text(page(recorded()))
-
-
-def run_small(largest: int, threads: int) -> None:
-    """Measure the small cells beside the plain formulation, and print them."""
-    cells = []
-    for n, k in published_cells(largest):
-        cell = measured(DegreeRule.TOTAL.value, n, k, threads)
-        cells.append(cell)
-        small = n * k <= PLAIN_LARGEST and scaling.level_of(n, k) is None
-        plain = f", plain cvxpy {plain_seconds(scaling.cost_program(n, k, None)):.2f} s" if small else ""
-        print(f"n = {n}, K = {k}: {cell.seconds:.2f} s{plain}", flush=True)
-    print(table(cells))
-    print(growth(cells))
+    TABLE.write_text(page(recorded()), encoding="utf-8")
 
 
 def main() -> None:
     """Choose what to measure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--largest", type=int, default=10, help="largest product n·K")
-    parser.add_argument("--full", choices=CONES, help="every cell by one of the cones, resumable")
-    parser.add_argument("--cell", nargs=3, metavar=("CONE", "n", "K"), help="one cell, printed as JSON")
+    chosen = parser.add_mutually_exclusive_group(required=True)
+    chosen.add_argument("--full", choices=CONES, help="every cell by one of the cones, resumable")
+    chosen.add_argument("--cell", nargs=3, metavar=("CONE", "n", "K"), help="one cell, printed as JSON")
+    parser.add_argument("--largest", type=int, default=data.STATES[-1] * data.DELAY_COUNTS[-1], help="largest n·K")
     parser.add_argument("--threads", type=int, default=1, help="threads of SDPA")
-    chosen = parser.parse_args()
-    if chosen.cell:
+    asked = parser.parse_args()
+    if asked.cell:
         resource.setrlimit(resource.RLIMIT_DATA, (BYTES_LIMIT, BYTES_LIMIT))
-        cone, states, delays = chosen.cell
-        print(json.dumps(asdict(measured(cone, int(states), int(delays), chosen.threads))))
-    elif chosen.full:
-        run_full(chosen.full, chosen.threads)
+        cone, states, delays = asked.cell
+        print(json.dumps(asdict(measured(cone, int(states), int(delays), asked.threads))))
     else:
-        run_small(chosen.largest, chosen.threads)
+        run_full(asked.full, asked.largest, asked.threads)
 
 
 if __name__ == "__main__":

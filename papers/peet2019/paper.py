@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 from papers._common import INPUTS, MULTIPLES
-from papers.peet2019 import common, data, names, sensitivity
+from papers.peet2019 import common, data, measured, names, sensitivity
 from papers.peet2019.claims import cost, levels, theory
 from papers.peet2019.data import KEY
 from papers.peet2019.errata import ERRATA
@@ -119,6 +120,7 @@ EXPERIMENTS: tuple[Experiment, ...] = (
         _experiment(names.cell(n, k), small_cone_cost, states=n, delays=k, level=SMALL_LEVEL)
         for n, k in names.small_cone_cells()
     ),
+    _experiment(names.MEASURED, measured.cells, cells=[asdict(cell) for cell in measured.recorded()]),
     _experiment(names.SIZES, sizes, states=list(data.STATES), delays=list(data.DELAY_COUNTS)),
     _experiment(names.ROOTS, example_4_roots, states=list(data.STATES), delays=list(data.DELAY_COUNTS)),
     _experiment(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import runpy
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from papers.peet2019.errata import WRONG
 from papers.peet2019.experiments import as_printed, closed_loop, references, synthesised, system_of
 from papers.peet2019.identities import MISPRINTS, identities
 from papers.peet2019.inversion import inverse_identities
+from papers.peet2019.measured import RECORD, recorded
 from papers.peet2019.readings import READINGS, common_epsilon, readings
 from papers.peet2019.scaling import SMALL_LEVEL, cost, cost_program, example_4, sizes, small_cone_cost
 from replication.audit.claims import validate_claims
@@ -123,6 +126,21 @@ def test_certificate_of_the_small_cone_is_one_of_degree_one(states: int, delays:
     assert found["full"]["residual"] < ROUNDING
     assert found["full"]["least_eigenvalue"] > -ROUNDING
     assert found["solver"]["residuals"]["least eigenvalue"] > 0.0
+
+
+def test_the_record_of_the_full_run_holds_every_published_cell_and_the_one_left_out() -> None:
+    small = {(cell.states, cell.delays): cell for cell in recorded() if cell.cone == "bessel"}
+    assert set(small) == {(n, k) for n in data.STATES for k in data.DELAY_COUNTS}
+    for cell in small.values():
+        assert cell.gamma is not None and cell.gamma < float(data.SMALL_GAIN.lstrip("<"))
+        assert cell.residual is not None and cell.residual < ROUNDING
+        assert cell.peak is not None and cell.peak < 10.0
+
+
+def test_the_page_of_the_full_run_is_that_of_its_record() -> None:
+    path = RECORD.parents[2] / "benchmarks" / "bench_delay.py"
+    module = runpy.run_path(str(path))
+    assert path.with_name("delay_full.md").read_text(encoding="utf-8") == module["page"](recorded())
 
 
 def test_example_4_keeps_its_zeros_and_its_optimum() -> None:
