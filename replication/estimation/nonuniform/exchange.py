@@ -29,8 +29,8 @@ SCAN = 257
 WIDE = 10.0
 """Ranges longer than so many of the fastest time constants are looked at in equal ratios, others in equal steps."""
 VIOLATION = 5e-7
-"""Largest eigenvalue of (10), in normalised coordinates, that counts as satisfied: the level is then right to about
-1e-6."""
+"""Largest eigenvalue of (10), in normalised coordinates, that counts as satisfied. What it costs the level is told by
+`shortfall`: about 1e-6 where the range is short, more where the duals are large, as for very wide ranges."""
 INACTIVE = 1e-5
 """Share of the dual weight below which a period leaves the grid; it comes back if it is violated again."""
 PROGRESS = 1e-5
@@ -41,11 +41,16 @@ NEIGHBOURS = 0.25
 
 @dataclass(frozen=True)
 class RobustDesign:
-    """design: the last one; rounds: solver calls; violation: largest eigenvalue of (10) left over the whole range."""
+    """design: the last one; rounds: solver calls; violation: largest eigenvalue of (10) left over the whole range.
+
+    shortfall: how far `design.level` may lie, relative to itself, below the least level that holds for the whole range
+    with one Lyapunov function, by this violation; see `shortfall`.
+    """
 
     design: FilterDesign
     rounds: int
     violation: float
+    shortfall: float
 
 
 def violations(normalised: Normalised, v: LmiVariables, periods: Array) -> Array:
@@ -108,6 +113,21 @@ def halfway(grid: list[float], h: float, periods: PeriodRange) -> float:
     return (nearest + h) / 2
 
 
+def shortfall(design: FilterDesign, peaks: list[tuple[float, float]], periods: PeriodRange) -> float:
+    """Growth of the level, relative to it, that the violations at `peaks` ask for, to first order.
+
+    By duality delta grows by the sum of dual trace times violation. The dual of a peak lies on the periods of the grid
+    on both sides of it and is counted there; that of an end of the range only where both sides are ends.
+    """
+    owed = np.zeros(len(design.periods))
+    for violation, h in peaks:
+        above = int(np.searchsorted(design.periods, h))
+        sides = [i for i in (above - 1, above) if 0 <= i < len(owed)]
+        inner = [i for i in sides if periods.h_l < design.periods[i] < periods.h_u]
+        owed[inner or sides] = np.maximum(owed[inner or sides], violation)
+    return float(owed @ np.array(design.weights) / (2 * design.variables.delta))
+
+
 def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int = 40) -> RobustDesign:
     """Minimise gamma subject to (10) for every period of the range; the guarantee holds for every sampling sequence.
 
@@ -122,7 +142,7 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
         peaks = worst_periods(normalised, design.variables, candidates, transitions)
         new = [h for value, h in peaks if value > VIOLATION and h not in working]
         if not new:
-            return RobustDesign(design, round_, peaks[0][0])
+            return RobustDesign(design, round_, peaks[0][0], shortfall(design, peaks, periods))
         if design.level > reached * (1 + PROGRESS):
             working = sorted({*(grid := condensed(design, periods)), halfway(grid, new[0], periods)})
         else:

@@ -128,6 +128,7 @@ def design(
         facts: tuple[Evidence, ...] = (
             Evidence("level of the design", found.design.level, "LMI (10) at all periods, one Lyapunov function"),
             Evidence("violation left", found.violation, "largest eigenvalue of LMI (10) over the range"),
+            Evidence("level of the design too low by", found.shortfall, "relative; dual times violation, first order"),
             Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
         )
         return _result(checked, signals, found.design.filter, range_, facts, leaves, horizon)

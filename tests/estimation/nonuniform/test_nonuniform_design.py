@@ -4,11 +4,13 @@ from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.nonuniform import exchange
 from replication.estimation.nonuniform.algorithm1 import CORRECT, LITERAL, End, Reading, build_grid
 from replication.estimation.nonuniform.bracket import floor_for_any_filter
 from replication.estimation.nonuniform.exchange import VIOLATION, dense_design, robust_design, violations
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
+    Solver,
     design_for_periods,
     lmi10,
     lmi_size,
@@ -235,3 +237,26 @@ def test_robust_design_grows_with_the_order_and_the_range():
     assert large.design.report.residuals["gap"] <= GAP
     levels = [robust_design(MOTOR, PeriodRange(0.001, h_u)).design.level for h_u in (0.1, 1.0, 100.0)]
     assert levels[0] < levels[1] < levels[2]
+
+
+def test_a_solution_short_of_the_accuracy_is_refined():
+    """Five states over a wide range: SDPA's first solution ends with a gap far above 1e-6."""
+    plant = random_plant(np.random.default_rng(1), 5)
+    grid = [0.01, 1.505, 3.0]
+    refined = design_for_periods(plant, grid, solver=Solver.SDPA)
+    assert refined.report.options["refinement"] >= 1
+    assert refined.report.residuals["gap"] <= GAP
+    other = design_for_periods(plant, grid)
+    assert refined.level == pytest.approx(other.level, rel=1e-5)
+    assert max(periodic_gain(plant, refined.filter, [h]).value for h in grid) <= refined.level * (1 + GAP)
+
+
+def test_what_a_violation_costs_the_level_is_told(monkeypatch):
+    """Over four decades a violation below 5e-7 costs more than 1e-6; without it the level rises by what was told."""
+    periods = PeriodRange(0.001, 10.0)
+    told = robust_design(MOTOR, periods)
+    assert told.shortfall > 1e-6
+    monkeypatch.setattr(exchange, "VIOLATION", 1e-9)
+    exact = robust_design(MOTOR, periods)
+    assert exact.shortfall < 1e-6
+    assert 1e-6 < exact.design.level / told.design.level - 1 <= told.shortfall
