@@ -89,7 +89,7 @@ def test_multirate_design(benchmark: Any, n: int, periods: tuple[int, ...]) -> N
     problem = multirate_problem(n, periods)
     common = problem.schedule.period
     benchmark.group = "Large: multi-rate design"
-    benchmark.extra_info.update(row=f"n = {n}, N = {common}", column="Riccati")
+    benchmark.extra_info.update(row=f"n = {n}, N = {common}", column="Riccati", sizes={"n": n, "N": common})
     found = benchmark.pedantic(optimal_design, args=(problem,), rounds=1)
     assert problem.error_system(found.gains).spectral_radius() < 1
 
@@ -99,7 +99,7 @@ def test_dual_rate_loop_per_frequency(benchmark: Any, n: int, ratio: int) -> Non
     loop = loop_of_oscillators(n, ratio)
     assert stability_radius(loop) < 1
     benchmark.group = "Large: dual-rate loop, per frequency"
-    benchmark.extra_info.update(row=f"n = {n}, M = {ratio}", column="exact")
+    benchmark.extra_info.update(row=f"n = {n}, M = {ratio}", column="exact", sizes={"n": n, "M": ratio})
     assert np.isfinite(benchmark.pedantic(tracking_error_ratio, args=(loop,), rounds=5, warmup_rounds=1))
 
 
@@ -109,6 +109,19 @@ def test_dual_rate_loop_per_frequency(benchmark: Any, n: int, ratio: int) -> Non
 def test_delay_observer(benchmark: Any, n: int, delays: int, moments: int) -> None:
     system = delayed(n, delays)
     benchmark.group = "Large: observer for delays, small cone"
-    benchmark.extra_info.update(row=f"n = {n}, K = {delays}, moments {moments}", column="least level and gains")
+    benchmark.extra_info.update(
+        row=f"n = {n}, K = {delays}, moments {moments}",
+        column="least level and gains",
+        sizes={"n": n, "K": delays, "moments": moments},
+    )
     level = benchmark.pedantic(delay_observer, args=(system, moments), rounds=1)
     benchmark.extra_info.update(excess=level / riccati_gain(chebyshev_model(system, ORDER)) - 1)
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 4])
+@pytest.mark.parametrize("rule", [DegreeRule.TOTAL, DegreeRule.BESSEL], ids=str)
+def test_delay_degree(benchmark: Any, rule: DegreeRule, degree: int) -> None:
+    benchmark.group = "Observer for delays by degree d, n = 2, K = 2"
+    benchmark.extra_info.update(row=str(degree), column=f"least level, {rule} rule", sizes={"d": degree})
+    found = benchmark.pedantic(minimum_gain, args=(delayed(2, 2), degree, rule), rounds=3)
+    assert np.isfinite(found.gamma)

@@ -91,7 +91,7 @@ def compare(
 def test_schedule(benchmark: Any, periods: tuple[int, int], route: str) -> None:
     problem = MultirateProblem(PLANT, SensingSchedule(periods))
     benchmark.group = "Multi-rate observer by schedule (N1, N2), the plant of the paper"
-    benchmark.extra_info.update(row=str(periods), column=route, size=problem.schedule.period, unit="period N")
+    benchmark.extra_info.update(row=str(periods), column=route, sizes={"N": problem.schedule.period})
     compare(benchmark, problem, ROUTES[route], SEVERAL)
 
 
@@ -100,7 +100,7 @@ def test_schedule(benchmark: Any, periods: tuple[int, int], route: str) -> None:
 def test_order(benchmark: Any, n: int, route: str) -> None:
     problem = random_problem(n)
     benchmark.group = f"Multi-rate observer by order n, random plants, periods {RANDOM_SCHEDULE}"
-    benchmark.extra_info.update(row=str(n), column=route, size=n, unit="order n")
+    benchmark.extra_info.update(row=str(n), column=route, sizes={"n": n})
     compare(benchmark, problem, ROUTES[route], ONCE if n > 10 and route != "Riccati" else SEVERAL)
 
 
@@ -110,7 +110,7 @@ def test_cyclic(benchmark: Any, periods: tuple[int, int], route: str) -> None:
     problem = MultirateProblem(PLANT, SensingSchedule(periods))
     design, size = {"cyclic": (cyclic_lmi_design, cyclic_size), "periodic": (lmi_design, theorem2_size)}[route]
     benchmark.group = "Single cyclic inequality against Theorem 2, both through cvxpy"
-    benchmark.extra_info.update(row=str(periods), column=route, size=problem.schedule.period, unit="period N")
+    benchmark.extra_info.update(row=str(periods), column=route, sizes={"N": problem.schedule.period})
     benchmark.extra_info.update(unknowns=size(problem)[0])
     compare(benchmark, problem, outcome(design), SEVERAL)
 

@@ -22,6 +22,7 @@ EXAMPLES = {
     "motor": (MOTOR, PeriodRange(0.001, 0.099)),
 }
 RANGE = PeriodRange(0.05, 0.3)
+BY_ORDER, NODES = "Robust design by order n", 129
 
 
 def chain(order: int) -> SampledPlant:
@@ -42,7 +43,7 @@ def chain(order: int) -> SampledPlant:
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_exchange_on_the_examples(benchmark: Any, name: str) -> None:
     plant, periods = EXAMPLES[name]
-    benchmark.group = f"robust design, {name}"
+    benchmark.group = "Robust design by exchange, both examples"
     found = benchmark(robust_design, plant, periods)
     assert found.design.level == pytest.approx(dense_design(plant, periods, 129).level, rel=SAME)
 
@@ -51,26 +52,29 @@ def test_exchange_on_the_examples(benchmark: Any, name: str) -> None:
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_dense_grid_on_the_examples(benchmark: Any, name: str, nodes: int) -> None:
     plant, periods = EXAMPLES[name]
-    benchmark.group = f"robust design, {name}"
+    benchmark.group = "Robust design on a dense grid, both examples"
+    benchmark.extra_info.update(row=f"{nodes} nodes", column=name, sizes={"nodes": nodes})
     benchmark.pedantic(dense_design, args=(plant, periods, nodes), rounds=2)
-
-
-@pytest.mark.parametrize("order", [2, 4, 6, 8, 10, 12])
-def test_exchange_over_the_order(benchmark: Any, order: int) -> None:
-    plant = chain(order)
-    benchmark.group = "robust design over the order, exchange"
-    start = time.process_time()
-    found = benchmark.pedantic(robust_design, args=(plant, RANGE), rounds=1)
-    seconds = time.process_time() - start
-    benchmark.extra_info |= {"solver calls": found.rounds, "gap": found.design.report.residuals["gap"]}
-    assert order > 10 or seconds < LIMIT
 
 
 @pytest.mark.parametrize("order", [2, 4, 6, 8])
 def test_dense_grid_over_the_order(benchmark: Any, order: int) -> None:
     plant = chain(order)
-    benchmark.group = "robust design over the order, 129 nodes"
-    benchmark.pedantic(dense_design, args=(plant, RANGE, 129), rounds=1)
+    benchmark.group = BY_ORDER
+    benchmark.extra_info.update(row=f"n = {order}", column=f"{NODES} nodes", sizes={"n": order})
+    benchmark.pedantic(dense_design, args=(plant, RANGE, NODES), rounds=1)
+
+
+@pytest.mark.parametrize("order", [2, 4, 6, 8, 10, 12])
+def test_exchange_over_the_order(benchmark: Any, order: int) -> None:
+    plant = chain(order)
+    benchmark.group = BY_ORDER
+    benchmark.extra_info.update(row=f"n = {order}", column="exchange", sizes={"n": order})
+    start = time.process_time()
+    found = benchmark.pedantic(robust_design, args=(plant, RANGE), rounds=1)
+    seconds = time.process_time() - start
+    benchmark.extra_info |= {"solver calls": found.rounds, "gap": found.design.report.residuals["gap"]}
+    assert order > 10 or seconds < LIMIT
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

@@ -1,7 +1,8 @@
 """Turn the JSON of pytest-benchmark into a table: `python benchmarks/table.py RUN.json RESULTS.md`.
 
-Benchmarks whose `extra_info` names a row and a column are set side by side, with the ratio to the fastest column and,
-where `size` is given, the exponent of growth; the others are listed with what they noted. All from one run.
+Benchmarks whose `extra_info` names a row and a column are set side by side, with the ratio to the last column; the
+others are listed with what they noted. How the time of each column grows with its `sizes` comes first; all from one
+run.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 
 SOLVED = ("Solved", "optimal", "noncausal limit", "causal limit")
 """Words of a solver that need no mention in the table."""
-PLACED = ("row", "column", "size", "unit", "status", "excess")
+PLACED = ("row", "column", "sizes", "status", "excess")
 
 
 def seconds(value: float) -> str:
@@ -47,7 +48,7 @@ def noted(benchmark: dict[str, Any], names: tuple[str, ...] | None = None) -> st
 
 
 def cell(benchmark: dict[str, Any] | None, base: float) -> str:
-    """Time, ratio to the base, and how the solver ended unless it solved the problem."""
+    """Time, ratio to the base, how the solver ended unless it solved the problem, and what else was noted."""
     if benchmark is None:
         return "–"
     info = benchmark["extra_info"]
@@ -56,16 +57,43 @@ def cell(benchmark: dict[str, Any] | None, base: float) -> str:
         text += f" *{info['status']}*"
     if info.get("excess") is not None:
         text += f" {info['excess']:+.0e}"
-    return text
+    return f"{text}, {noted(benchmark)}" if noted(benchmark) else text
 
 
-def exponent(benchmarks: list[dict[str, Any]]) -> str:
-    """Slope of log time over log size by least squares."""
-    points = [(b["extra_info"]["size"], median(b)) for b in benchmarks if "size" in b["extra_info"]]
-    if len({size for size, _ in points}) < 3:
+def growth(benchmarks: list[dict[str, Any]]) -> str:
+    """time ∝ n^p N^q: p, q, … by least squares on the logarithms; empty unless the sizes determine them, and one more.
+
+    The exponent of a size is that of the range measured, all fixed costs included.
+    """
+    sized = [(b["extra_info"]["sizes"], median(b)) for b in benchmarks if b["extra_info"].get("sizes")]
+    if not sized:
         return ""
-    slope = np.polyfit([math.log(size) for size, _ in points], [math.log(time) for _, time in points], 1)[0]
-    return f"{slope:.2f}"
+    names = list(sized[0][0])
+    logarithms = np.log([[sizes[name] for name in names] + [math.e] for sizes, _ in sized])
+    if len({tuple(row) for row in logarithms.tolist()}) <= len(names) + 1:
+        return ""
+    if np.linalg.matrix_rank(logarithms) <= len(names):
+        return ""
+    powers = np.linalg.lstsq(logarithms, np.log([time for _, time in sized]), rcond=None)[0]
+    return " ".join(f"{name}^{power:.2f}" for name, power in zip(names, powers[:-1], strict=True))
+
+
+def measured(benchmarks: list[dict[str, Any]]) -> str:
+    """Over which sizes a growth was measured."""
+    sizes = [b["extra_info"]["sizes"] for b in benchmarks]
+    ranges = ((name, min(s[name] for s in sizes), max(s[name] for s in sizes)) for name in sizes[0])
+    return ", ".join(f"{name} = {low} … {high}" for name, low, high in ranges)
+
+
+def growths(groups: dict[str, list[dict[str, Any]]]) -> list[str]:
+    """A table of the growth of each column of each group."""
+    lines = ["| benchmark | by | sizes | time ∝ |", "|---|---|---|---|"]
+    for title, benchmarks in groups.items():
+        for column in dict.fromkeys(b["extra_info"].get("column", "") for b in benchmarks):
+            own = [b for b in benchmarks if b["extra_info"].get("column", "") == column]
+            if law := growth(own):
+                lines.append(f"| {title} | {column} | {measured(own)} | {law} |")
+    return lines
 
 
 def side_by_side(benchmarks: list[dict[str, Any]]) -> list[str]:
@@ -77,10 +105,6 @@ def side_by_side(benchmarks: list[dict[str, Any]]) -> list[str]:
     for row in rows:
         base = median(at[row, columns[-1]])
         lines.append(f"| {row} | " + " | ".join(cell(at.get((row, column)), base) for column in columns) + " |")
-    growth = [exponent([b for b in benchmarks if b["extra_info"]["column"] == column]) for column in columns]
-    if any(growth):
-        unit = benchmarks[0]["extra_info"].get("unit", "size")
-        lines.append(f"| growth: time ∝ ({unit})^p, p = | " + " | ".join(growth) + " |")
     return lines
 
 
@@ -111,6 +135,7 @@ def document(run: dict[str, Any]) -> str:
     for b in run["benchmarks"]:
         title = b["group"] or Path(b["fullname"].split("::")[0]).stem.removeprefix("bench_").capitalize()
         groups.setdefault(title, []).append(b)
+    lines += ["", "## Growth", "", *growths(groups)]
     for title, benchmarks in groups.items():
         placed = all("row" in b["extra_info"] for b in benchmarks)
         lines += ["", f"## {title}", "", *(side_by_side(benchmarks) if placed else listed(benchmarks))]
