@@ -19,15 +19,14 @@ def require_positive_definite(M: arb_mat, what: str) -> None:
     """
     size = M.nrows()
     require(size == M.ncols(), f"{what} is not square")
-    rest = [[M[i, j] for j in range(size)] for i in range(size)]
+    rest = [[M[i, j] for j in range(i + 1)] for i in range(size)]
     for k in range(size):
-        pivot = rest[k][k]
+        pivot = rest[0][0]
         if not pivot > 0:
             raise Refused(f"{what} is not proved positive definite: pivot {k} is {pivot.str(5)}")
-        for i in range(k + 1, size):
-            factor = rest[i][k] / pivot
-            for j in range(k + 1, i + 1):
-                rest[i][j] -= factor * rest[j][k]
+        below = rest[1:]
+        # Row i of the lower triangle has i + 1 entries: the rows beyond it are left out.
+        rest = [[a - row[0] / pivot * left[0] for a, left in zip(row[1:], below, strict=False)] for row in below]
 
 
 def roots(polynomial: fmpq_poly) -> list[acb]:

@@ -6,7 +6,7 @@ coefficients of a history e with e_i(0) = e_0: two delays, polynomials Q, S, R, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from flint import fmpq_mpoly
@@ -17,6 +17,7 @@ from replication.verify.theorem import Theorem, require
 
 STATES = 2
 DELAYS = (1, 2)
+LAST = max(DELAYS)
 POWERS = (0, 1)
 MISPRINTS = {
     "d-sign": "the blocks of D with S_i(-tau_i)",
@@ -65,11 +66,11 @@ class Case:
         """The history e_i(s), with e_i(0) = e_0."""
         return self.m["e"] + self.m[f"e{i}1"] * self.s + self.m[f"e{i}2"] * self.s**2
 
-    def put(self, M: Symbolic, **values: fmpq_mpoly | int) -> Symbolic:
+    def put(self, M: Symbolic, **values: fmpq_mpoly) -> Symbolic:
         """M with s or t replaced."""
         gens = self.s.context().gens()
         chosen = {str(self.m[name].entry): value for name, value in values.items()}
-        return M.each(lambda entry: entry.compose(*(chosen.get(str(gen), gen) + 0 * gen for gen in gens)))
+        return M.each(lambda entry: entry.compose(*(chosen.get(str(gen), gen) for gen in gens)))
 
     def swapped(self, M: Symbolic) -> Symbolic:
         """M with s and t exchanged."""
@@ -91,7 +92,7 @@ class Case:
 
 def dissipation(x: Case, factor: fmpq_mpoly | int) -> fmpq_mpoly:
     """2<e, (P A + Z C_2) e - P B w> - gamma |w|^2 from (8) and (10), the second row of (10) times `factor`."""
-    m, last = x.m, x.tau[DELAYS[-1]]
+    m, last = x.m, x.tau[LAST]
     e0, C2 = m["e"], m["C_2"]
     late = {i: x.put(x.e(i), s=-x.tau[i]) for i in DELAYS}
     rate = m["A0"] @ e0 - m["B"] @ m["w"]
@@ -121,7 +122,7 @@ def output(x: Case) -> Symbolic:
 
 def quadratic_form(x: Case, misprint: str) -> fmpq_mpoly:
     """<h, P_(D, E, F, G) h> of Theorem 3; `misprint` leaves one group of its terms as printed."""
-    m, last = x.m, x.tau[DELAYS[-1]]
+    m, last = x.m, x.tau[LAST]
     e0, w, v, C2 = m["e"], m["w"], m["v"], m["C_2"]
     late = {i: x.put(x.e(i), s=-x.tau[i]) for i in DELAYS}
     total = (w.T @ w + v.T @ v) * -x.gamma + v.T @ output(x) * 2 - w.T @ m["B"].T @ m["P"] @ e0 * (2 * last)
@@ -149,7 +150,7 @@ def quadratic_form(x: Case, misprint: str) -> fmpq_mpoly:
 
 def _phi_0(x: Case, i: int, misprint: str) -> Symbolic:
     """tau_K times the block of e_0 against e_i."""
-    last, C2 = x.tau[DELAYS[-1]], x.m["C_2"]
+    last, C2 = x.tau[LAST], x.m["C_2"]
     block = (x.m["A0"].T @ x.of_s(f"Q{i}") - x.slope(x.of_s(f"Q{i}"))) * last
     for k in DELAYS:
         block = block + x.put(x.R(i, k), t=0 * x.s).T
@@ -161,27 +162,37 @@ def _phi_0(x: Case, i: int, misprint: str) -> Symbolic:
 
 def _phi(x: Case, i: int, j: int, misprint: str) -> Symbolic:
     """tau_K times the block of e_j(-tau_j) against e_i."""
-    last = x.tau[DELAYS[-1]]
+    last = x.tau[LAST]
     block = x.m[f"A{j}"].T @ x.of_s(f"Q{i}") * last - x.put(x.R(i, j), t=-x.tau[j]).T
     Z5 = x.of_s(f"Z5{i}{j}") @ x.m["C_2"] * last
     return (block + Z5).T if misprint == "e-transposes" else block + Z5.T
 
 
-def require_identity(misprints: Sequence[str], states: int) -> None:
-    """Refuse unless the corrected identity holds, and none with one of the misprints does."""
-    x = Case(states)
-    z, v, last = output(x), x.m["v"], x.tau[DELAYS[-1]]
-    left, right = dissipation(x, last), quadratic_form(x, "")
+def residuals(x: Case, misprints: Sequence[str]) -> Iterator[fmpq_mpoly]:
+    """Left side less right side of the corrected identity, and of that with each of the misprints.
+
+    As printed, `theorem-1-sign` has |z|^2/gamma for the supply 2 v'z - gamma |v|^2, beside a form that holds v; its
+    residual is the one times gamma.
+    """
+    z, v = output(x), x.m["v"]
+    left, right = dissipation(x, x.tau[LAST]), quadratic_form(x, "")
     supply = (v.T @ z * 2 - v.T @ v * x.gamma).entry
-    require((left + supply - right).is_zero(), "the corrected identity fails")
+    yield left + supply - right
     for misprint in misprints:
         if misprint == "eq10-factor":
-            rest = dissipation(x, 1) + supply - right
+            yield dissipation(x, 1) + supply - right
         elif misprint == "theorem-1-sign":
-            rest = (left - right) * x.gamma + (z.T @ z).entry
+            yield (left - right) * x.gamma + (z.T @ z).entry
         else:
-            rest = left + supply - quadratic_form(x, misprint)
-        require(not rest.is_zero(), f"the identity holds with {MISPRINTS[misprint]} as printed")
+            yield left + supply - quadratic_form(x, misprint)
+
+
+def require_identity(misprints: Sequence[str], states: int) -> None:
+    """Refuse unless the corrected identity holds, and none with one of the misprints does."""
+    corrected, *printed = residuals(Case(states), misprints)
+    require(corrected.is_zero(), "the corrected identity fails")
+    for misprint, residual in zip(misprints, printed, strict=True):
+        require(not residual.is_zero(), f"the identity holds with {MISPRINTS[misprint]} as printed")
 
 
 def dissipation_identity(certificate: Mapping[str, Any]) -> Theorem:
@@ -189,6 +200,7 @@ def dissipation_identity(certificate: Mapping[str, Any]) -> Theorem:
     (names,) = fields(certificate["parameters"], "parameters", "misprints")
     misprints = sequence(names, "parameters.misprints", text)
     require(bool(misprints) and set(misprints) <= MISPRINTS.keys(), f"misprints must be among {', '.join(MISPRINTS)}")
+    require(len(set(misprints)) == len(misprints), "parameters.misprints names one twice")
     fields(certificate["bound"], "bound")
     fields(certificate["witness"], "witness")
     require_identity(misprints, STATES)

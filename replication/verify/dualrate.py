@@ -33,6 +33,7 @@ from replication.verify.printed import above, below
 from replication.verify.reading import fields, matrix, positive, rational, require_empty, sequence
 from replication.verify.theorem import Theorem, require
 
+MOST_STARTS = 100
 NAMES = {
     SRC: "the single-rate loop",
     PMI: "the loop with model interpolation",
@@ -107,6 +108,8 @@ def no_bounded_error(certificate: Mapping[str, Any]) -> Theorem:
     n, sigma = loop.order, positive(frequency, "parameters.frequency")
     read = sequence(estimates, "parameters.estimates", lambda value, path: matrix(value, path, n, 1))
     require(len(read) > 0, "parameters.estimates is empty")
+    require(len(read) <= MOST_STARTS, f"parameters.estimates has {len(read)} starts, more than {MOST_STARTS}")
+    require(len({str(estimate) for estimate in read}) == len(read), "parameters.estimates names a start twice")
     root = root_near(acb_poly(monodromy(loop, observer).charpoly().coeffs()), _complex(guess))
     require(is_less(1, abs(root)), "the eigenvalue is not proved to lie outside the unit circle")
     for estimate in read:

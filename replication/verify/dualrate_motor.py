@@ -49,7 +49,7 @@ def coordinates(certificate: Mapping[str, Any]) -> Theorem:
     require(S * fmpq_mat([[1 / Lq], [0], [0]]) == B, "B is not that of (23) in these coordinates")
     require((C * S).entries() == [0, 0, 1], "C does not read the position")
     return Theorem(
-        sentence="With x = (θ, ω, ω') the equations (23) of the printed motor are those of A, B and C, exactly.",
+        sentence="With x = (θ, ω, ω') the equations (23) with these parameters are those of A, B and C, exactly.",
         holds=True,
     )
 

@@ -24,6 +24,8 @@ from replication.verify.printed import above, below
 from replication.verify.reading import fields, positive, require_empty, sequence
 from replication.verify.theorem import Theorem, require
 
+MOST_PAIRS = 20
+
 
 def errors_ordered(certificate: Mapping[str, Any]) -> Theorem:
     """In each pair of (observer, σ) the first has the smaller largest error: below a level that the second exceeds."""
@@ -33,6 +35,7 @@ def errors_ordered(certificate: Mapping[str, Any]) -> Theorem:
     loop = read_loop(certificate["plant"])
     pairs = sequence(given, "parameters.pairs", lambda value, path: sequence(value, path, _setting, 2))
     require(len(pairs) > 0, "parameters.pairs is empty")
+    require(len(pairs) <= MOST_PAIRS, f"parameters.pairs has {len(pairs)} pairs, more than {MOST_PAIRS}")
 
     def read(value: Any, path: str) -> tuple[fmpq, Place]:
         level, phase, time, scales = fields(value, path, "level", "phase", "time", "scales")
@@ -84,7 +87,8 @@ def as_fast(certificate: Mapping[str, Any]) -> Theorem:
     require_roots_within(monodromy(loop, than).charpoly(), radius, "the eigenvalues of the other loop")
     return Theorem(
         sentence=f"In its asymptotic rate {NAMES[observer]} does not decay as fast as {NAMES[than]}: its spectral "
-        f"radius over one slow period is at least {below(radius)}, the other one is below that.",
+        f"radius over one slow period is at least {below(radius)}, and larger than the other one, which is below "
+        f"{above(radius)}.",
         holds=False,
     )
 

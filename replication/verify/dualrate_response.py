@@ -195,7 +195,7 @@ def require_below(polynomial: arb_poly, left: fmpq, right: fmpq) -> None:
         if not todo:
             return
         a, b = todo.pop()
-        middle, half, steepest = (a + b) / 2, (b - a) / 2, abs(slope(arb(a).union(arb(b))))
-        if not is_less(polynomial(arb(middle)) + steepest * arb(half), 0):
+        middle, steepest = (a + b) / 2, abs(slope(arb(a).union(arb(b))))
+        if not is_less(polynomial(arb(middle)) + steepest * arb(b - middle), 0):
             todo += [(a, middle), (middle, b)]
     raise Refused("the largest error is not proved to be below the bound")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from typing import Any
 
 from flint import arb
@@ -73,7 +74,8 @@ def step_bound(certificate: Mapping[str, Any]) -> Theorem:
     until = positive(longest, "parameters.longest")
     require(until <= 1, "beyond one second the term K L e_p may exceed its bound")
     equations = {"output": "(12) and (13) hold", "feedback": f"(14) holds for t − t_k up to {until} s"}
-    return Theorem(sentence=f"For every loop and all states {equations[name]}.", holds=True)
+    factors = ", ".join(f"{given[term]} of |{term}|" for term in terms)
+    return Theorem(sentence=f"For every loop and all states {equations[name]}, with the factors {factors}.", holds=True)
 
 
 def prediction_bound(certificate: Mapping[str, Any]) -> Theorem:
@@ -133,7 +135,8 @@ def counterexample(certificate: Mapping[str, Any]) -> Theorem:
     require(is_less(allowed, arb(longest)), f"(18) may allow periods above {longest} s")
     read = sequence(ratios, "parameters.ratios", lambda value, path: integer(value, path, 2))
     require(len(read) > 0, "parameters.ratios is empty")
-    require(max(read) <= LARGEST_RATIO, f"parameters.ratios has a ratio above {LARGEST_RATIO}")
+    require(all(less < more for less, more in pairwise(read)), "parameters.ratios must increase")
+    require(read[-1] <= LARGEST_RATIO, f"parameters.ratios has a ratio above {LARGEST_RATIO}")
     for ratio in read:
         require_negative(determinant(loop, ratio), longest)
     return Theorem(

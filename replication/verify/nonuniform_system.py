@@ -18,6 +18,8 @@ PRECISION = 128
 """Bits of the balls."""
 
 Time = tuple[fmpq, fmpq]
+PERIODS = ("h_l", "middle", "h_u")
+"""Names of the periods of a range, in increasing order."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Plant:
 
     def period(self, name: Any, path: str) -> Time:
         """The period that goes by this name."""
-        periods = {"h_l": self.h_l, "middle": along(self.h_l, self.h_u, fmpq(1, 2)), "h_u": self.h_u}
+        periods = dict(zip(PERIODS, (self.h_l, along(self.h_l, self.h_u, fmpq(1, 2)), self.h_u), strict=True))
         chosen = text(name, path)
         require(chosen in periods, f"{path} must be one of {', '.join(periods)}, got {chosen!r:.20}")
         return periods[chosen]

@@ -169,8 +169,9 @@ def same_level(certificate: Certificate) -> Theorem:
     cells = integer(count, "parameters.cells", 1)
     names = ("cell", "alpha", "response", "radius", "direction", "filter", "level", "storage")
     cell, alpha, response, radius, direction, given, stated, storage = fields(certificate["witness"], "witness", *names)
-    middle = fmpq(2 * integer(cell, "witness.cell") + 1, 2 * cells)
-    require(middle < 1, "witness.cell is not one of the cells")
+    number = integer(cell, "witness.cell")
+    require(number < cells, "witness.cell is not one of the cells")
+    middle = fmpq(2 * number + 1, 2 * cells)
     gain, size = positive(alpha, "witness.alpha"), positive(radius, "witness.radius")
     with ctx.workprec(PRECISION):
         Phi = state_transition(plant, seconds(along(plant.h_l, plant.h_u, middle)))

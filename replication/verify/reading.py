@@ -111,12 +111,13 @@ def integer(value: Any, path: str, least: int = 0) -> int:
 def rational(value: Any, path: str) -> fmpq:
     """A rational number from a string "p" or "p/q"."""
     require(isinstance(value, str), f"{path} must be a rational as a string, got {_shown(value)}")
-    require(len(value) <= 2 * MAX_DIGITS, f"{path} has more than {MAX_DIGITS} digits")
     match = RATIONAL.fullmatch(value)
     if match is None:
         raise Refused(f'{path} must be a rational such as "-3" or "1/3", got {_shown(value)}')
     numerator, denominator = match[1], match[2] or "1"
-    require(max(len(numerator), len(denominator)) <= MAX_DIGITS, f"{path} has more than {MAX_DIGITS} digits")
+    require(
+        max(len(numerator.lstrip("-")), len(denominator)) <= MAX_DIGITS, f"{path} has more than {MAX_DIGITS} digits"
+    )
     return fmpq(fmpz(numerator), fmpz(denominator))
 
 
@@ -143,6 +144,11 @@ def matrix(value: Any, path: str, rows: int | None = None, columns: int | None =
     width = widths.pop()
     require(len(read) * width <= MAX_ENTRIES, f"{path} has {len(read)} x {width} entries, more than {MAX_ENTRIES}")
     require(columns is None or width == columns, f"{path} must have {columns} columns, got {width}")
+    # Exact arithmetic soon writes all entries over this.
+    common = fmpz(1)
+    for denominator in {entry.q for row in read for entry in row}:
+        common = common.lcm(denominator)
+        require(common < 10**MAX_DIGITS, f"{path} has a common denominator of more than {MAX_DIGITS} digits")
     return fmpq_mat(len(read), width, [entry for row in read for entry in row])
 
 

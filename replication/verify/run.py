@@ -156,8 +156,13 @@ def committed(root: Path = ROOT) -> list[Path]:
 def report(paths: Sequence[Path], root: Path = ROOT) -> int:
     """Verify files and folders, or all that is committed if none is named; print a line for each; 1 on any failure."""
     files = [file for path in paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
+    try:
+        chosen = files if paths else committed(root)
+    except Refused as refusal:
+        _say(f"NOT PROVED: {refusal}")
+        return 1
     outcomes = []
-    for path in files if paths else committed(root):
+    for path in chosen:
         outcome = verify(path, root)
         outcomes.append(outcome)
         _say(outcome.line())

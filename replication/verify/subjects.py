@@ -46,10 +46,11 @@ def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Un
     path = root / "papers" / paper / "theorems.json"
     if not path.is_file():
         return {}, ()
+    listed = f"papers/{paper}/{path.name}"
     wanted: dict[str, Wanted] = {}
     unproved = []
-    for i, entry in enumerate(sequence(parse(path.read_bytes()), path.name, lambda value, _: value)):
-        where = f"{path.name}[{i}]"
+    for i, entry in enumerate(sequence(parse(path.read_bytes()), listed, lambda value, _: value)):
+        where = f"{listed}[{i}]"
         if isinstance(entry, dict) and "reason" in entry:
             claims, reason = fields(entry, where, "claims", "reason")
             unproved.append(Unproved(tuple(sequence(claims, f"{where}.claims", text)), text(reason, where)))

@@ -2,29 +2,34 @@
 
 A mutant changes one comparison, operator, constant, sign or negation, swaps `any` and `all` or `min` and `max`, or
 leaves out one `require..` call. It is run in a process of its own, where what the changed source defines takes the
-place of what the module defined, wherever that was imported; the checks are the tests that need no fixture, called one
-by one until one fails.
+place of what the module defined, wherever that was imported; the checks are the tests that call the function that
+changed, one by one until one fails.
 """
 
 from __future__ import annotations
 
 import ast
+import contextlib
+import faulthandler
+import functools
 import importlib
 import importlib.util
+import io
 import itertools
 import os
 import signal
 import sys
+import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any
 
 ROOM = "replication.verify"
 SECONDS = 20
-"""After which a mutant counts as noticed: it runs for ever."""
+"""Of the processor, after which a mutant counts as noticed: it runs for ever."""
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.Gt),
     ast.LtE: (ast.Lt, ast.GtE),
@@ -51,12 +56,18 @@ SWAPPED = {"any": "all", "all": "any", "min": "max", "max": "min"}
 
 @dataclass(frozen=True)
 class Mutant:
-    """One changed module. line: of the change; change: what became of what; source: the whole module."""
+    """One changed module.
+
+    line, text: of the change; change: what became of what; source: the whole module; function: the lines of the
+    function in which it is, none if it is done at import.
+    """
 
     module: str
     line: int
+    text: str
     change: str
     source: str
+    function: range
 
     def __str__(self) -> str:
         return f"{self.module}:{self.line}: {self.change}"
@@ -66,7 +77,8 @@ def mutants_of(module: str) -> list[Mutant]:
     """All mutants of a module, from its source; texts, annotations and imports are left alone."""
     spec = importlib.util.find_spec(module)
     assert spec is not None and spec.origin is not None
-    tree = ast.parse(Path(spec.origin).read_text(encoding="utf-8"))
+    original = Path(spec.origin).read_text(encoding="utf-8")
+    tree, lines = ast.parse(original), [line.strip() for line in original.split("\n")]
     found = []
     for node in list(_places(tree)):
         whole = {field: list(value) if isinstance(value, list) else value for field, value in vars(node).items()}
@@ -75,9 +87,19 @@ def mutants_of(module: str) -> list[Mutant]:
             if words is None:
                 break
             source = ast.unparse(ast.fix_missing_locations(tree))
-            found.append(Mutant(module, getattr(node, "lineno", 0), words, source))
+            line = getattr(node, "lineno", 0)
+            found.append(Mutant(module, line, lines[line - 1], words, source, _function_at(tree, node)))
             vars(node).update({field: list(v) if isinstance(v, list) else v for field, v in whole.items()})
     return found
+
+
+def _function_at(tree: ast.Module, node: ast.AST) -> range:
+    """The lines of the outermost function, or method, in whose body a node is."""
+    for outer in ast.walk(tree):
+        if isinstance(outer, ast.FunctionDef) and any(node is inner for part in outer.body for inner in ast.walk(part)):
+            first = min(part.lineno for part in (outer, *outer.decorator_list))
+            return range(first, (outer.end_lineno or first) + 1)
+    return range(0)
 
 
 def survivors(module: str, tests: Sequence[str]) -> list[Mutant]:
@@ -85,27 +107,50 @@ def survivors(module: str, tests: Sequence[str]) -> list[Mutant]:
     mutants = mutants_of(module)
     importlib.import_module(module)
     checks = [check for name in tests for check in checks_of(importlib.import_module(name))]
-    # The quick checks first, and from then on those that noticed something: a mutant then dies soon.
-    seconds = [_seconds(check) for check in checks]
-    order = sorted(range(len(checks)), key=seconds.__getitem__)
-    left = []
+    runs = [_run(check, module) for check in checks]
+    left, found = [], [1] * len(checks)
     for mutant in mutants:
-        noticed = _noticed_by(mutant, tests, order)
+        # The quick checks first, and those that noticed much so far: a mutant then dies soon.
+        order = sorted(range(len(checks)), key=lambda i: runs[i].seconds / found[i])
+        noticed = _noticed_by(mutant, tests, [i for i in order if runs[i].reaches(mutant)])
         if noticed is None:
             left.append(mutant)
         elif noticed >= 0:
-            order.insert(0, order.pop(order.index(noticed)))
+            found[noticed] += 1
     return left
 
 
-def _seconds(check: Callable[[], None]) -> float:
-    begin = time.perf_counter()
-    check()
-    return time.perf_counter() - begin
+@dataclass(frozen=True)
+class Run:
+    """One check without any mutant. seconds: of the processor; entered: first lines of what it called in the module."""
+
+    seconds: float
+    entered: frozenset[int]
+
+    def reaches(self, mutant: Mutant) -> bool:
+        """Whether it called the function that changed; whatever is done at import reaches every check."""
+        return not mutant.function or any(line in mutant.function for line in self.entered)
+
+
+def _run(check: Callable[[], None], module: str) -> Run:
+    file, entered = sys.modules[module].__file__, set()
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        if event == "call" and frame.f_code.co_filename == file:
+            entered.add(frame.f_code.co_firstlineno)
+
+    _forget(_own_modules())
+    begin, before = time.process_time(), sys.getprofile()
+    sys.setprofile(note)
+    try:
+        check()
+    finally:
+        sys.setprofile(before)
+    return Run(time.process_time() - begin, frozenset(entered))
 
 
 def checks_of(module: ModuleType) -> list[Callable[[], None]]:
-    """The tests of a module that need no fixture, one for each set of parameters; slow ones are left out."""
+    """The tests of a module, one for each set of parameters; slow ones, and those with other fixtures, are left out."""
     found: list[Callable[[], None]] = []
     for name, function in vars(module).items():
         if name.startswith("test_") and callable(function):
@@ -124,8 +169,45 @@ def _calls(function: Callable[..., None], parameters: list[tuple[Any, ...]]) -> 
     wanted = set(function.__code__.co_varnames[: function.__code__.co_argcount])
     for chosen in itertools.product(*tables):
         arguments = {key: value for row in chosen for key, value in row.items()}
-        if wanted == set(arguments):
-            yield lambda given=arguments: function(**given)  # type: ignore[misc]
+        if wanted - FIXTURES.keys() == set(arguments):
+            yield functools.partial(_call, function, arguments, wanted & FIXTURES.keys())
+
+
+def _call(function: Callable[..., None], arguments: Mapping[str, Any], fixtures: Iterable[str]) -> None:
+    with contextlib.ExitStack() as stack:
+        given = {name: stack.enter_context(FIXTURES[name]()) for name in fixtures}
+        function(**arguments, **given)
+
+
+@contextlib.contextmanager
+def _folder() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory() as name:
+        yield Path(name)
+
+
+class Printed:
+    """What was printed since it was last asked for."""
+
+    def __init__(self) -> None:
+        self.stream = io.StringIO()
+
+    def readouterr(self) -> Printed:
+        """The text, as `out`."""
+        self.out = self.stream.getvalue()
+        self.stream.seek(0)
+        self.stream.truncate()
+        return self
+
+
+@contextlib.contextmanager
+def _printed() -> Iterator[Printed]:
+    printed = Printed()
+    with contextlib.redirect_stdout(printed.stream):
+        yield printed
+
+
+FIXTURES: Mapping[str, Callable[[], contextlib.AbstractContextManager[Any]]] = {"tmp_path": _folder, "capsys": _printed}
+"""Those of pytest that a check may have."""
 
 
 def _single(row: Any) -> tuple[Any]:
@@ -138,7 +220,7 @@ def _noticed_by(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> i
     child = os.fork()
     if child == 0:
         os.close(reader)
-        signal.alarm(SECONDS)
+        _die_alone()
         answer = "none"
         try:
             answer = str(_first_failure(mutant, tests, order))
@@ -149,12 +231,21 @@ def _noticed_by(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> i
     with os.fdopen(reader) as stream:
         answer = stream.read()
     os.waitpid(child, 0)
-    # A mutant that was ended by its alarm says nothing.
+    # A mutant that was ended by its limit, or by an abort of FLINT, says nothing.
     return None if answer == "none" else int(answer or -1)
 
 
+def _die_alone() -> None:
+    """End this process after its share of the processor, and say nothing of it, nor of an abort."""
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_PROF, SECONDS)
+    faulthandler.disable()
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(nowhere, stream)
+
+
 def _first_failure(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> int | str:
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     try:
         _take_the_place(mutant)
     except Exception:  # noqa: BLE001 - whatever a mutant does to an import, it is noticed
@@ -173,17 +264,44 @@ def _take_the_place(mutant: Mutant) -> None:
     module = sys.modules[mutant.module]
     before = dict(vars(module))
     exec(compile(mutant.source, str(module.__file__), "exec"), vars(module))
-    changed = {id(old): vars(module)[name] for name, old in before.items() if _defined_here(old, mutant.module)}
-    for name, other in list(sys.modules.items()):
-        if name.startswith(ROOM) or Path(getattr(other, "__file__", None) or "").parent == Path(__file__).parent:
-            _replace(vars(other), changed)
+    changed = _changed(before, vars(module))
+    others = [other for other in _own_modules() if other is not module]
+    for other in others:
+        for name, old in before.items():
+            if not name.startswith("__") and vars(other).get(name) is old:
+                setattr(other, name, vars(module)[name])
+        _replace(vars(other), changed)
+    _forget([module, *others])
 
 
-def _defined_here(value: object, module: str) -> bool:
-    return callable(value) and getattr(value, "__module__", "") == module
+def _own_modules() -> list[ModuleType]:
+    """The verifier and its tests."""
+    here = Path(__file__).parent
+    named = list(sys.modules.items())
+    return [m for name, m in named if name.startswith(ROOM) or Path(getattr(m, "__file__", None) or "").parent == here]
 
 
-def _replace(table: dict[Any, Any], changed: dict[int, Any]) -> None:
+def _forget(modules: Iterable[ModuleType]) -> None:
+    """Empty the caches of functions: what was computed before a change must not stand in for what comes after it."""
+    for module in modules:
+        for value in vars(module).values():
+            if isinstance(value, functools._lru_cache_wrapper):
+                value.cache_clear()
+
+
+def _changed(before: Mapping[Any, Any], after: Mapping[Any, Any]) -> dict[int, Any]:
+    """By the identity of each function and class of a namespace, and of its tables, the one that came after it."""
+    found = {}
+    for name, old in before.items():
+        new = after.get(name)
+        if isinstance(old, dict) and isinstance(new, dict) and not str(name).startswith("__"):
+            found |= _changed(old, new)
+        elif callable(old) and new is not old:
+            found[id(old)] = new
+    return found
+
+
+def _replace(table: dict[Any, Any], changed: Mapping[int, Any]) -> None:
     for key, value in list(table.items()):
         if id(value) in changed:
             table[key] = changed[id(value)]

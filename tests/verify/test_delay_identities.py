@@ -66,11 +66,64 @@ def test_the_polynomials_of_a_case_hold_every_power_once() -> None:
     assert (delay_identity.STATES, delay_identity.DELAYS) == (2, (1, 2))
 
 
+def test_the_output_is_that_of_the_delayed_history() -> None:
+    x = delay_identity.Case(1)
+    (e, C0, tau1, tau2), m = ((x.m[name].entry for name in ("e", "C0", "tau1", "tau2")), x.m)
+    history = {i: (m[f"e{i}1"].entry, m[f"e{i}2"].entry) for i in (1, 2)}
+    late = [e - slope * tau + bend * tau**2 for (slope, bend), tau in zip(history.values(), (tau1, tau2), strict=True)]
+    assert delay_identity.output(x).entry == C0 * e + m["C1"].entry * late[0] + m["C2"].entry * late[1]
+
+
+def test_each_misprint_is_what_is_printed() -> None:
+    x = delay_identity.Case(1)
+    m, last, delays = x.m, x.tau[2], delay_identity.DELAYS
+    z, v = delay_identity.output(x), m["v"]
+    names = ("theorem-1-sign", "eq10-factor", "d-sign", "f-sign")
+    corrected, square, factor, ends, slopes = delay_identity.residuals(x, names)
+    assert corrected.is_zero()
+    assert square == ((z - v * x.gamma).T @ (z - v * x.gamma)).entry
+    assert factor.subs({str(last): 1}).is_zero() and not factor.is_zero()
+    late = [(x.put(x.e(i), s=-x.tau[i]), x.put(x.of_s(f"S{i}"), s=-x.tau[i])) for i in delays]
+    assert ends == sum((e.T @ S @ e * (-2 * last)).entry for e, S in late)
+    steep = [x.integral(x.e(i).T @ x.slope(x.of_s(f"S{i}")) @ x.e(i), i) for i in delays]
+    assert slopes == sum((part * (-2 * last)).entry for part in steep)
+
+
+def test_the_printed_transposes_are_those_of_the_blocks_of_e() -> None:
+    x = delay_identity.Case(2)
+    m, C2, last, Q = x.m, x.m["C_2"], x.tau[2], x.of_s("Q1")
+    Z3, Z4, Z5 = (x.of_s(name) @ C2 for name in ("Z31", "Z41", "Z512"))
+    at_now = [x.put(x.R(1, k), t=0 * x.s).T for k in (1, 2)]
+    block = (m["A0"].T @ Q - x.slope(Q)) * last + at_now[0] + at_now[1]
+    assert delay_identity._phi_0(x, 1, "") == block + (Z3 + Z4.T) * last
+    assert delay_identity._phi_0(x, 1, "e-transposes") == (block + (Z4 + Z3.T) * last).T
+    block = m["A2"].T @ Q * last - x.put(x.R(1, 2), t=-x.tau[2]).T
+    assert delay_identity._phi(x, 1, 2, "") == block + Z5.T * last
+    assert delay_identity._phi(x, 1, 2, "e-transposes") == (block + Z5 * last).T
+
+
+def test_an_identity_that_fails_is_refused() -> None:
+    given = certificate("theorem-3-identity")
+    one = symbols({"g": (1, 1)})["g"].entry ** 0
+    given["parameters"] = {"misprints": ["d-sign", "f-sign"]}
+    for residuals, reason in (
+        ((one, one, one), "the corrected identity fails"),
+        ((one - one, one, one - one), "the identity holds with the derivative of S_i in F_i as printed"),
+    ):
+        patched = mock.patch.object(delay_identity, "residuals", lambda *_, found=residuals: iter(found))
+        with patched, pytest.raises(Refused, match=reason):
+            delay_identity.dissipation_identity(given)
+    every = [*delay_identity.MISPRINTS]
+    given["parameters"] = {"misprints": every}
+    with mock.patch.object(delay_identity, "residuals", lambda *_: iter([one - one, *[one] * len(every)])):
+        assert delay_identity.dissipation_identity(given).holds is True
+
+
 def test_no_other_misprints_are_accepted() -> None:
     given = certificate("theorem-3-identity")
-    for misprints in ([], ["none"]):
+    for misprints, reason in (([], "must be among"), (["none"], "must be among"), (["d-sign"] * 2, "names one twice")):
         given["parameters"] = {"misprints": misprints}
-        with pytest.raises(Refused, match="misprints must be among"):
+        with pytest.raises(Refused, match=f"misprints {reason}"):
             delay_identity.dissipation_identity(given)
 
 

@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -85,6 +86,7 @@ def test_a_certificate_of_another_subject_is_refused(name: str) -> None:
             check(certificate)
 
 
+PAIR = [[{"observer": "alternating_predictive", "frequency": value} for value in ("1", "2")]]
 CHEATS = [
     ("radius-motor-apo", {"witness__root__0": "1/2"}, "eigenvalue is not proved to be at least"),
     ("radius-motor-apo", {"witness__root__1": "1"}, "eigenvalue is not proved to be at least"),
@@ -170,6 +172,13 @@ CHEATS = [
     ("counterexample", {"parameters__ratios": []}, "parameters.ratios is empty"),
     ("counterexample", {"parameters__ratios": [2, 101]}, "ratio above 100"),
     ("counterexample", {"parameters__ratios": [1]}, "must be at least 2"),
+    ("counterexample", {"parameters__ratios": [3, 3]}, "parameters.ratios must increase"),
+    ("counterexample", {"parameters__ratios": [5, 2]}, "parameters.ratios must increase"),
+    ("table-src-1", {"parameters__estimates": [[["0"]] * 3, [["0/3"]] * 3]}, "names a start twice"),
+    ("table-src-1", {"parameters__estimates": [[["0"]] * 3] * 101}, "has 101 starts, more than 100"),
+    ("table-src-1", {"parameters__estimates": [[["0"]] * 3] * 100}, "names a start twice"),
+    ("growth-apo", {"parameters__pairs": PAIR * 21}, "parameters.pairs has 21 pairs, more than 20"),
+    ("growth-apo", {"parameters__pairs": PAIR * 20}, "witness.places must have 20 entries"),
     ("counterexample", {"plant__L": [["3"]]}, "P does not solve"),
     ("output-bounds", {"parameters__weights__CBK": "7/5"}, "the weight 7/5 of zeta is not positive semidefinite"),
     ("output-bounds", {"parameters__weights__CA": "9/10"}, "the weight 9/10 of x is not positive semidefinite"),
@@ -345,6 +354,12 @@ def test_sentences_hold_the_numbers() -> None:
     for name in ("transient", "fast-sensor"):
         assert "In its asymptotic rate" in sentences[name]
         assert "does not decay as fast as" in sentences[name]
+        numbers = re.search(
+            r"is at least ([0-9.]+), and larger than the other one, which is below ([0-9.]+)\.$", sentences[name]
+        )
+        assert numbers is not None and float(numbers[1]) < float(numbers[2])
+    assert "with the factors 1 of |CA|, 2 of |CBK|" in sentences["output-bounds"]
+    assert "with the factors 2 of |KA|, 2 of |KBK|, 1 of |KLC|" in sentences["estimate-bound"]
 
 
 def test_derivatives_of_order_20_are_allowed() -> None:

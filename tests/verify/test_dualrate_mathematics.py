@@ -409,8 +409,8 @@ def test_identities_that_are_checked() -> None:
         dualrate_identities.require_contraction()
     assert checked == [
         *["the first row of (9) = (10)", "the second row of (9) = (10)"] * 2,
-        "(3) = (7) in the first power of t",
-        "(3) = (7) in the second power of t",
+        "(3) = (7) in the first derivative",
+        "(3) = (7) in the second derivative",
         "the rate of y in (12)",
         "the rate of K ζ in (14)",
         "1 − φ = (1 − E)(1 − c)",
@@ -424,6 +424,19 @@ def test_what_is_no_identity_is_refused() -> None:
         same, dualrate_identities.scale(fmpq(1, 2), dualrate_identities.add(same, same)), ""
     )
     assert len({str(entry) for matrix in s.values() for row in matrix for entry in row}) == 5
+    half_right = [[s["a"][0][0], s["c"][0][0]]]
+    with pytest.raises(Refused, match="row is no identity"):
+        dualrate_identities.require_equal(s["a"], half_right, "row")
     for other in (s["c"], dualrate_identities.scale(2, same), dualrate_identities.add(same, s["c"])):
         with pytest.raises(Refused, match="sum is no identity"):
             dualrate_identities.require_equal(same, other, "sum")
+
+
+def test_identities_are_of_the_size_of_the_example() -> None:
+    assert len(DESIGN.model.state) == dualrate_identities.STATES
+
+
+def test_the_estimate_is_the_state_less_its_error() -> None:
+    x, xi = 5, 3
+    signals = {name: a * x + b * xi for name, (a, b) in dualrate_identities.SIGNALS.items()}
+    assert signals == {"x": 5, "zeta": 2}

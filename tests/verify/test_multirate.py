@@ -524,3 +524,28 @@ def test_what_is_recovered_is_said_in_the_sentence() -> None:
         check({**own("section-4c-error-poles"), "parameters": {**times(2, 3), "diagonal": given["diagonal"]}})
     with pytest.raises(Refused, match="witness has the unknown field P"):
         check({**own("section-4c-error-poles"), "witness": {"P": []}})
+
+
+@pytest.mark.parametrize("statement", ["rows", "variables", "observable"])
+def test_what_is_counted_of_a_plant_needs_one_that_fits(statement: str) -> None:
+    plant = {"name": "", "A": [["0", "1"], ["0", "0"]], "B_d": [["1"]] * 2, "D": [["1"]], "C": [["1", "0"]]}
+    assert computed(statement, times(2), plant).sentence
+    changes = [("A", [["0", "1"]], "plant.A must be square, got 1 x 2"), ("A", [["1"] * 51] * 51, "51 states")]
+    if statement != "variables":
+        changes.append(("C", [["1"]], "plant.C must have 2 columns"))
+    if statement == "rows":
+        changes += [
+            ("B_d", [["1"]], "plant.B_d must have 2 entries"),
+            ("D", [["1"]] * 2, "plant.D must have 1 entries"),
+        ]
+    for name, value, reason in changes:
+        with pytest.raises(Refused, match=reason):
+            computed(statement, times(2), {**plant, name: value})
+
+
+@pytest.mark.parametrize(("name", "field"), [("rows", "witness"), ("observable", "witness"), ("observable", "bound")])
+def test_what_is_counted_takes_no_witness(name: str, field: str) -> None:
+    certificate = load(name)
+    certificate[field] = {"upper": "9"}
+    with pytest.raises(Refused, match=f"{field} has the unknown field upper"):
+        check(certificate)

@@ -2,10 +2,15 @@
 
 import copy
 import json
+from collections.abc import Sequence
+from fractions import Fraction
 
 import pytest
+from flint import fmpq
 from nonuniform_cases import FOLDER, Certificate, Tamper, load, put, remove, scaled
 
+from replication.verify import nonuniform
+from replication.verify.nonuniform_system import Time
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 
@@ -137,3 +142,29 @@ def test_a_range_that_runs_backwards_is_refused(start: str, stop: str) -> None:
     certificate["parameters"] |= {"from": start, "to": stop}
     with pytest.raises(Refused, match=r"parameters\.from exceeds parameters\.to"):
         check(certificate)
+
+
+@pytest.mark.parametrize(
+    ("name", "side", "holds"),
+    [("printed-filter-level", "upper", True), ("range-2-lower", "lower", False), ("range-1-no-filter", "lower", False)],
+)
+def test_a_level_that_is_the_bound_is_decided(name: str, side: str, holds: bool) -> None:
+    certificate = load(name)
+    certificate["parameters"]["level"] = certificate["bound"][side]
+    assert check(certificate).holds is holds
+
+
+def test_sentences_say_for_which_periods_they_hold() -> None:
+    first, middle, last = (Fraction(1, 100), 0), (Fraction(1, 200), Fraction(1, 50)), (0, Fraction(1, 25))
+    for ends, words in (
+        ((first, last), "over all periods from 1/100 to 1/25 pi s"),
+        ((middle, last), "over all periods from 1/200 + 1/50 pi to 1/25 pi s"),
+        ((last, last), "at the constant period 1/25 pi s"),
+    ):
+        assert nonuniform._scope(exact(ends), "samples") == words
+        assert nonuniform._scope(exact(ends), "duration") == f"{words}, both norms weighted by the periods,"
+
+
+def exact(ends: Sequence[Sequence[Fraction | int]]) -> tuple[Time, Time]:
+    low, high = (tuple(fmpq(*Fraction(part).as_integer_ratio()) for part in end) for end in ends)
+    return low, high

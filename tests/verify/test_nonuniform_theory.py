@@ -1,17 +1,37 @@
 """Lemmas, intervals and Algorithm 1 of the nonuniform-sampling paper: proved as made, refused when tampered with."""
 
 import copy
+import re
+from fractions import Fraction
+from typing import Any
 
 import pytest
 from flint import arb, arb_mat, fmpq, fmpq_mat
-from nonuniform_cases import Tamper, load, put, remove
+from nonuniform_cases import Certificate, Tamper, load, put, remove
 
 from replication.estimation.certificates import nonuniform_grid
 from replication.verify import nonuniform_grid as grid
 from replication.verify import nonuniform_identities as identities
+from replication.verify import nonuniform_theory
 from replication.verify.run import check
 from replication.verify.symbols import symbols
 from replication.verify.theorem import Refused
+
+
+def grown(name: str) -> Tamper:
+    """One percent more than what is attained."""
+
+    def tamper(certificate: Certificate) -> None:
+        certificate["witness"][name] = str(Fraction(certificate["witness"][name]) * Fraction(101, 100))
+
+    return tamper
+
+
+def at_the_level(certificate: Certificate) -> None:
+    """A radius with which the forced level is exactly that of the filter."""
+    witness = certificate["witness"]
+    witness["radius"] = str(Fraction(witness["level"]) / Fraction(witness["alpha"]))
+
 
 FIRST = ("witness", "passes", 0, 0)
 REFUSED = [
@@ -43,6 +63,11 @@ REFUSED = [
     ("same-level-1", put("1000", "witness", "alpha"), "the response does not attain 1000"),
     ("same-level-1", put(16, "witness", "cell"), "witness.cell is not one of the cells"),
     ("same-level-1", put(8, "parameters", "cells"), "the response does not attain"),
+    ("same-level-1", put(0, "parameters", "cells"), "parameters.cells must be at least 1"),
+    ("same-level-1", put({"upper": "1"}, "bound"), "bound has the unknown field upper"),
+    ("same-level-1", grown("radius"), "Delta does not attain"),
+    ("same-level-1", grown("alpha"), "the response does not attain"),
+    ("same-level-1", at_the_level, "is not below"),
     ("same-level-1", put([["1", "0"], ["0", "1000000"]], "witness", "T"), "witness has the unknown field T"),
     ("same-level-1", put("6/25", "witness", "level"), "storage inequality"),
     ("filter-first-column", put(2, "parameters", "column"), "parameters.column is not one of the columns"),
@@ -314,3 +339,28 @@ def test_an_identity_that_fails_proves_nothing() -> None:
                 check(load(name))
         finally:
             setattr(identities, f"require_{proof}", kept)
+
+
+def test_any_cell_may_be_the_one_that_forces_the_level() -> None:
+    certificate = load("same-level-1")
+    system, periods = nonuniform_grid._problem(certificate)
+    half = (periods.h_u - periods.h_l) / (2 * certificate["parameters"]["cells"])
+    for cell in (1, 2):
+        alpha, response = nonuniform_grid._response(system, periods.h_l + (2 * cell + 1) * half)
+        exact = Fraction(alpha) * Fraction(999_999, 1_000_000)
+        certificate["witness"] |= {"cell": cell, "alpha": str(exact), "response": response}
+        assert check(certificate).holds
+
+
+def test_one_interval_needs_a_stable_plant() -> None:
+    def refuse(*arguments: Any) -> None:
+        raise Refused("as planted")
+
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(Refused, match="as planted"):
+        patch.setattr(nonuniform_theory, "require_hurwitz", refuse)
+        check(load("one-interval-1"))
+
+
+def test_numbers_in_sentences_are_short() -> None:
+    assert re.search(r"mu\(A\) = \d\.\d{9}\.$", check(load("lemma-3-1")).sentence)
+    assert re.search(r"is \[0\.0\d{8}, 0\.\d{8}\]\.$", check(load("filter-second-column")).sentence)

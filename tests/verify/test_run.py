@@ -14,7 +14,7 @@ from flint import fmpq, fmpq_mat
 from replication.audit.proving import prove
 from replication.verify.plants import PLANTS
 from replication.verify.printed import above, below, decimal, half_unit, printed_matrix, printed_poles
-from replication.verify.reading import MAX_BYTES
+from replication.verify.reading import MAX_BYTES, written
 from replication.verify.run import check, committed, printable, report, same, verify
 from replication.verify.subjects import literals, papers, plant, subject, theorems
 from replication.verify.theorem import Refused
@@ -48,6 +48,10 @@ def test_a_missing_and_a_broken_file_are_outcomes(tmp_path: Path) -> None:
     ("change", "reason"),
     [
         ({"format": "replication-certificate/2"}, "the format is 'replication-certificate/2'"),
+        ({"statement": "multirate.rows"}, "statement is not that of the wanted theorem gains-33"),
+        ({"claims": []}, "claims is not that of the wanted theorem gains-33"),
+        ({"plant": {"name": "stable"}}, "plant is not that of the wanted theorem gains-33"),
+        ({"parameters": {}}, "parameters is not that of the wanted theorem gains-33"),
         ({"name": "gains-3"}, "wants no theorem named gains-3"),
         ({"name": "gains\nproved x"}, "name must have 1 to 80 letters, .* got 'gains.nproved x'"),
         ({"name": ""}, "name must have 1 to 80 letters"),
@@ -88,8 +92,9 @@ def test_a_check_that_breaks_down_proves_nothing(tmp_path: Path) -> None:
 
 def test_values_are_the_same_with_their_types() -> None:
     assert same({"a": [1, "x", None]}, {"a": [1, "x", None]})
-    for first, second in ((True, 1), ([1], [1, 2]), ({"a": 1}, {"b": 1}), ("1", 1), ({}, [])):
+    for first, second in ((True, 1), ([1], [1, 2]), ({"a": 1}, {"b": 1}), ([1, 2], [1, 3]), ("1", 1), ({}, [])):
         assert not same(first, second)
+    assert not same({"a": 1, "b": 2}, {"a": 1, "b": 3})
 
 
 def test_all_that_is_wanted_must_be_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -223,6 +228,29 @@ def test_every_plant_of_every_paper_can_be_read() -> None:
             assert subject(paper, entry.name)["plant"]["name"] == entry.plant
 
 
+@pytest.mark.parametrize("paper", PLANTS)
+def test_every_certificate_has_the_plant_of_the_data(paper: str) -> None:
+    plants = PLANTS[paper](literals(ROOT / "papers" / paper / "data.py"))
+    for entry in theorems(paper)[0].values():
+        written_there = json.loads((ROOT / "certificates" / paper / f"{entry.name}.json").read_bytes())["plant"]
+        assert written_there == {"name": entry.plant, **(written(plants[entry.plant]) if entry.plant else {})}
+
+
+def test_a_list_of_theorems_is_read_strictly(tmp_path: Path) -> None:
+    entry = json.loads((ROOT / "papers" / "okajima2023" / "theorems.json").read_bytes())[0]
+    path = tmp_path / "papers" / "own" / "theorems.json"
+    path.parent.mkdir(parents=True)
+    for listed, reason in (
+        ([entry, entry], rf"theorems.json\[1\]: the name {entry['name']} stands twice"),
+        ([{**entry, "parameters": []}], r"theorems.json\[0\].parameters must be an object"),
+        ([{**entry, "claims": "all"}], r"theorems.json\[0\].claims must be a list"),
+        ({"theorems": [entry]}, "theorems.json must be a list"),
+    ):
+        path.write_text(json.dumps(listed), encoding="utf-8")
+        with pytest.raises(Refused, match=reason):
+            theorems("own", tmp_path)
+
+
 def test_the_plant_is_that_of_the_data() -> None:
     stable = plant("okajima2023", "stable")
     assert stable["A"][0] == ["19/20", "1/2", "1/5"] and stable["B_d"] == [["1/10"], ["3/10"], ["1/5"]]
@@ -249,13 +277,15 @@ def test_printed_numbers_are_exact() -> None:
         with pytest.raises(Refused, match="is not a decimal number"):
             decimal(text)
     assert printed_matrix("[1 -0.5; .25 3]") == fmpq_mat([[1, fmpq(-1, 2)], [fmpq(1, 4), 3]])
-    for text in ("1 2", "[1 2; 3]", "[1 x]"):
+    for text in ("1 2", "[1 2", "1 2]", "[1 2; 3]", "[1 x]"):
         with pytest.raises(Refused):
             printed_matrix(text)
     assert printed_poles("(1.5, -2±0.25i)") == [[fmpq(3, 2), 0], [fmpq(-2), fmpq(1, 4)]]
-    assert half_unit("(1.031, 1.085±0.240i)") == fmpq(1, 2000)
-    with pytest.raises(Refused, match="not a printed list of poles"):
-        printed_poles("1.5")
+    assert printed_poles("(1.5±0.5i, 12)") == [[fmpq(3, 2), fmpq(1, 2)], [fmpq(12), 0]]
+    assert half_unit("(1.0, 1.08±0.24i, 1.031)") == fmpq(1, 2000)
+    for text in ("1.5", "(1.5", "1.5)"):
+        with pytest.raises(Refused, match="not a printed list of poles"):
+            printed_poles(text)
 
 
 def test_numbers_in_sentences_are_rounded_to_their_side() -> None:

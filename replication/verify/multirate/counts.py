@@ -8,11 +8,11 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.linear import block, identity, take_rows
+from replication.verify.linear import block, identity, require_order, take_rows
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.sensing import schedule, without_noise
-from replication.verify.reading import fields, integer, matrices, matrix, sequence
-from replication.verify.theorem import Theorem
+from replication.verify.reading import fields, integer, matrices, matrix, require_empty, sequence
+from replication.verify.theorem import Theorem, require
 
 Certificate = Mapping[str, Any]
 
@@ -55,15 +55,19 @@ def dual_rate(certificate: Certificate) -> Theorem:
 def variables(certificate: Certificate) -> Theorem:
     """The unknowns of Theorem 2: entries of the symmetric P_k and of Y_k at every phase, and the level."""
     measured, sensors = _schedule(certificate)
-    n = matrix(certificate["plant"]["A"], "plant.A").nrows()
+    n = _states(certificate).nrows()
     at_each_phase = sum(range(n + 1)) + n * sensors
     return _count(len(measured) * at_each_phase + 1, "Theorem 2 has {} unknown numbers.")
 
 
 def rows(certificate: Certificate) -> Theorem:
     """The rows of the matrix (30) of one phase, from the sizes of its diagonal blocks."""
-    A, B_d, D = (matrix(certificate["plant"][name], f"plant.{name}") for name in ("A", "B_d", "D"))
-    return _count(A.nrows() + A.ncols() + B_d.ncols() + D.ncols(), "The matrix of Theorem 2 has {} rows at each phase.")
+    require_empty(certificate, "witness")
+    A, C = _observed(certificate)
+    n, q = A.nrows(), C.nrows()
+    B_d = matrix(certificate["plant"]["B_d"], "plant.B_d", rows=n)
+    D = matrix(certificate["plant"]["D"], "plant.D", rows=q)
+    return _count(2 * n + B_d.ncols() + D.ncols(), "The matrix of Theorem 2 has {} rows at each phase.")
 
 
 def unmeasured(certificate: Certificate) -> Theorem:
@@ -81,7 +85,8 @@ def unmeasured(certificate: Certificate) -> Theorem:
 
 def observable(certificate: Certificate) -> Theorem:
     """Whether C, CA, .. CA^(n-1) stacked have rank n."""
-    A, C = matrix(certificate["plant"]["A"], "plant.A"), matrix(certificate["plant"]["C"], "plant.C")
+    require_empty(certificate, "bound", "witness")
+    A, C = _observed(certificate)
     n, power, blocks = A.nrows(), identity(A.nrows()), []
     for _ in range(n):
         blocks.append([C * power])
@@ -93,7 +98,7 @@ def observable(certificate: Certificate) -> Theorem:
 def product(certificate: Certificate) -> Theorem:
     """Whether the poles of the product over one period do not depend on where it starts, but do on its order."""
     measured, sensors = _schedule(certificate)
-    A, C = matrix(certificate["plant"]["A"], "plant.A"), matrix(certificate["plant"]["C"], "plant.C")
+    A, C = _observed(certificate)
     first, *others = without_noise(A, C, measured).error_system(_gains(certificate, sensors, len(measured)))
     orders = ([first, *others], [*others, first], [*reversed(others), first])
     poles, shifted, reverse = (monodromy(order).charpoly() for order in orders)
@@ -114,8 +119,22 @@ def _schedule(certificate: Certificate) -> tuple[list[list[int]], int]:
     return schedule(certificate["parameters"]), len(sequence(periods, "parameters.periods", integer))
 
 
+def _states(certificate: Certificate) -> fmpq_mat:
+    """The square matrix A of the plant."""
+    A = matrix(certificate["plant"]["A"], "plant.A")
+    require(A.nrows() == A.ncols(), f"plant.A must be square, got {A.nrows()} x {A.ncols()}")
+    require_order(A.nrows(), "plant.A")
+    return A
+
+
+def _observed(certificate: Certificate) -> tuple[fmpq_mat, fmpq_mat]:
+    """A and C of the plant."""
+    A = _states(certificate)
+    return A, matrix(certificate["plant"]["C"], "plant.C", columns=A.nrows())
+
+
 def _gains(certificate: Certificate, sensors: int, phases: int) -> list[fmpq_mat]:
-    n = matrix(certificate["plant"]["A"], "plant.A").nrows()
+    n = _states(certificate).nrows()
     return matrices(certificate["plant"]["L"], "plant.L", n, sensors, phases)
 
 

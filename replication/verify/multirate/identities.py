@@ -126,9 +126,9 @@ def _sizes(certificate: Certificate) -> tuple[int, ...]:
 
 def _theorem(sentence: str, certificate: Certificate, holds: bool) -> Theorem:
     """The theorem that an identity holds; refused if it does not, as nothing is proved of the paper then."""
-    n, q, m, _ = _sizes(certificate)
+    n, q, m, p = _sizes(certificate)
     require(holds, f"this is no identity: {sentence}")
-    return Theorem(sentence=f"{sentence} ({n} states, {q} sensors, {m} disturbances).", holds=True)
+    return Theorem(sentence=f"{sentence} ({n} states, {q} sensors, {m} disturbances, {p} inputs).", holds=True)
 
 
 STATEMENTS: Mapping[str, Callable[[Certificate], Theorem]] = {
