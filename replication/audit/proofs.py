@@ -52,7 +52,7 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
         try:
             listed, unproved = theorems(paper, root)
         except Refused as refusal:
-            raise AuditError(f"papers/{paper}/theorems.json: {refusal}") from None
+            raise AuditError(str(refusal)) from None
         folder = root / "papers" / paper
         shared = {f"papers/{paper}/{name}": sha256(folder / name) for name in ("data.py", "theorems.json")}
         for entry in listed.values():

@@ -170,5 +170,5 @@ def test_the_proofs_of_a_file_must_be_of_the_certificates_that_lie_there(tmp_pat
 
 def test_a_malformed_list_of_theorems_is_named(tmp_path: Path) -> None:
     (project(tmp_path) / "papers" / "toy" / "theorems.json").write_text('[{"name": "c"}]', encoding="utf-8")
-    with pytest.raises(AuditError, match=r"papers/toy/theorems\.json: theorems\.json\[0\] lacks the field"):
+    with pytest.raises(AuditError, match=r"papers/toy/theorems\.json\[0\] lacks the field"):
         wanted(tmp_path, ["toy"])
