@@ -13,12 +13,15 @@ import numpy as np
 from replication.errors import ReplicationError, SolverError
 from replication.estimation.nonuniform.filter_lmi import (
     FilterDesign,
+    LmiSolution,
     LmiVariables,
     Normalised,
     Solver,
     design_for_periods,
     lmi10,
     normalise,
+    solve_for_periods,
+    with_filter,
 )
 from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
@@ -86,13 +89,13 @@ def worst_periods(
     return sorted(zip(heights.tolist(), tops.tolist(), strict=True), reverse=True)
 
 
-def condensed(design: FilterDesign, periods: PeriodRange) -> list[float]:
+def condensed(solution: LmiSolution, periods: PeriodRange) -> list[float]:
     """The grid without periods of no dual weight, inner neighbours replaced by their weighted mean.
 
     Two active periods side by side stand for one between them; the mean converges to it much faster than bisection.
     """
-    total = sum(design.weights)
-    active = [pair for pair in zip(design.periods, design.weights, strict=True) if pair[1] > INACTIVE * total]
+    total = sum(solution.weights)
+    active = [pair for pair in zip(solution.periods, solution.weights, strict=True) if pair[1] > INACTIVE * total]
     clusters: list[list[tuple[float, float]]] = []
     for h, weight in active:
         inner = periods.h_l < h < periods.h_u
@@ -113,19 +116,19 @@ def halfway(grid: list[float], h: float, periods: PeriodRange) -> float:
     return (nearest + h) / 2
 
 
-def shortfall(design: FilterDesign, peaks: list[tuple[float, float]], periods: PeriodRange) -> float:
+def shortfall(solution: LmiSolution, peaks: list[tuple[float, float]], periods: PeriodRange) -> float:
     """Growth of the level, relative to it, that the violations at `peaks` ask for, to first order.
 
     By duality delta grows by the sum of dual trace times violation. The dual of a peak lies on the periods of the grid
     on both sides of it and is counted there; that of an end of the range only where both sides are ends.
     """
-    owed = np.zeros(len(design.periods))
+    owed = np.zeros(len(solution.periods))
     for violation, h in peaks:
-        above = int(np.searchsorted(design.periods, h))
+        above = int(np.searchsorted(solution.periods, h))
         sides = [i for i in (above - 1, above) if 0 <= i < len(owed)]
-        inner = [i for i in sides if periods.h_l < design.periods[i] < periods.h_u]
+        inner = [i for i in sides if periods.h_l < solution.periods[i] < periods.h_u]
         owed[inner or sides] = np.maximum(owed[inner or sides], violation)
-    return float(owed @ np.array(design.weights) / (2 * design.variables.delta))
+    return float(owed @ np.array(solution.weights) / (2 * solution.variables.delta))
 
 
 def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int = 40) -> RobustDesign:
@@ -138,27 +141,29 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
     candidates, transitions = _scan(normalised.plant, periods)
     working, reached = sorted({periods.h_l, periods.middle, periods.h_u}), 0.0
     for round_ in range(1, limit + 1):
-        design = design_for_periods(plant, working, at=normalised, solver=Solver.SDPA)
-        peaks = worst_periods(normalised, design.variables, candidates, transitions)
+        solution = solve_for_periods(normalised, working, solver=Solver.SDPA)
+        peaks = worst_periods(normalised, solution.variables, candidates, transitions)
         new = [h for value, h in peaks if value > VIOLATION and h not in working]
         if not new:
-            return RobustDesign(design, round_, peaks[0][0], shortfall(design, peaks, periods))
-        if design.level > reached * (1 + PROGRESS):
-            working = sorted({*(grid := condensed(design, periods)), halfway(grid, new[0], periods)})
+            owed = shortfall(solution, peaks, periods)
+            return RobustDesign(with_filter(normalised, solution), round_, peaks[0][0], owed)
+        if solution.level > reached * (1 + PROGRESS):
+            working = sorted({*(grid := condensed(solution, periods)), halfway(grid, new[0], periods)})
         else:
             working = sorted({*working, *new})
-        reached = max(reached, design.level)
+        reached = max(reached, solution.level)
     raise SolverError(
         f"the exchange method added periods for {limit} rounds, violation {peaks[0][0]:.3g} is left at "
-        f"h = {peaks[0][1]:.6g} s and the level {design.level:.9g} holds on the last grid only; "
-        f"{_certified(plant, design, periods)}; raise `max_rounds`, or narrow the range"
+        f"h = {peaks[0][1]:.6g} s and the level {solution.level:.9g} holds on the last grid only; "
+        f"{_certified(plant, normalised, solution, periods)}; raise `max_rounds`, or narrow the range"
     )
 
 
-def _certified(plant: SampledPlant, design: FilterDesign, periods: PeriodRange) -> str:
+def _certified(plant: SampledPlant, normalised: Normalised, solution: LmiSolution, periods: PeriodRange) -> str:
     """What is proved of a filter whose design did not end, for the message that says so."""
     try:
-        level = guaranteed_level(plant, design.filter, periods, max_leaves=1).level
+        filter_ = with_filter(normalised, solution).filter
+        level = guaranteed_level(plant, filter_, periods, max_leaves=1).level
     except ReplicationError as error:
         return f"its filter has no certificate either ({error})"
     return f"its filter is guaranteed {level:.9g} over the whole range"

@@ -42,19 +42,25 @@ class LmiVariables:
 
 
 @dataclass(frozen=True)
-class FilterDesign:
-    """level: gamma of the LMI; filter: recovered by (11); variables: in the normalised coordinates of `Normalised`.
+class LmiSolution:
+    """level: gamma of the LMI; variables: in the normalised coordinates of `Normalised`.
 
     periods: the grid; weights: trace of the dual of each period's inequality, 0 if it could be left out;
     report: what the solver said.
     """
 
     level: float
-    filter: Filter
     variables: LmiVariables
     periods: tuple[float, ...]
     weights: tuple[float, ...]
     report: SolverReport
+
+
+@dataclass(frozen=True)
+class FilterDesign(LmiSolution):
+    """A solution of the LMI with the filter that (11) recovers from it."""
+
+    filter: Filter
 
 
 @dataclass(frozen=True)
@@ -191,6 +197,16 @@ def design_for_periods(
     """
     grid = as_periods("periods", periods).tolist()
     normalised = at or normalise(plant, float(np.mean(grid)))
+    return with_filter(normalised, solve_for_periods(normalised, grid, solver=solver))
+
+
+def with_filter(normalised: Normalised, solution: LmiSolution) -> FilterDesign:
+    """The solution with its filter for the original plant; raises SolverError as `recover` does."""
+    return FilterDesign(**vars(solution), filter=normalised.restore(recover(solution.variables)))
+
+
+def solve_for_periods(normalised: Normalised, grid: Sequence[float], *, solver: Solver) -> LmiSolution:
+    """The same without the filter, which a solution on the way to another one need not have."""
     basis = variable_basis(normalised.plant)
     group = inequalities(normalised.plant, grid, basis)
     cost = np.zeros(group.coefficients.shape[1])
@@ -202,6 +218,5 @@ def design_for_periods(
         x, duals, report = solution.x, solution.duals[0], solution.report
     variables = combine(basis, x)
     level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))
-    filter_ = normalised.restore(recover(variables))
     weights = np.trace(duals, axis1=1, axis2=2)
-    return FilterDesign(level, filter_, variables, tuple(grid), tuple(weights.tolist()), report)
+    return LmiSolution(level, variables, tuple(grid), tuple(weights.tolist()), report)

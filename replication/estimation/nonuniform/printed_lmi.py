@@ -10,7 +10,7 @@ from importlib.metadata import version
 import cvxpy
 import numpy as np
 
-from replication.estimation.nonuniform.filter_lmi import FilterDesign, LmiVariables, normalise, recover
+from replication.estimation.nonuniform.filter_lmi import FilterDesign, LmiSolution, LmiVariables, normalise, with_filter
 from replication.estimation.nonuniform.plant import SampledPlant, as_periods
 from replication.estimation.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
 
@@ -62,4 +62,4 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesig
     v = LmiVariables(**values, delta=np.asarray(delta.value[0, 0]))
     level = normalised.scale * float(np.sqrt(max(float(delta.value[0, 0]), 0.0)))
     weights = tuple(float(np.trace(constraint.dual_value)) for constraint in constraints)
-    return FilterDesign(level, normalised.restore(recover(v)), v, tuple(grid), weights, report)
+    return with_filter(normalised, LmiSolution(level, v, tuple(grid), weights, report))

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.nonuniform import exchange
+from replication.estimation.nonuniform import exchange, filter_lmi
 from replication.estimation.nonuniform.algorithm1 import CORRECT, LITERAL, End, Reading, build_grid
 from replication.estimation.nonuniform.bracket import floor_for_any_filter
 from replication.estimation.nonuniform.exchange import VIOLATION, dense_design, robust_design, violations
@@ -260,3 +260,23 @@ def test_what_a_violation_costs_the_level_is_told(monkeypatch):
     exact = robust_design(MOTOR, periods)
     assert exact.shortfall < 1e-6
     assert 1e-6 < exact.design.level / told.design.level - 1 <= told.shortfall
+
+
+def test_only_the_last_solution_must_have_a_filter(monkeypatch):
+    """Y - Z may be singular on the way, where no filter can be recovered."""
+    recovered = []
+    monkeypatch.setattr(filter_lmi, "recover", lambda v: recovered.append(v) or recover(v))
+    found = robust_design(MOTOR, MOTOR_RANGE)
+    assert found.rounds > 1
+    assert [v is found.design.variables for v in recovered] == [True]
+
+
+@pytest.mark.slow
+def test_six_states_over_a_very_wide_range():
+    """Solutions on the way have Y - Z singular to twelve digits and more, or come short of the accuracy."""
+    plant = random_plant(np.random.default_rng(60001), 6)
+    plant = SampledPlant(plant.A - 0.2 * np.eye(6), plant.B, plant.C, plant.D, plant.L)
+    found = robust_design(plant, PeriodRange(0.01, 3.0))
+    assert found.violation <= VIOLATION
+    gains = [periodic_gain(plant, found.design.filter, [h]).value for h in np.geomspace(0.01, 3.0, 9)]
+    assert max(gains) <= found.design.level * (1 + found.shortfall + GAP)
