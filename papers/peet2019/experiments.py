@@ -9,6 +9,7 @@ import numpy as np
 
 from replication.errors import ReplicationError
 from replication.estimation.delay import least_gain, lie, synthesis
+from replication.estimation.delay.certificate import certificate_at
 from replication.estimation.delay.collocation import Scheme
 from replication.estimation.delay.cone import DegreeRule
 from replication.estimation.delay.gains import evaluate, observer_gains
@@ -20,7 +21,6 @@ from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.response import hinf_norm, simulate
 from replication.estimation.delay.sdp import SdpaOptions, Solution, solve_sdpa
 from replication.estimation.delay.spectrum import GainBracket, hinf_gain, rightmost_roots
-from replication.estimation.delay.synthesis import certificate_at
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.validation import Array
 

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from replication.estimation.delay.certificate import Certificate, certificate_at
     from replication.estimation.delay.collocation import Scheme
     from replication.estimation.delay.cone import DegreeRule
     from replication.estimation.delay.facade import DelayAnalysis, DelayResult, analyse, design, simulate
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from replication.estimation.delay.response import Trajectory, hinf_norm
     from replication.estimation.delay.sdp import SdpaOptions
     from replication.estimation.delay.spectrum import frequency_response, hinf_gain, rightmost_roots
-    from replication.estimation.delay.synthesis import Certificate, certificate_at
     from replication.estimation.delay.system import DelaySystem, delay_system
 else:
     from replication.estimation.lazy import lazy
@@ -34,7 +34,7 @@ else:
         response="Trajectory hinf_norm",
         sdp="SdpaOptions",
         spectrum="frequency_response hinf_gain rightmost_roots",
-        synthesis="Certificate certificate_at",
+        certificate="Certificate certificate_at",
         system="DelaySystem delay_system",
     )
 

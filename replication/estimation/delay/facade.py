@@ -14,6 +14,7 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult, Panel, Shown, Simulation, frozen
 from replication.estimation.api.signals import Signals, is_statespace, numbered, split_outputs
+from replication.estimation.delay.certificate import Certificate, certificate_at
 from replication.estimation.delay.collocation import grid
 from replication.estimation.delay.cone import DegreeRule
 from replication.estimation.delay.gains import ObserverGains, evaluate, observer_gains
@@ -24,7 +25,6 @@ from replication.estimation.delay.response import hinf_norm
 from replication.estimation.delay.response import simulate as simulate_error
 from replication.estimation.delay.running import RunningDelayObserver
 from replication.estimation.delay.spectrum import frequency_response, hinf_gain, rightmost_roots
-from replication.estimation.delay.synthesis import Certificate, certificate_at
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.validation import positive_scalar

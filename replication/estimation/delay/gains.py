@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.estimation.delay import legendre, lie
+from replication.estimation.delay.certificate import Certificate
 from replication.estimation.delay.inverse import Inverse, invert, multiplier_inverse
 from replication.estimation.delay.pqrs import Operator, self_adjoint
-from replication.estimation.delay.synthesis import Certificate
 from replication.estimation.validation import Array
 
 
@@ -36,12 +36,13 @@ class GainValues:
 
 @dataclass(frozen=True)
 class ObserverGains:
-    """The operators behind the gains, in coordinates x' = change·x; `values` gives them in the plant's coordinates."""
+    """The operators behind the gains, for x' = change·x and t' = t/time; `evaluate` gives them in the plant's units."""
 
     inverse: Inverse
     injection: Operator
     change: Array
     gamma: float
+    time: float = 1.0
 
 
 def observer_gains(certificate: Certificate) -> ObserverGains:
@@ -51,6 +52,7 @@ def observer_gains(certificate: Certificate) -> ObserverGains:
         injection_operator(certificate),
         certificate.change,
         certificate.gamma,
+        certificate.time,
     )
 
 
@@ -99,7 +101,7 @@ def _measured_weight(n: int, q: int) -> Array:
 
 
 def evaluate(gains: ObserverGains, points: Array) -> GainValues:
-    """All gains at `points` of [-1, 0], in the plant's own coordinates (Lemma 5)."""
+    """All gains at `points` of [-1, 0], in the plant's own coordinates and time (Lemma 5)."""
     inverse, z = gains.inverse, gains.injection
     n, k, q = inverse.h.shape[0], inverse.h.shape[1], z.row.shape[2]
     basis = legendre.evaluate(inverse.operator.count, points)
@@ -132,7 +134,7 @@ def evaluate(gains: ObserverGains, points: Array) -> GainValues:
     l7 = np.einsum("tkij,tc,kjculq->tkiulq", s, basis, kernel, optimize=True)
     l7 = l7 + np.einsum("tkij,td,kjdulq->tkiulq", s, tests, kernel_at, optimize=True)
     l6 = np.einsum("tkij,td,kjqd->tkiq", s, tests, z.multiplier, optimize=True)
-    back = np.linalg.inv(gains.change)
+    back = np.linalg.inv(gains.change) / gains.time  # every gain is a rate
     split = (back @ point).reshape(n, k + 1, q)
     ends = np.einsum("ij,tkjp->tkip", back, columns).reshape(len(points), k, n, k + 1, q)
     return GainValues(

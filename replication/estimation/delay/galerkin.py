@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.estimation.delay import legendre
+from replication.estimation.delay.certificate import Certificate
 from replication.estimation.delay.gains import injection_operator, storage_operator
 from replication.estimation.delay.pqrs import Operator, resized
-from replication.estimation.delay.synthesis import Certificate
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, positive_integer
 

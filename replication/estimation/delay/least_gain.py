@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from replication.errors import SolverError
+from replication.errors import InfeasibleError, SolverError
 from replication.estimation.delay.cone import DegreeRule
 from replication.estimation.delay.reduction import reduced
 from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_clarabel, solve_sdpa
 from replication.estimation.delay.spectrum import require_detectable
 from replication.estimation.delay.synthesis import Assembly, assemble, program
 from replication.estimation.delay.system import DelaySystem, gain_scaled
+from replication.estimation.delay.units import natural_units
 
 UNITS = SdpaOptions(tolerance=1e-6, gap=1.0, residual=1e-1)
 """For a first estimate of γ, which only sets the units of the second run."""
@@ -20,7 +21,10 @@ STATED_GAP = SdpaOptions(tolerance=1e-10, scale=1e1, gap=1e-2, residual=1e-5)
 
 LOOSER = 1e2
 STOPS = 3
-"""Where the optimum is not attained the iterates grow and lose the equalities: SDPA is then stopped earlier."""
+"""Where the optimum is not attained the iterates grow and lose the equalities: SDPA is then stopped earlier.
+
+It then also starts from larger matrices: too small a start reads as infeasible where the solution is large.
+"""
 
 
 @dataclass(frozen=True)
@@ -49,30 +53,38 @@ def minimum_gain(
 ) -> LeastGain:
     """The infimum of γ in Theorem 3 with polynomials of degree d (of `reduced`, which has the same).
 
-    Solved twice: the second time with w and z in units that make γ about 1, where SDPA comes closer to the optimum;
-    once if the first run cannot tell γ from zero, as where y reveals w. If the point misses the equalities by more than
-    the options allow, its tolerance is loosened, up to twice; `solution` records the one that held.
-    Raises InvalidInputError for a bad degree or an undetectable system, InfeasibleError if no γ is feasible,
+    Solved in `natural_units`, and twice: the second time with w and z in units that make γ about 1, where SDPA comes
+    closer to the optimum; once if the first run cannot tell γ from zero, as where y reveals w. If the point misses the
+    equalities by more than the options allow, the tolerance is loosened and the start enlarged, up to twice;
+    `solution` records the ones that held.
+    Raises InvalidInputError for a bad degree or an undetectable system, InfeasibleError if SDPA finds no γ feasible,
     SolverError if the bracket is wider than the gap of the options, relative to 1 + γ in those units.
     """
-    assembly = reduced(assemble(system, degree, rule))
+    rates = rule is DegreeRule.BESSEL  # its matrices act on the point variables one by one: sparse ones are cheap
+    plant = natural_units(system).system
+    assembly = reduced(assemble(plant, degree, rule, rates=rates))
     require_detectable(system)
-    rough = solve_sdpa(program(assembly, epsilon), UNITS)
+    rough = solved(program(assembly, epsilon), UNITS)
     unit = float(rough.linear[0])
     if _lower(rough) <= 0.0:
         return _found(assembly, epsilon, 1.0, rough)
-    scaled = reduced(assemble(gain_scaled(system, unit), degree, rule))
-    return _found(assembly, epsilon, unit, _solved(program(scaled, epsilon), options))
+    scaled = reduced(assemble(gain_scaled(plant, unit), degree, rule, rates=rates))
+    return _found(assembly, epsilon, unit, solved(program(scaled, epsilon), options))
 
 
-def _solved(task: Program, options: SdpaOptions) -> Solution:
-    """The first point within the options as the tolerance is loosened. Raises what the last solve raises."""
-    for stop in range(STOPS - 1):
+def solved(task: Program, options: SdpaOptions) -> Solution:
+    """The first point within the options as these are made `looser`. Raises what the last solve raises."""
+    for _ in range(STOPS - 1):
         try:
-            return solve_sdpa(task, replace(options, tolerance=options.tolerance * LOOSER**stop))
-        except SolverError:
-            continue
-    return solve_sdpa(task, replace(options, tolerance=options.tolerance * LOOSER ** (STOPS - 1)))
+            return solve_sdpa(task, options)
+        except (InfeasibleError, SolverError):
+            options = looser(options)
+    return solve_sdpa(task, options)
+
+
+def looser(options: SdpaOptions) -> SdpaOptions:
+    """The options with a looser tolerance and a larger start; what must hold of the point stays."""
+    return replace(options, tolerance=options.tolerance * LOOSER, scale=options.scale * LOOSER)
 
 
 def _lower(solution: Solution) -> float:

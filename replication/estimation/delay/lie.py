@@ -2,7 +2,7 @@
 
 In scaled histories φ_i(η) = e(t+τ_iη), η ∈ [-1, 0], the error obeys ė = A_0e + ΣA_kφ_k(-1) - Bw and
 ∂_tφ_i = φ_i'/τ_i with φ_i(0) = e. V is a form on R^n × L2^nK; its derivative is a form on
-h = (w, v, e, φ_1(-1), .., φ_K(-1)) ∈ R^{r+p+n(K+1)} and the same histories.
+h = (w, v, e, φ_1(-1), .., φ_K(-1)) ∈ R^{r+p+n(K+1)} and the same histories; a `Drive` may put ω in place of w.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy.typing as npt
 import scipy.sparse as sparse
 
 from replication.estimation.delay import legendre
+from replication.estimation.delay.drive import Drive, direct
 from replication.estimation.delay.forms import FormSpace, Index, triangle
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array
@@ -35,17 +36,14 @@ def point_offsets(system: DelaySystem) -> tuple[int, int, int]:
     return v, e, e + system.states
 
 
-def _rates(system: DelaySystem, source: FormSpace, target: FormSpace) -> tuple[Array, Array]:
+def _rates(system: DelaySystem, source: FormSpace, target: FormSpace, drive: Drive) -> tuple[Array, Array]:
     """E and D with u = E h and du/dt = D h for the functionals u of V; shapes (source, target functionals)."""
     n, width, count = system.states, source.functions, source.count
     _, e, late = point_offsets(system)
     embed = np.zeros((source.functionals, target.functionals))
     rate = np.zeros_like(embed)
     embed[:n, e : e + n] = np.eye(n)
-    rate[:n, : system.inputs] = -system.b
-    rate[:n, e : e + n] = system.a0
-    for k, a in enumerate(system.a):
-        rate[:n, late + k * n : late + (k + 1) * n] = a
+    rate[:n, : target.points] = drive.rate
     moments = source.points + np.arange(count * width)
     embed[moments, target.points + np.arange(count * width)] = 1.0
     per_delay = np.repeat(1.0 / np.array(system.delays), n)
@@ -61,13 +59,14 @@ def _rates(system: DelaySystem, source: FormSpace, target: FormSpace) -> tuple[A
     return embed, rate
 
 
-def lie_derivative(system: DelaySystem, count: int) -> sparse.csr_array:
+def lie_derivative(system: DelaySystem, count: int, drive: Drive | None = None) -> sparse.csr_array:
     """Map from the coefficients of V to those of dV/dt; sparse, shape (derivative space size, state space size).
 
+    drive: the variables of the derivative; `direct` if None.
     The columns of multiplier monomials that couple two different delays are empty: V must not contain them.
     """
     source, target = state_space(system, count), derivative_space(system, count)
-    embed, rate = _rates(system, source, target)
+    embed, rate = _rates(system, source, target, drive or direct(system))
     where = np.argmax(embed, axis=1)  # each functional of V is one functional of h
     rates = sparse.csr_array(rate)
     first, second = triangle(source.functionals)
@@ -132,8 +131,11 @@ def _identity(space: FormSpace, points: Index) -> Array:
     return coefficients
 
 
-def supply(system: DelaySystem, count: int) -> tuple[Array, Array]:
-    """Coefficients of 2vᵀC_1e and of -(|w|² + |v|²): the form is the first plus γ times the second (Theorem 1)."""
+def supply(system: DelaySystem, count: int, drive: Drive | None = None) -> tuple[Array, Array]:
+    """Coefficients of 2vᵀC_1e and of -(|w|² + |v|²): the form is the first plus γ times the second (Theorem 1).
+
+    drive: as in `lie_derivative`.
+    """
     space = derivative_space(system, count)
     v, e, late = point_offsets(system)
     cross, level = np.zeros(space.size), np.zeros(space.size)
@@ -141,8 +143,11 @@ def supply(system: DelaySystem, count: int) -> tuple[Array, Array]:
     rows, columns = np.divmod(np.arange(outputs.size), outputs.shape[1])
     assert late == e + system.states  # the columns of [C_10 C_11 .. C_1K] follow the order of h
     cross[space.pair(v + rows, e + columns)] = 2.0 * outputs.ravel()
-    squares = np.arange(e, dtype=np.int64)
-    level[space.pair(squares, squares)] = -1.0
+    signal = (drive or direct(system)).signal
+    weight = signal.T @ signal
+    weight[v:e, v:e] += np.eye(system.outputs)
+    first, second = triangle(space.points)
+    level[space.pair(first, second)] = -np.where(first == second, 1.0, 2.0) * weight[first, second]
     return cross, level
 
 

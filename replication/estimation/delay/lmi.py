@@ -82,6 +82,7 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
 def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:
     """Least γ by bisection on the Riccati equation of the unmeasured part; shares no code with the LMI.
 
+    Zero if γ falls below `relative` times ‖C_1‖‖B‖/‖A‖, as where y reveals w or all that z needs.
     Raises InvalidInputError if w does not reach every derivative of y (B_m without full row rank: the filter problem
     is then singular; use `lmi_gain`) or the model is not detectable; InfeasibleError if no finite γ is found.
     """
@@ -100,6 +101,10 @@ def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:
     drift = a - b @ noise.T @ weight @ sensor
     process = b @ (np.eye(b.shape[1]) - noise.T @ weight @ noise) @ b.T
     data = (drift, process, output.T @ output, sensor.T @ weight @ sensor)
+    sizes = [float(np.linalg.norm(part)) for part in (model.c1, model.b, model.a)]
+    least = relative * sizes[0] * sizes[1] / (sizes[2] or 1.0)
+    if not np.any(output) or hidden.shape[1] == 0:
+        return 0.0
     high = 1.0
     while not _solvable(*data, high):
         high *= 2.0
@@ -109,6 +114,8 @@ def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:
     while high - low > relative * high:
         middle = (low + high) / 2.0
         low, high = (low, middle) if _solvable(*data, middle) else (middle, high)
+        if high <= least:
+            return 0.0
     return high
 
 

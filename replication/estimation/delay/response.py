@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
+from scipy.linalg import expm, matrix_balance, schur, solve_triangular
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.observer import ErrorSystem
@@ -36,6 +36,7 @@ def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
     abscissa = spectral_abscissa(error)
     if abscissa >= 0.0:
         raise InfeasibleError(f"the error system is unstable (abscissa {abscissa:.3g}): its norm is infinite")
+    error = _balanced(error)
     values = np.linalg.eigvals(error.a)
     starts = np.concatenate([[0.0], np.abs(values.imag), np.abs(values)])
     frequency, lower = _peak(error, np.unique(starts))
@@ -52,10 +53,18 @@ def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
         frequency, lower = best, value
 
 
+def _balanced(error: ErrorSystem) -> ErrorSystem:
+    """The same response with the states in units that balance `a`, as its Schur form needs."""
+    a, (scale, _) = matrix_balance(error.a, permute=False, separate=True)
+    return ErrorSystem(a, error.b / scale[:, None], error.c * scale)
+
+
 def _peak(error: ErrorSystem, omega: Array) -> tuple[float, float]:
-    """Frequency and largest singular value over the given frequencies."""
+    """Frequency and largest singular value over the given frequencies; one Schur form serves all of them."""
+    triangle, basis = schur(error.a, output="complex")
+    b, c = basis.conj().T @ error.b, error.c @ basis
     eye = np.eye(error.a.shape[0])
-    gains = [float(np.linalg.norm(error.c @ np.linalg.solve(1j * w * eye - error.a, error.b), 2)) for w in omega]
+    gains = [float(np.linalg.norm(c @ solve_triangular(1j * w * eye - triangle, b), 2)) for w in omega]
     best = int(np.argmax(gains))
     return float(omega[best]), gains[best]
 

@@ -86,9 +86,15 @@ class SdpaOptions:
         }
 
 
-def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution:
-    """Solve with SDPA (one thread). Raises InfeasibleError if it proves infeasibility, SolverError if it stops early.
+ENDLESS = 1e9
+"""A trace, in the units of the program, beyond which no matrix is looked for; those that are found stay far below."""
 
+
+def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution:
+    """Solve with SDPA (one thread).
+
+    Raises InfeasibleError if SDPA calls the program infeasible, which too small a start may make it do, with the trace
+    that its multipliers prove for every x (`least_trace`); or if that exceeds ENDLESS. SolverError if it stops early.
     The status is kept as data and is not believed: a point counts if its gap, its residual and its eigenvalues, as we
     measure them, are within the options. (Rounding often stops SDPA just short of the tolerance that it was asked for.)
     """
@@ -118,15 +124,30 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
         time.perf_counter() - start,
         settings.as_dict(),
     )
-    if solution.status in ("pINF_dFEAS", "pFEAS_dINF", "pdINF", "pUNBD", "dUNBD"):
-        raise InfeasibleError(f"SDPA found no solution (status {solution.status}); relax the level or raise the degree")
+    trace = least_trace(program, multipliers)
+    if trace > ENDLESS or solution.status in ("pINF_dFEAS", "pFEAS_dINF", "pdINF", "pUNBD", "dUNBD"):
+        raise InfeasibleError(
+            f"SDPA found no solution (status {solution.status}); what it proves is that the matrices would have a "
+            f"trace above {trace:.1e}; relax the level or raise the degree"
+        )
     residual = max(solution.equality, -solution.least_eigenvalue, -solution.dual_eigenvalue)
     if not (solution.gap <= settings.gap and residual <= settings.residual):
         raise SolverError(
             f"SDPA stopped with status {solution.status} after {solution.iterations} iterations, gap {solution.gap:.1e}"
-            f" and residual {residual:.1e}; accept them by `gap` and `residual` of SdpaOptions, or rescale the states"
+            f" and residual {residual:.1e}; what it proves is that a solution has a trace above {trace:.1e}; accept the"
+            " point by `gap` and `residual` of SdpaOptions, or rescale the states"
         )
     return solution
+
+
+def least_trace(program: Program, multipliers: Array) -> float:
+    """What y proves of the trace of every feasible x: bᵀy = xᵀAᵀy <= max(0, λ_max(Aᵀy)) tr x; infinite by Farkas."""
+    reached = float(program.b @ multipliers)
+    against = -(program.a.T @ multipliers)
+    most = max(0.0, -_least(against[: program.linear], _blocks(program, against)))
+    if reached <= 0.0:
+        return 0.0
+    return reached / most if most > 0.0 else np.inf
 
 
 def solve_clarabel(program: Program, tolerance: float = 1e-9, iterations: int = 200) -> Solution:

@@ -15,11 +15,14 @@ import numpy.typing as npt
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay.collocation import generator
 from replication.estimation.delay.system import DelaySystem
+from replication.estimation.delay.units import natural_units, reach
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 Complex = npt.NDArray[np.complexfloating[Any, Any]]
 NEWTON_STEPS = 60
 ROOT_TOLERANCE = 1e-9
+ORDER, FEW = 40, 16
+"""Order of the collocation that starts Newton's iteration, and the least one where roots are known to be small."""
 
 
 def characteristic(system: DelaySystem, s: complex | Complex) -> Complex:
@@ -37,16 +40,18 @@ def _slope(system: DelaySystem, s: complex) -> Complex:
     return np.asarray(np.eye(system.states) + sum(terms), dtype=complex)
 
 
-def rightmost_roots(system: DelaySystem, count: int = 5, order: int = 40) -> Complex:
+def rightmost_roots(system: DelaySystem, count: int = 5, order: int = ORDER) -> Complex:
     """The `count` characteristic roots of largest real part, refined until σ_min(M)/‖M‖ is below ROOT_TOLERANCE.
 
     Start: eigenvalues of the generator collocated with order+1 Chebyshev points. Raises SolverError if a start does
     not converge (raise `order`).
     """
     positive_integer("count", count)
-    starts = np.linalg.eigvals(generator(system, order)[0])
+    units = natural_units(system)
+    starts = np.linalg.eigvals(generator(units.system, order)[0])
     starts = starts[np.argsort(-starts.real)][:count]
-    return np.array([_refined(system, complex(start)) for start in starts])
+    roots = [_refined(units.system, complex(start)) / units.time for start in starts]
+    return np.array(roots, dtype=complex)
 
 
 def _refined(system: DelaySystem, start: complex) -> complex:
@@ -72,15 +77,22 @@ def _refined(system: DelaySystem, start: complex) -> complex:
 
 
 def undetectable_root(system: DelaySystem, tolerance: float = 1e-7) -> complex | None:
-    """A root with non-negative real part that y does not see (Hautus: rank [M(s); C_2] < n), or None."""
-    starts = np.linalg.eigvals(generator(system, 40)[0])
+    """A root with non-negative real part that y does not see (Hautus: rank [M(s); C_2] < n), or None.
+
+    tolerance: in `natural_units`, for the real part of the root and for the rank.
+    """
+    units = natural_units(system)
+    plant = units.system
+    # e^{sη} is resolved for all |s| up to the bound of the unstable roots, as far as ORDER goes.
+    order = min(ORDER, FEW + int(np.ceil(min(ORDER, reach(plant) * plant.delays[-1]))))
+    starts = np.linalg.eigvals(generator(plant, order)[0])
     for start in starts[starts.real >= -1e-3]:
-        root = _refined(system, complex(start))
+        root = _refined(plant, complex(start))
         if root.real >= -tolerance:
-            sensor = system.c2 / np.linalg.norm(system.c2)
-            pencil = np.vstack([characteristic(system, root), sensor])
+            sensor = plant.c2 / np.linalg.norm(plant.c2, axis=1, keepdims=True)
+            pencil = np.vstack([characteristic(plant, root), sensor])
             if np.linalg.svd(pencil, compute_uv=False)[-1] <= tolerance:
-                return root
+                return root / units.time
     return None
 
 

@@ -16,31 +16,11 @@ import scipy.sparse as sparse
 from replication.errors import InvalidInputError
 from replication.estimation.delay import bessel, lie
 from replication.estimation.delay.cone import DegreeRule, cone_blocks, cone_map, required_count
+from replication.estimation.delay.drive import Drive, by_rates
 from replication.estimation.delay.forms import FormSpace, Index
-from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_sdpa
-from replication.estimation.delay.spectrum import require_detectable
+from replication.estimation.delay.sdp import Program
 from replication.estimation.delay.system import DelaySystem, measured_last
-from replication.estimation.validation import Array, positive_integer, positive_scalar
-
-
-@dataclass(frozen=True)
-class Certificate:
-    """A feasible point of Theorem 3 for `system` (coordinates with C_2 = [0 c]); `change` maps x to them.
-
-    storage: coefficients of V; residual: coefficients that 2⟨e, 𝒵C_2e⟩ must have. gamma: the level they prove, up to
-    the residuals in `solution`.
-    """
-
-    system: DelaySystem
-    change: Array
-    degree: int
-    rule: DegreeRule
-    epsilon: float
-    gamma: float
-    count: int
-    storage: Array
-    residual: Array
-    solution: Solution
+from replication.estimation.validation import Array, positive_integer
 
 
 @dataclass(frozen=True)
@@ -48,7 +28,7 @@ class Assembly:
     """The pieces of the program that do not depend on γ and ε.
 
     v_labels, h_labels: for each matrix of the cones of V and of N the variable behind each row, points first, then
-    functions. kept: mask of the monomials of dV/dt that must match.
+    functions. kept: mask of the monomials of dV/dt that must match. drive: the variables of dV/dt, `direct` if None.
     """
 
     system: DelaySystem
@@ -62,19 +42,28 @@ class Assembly:
     v_labels: tuple[Index, ...]
     h_labels: tuple[Index, ...]
     kept: npt.NDArray[np.bool_]
+    drive: Drive | None = None
 
 
-def assemble(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR) -> Assembly:
-    """Maps from the cone matrices to the coefficients of V, dV/dt and N. Raises InvalidInputError for degree < 1."""
+def assemble(
+    system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR, *, rates: bool = False
+) -> Assembly:
+    """Maps from the cone matrices to the coefficients of V, dV/dt and N; with `rates`, N is that of `by_rates`.
+
+    Raises InvalidInputError for degree < 1.
+    """
     degree = positive_integer("degree", degree)
     inner, change = measured_last(system)
     count = required_count(degree, rule)
     storage, v_labels = _cone(lie.state_space(inner, count), degree, rule, ramp=True)
     # The derivative of the ramp is constant: the dissipation needs none.
     dissipation, h_labels = _cone(lie.derivative_space(inner, count), degree, rule, ramp=False)
-    derivative = (lie.lie_derivative(inner, count) @ storage).tocsr()
+    drive = by_rates(inner) if rates else None
+    derivative = (lie.lie_derivative(inner, count, drive) @ storage).tocsr()
     kept = ~lie.absorbed(inner, count)
-    return Assembly(inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, kept)
+    return Assembly(
+        inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, kept, drive
+    )
 
 
 def _cone(space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool) -> tuple[sparse.csr_array, tuple[Index, ...]]:
@@ -88,12 +77,12 @@ def _cone(space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool) -> tup
 
 def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> Program:
     """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level."""
-    system, count = assembly.system, assembly.count
+    system, count, drive = assembly.system, assembly.count, assembly.drive
     v_space = lie.state_space(system, count)
-    cross, level = lie.supply(system, count)
+    cross, level = lie.supply(system, count, drive)
     constant = cross + epsilon * (
         lie.dissipation_identity(system, count)
-        + lie.lie_derivative(system, count) @ lie.storage_identity(system, count)
+        + lie.lie_derivative(system, count, drive) @ lie.storage_identity(system, count)
     )
     _, first, second = v_space.multiplier_functions()
     coupled = v_space.pair_count + np.flatnonzero(first // system.states != second // system.states)
@@ -115,51 +104,3 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     cost = np.concatenate([np.eye(size).ravel() for size in sizes])
     cost = cost if gamma is not None else np.concatenate([[1.0], 0.0 * cost])
     return Program(matrix[used], right[used], cost, 0 if gamma is not None else 1, sizes)
-
-
-FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
-"""For a certificate at a given γ: any feasible point serves, so the trace need not be least to many digits."""
-
-
-def certificate_at(
-    system: DelaySystem,
-    gamma: float,
-    degree: int,
-    rule: DegreeRule = DegreeRule.TENSOR,
-    *,
-    epsilon: float = 1e-5,
-    options: SdpaOptions = FEASIBLE,
-) -> Certificate:
-    """A certificate of the level γ with moderate gains: the cone matrices of least trace.
-
-    Raises InvalidInputError for a bad degree or level or an undetectable system, InfeasibleError if γ is out of reach,
-    SolverError otherwise.
-    """
-    level = positive_scalar("gamma", gamma)
-    assembly = assemble(system, degree, rule)
-    require_detectable(system)
-    return certificate_of(assembly, epsilon, level, solve_sdpa(program(assembly, epsilon, level), options))
-
-
-def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: Solution) -> Certificate:
-    """Read V and the coefficients of 2⟨e, 𝒵C_2e⟩ off a solution."""
-    system, count = assembly.system, assembly.count
-    matrices = np.concatenate([block.ravel() for block in solution.blocks])
-    own = assembly.storage.shape[1]
-    storage = assembly.storage @ matrices[:own] + epsilon * lie.storage_identity(system, count)
-    dissipation = assembly.dissipation @ matrices[own:]
-    cross, level = lie.supply(system, count)
-    total = lie.lie_derivative(system, count) @ storage + cross + gamma * level + dissipation
-    total = total + epsilon * lie.dissipation_identity(system, count)
-    return Certificate(
-        system=system,
-        change=assembly.change,
-        degree=assembly.degree,
-        rule=assembly.rule,
-        epsilon=epsilon,
-        gamma=gamma,
-        count=count,
-        storage=storage,
-        residual=np.where(lie.absorbed(system, count), -total, 0.0),
-        solution=solution,
-    )

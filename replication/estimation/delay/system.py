@@ -124,6 +124,22 @@ def transformed(system: DelaySystem, change: Any) -> DelaySystem:
     )
 
 
+def time_scaled(system: DelaySystem, factor: float) -> DelaySystem:
+    """The same system in time t' = t/factor: A_0, A_i and B are multiplied by `factor`, the delays divided by it.
+
+    w and z keep their values, so the gain does not change.
+    """
+    return delay_system(
+        factor * system.a0,
+        [factor * a for a in system.a],
+        [delay / factor for delay in system.delays],
+        factor * system.b,
+        system.c10,
+        system.c2,
+        system.c1,
+    )
+
+
 def gain_scaled(system: DelaySystem, unit: float) -> DelaySystem:
     """The same system with w and z in units that divide every gain from w to z by `unit`: B/√unit, C_1/√unit."""
     root = positive_scalar("unit", unit) ** 0.5

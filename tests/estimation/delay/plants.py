@@ -79,19 +79,3 @@ def random_system(seed: int, states: int = 2, delays: int = 1) -> DelaySystem:
         rng.standard_normal((1, states)),
         rng.standard_normal((1, states)),
     )
-
-
-def time_scaled(system: DelaySystem, factor: float) -> DelaySystem:
-    """The same system in time t' = t/factor: A_0, A_i and B are multiplied by `factor`, the delays divided by it.
-
-    w and z keep their values, so the gain does not change.
-    """
-    return delay_system(
-        factor * system.a0,
-        [factor * a for a in system.a],
-        [delay / factor for delay in system.delays],
-        factor * system.b,
-        system.c10,
-        system.c2,
-        system.c1,
-    )

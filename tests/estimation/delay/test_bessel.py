@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from replication.errors import InfeasibleError
+from replication.errors import InfeasibleError, SolverError
 from replication.estimation.delay import (
     DegreeRule,
     DelaySystem,
+    SdpaOptions,
     bessel,
     certificate_at,
     chebyshev_model,
@@ -80,6 +81,16 @@ def test_closed_loop_keeps_the_level(system: DelaySystem) -> None:
     assert max(norms) <= level * (1 + 1e-4)
 
 
-def test_level_below_the_optimum_is_infeasible() -> None:
-    with pytest.raises(InfeasibleError):
-        certificate_at(unstable_pair(), 0.2, 3, DegreeRule.BESSEL)
+@pytest.mark.parametrize("share", [0.3, 0.9, 0.995])
+def test_level_below_the_optimum_is_infeasible(share: float) -> None:
+    with pytest.raises(InfeasibleError, match="proves none below"):
+        certificate_at(unstable_pair(), share / np.sqrt(18), 3, DegreeRule.BESSEL)
+
+
+def test_level_that_the_solver_does_not_settle_says_what_is_known() -> None:
+    """Two iterations settle nothing; the bracket of the least level still tells on which side the level lies."""
+    few = SdpaOptions(iterations=2)
+    with pytest.raises(SolverError, match="it is known that it can be reached"):
+        certificate_at(unstable_pair(), 0.3, 2, DegreeRule.BESSEL, options=few)
+    with pytest.raises(InfeasibleError, match="proves none below"):
+        certificate_at(unstable_pair(), 0.2, 2, DegreeRule.BESSEL, options=few)

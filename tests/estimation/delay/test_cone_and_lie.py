@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from replication.estimation.delay import DegreeRule, DelaySystem, legendre, lie
 from replication.estimation.delay.cone import cone_blocks, cone_map, required_count
+from replication.estimation.delay.drive import by_rates, direct
 from replication.estimation.delay.forms import FormSpace, triangle, triangle_index
 from replication.estimation.validation import Array
-from tests.estimation.delay.plants import three_delays, two_delays
+from tests.estimation.delay.plants import random_system, three_delays, two_delays
 
 AGREE = 1e-10
 
@@ -94,3 +97,34 @@ def test_supply_rate() -> None:
     output = np.hstack([system.c10, *system.c1]) @ h[e:]
     assert cross @ values == pytest.approx(2 * h[v:e] @ output, rel=AGREE)
     assert level @ values == pytest.approx(-h[:e] @ h[:e], rel=AGREE)
+
+
+@pytest.mark.parametrize("inputs", [3, 5])
+def test_rates_in_place_of_disturbances_give_the_same_forms(inputs: int) -> None:
+    """dV/dt and the supply rate at ω = (ẋ, ..) are those at w; the derivative of V names no matrix of the plant."""
+    rng = np.random.default_rng(3)
+    system = replace(random_system(1, 3, 2), b=np.eye(3, inputs) + 0.2 * rng.standard_normal((3, inputs)))
+    drive, count = by_rates(system), 2
+    space, target = lie.state_space(system, count), lie.derivative_space(system, count)
+    coefficients = rng.standard_normal(space.size)
+    _, left, right = space.multiplier_functions()
+    coefficients[space.pair_count :][left // 3 != right // 3] = 0.0
+    h, histories = rng.standard_normal(target.points), rng.standard_normal((space.functions, count))
+    plain = h.copy()
+    plain[:inputs] = drive.signal @ h
+    for changed, kept in (
+        (lie.lie_derivative(system, count, drive) @ coefficients, lie.lie_derivative(system, count) @ coefficients),
+        (lie.supply(system, count, drive)[0], lie.supply(system, count)[0]),
+        (lie.supply(system, count, drive)[1], lie.supply(system, count)[1]),
+    ):
+        expected = kept @ monomials(target, plain, histories)
+        assert changed @ monomials(target, h, histories) == pytest.approx(expected, rel=1e-9)
+    assert np.count_nonzero(drive.rate) == 3 and np.count_nonzero(direct(system).rate) > 20
+
+
+def test_weak_disturbances_are_kept() -> None:
+    """A rate over a disturbance that hardly drives it, or drives two states alike, would spoil the numbers."""
+    system = two_delays()
+    for b in (np.diag([1.0, 1e-6]), np.array([[1.0, 0.0], [1.0, 1e-6]]), np.ones((2, 1)), np.zeros((2, 2))):
+        weak = replace(system, b=b)
+        assert np.array_equal(by_rates(weak).rate, direct(weak).rate)

@@ -65,3 +65,10 @@ def test_singular_filter_problem_is_refused_by_the_riccati_route() -> None:
     model = Model(np.array([[-1.0, 1], [0, -1]]), np.array([[1.0], [0]]), np.eye(2), np.array([[0.0, 1.0]]))
     with pytest.raises(InvalidInputError, match="C_2 B"):
         riccati_gain(model)
+
+
+def test_optimum_of_zero() -> None:
+    """y shows w, or all states, or z does not depend on what is hidden: no level is too low."""
+    a, eye = np.array([[-1.0, 0.5], [0.3, -2.0]]), np.eye(2)
+    for b, c1, c2 in (([[1.0], [1.0]], eye, [[1.0, 0.0]]), (eye, eye, eye), (eye, [[0.0, 3.0]], [[0.0, 1.0]])):
+        assert riccati_gain(Model(a, np.array(b), np.array(c1), np.array(c2))) == 0.0

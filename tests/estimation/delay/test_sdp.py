@@ -8,7 +8,7 @@ import scipy.sparse as sparse
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.delay import SdpaOptions
-from replication.estimation.delay.sdp import Program, solve_clarabel, solve_sdpa
+from replication.estimation.delay.sdp import Program, least_trace, solve_clarabel, solve_sdpa
 
 SDPA_GAP = 1e-6
 
@@ -52,3 +52,12 @@ def test_linear_part() -> None:
     program = Program(a, np.ones(1), np.concatenate([[1.0], np.eye(2).ravel()]), 1, (2,))
     for solve in (solve_sdpa, solve_clarabel):
         assert solve(program).objective == pytest.approx(1.0, abs=SDPA_GAP)
+
+
+def test_multipliers_bound_the_trace() -> None:
+    """tr X = 2 has the bound 2 from y = 1; tr X = -1 has no solution; X_11 = -1 is not refuted by the wrong sign."""
+    eye = np.eye(2).ravel()
+    trace = sparse.csr_array(eye[None, :])
+    assert least_trace(Program(trace, np.array([2.0]), eye, 0, (2,)), np.ones(1)) == pytest.approx(2.0)
+    negative = Program(trace, -np.ones(1), eye, 0, (2,))
+    assert least_trace(negative, -np.ones(1)) == np.inf and least_trace(negative, np.ones(1)) == 0.0

@@ -24,14 +24,13 @@ from replication.estimation.delay import (
 from replication.estimation.delay.least_gain import STATED_GAP, cross_checked_gain
 from replication.estimation.delay.sdp import solve_sdpa
 from replication.estimation.delay.synthesis import assemble, program
-from replication.estimation.delay.system import gain_scaled, transformed
+from replication.estimation.delay.system import gain_scaled, time_scaled, transformed
 from tests.estimation.delay.plants import (
     blind_pair,
     blind_two_delays,
     one_delay,
     random_system,
     scalar,
-    time_scaled,
     two_delays,
     unstable_pair,
 )
