@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from attacks import ATTACKS, Attack, Certificate, certificates
 
-from replication.verify.run import report, verify
+from replication.verify.run import verify
 from replication.verify.subjects import papers
 
 ROOT = Path(__file__).parents[2]
@@ -174,12 +174,3 @@ def test_no_path_makes_a_certificate_that_of_another_theorem(tmp_path: Path) -> 
         path = tmp_path / "rows.json"
         path.write_text(json.dumps({**true()["okajima2023/rows"], field: value}), encoding="utf-8")
         assert re.search("there is no paper|name must have", refused(path, root))
-
-
-def test_a_broken_list_of_theorems_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    root = project(tmp_path)
-    (root / "papers" / "shao" / "theorems.json").write_text('[{"name": "x"}]', encoding="utf-8")
-    assert report([], root) == 1
-    assert capsys.readouterr().out == (
-        "NOT PROVED: papers/shao/theorems.json[0] lacks the field claims, statement, plant, parameters\n"
-    )

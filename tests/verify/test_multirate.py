@@ -369,6 +369,8 @@ def test_counts() -> None:
     plant = {"name": "", "A": [["0", "1"], ["0", "0"]], "B_d": [["1", "0", "0"]] * 2, "D": [["1"]], "C": [["1", "0"]]}
     assert computed("variables", times(2), plant).upper == 2 * 3 + 2 * 2 + 1
     assert computed("rows", times(2), plant).upper == 2 + 2 + 3 + 1
+    larger = {"name": "", "A": [["0"] * 3] * 3, "B_d": [["1"]] * 3, "D": [["1"]], "C": [["1"] * 3]}
+    assert computed("rows", times(2), larger).upper == 3 + 3 + 1 + 1
     assert computed("observable", times(2), plant).holds
     assert not computed("observable", times(2), {**plant, "C": [["0", "1"]]}).holds
     assert [str(low) for low, high in computed("selection", times(1, 2)).items if low == high] == ["1", "1", "1", "0"]

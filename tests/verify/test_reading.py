@@ -117,6 +117,9 @@ def test_a_file_is_read_as_far_as_its_size_allows(tmp_path: Path) -> None:
 def test_the_common_denominator_of_a_matrix_is_limited() -> None:
     half = 10 ** (reading.MAX_DIGITS // 2)
     assert reading.matrix([[f"1/{half - 1}", f"1/{half}"]], "M").ncols() == 2
+    assert reading.matrix([["1/" + "9" * reading.MAX_DIGITS]], "M").ncols() == 1
+    with pytest.raises(Refused, match="M has a common denominator of more than 1000 digits"):
+        reading.matrix([[f"1/{2**reading.MAX_DIGITS}", f"1/{5**reading.MAX_DIGITS}"]], "M")
     with pytest.raises(Refused, match="M has a common denominator of more than 1000 digits"):
         reading.matrix([[f"1/{half - 1}", f"1/{half}", f"1/{half + 1}"]], "M")
 

@@ -251,6 +251,15 @@ def test_a_list_of_theorems_is_read_strictly(tmp_path: Path) -> None:
             theorems("own", tmp_path)
 
 
+def test_a_broken_list_of_theorems_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "papers" / "own").mkdir(parents=True)
+    (tmp_path / "papers" / "own" / "theorems.json").write_text('[{"name": "x"}]', encoding="utf-8")
+    assert report([], tmp_path) == 1
+    assert capsys.readouterr().out == (
+        "NOT PROVED: papers/own/theorems.json[0] lacks the field claims, statement, plant, parameters\n"
+    )
+
+
 def test_the_plant_is_that_of_the_data() -> None:
     stable = plant("okajima2023", "stable")
     assert stable["A"][0] == ["19/20", "1/2", "1/5"] and stable["B_d"] == [["1/10"], ["3/10"], ["1/5"]]
