@@ -114,7 +114,9 @@ def _dualrate(parser: argparse.ArgumentParser) -> None:
 
 
 def _delay(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--degree", type=_whole, metavar="D", help="of the polynomials of the proof (3)")
+    parser.add_argument(
+        "--degree", type=_whole, metavar="D", help="of the polynomials of the proof (3, less for large plants)"
+    )
     parser.add_argument("--rule", metavar="NAME", help="of the degrees: bessel, tensor, total or wide (bessel)")
     parser.add_argument("--margin", type=_positive, metavar="R", help="distance from the least level (0.05)")
     parser.add_argument("--level", type=_positive, metavar="G", help="a level to keep, in place of the margin")

@@ -25,6 +25,7 @@ from replication.estimation.delay.response import hinf_norm
 from replication.estimation.delay.response import simulate as simulate_error
 from replication.estimation.delay.running import RunningDelayObserver
 from replication.estimation.delay.spectrum import frequency_response, hinf_gain, rightmost_roots
+from replication.estimation.delay.synthesis import monomials
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.validation import positive_scalar
@@ -34,8 +35,11 @@ if TYPE_CHECKING:
 
 QUANTITY = "L2 gain from the disturbance w to the estimation error of z"
 BOTH_ENDS = "closed loop with collocated histories; a certificate by sums of squares"
-DEGREE, MARGIN, ORDER = 3, 0.05, 24
-"""Degree of the polynomials; relative distance from the optimum, whose gains have no bound; points of histories."""
+DEGREES, MONOMIALS = (3, 2, 1), 2000
+"""Degrees of the polynomials unless one is asked for: the first whose program has at most so many monomials to match,
+which take SDPA a few seconds; the last for larger plants."""
+MARGIN, ORDER = 0.05, 24
+"""Relative distance from the optimum, whose gains have no bound; points of histories."""
 AGREES = 1e-4
 """Relative excess of the gain of the discretised closed loop over the proved level that is left to discretisation."""
 DECADES, FREQUENCIES = 2, 200
@@ -120,7 +124,7 @@ class DelayAnalysis(Shown):
 def design(
     plant: DelaySystem | control.StateSpace,
     *,
-    degree: int = DEGREE,
+    degree: int | None = None,
     rule: DegreeRule | str = DegreeRule.BESSEL,
     margin: float = MARGIN,
     level: float | None = None,
@@ -133,8 +137,8 @@ def design(
 
     plant: a `delay_system(...)`, or the delay-free part as a continuous-time `control.StateSpace` with inputs w and
     outputs y and z; the latter with delayed: A_1 ... A_K; delays: tau_1 < ... < tau_K in seconds; measured: how many of
-    the first outputs are y, or which ones. rule: see `DegreeRule`; the cost of a large plant grows steeply with the
-    degree. order: histories are evaluated at order + 1 points.
+    the first outputs are y, or which ones. degree: unless given, 3 or less for a large plant, whose cost grows
+    steeply with it; the evidence names it. rule: see `DegreeRule`. order: histories are evaluated at order + 1 points.
     Raises InvalidInputError for what does not fit or an undetectable plant, InfeasibleError if no level is found,
     SolverError if the solver does not settle or the gains do not keep what was proved.
 
@@ -147,6 +151,7 @@ def design(
     """
     system, signals = _plant(plant, delayed, delays, measured)
     rule = one_of(DegreeRule, rule)
+    degree = degree_for(system, rule) if degree is None else degree
     if level is None:
         least = _minimum(system, degree, rule)
         target = least.gamma * (1 + positive_scalar("margin", margin))
@@ -155,6 +160,11 @@ def design(
     else:
         target, facts = positive_scalar("level", level), ()
     return _result(system, signals, certificate_at(system, target, degree, rule), facts, order)
+
+
+def degree_for(system: DelaySystem, rule: DegreeRule) -> int:
+    """The degree that `design` takes unless one is asked for, see DEGREES."""
+    return next((degree for degree in DEGREES if monomials(system, degree, rule) <= MONOMIALS), DEGREES[-1])
 
 
 def analyse(

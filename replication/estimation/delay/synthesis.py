@@ -66,6 +66,11 @@ def assemble(
     )
 
 
+def monomials(system: DelaySystem, degree: int, rule: DegreeRule) -> int:
+    """How many monomials of dV/dt have to match: at least as many as the program has equalities; nothing is built."""
+    return int(np.count_nonzero(~lie.absorbed(system, required_count(degree, rule))))
+
+
 def _cone(space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool) -> tuple[sparse.csr_array, tuple[Index, ...]]:
     """Map from the matrices of the cone to the coefficients of its forms, and what stands behind their rows."""
     if rule is DegreeRule.BESSEL:

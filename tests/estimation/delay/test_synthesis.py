@@ -21,9 +21,10 @@ from replication.estimation.delay import (
     pade_model,
     riccati_gain,
 )
+from replication.estimation.delay.facade import degree_for
 from replication.estimation.delay.least_gain import STATED_GAP, cross_checked_gain
 from replication.estimation.delay.sdp import solve_sdpa
-from replication.estimation.delay.synthesis import assemble, program
+from replication.estimation.delay.synthesis import assemble, monomials, program
 from replication.estimation.delay.system import gain_scaled, time_scaled, transformed
 from tests.estimation.delay.plants import (
     blind_pair,
@@ -163,3 +164,18 @@ def test_reduction_keeps_the_optimum() -> None:
     for system in (blind_pair(), one_delay()):
         full = solve_sdpa(program(assemble(system, 2), 0.0), SdpaOptions(gap=1e-4))
         assert full.linear[0] == pytest.approx(minimum_gain(system, 2).gamma, rel=1e-5)
+
+
+@pytest.mark.parametrize(("states", "delays", "degree"), [(2, 1, 3), (2, 10, 2), (10, 2, 1), (20, 3, 1)])
+def test_a_design_takes_a_lower_degree_for_a_large_plant(states: int, delays: int, degree: int) -> None:
+    plant = delay_system(
+        -np.eye(states),
+        [0.1 * np.eye(states)] * delays,
+        [float(i + 1) for i in range(delays)],
+        np.eye(states),
+        np.ones((1, states)),
+        np.eye(1, states),
+    )
+    assert degree_for(plant, DegreeRule.BESSEL) == degree
+    equalities = program(assemble(plant, degree, DegreeRule.BESSEL), 0.0).a.shape[0]
+    assert equalities <= monomials(plant, degree, DegreeRule.BESSEL)
