@@ -19,8 +19,6 @@ from replication.estimation.nonuniform.enclosure import Enclosure, enclose
 from replication.estimation.nonuniform.path_lyapunov import Cells, ErrorSystem
 from replication.estimation.validation import Array
 
-ROUNDING = 64 * np.finfo(float).eps
-"""Relative size of what rounding can do to a product of a few small matrices."""
 UNPROVED = 1e9
 """Squared levels from here on, in units of the common one, count as no level."""
 PIECES = 4
@@ -29,7 +27,8 @@ one."""
 MAX_PIECES = 4096
 HALVINGS = 14
 MAX_HALVED = 64
-"""If more pieces than this ask for more than the target, the storage matrices are at fault, not the hulls."""
+"""If more pieces than this, and than four times those at the start, ask for more than the target, the storage matrices
+are at fault, not the hulls."""
 
 
 @dataclass(frozen=True)
@@ -64,13 +63,14 @@ def _cell_needs(
 ) -> tuple[Array, Array]:
     """For each transition the largest squared level that a piece of the cell asks for, and the period where."""
     edges = np.linspace(*ends, _pieces(system, ends) + 1)
+    most = max(MAX_HALVED, 4 * (len(edges) - 1))
     start, stop = edges[:-1], edges[1:]
     done, where = np.full(len(P), -np.inf), np.full(len(P), ends[0])
     for halving in range(HALVINGS + 1):
         hull = enclose(system.plant, start, stop)
         needs = _needed(system, P, P_next, hull)
         halve = (needs.max(axis=(0, 2)) > target) & (halving < HALVINGS)
-        if np.sum(halve) > MAX_HALVED:
+        if np.sum(halve) > most:
             halve[:] = False
         if not np.all(halve):
             kept = needs[:, ~halve].reshape(len(P), -1)
@@ -103,10 +103,10 @@ def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Ar
     weights = system.weights(hull.periods.ravel())
     output = system.output
     size = output.shape[1]
-    remainder = np.repeat(hull.remainder, shape[2])
+    missed = np.repeat(_missed(system, hull), shape[2])
     needs = []
     for current, following in zip(P, P_next, strict=True):
-        allowance = _allowance(system, steps, following, remainder)
+        allowance = _allowance(system, steps, following, missed)
         if not np.all(np.isfinite(allowance)):
             return np.full(shape, np.inf)
         gram = np.swapaxes(steps, 1, 2) @ following @ steps
@@ -122,11 +122,20 @@ def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Ar
     return np.array(needs).reshape(shape)
 
 
-def _allowance(system: ErrorSystem, steps: Array, P: Array, remainder: Array) -> Array:
+def _missed(system: ErrorSystem, hull: Enclosure) -> Array:
+    """Bound (K,) of what the hulls miss of the steps: in the plant's coordinates or in those of T, whichever is less.
+
+    With T = [T_1, T_2] and T_1 = Q S, what is missed of x is measured in the coordinates S x, and Q changes no norm.
+    """
+    n, inverse = system.plant.order, np.linalg.inv(system.T)
+    plain = hull.remainder() * np.linalg.norm(system.T, 2) * max(float(np.linalg.norm(inverse, 2)), 1.0)
+    frame = np.eye(len(hull.generator))
+    frame[:n, :n] = np.linalg.qr(system.T[:, :n], mode="r")
+    reached = max(float(np.linalg.norm(frame[:n, :n] @ inverse[:n], 2)), 1.0)
+    return np.minimum(plain, hull.remainder(frame) * reached)
+
+
+def _allowance(system: ErrorSystem, steps: Array, P: Array, missed: Array) -> Array:
     """Bound of the norm of what the remainder of the hull and rounding can add to M'PM, of shape (V,)."""
-    T_norm, inverse_norm = np.linalg.norm(system.T, 2), np.linalg.norm(np.linalg.inv(system.T), 2)
-    missed = remainder * T_norm * max(float(inverse_norm), 1.0)
     step, storage = np.linalg.norm(steps, axis=(1, 2)), float(np.linalg.norm(P, 2))
-    # The change of coordinates T magnifies rounding by its condition.
-    rounding = ROUNDING * max(float(T_norm * inverse_norm), 1.0)
-    return np.asarray(storage * (2 * step * missed + missed**2) + rounding * (storage * (1 + step**2) + 1) * len(P))
+    return np.asarray(storage * (2 * step * missed + missed**2) + system.rounding(step, storage))

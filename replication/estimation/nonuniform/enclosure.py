@@ -21,12 +21,28 @@ DEGREE = 5
 @dataclass(frozen=True)
 class Enclosure:
     """K hulls. vertices (K, DEGREE + 1, n + m, n + m): transition matrices; periods (K, DEGREE + 1): the h of each
-    vertex;
-    remainder (K,): bound of the 2-norm of what each hull misses, infinite if it overflows."""
+    vertex; bases (K, n + m, n + m): the transition matrices at the starts; width (K,), in seconds; generator: N."""
 
     vertices: Array
     periods: Array
-    remainder: Array
+    bases: Array
+    width: Array
+    generator: Array
+
+    def remainder(self, frame: Array | None = None) -> Array:
+        """Bound (K,) of the 2-norm of what each hull misses, infinite if it overflows.
+
+        frame S (n + m, n + m): the bound is that of S R S^-1 for what is missed, R; it is small in coordinates in which
+        S N S^-1 is.
+        """
+        N, bases = self.generator, self.bases
+        if frame is not None:
+            inverse = np.linalg.inv(frame)
+            N, bases = frame @ N @ inverse, frame @ bases @ inverse
+        size = np.linalg.norm(N, 2) * np.abs(self.width)
+        with np.errstate(over="ignore"):
+            tail = size ** (DEGREE + 1) / factorial(DEGREE + 1) * np.exp(size)
+        return np.asarray(tail * np.linalg.norm(bases, 2, axis=(1, 2)))
 
 
 def enclose(plant: SampledPlant, start: Array, stop: Array) -> Enclosure:
@@ -40,7 +56,4 @@ def enclose(plant: SampledPlant, start: Array, stop: Array) -> Enclosure:
     bases = plant.transitions(start)
     vertices = np.einsum("ik,ck,kab,cbd->ciad", shares, scaled, np.array(powers), bases, optimize=True)
     periods = start[:, None] + width[:, None] * np.arange(DEGREE + 1) / DEGREE
-    size = np.linalg.norm(N, 2) * np.abs(width)
-    with np.errstate(over="ignore"):
-        tail = size ** (DEGREE + 1) / factorial(DEGREE + 1) * np.exp(size)
-    return Enclosure(vertices, periods, tail * np.linalg.norm(bases, 2, axis=(1, 2)))
+    return Enclosure(vertices, periods, bases, width, N)

@@ -23,7 +23,14 @@ from replication.estimation.solvers import SolverReport
 from replication.estimation.validation import Array
 
 SLACK = 1e-6
-"""Excess in the state block of the inequalities that the solver is asked for, in balanced coordinates (P near I)."""
+"""Least excess in the state block of the inequalities that the solver is asked for, in balanced coordinates (P near
+I)."""
+ROUNDINGS = 8
+"""The excess is no smaller than so many times what rounding can do to the inequalities where P is I."""
+ROUNDING = 64 * np.finfo(float).eps
+"""Relative size of what rounding can do to a product of a few small matrices."""
+ROUGH = (*ALMOST, "NumericalError", "InsufficientProgress", "MaxIterations")
+"""For a solution that gives coordinates to the next one, or is certified whatever the solver says."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +68,12 @@ class ErrorSystem:
         """The storage matrices P (leaves, N, N) for the error e and the states that were asked about."""
         whole = self.T / self.units
         return np.asarray(self.level**2 * whole.T @ P @ whole)
+
+    def rounding(self, step: Array, storage: float) -> Array:
+        """What rounding can do to M'PM for steps M of norm `step` and P of norm `storage`."""
+        # The change of coordinates T magnifies rounding by its condition.
+        size = ROUNDING * max(float(np.linalg.cond(self.T)), 1.0) * len(self.T)
+        return np.asarray(size * (storage * (1 + step**2) + 1))
 
     def weights(self, periods: Array) -> Array:
         """w(h) of the squared norms."""
@@ -110,8 +123,13 @@ class PathSolution:
     report: SolverReport
 
 
-def solve(system: ErrorSystem, samples: Samples, tree: ContextTree) -> PathSolution:
-    """Minimise the squared level over P at the samples, with SLACK; not yet a bound (see `certificate.certify`)."""
+def solve(
+    system: ErrorSystem, samples: Samples, tree: ContextTree, *, accept: tuple[str, ...] = ALMOST
+) -> PathSolution:
+    """Minimise the squared level over P at the samples, with SLACK; not yet a bound (see `certificate.certify`).
+
+    Raises SolverError unless the solver's status is in `accept`.
+    """
     output, inputs = system.output, system.plant.B.shape[1]
     size = output.shape[1]
     basis = symmetric_basis(size)
@@ -119,14 +137,17 @@ def solve(system: ErrorSystem, samples: Samples, tree: ContextTree) -> PathSolut
     frame = np.eye(size, size + inputs)
     stored = np.einsum("ax,lab,by->lxy", frame, basis, frame)
     supplied = np.diag(np.concatenate([np.zeros(size), np.ones(inputs)]))
-    demanded = frame.T @ output.T @ output @ frame + SLACK * (frame.T @ frame)
     seen = [
         (h, leaf, following)
         for leaf, letter, following in tree.transitions()
         for h in samples.of(letter, tree.leaves[following])
     ]
     distinct, which = np.unique([h for h, _, _ in seen], return_inverse=True)
-    moved, weights = _moved(system, distinct, basis), system.weights(distinct)
+    steps, weights = system.steps(system.plant.transitions(distinct)), system.weights(distinct)
+    moved = np.einsum("vax,lab,vby->vlxy", steps, basis, steps, optimize=True)
+    rounding = system.rounding(np.linalg.norm(steps, axis=(1, 2)), 1.0)
+    slack = max(SLACK, ROUNDINGS * float(np.max(rounding)))
+    demanded = frame.T @ output.T @ output @ frame + slack * (frame.T @ frame)
     constants, coefficients, variables = [], [], []
     for i, (_, leaf, following) in zip(which, seen, strict=True):
         columns = [0, *range(1 + leaf * terms, 1 + (leaf + 1) * terms)]
@@ -137,15 +158,9 @@ def solve(system: ErrorSystem, samples: Samples, tree: ContextTree) -> PathSolut
     group = Inequalities(np.array(constants), np.array(coefficients), np.array(variables))
     cost = np.zeros(1 + terms * len(tree.leaves))
     cost[0] = 1.0
-    solution = minimise(cost, (group,), accept=ALMOST)
+    solution = minimise(cost, (group,), accept=accept)
     P = np.einsum("cl,lab->cab", solution.x[1:].reshape(-1, terms), basis)
     flux = np.zeros(len(tree.leaves))
     sources = [leaf for _, leaf, _ in seen]
     np.add.at(flux, sources, np.einsum("eab,eab->e", P[sources], solution.duals[0][:, :size, :size]))
     return PathSolution(float(solution.x[0]), P, flux, solution.report)
-
-
-def _moved(system: ErrorSystem, periods: Array, basis: Array) -> Array:
-    """M(h)' E_l M(h) for each period and basis matrix."""
-    steps = system.steps(system.plant.transitions(periods))
-    return np.asarray(np.einsum("vax,lab,vby->vlxy", steps, basis, steps, optimize=True))

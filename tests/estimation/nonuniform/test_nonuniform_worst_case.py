@@ -8,11 +8,13 @@ from sampled_cases import (
     OSCILLATOR_RANGE,
     motor_filter,
     oscillator_filter,
+    random_plant,
     some_filter,
     stable_plants,
 )
 
 from replication.errors import InvalidInputError, SolverError
+from replication.estimation.nonuniform import guarantee
 from replication.estimation.nonuniform.certificate import certify
 from replication.estimation.nonuniform.context_tree import ContextTree
 from replication.estimation.nonuniform.exchange import robust_design
@@ -137,13 +139,30 @@ def test_units_do_not_matter_to_the_robust_design(unit):
 
 
 def test_wide_ranges_give_a_level_or_a_clear_error():
+    """From 20 s on the plant has settled between samples: a longer period changes nothing."""
     subject = motor_filter()
-    for h_u in (20.0, 100.0):
-        with pytest.raises(SolverError, match="narrow the range"):
-            guaranteed_level(MOTOR, subject, PeriodRange(0.001, h_u), max_leaves=1)
+    levels = [guaranteed_level(MOTOR, subject, PeriodRange(0.001, h_u), max_leaves=1).level for h_u in (1, 20, 40)]
+    assert levels[0] < levels[1] == pytest.approx(levels[2], rel=UNITS)
     with pytest.raises(InvalidInputError, match="narrow the range"):
         guaranteed_level(MOTOR, subject, PeriodRange(0.01, 1000.0), max_leaves=1)
-    assert guaranteed_level(MOTOR, subject, PeriodRange(0.001, 1.0), max_leaves=1).level > 0
+
+
+@pytest.mark.parametrize(("n", "seed"), [(5, 1), (5, 2), pytest.param(8, 0, marks=pytest.mark.slow)])
+def test_many_states_get_a_certificate(n, seed):
+    """The Lyapunov functions are badly conditioned in the plant's coordinates, where the solver ends early."""
+    plant, periods = random_plant(np.random.default_rng(seed), n, 1), PeriodRange(0.1, 2.0)
+    subject = some_filter(plant, periods.middle)
+    found = guaranteed_level(plant, subject, periods, max_leaves=1)
+    assert found.P.shape == (1, 2 * n, 2 * n)
+    constant = max(periodic_gain(plant, subject, [float(h)]).value for h in periods.nodes(9))
+    assert constant < found.level < 10 * constant
+
+
+def test_certificate_that_is_not_found_names_the_level_of_the_samples(monkeypatch):
+    monkeypatch.setattr(guarantee, "ROUNDS", 1)
+    plant, periods = random_plant(np.random.default_rng(2), 8, 1), PeriodRange(0.1, 2.0)
+    with pytest.raises(SolverError, match=r"level \d.* periods.*narrow the range"):
+        guaranteed_level(plant, some_filter(plant, periods.middle), periods, max_leaves=1)
 
 
 def test_brackets_nest_when_the_partition_is_refined():
