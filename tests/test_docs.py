@@ -122,6 +122,27 @@ def test_a_key_that_does_not_do_is_refused_and_nothing_is_written(lab: Lab, key:
     assert sorted(lab.root.rglob("*")) == before
 
 
+@pytest.mark.parametrize("key", ["cli", "notebooks", "exports"])
+def test_a_key_whose_test_or_report_would_lie_on_another_is_refused(lab: Lab, key: str) -> None:
+    (lab.root / "tests" / "audit").mkdir(parents=True)
+    (lab.root / "tests" / "audit" / "test_cli.py").touch()
+    with pytest.raises(InvalidInputError, match=r"test_cli.py exists|report/(notebooks|exports)/ holds something else"):
+        scaffold(key, lab.root)
+
+
+@pytest.mark.slow
+def test_the_blocks_of_the_guide_keep_to_style_and_types(lab: Lab) -> None:
+    scaffold("randomwalk", lab.root)
+    for name, text in BLOCK.findall(GUIDE):
+        (lab.root / name).write_text(f"# {name}\n{text}", encoding="utf-8")
+    config = str(ROOT / "pyproject.toml")
+    package = str(lab.root / "papers" / "randomwalk")
+    for words in (("ruff", "check"), ("ruff", "format", "--check"), ("mypy",)):
+        option = "--config-file" if words == ("mypy",) else "--config"
+        done = lab.python("-m", *words, option, config, package)
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_every_command_of_the_guide_exists() -> None:
     from replication import commands
 

@@ -105,6 +105,14 @@ def test_a_clean_environment_runs_the_installed_wheel(built: Built) -> None:
     assert "guaranteed level" in run("replication", "design", "multirate", str(plant), "--periods", "1,4")
     assert (work / "cart-multirate" / "index.html").is_file()
     assert "okajima2023" in run("replication", "list")
+    before = sorted(site.rglob("*"))
+    for words in (["run", "shao"], ["new", "fresh2030"], ["certify"], ["notebooks"], ["artifact"]):
+        done = subprocess.run([clean / "bin" / "replication", *words], cwd=work, capture_output=True, text=True)
+        assert done.returncode == 2
+        assert f"{site} holds the installed package only; unpack the source distribution" in done.stderr
+    assert [path for path in sorted(site.rglob("*")) if path.suffix != ".pyc"] == [
+        path for path in before if path.suffix != ".pyc"
+    ]
 
 
 def test_the_python_versions_are_named() -> None:

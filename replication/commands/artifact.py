@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from replication.commands.shared import DIFFERENT, FINE, project_root, say
+from replication.commands.shared import DIFFERENT, FINE, checkout, say
 
 TEXT = "pack sources, results, figures and report into one zip with checksums"
 NOTES = """The same commit and results give the same bytes. Unpacked, the archive is a project again: `make report`
@@ -30,7 +30,7 @@ def command(chosen: argparse.Namespace) -> int:
         changed = changed_files(chosen.check)
         say([*changed, f"{len(changed)} files changed"])
         return DIFFERENT if changed else FINE
-    root = project_root()
+    root = checkout()
     path = chosen.to or root / "dist" / f"slow-sensor-replication-{__version__}-artifact.zip"
     say([f"{path}: {write_archive(root, path)} files"])
     return FINE

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from replication.commands.shared import FINE, project_root, say
+from replication.commands.shared import FINE, checkout, say
 
 TEXT = "execute the tutorial notebooks and write them as pages that load nothing"
 
@@ -20,7 +20,7 @@ def command(chosen: argparse.Namespace) -> int:
     """Write the pages and say which notebooks had to be executed."""
     from replication.audit.notebooks import build_notebooks
 
-    root = project_root()
+    root = checkout()
     for built in build_notebooks(root, chosen.to or root / "report" / "notebooks", chosen.names):
         say([f"{'executed' if built.executed else 'unchanged'}: {built.page}"])
     return FINE

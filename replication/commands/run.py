@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from replication.commands.shared import DIFFERENT, FAILED, FINE, add_figures, add_output, project_root, say, say_report
+from replication.commands.shared import DIFFERENT, FAILED, FINE, add_figures, add_output, checkout, say, say_report
 
 if TYPE_CHECKING:
     from replication.audit.pool import Executor
@@ -55,7 +55,7 @@ def command(chosen: argparse.Namespace) -> int:
     from replication.audit.summary import run_lines
 
     executor = _executor(chosen)
-    root = project_root()
+    root = checkout()
     selected = papers.load(chosen.papers or papers.KEYS)
     whole = len(selected) == len(papers.KEYS)
     output = chosen.output or root / "report" / ("" if whole else "+".join(paper.key for paper in selected))

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from replication.errors import AuditError
+
 if TYPE_CHECKING:
     from replication.audit.records import ResultsFile
 
@@ -19,6 +21,17 @@ def project_root() -> Path:
     import papers
 
     return Path(next(iter(papers.__path__))).resolve().parent
+
+
+def checkout() -> Path:
+    """`project_root` for the commands that write there; AuditError where only the package is installed."""
+    root = project_root()
+    if not (root / "pyproject.toml").is_file():
+        raise AuditError(
+            f"this command works on a copy of the project's sources, and {root} holds the installed package only; "
+            "unpack the source distribution, or clone the repository, and run it there"
+        )
+    return root
 
 
 def results_path(chosen: argparse.Namespace) -> Path:

@@ -45,12 +45,15 @@ def as_array(name: str, value: Any, shape: tuple[int, ...], *, axes: str = "") -
 
 def _real_array(name: str, value: Any) -> Array:
     try:
+        if np.ma.is_masked(value):
+            raise TypeError("entries are masked")
         given = np.array(value)
         # A cast would drop imaginary parts, and read digits out of text, without a word.
         if given.dtype.kind not in "biufO":
             raise TypeError(f"its entries are of type {given.dtype}")
-        if any(entry is None for entry in given.flat):
-            raise TypeError("None is not a number")
+        if given.dtype.kind == "O":
+            for entry in given.flat:
+                _refuse_casts(entry)
         array = given.astype(float)
     except (TypeError, ValueError) as error:
         raise InvalidInputError(f"{name} must be an array of real numbers, got {value!r}: {error}") from None
@@ -60,13 +63,21 @@ def _real_array(name: str, value: Any) -> Array:
     return array
 
 
+def _refuse_casts(value: Any) -> None:
+    """Raise TypeError for what a cast to float would read as a number although it is none."""
+    if value is None or isinstance(value, (str, bytes, np.complexfloating)):
+        raise TypeError(f"{value!r} is not a number")
+
+
 def positive_scalar(name: str, value: Any, *, unit: str = "") -> float:
     """Return `value` as a positive finite float; raises InvalidInputError otherwise."""
     try:
+        if isinstance(value, np.complexfloating):
+            raise TypeError
         number = float(value)
     except (TypeError, ValueError):
         raise InvalidInputError(f"{name} must be a real number, got {value!r}") from None
-    if isinstance(value, bool) or not np.isfinite(number) or number <= 0:
+    if isinstance(value, (bool, np.bool_)) or not np.isfinite(number) or number <= 0:
         raise InvalidInputError(f"{name} must be positive and finite{unit and f' ({unit})'}, got {value!r}")
     return number
 

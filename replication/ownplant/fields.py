@@ -12,8 +12,8 @@ from enum import StrEnum
 class Kind(StrEnum):
     """How a value is written in the file; the text is the advice."""
 
-    NUMBER = "a number, such as 0.1"
-    NUMBERS = "a list of numbers, such as [0.1, 0.2]"
+    TIME = "a positive number, such as 0.1"
+    TIMES = "a list of positive numbers, such as [0.1, 0.2]"
     MATRIX = "a list of rows, such as [[1, 0], [0, 1]]"
     MATRICES = "a list of matrices, such as [[[1, 0], [0, 1]]]"
 
@@ -41,7 +41,7 @@ FIELDS: dict[str, tuple[Field, ...]] = {
         _matrix("D", "q", "w", "sensor noise"),
         _matrix("W", "z", "n", "weight of the error (identity)", required=False),
         _matrix("B_u", "n", "u", "known inputs (none)", required=False),
-        Field("dt", Kind.NUMBER, (), required=False, meaning="base period in s (1)"),
+        Field("dt", Kind.TIME, (), required=False, meaning="base period in s (1)"),
     ),
     "nonuniform": (
         _matrix("A", "n", "n", "x' = A x + B w"),
@@ -60,7 +60,7 @@ FIELDS: dict[str, tuple[Field, ...]] = {
     "delay": (
         _matrix("A0", "n", "n", "x' = A0 x + sum of A[i] x(t - delays[i]) + B w"),
         Field("A", Kind.MATRICES, ("k", "n", "n"), meaning="one matrix for each delay"),
-        Field("delays", Kind.NUMBERS, ("k",), meaning="increasing, in s"),
+        Field("delays", Kind.TIMES, ("k",), meaning="increasing, in s"),
         _matrix("B", "n", "m", "disturbance"),
         _matrix("C10", "z", "n", "what is estimated, z = C10 x + sum of C1[i] x(t - delays[i])"),
         Field("C1", Kind.MATRICES, ("k", "z", "n"), required=False, meaning="one matrix for each delay (zero)"),

@@ -72,7 +72,7 @@ def _parsed(path: Path) -> dict[str, Any]:
     if len(content) > MAX_BYTES:
         raise InvalidInputError(f"{path} is larger than {MAX_BYTES} bytes; pass arrays of that size to the library")
     try:
-        text = content.decode("utf-8")
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InvalidInputError(f"{path} is not UTF-8 text: {error.reason} at byte {error.start}") from None
     try:
@@ -117,10 +117,11 @@ def _check_general(found: Mapping[str, Any], method: str, problems: list[str]) -
 
 
 def _value(field: Field, given: Any, problems: list[str]) -> Any:
-    if field.kind is Kind.NUMBER:
-        return _number(field.name, given, problems)
-    if field.kind is Kind.NUMBERS:
-        return _numbers(field.name, given, problems)
+    if field.kind is Kind.TIME:
+        return _positive(field.name, _number(field.name, given, problems), problems)
+    if field.kind is Kind.TIMES:
+        times = _numbers(field.name, given, problems)
+        return [_positive(f"{field.name}[{i}]", time, problems) for i, time in enumerate(times)]
     if field.kind is Kind.MATRIX:
         return _matrix(field.name, given, problems)
     if not isinstance(given, list):
@@ -149,7 +150,9 @@ def _matrix(where: str, given: Any, problems: list[str]) -> Matrix | None:
 
 def _numbers(where: str, given: Any, problems: list[str]) -> list[float]:
     if not isinstance(given, list) or len(given) > MAX_ENTRIES:
-        problems.append(f"{where}: must be {Kind.NUMBERS} (at most {MAX_ENTRIES}), got {_shown(given)}")
+        problems.append(
+            f"{where}: must be a list of numbers, such as [0.1, 0.2] (at most {MAX_ENTRIES}), got {_shown(given)}"
+        )
         return []
     return [_number(f"{where}[{i}]", entry, problems) for i, entry in enumerate(given)]
 
@@ -168,6 +171,12 @@ def _number(where: str, given: Any, problems: list[str]) -> float:
     return number
 
 
+def _positive(where: str, time: float, problems: list[str]) -> float:
+    if time <= 0:
+        problems.append(f"{where}: must be positive, got {time:g}")
+    return time
+
+
 def _sizes(known: Mapping[str, Field], values: Mapping[str, Any], problems: list[str]) -> dict[str, int]:
     """What each letter stands for, from the first field that has it; adds a problem where a later one differs."""
     sizes: dict[str, tuple[int, str]] = {}
@@ -184,9 +193,9 @@ def _sizes(known: Mapping[str, Field], values: Mapping[str, Any], problems: list
 
 def _shapes(field: Field, value: Any) -> list[tuple[str, tuple[int, ...], tuple[str, ...]]]:
     """(path, sizes, letters) of each part of a value that is whole."""
-    if value is None or field.kind is Kind.NUMBER:
+    if value is None or field.kind is Kind.TIME:
         return []
-    if field.kind is Kind.NUMBERS:
+    if field.kind is Kind.TIMES:
         return [(field.name, (len(value),), field.shape)]
     if field.kind is Kind.MATRIX:
         return [(field.name, (len(value), len(value[0])), field.shape)]

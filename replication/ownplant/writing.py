@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from replication.audit.files import write_directory
@@ -15,7 +16,10 @@ FILES = ("gains.json", "gains.mat", "gains.h", "figure.svg", "index.html")
 
 
 def require_free(directory: Path, *, replace: bool) -> None:
-    """Raise InvalidInputError unless `directory` is absent, or `replace` and holds nothing but an earlier design."""
+    """Raise InvalidInputError unless `directory` can be made, or `replace` and holds nothing but an earlier design."""
+    nearest = next(path for path in directory.absolute().parents if path.exists())
+    if not nearest.is_dir() or not os.access(nearest, os.W_OK | os.X_OK):
+        raise InvalidInputError(f"{nearest} is no directory that can be written; choose another --output")
     if not directory.exists() and not directory.is_symlink():
         return
     if not replace:

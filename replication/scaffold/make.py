@@ -15,12 +15,14 @@ from replication.errors import InvalidInputError
 
 MODULES = ("init", "data", "experiments", "claims", "figures", "paper")
 LONGEST = 40
+REPORT_FOLDERS = ("exports", "notebooks")
+"""Where the report on a paper with such a key would lie, other pages do."""
 
 
 def scaffold(key: str, root: Path) -> tuple[Path, ...]:
     """Write papers/KEY/ and tests/papers/test_KEY.py of the project at `root`, whole or not at all; returns the files.
 
-    Raises InvalidInputError if `key` is no name of a module in lower case, or one of these exists.
+    Raises InvalidInputError if `key` is no name of a module in lower case, or what it would name exists.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", key) or keyword.iskeyword(key) or len(key) > LONGEST:
         raise InvalidInputError(
@@ -28,7 +30,10 @@ def scaffold(key: str, root: Path) -> tuple[Path, ...]:
             f"for example okajima2023; got {key!r}"
         )
     package, test = root / "papers" / key, root / "tests" / "papers" / f"test_{key}.py"
-    for path in (package, test, package.with_suffix(".py")):
+    if key in REPORT_FOLDERS:
+        raise InvalidInputError(f"report/{key}/ holds something else than a paper, so its key cannot be {key!r}")
+    # pytest takes the names of test modules for unique, whatever folders they lie in.
+    for path in (package, test, package.with_suffix(".py"), *(root / "tests").rglob(test.name)):
         if path.exists():
             raise InvalidInputError(f"{path} exists; choose another key, or remove it first")
     environment = Environment(

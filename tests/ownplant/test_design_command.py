@@ -13,7 +13,7 @@ import scipy.io
 
 from replication.cli import main
 from replication.estimation.multirate import MultiratePlant, search_timing
-from replication.ownplant import writing
+from replication.ownplant import designs, writing
 from replication.ownplant.reading import read_plant
 from replication.ownplant.searching import FEW, every_core
 from replication.ownplant.writing import FILES
@@ -128,6 +128,18 @@ def test_an_earlier_design_is_replaced_only_if_asked_and_nothing_else_ever(
     assert run("dualrate", "--output", "link", "--force") == 2
     assert "is no directory" in capsys.readouterr().err
     assert [path.name for path in (here / "out").iterdir()] == ["deep"]
+
+
+def test_a_place_that_cannot_be_written_is_named_before_anything_is_computed(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(designs.DESIGNS, "dualrate", None)
+    (here / "file").write_text("keep", encoding="utf-8")
+    assert run("dualrate", "--output", "file/deep/out") == 2
+    assert "file is no directory that can be written; choose another --output" in capsys.readouterr().err
+    monkeypatch.setattr(writing.os, "access", lambda *_: False)
+    assert run("dualrate") == 2
+    assert f"{here} is no directory that can be written" in capsys.readouterr().err
 
 
 def test_a_failure_while_writing_leaves_nothing(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:

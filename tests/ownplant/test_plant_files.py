@@ -87,6 +87,22 @@ def test_several_matrices_are_compared_with_the_number_of_delays(tmp_path: Path)
 
 
 @pytest.mark.parametrize("method", FIELDS)
+def test_text_as_windows_writes_it_is_read(method: str, tmp_path: Path) -> None:
+    path = tmp_path / "plant.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + GOOD[method].replace("\n", "\r\n").encode())
+    assert read_plant(path, method).values == read_plant(write(tmp_path, GOOD[method], "other.toml"), method).values
+
+
+def test_times_that_are_not_positive_are_listed_with_the_rest(tmp_path: Path) -> None:
+    text = GOOD["multirate"].replace("[[0.5]]", "[[nan]]") + "dt = -0.1\n"
+    assert message(tmp_path, text).splitlines()[1:] == [
+        "  A[0][0]: nan is not finite",
+        "  dt: must be positive, got -0.1",
+    ]
+    assert "delays[0]: must be positive, got 0" in message(tmp_path, GOOD["delay"].replace("[1]", "[0]"), "delay")
+
+
+@pytest.mark.parametrize("method", FIELDS)
 def test_what_is_missing_is_listed(method: str, tmp_path: Path) -> None:
     text = message(tmp_path, "", method)
     for field in FIELDS[method]:

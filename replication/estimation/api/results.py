@@ -7,7 +7,7 @@ matplotlib is imported, and only then.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from html import escape
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from replication.errors import InvalidInputError
 from replication.estimation.api.export import to_c_header, to_json, to_mat
 from replication.estimation.api.signals import Signals
 from replication.estimation.validation import Array
@@ -242,12 +243,40 @@ class Simulation(Shown):
         }
 
 
-def frozen(arrays: Mapping[str, Any]) -> dict[str, Array]:
+def frozen(arrays: Mapping[str, Any]) -> FrozenArrays:
     """Read-only float copies."""
     copies = {name: np.array(array, dtype=float) for name, array in arrays.items()}
     for copy in copies.values():
         copy.flags.writeable = False
-    return copies
+    return FrozenArrays(copies)
+
+
+class FrozenArrays(Mapping[str, Array]):
+    """Arrays by name, of which none can be replaced; a copy by pickling is read-only again, as numpy's is not."""
+
+    def __init__(self, arrays: dict[str, Array]) -> None:
+        self._arrays = arrays
+
+    def __getitem__(self, name: str) -> Array:
+        return self._arrays[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __repr__(self) -> str:
+        return repr(self._arrays)
+
+    def __reduce__(self) -> tuple[Any, tuple[dict[str, Array]]]:
+        return frozen, (self._arrays,)
+
+
+def require_result(result: Any, kind: type[GainResult]) -> None:
+    """Raise InvalidInputError unless `result` came out of the `design` or `analyse` whose results are of this kind."""
+    if not isinstance(result, kind):
+        raise InvalidInputError(f"result must be a {kind.__name__}, as design gives it, got {type(result).__name__}")
 
 
 def outward(bracket: Bracket) -> tuple[str, str]:

@@ -5,8 +5,8 @@ the state at the next one, x^(k+1); before the first step `estimate` is x^(0). S
 (Of a delayed plant, in continuous time, it returns the estimate at the same instant; of a filter (4), that of z.)
 
 Entries of y of sensors that do not measure at an instant are ignored, be they numbers, None or NaN. An entry that is
-None or NaN although its sensor should measure is missing: the observer goes on as if it were what it expects (no
-correction), and `missed` counts it. The guaranteed level holds for the schedule without misses.
+None, NaN or masked although its sensor should measure is missing: the observer goes on as if it were what it expects
+(no correction), and `missed` counts it. The guaranteed level holds for the schedule without misses.
 """
 
 from __future__ import annotations
@@ -108,9 +108,11 @@ def _vector(name: str, value: Any, size: int) -> Array:
     """`value` as (size,) floats, NaN where an entry is None; None stands for all missing."""
     if value is None:
         return np.full(size, np.nan)
+    if isinstance(value, np.ma.MaskedArray):
+        value = value.tolist()  # None where it is masked
     entries = list(np.atleast_1d(np.asarray(value, dtype=object)).ravel())
     try:
-        if any(isinstance(entry, (str, bytes, complex)) for entry in entries):
+        if any(isinstance(entry, (str, bytes, complex, np.complexfloating)) for entry in entries):
             raise TypeError
         vector = np.array([np.nan if entry is None else float(entry) for entry in entries])
     except (TypeError, ValueError):

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from replication.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -55,6 +57,8 @@ def split_outputs(system: control.StateSpace, measured: int | Sequence[int | str
     does not exist or is named twice, or if one of the two groups is empty.
     """
     labels = list(system.output_labels)
+    if isinstance(measured, (np.ndarray, np.generic)):
+        measured = measured.tolist()
     if isinstance(measured, int) and not isinstance(measured, bool):
         chosen = list(range(measured)) if 0 <= measured <= len(labels) else []
     elif isinstance(measured, (str, bool)) or not isinstance(measured, Sequence):
@@ -73,6 +77,6 @@ def split_outputs(system: control.StateSpace, measured: int | Sequence[int | str
 def _index(name: int | str, labels: list[str]) -> int:
     if isinstance(name, str) and name in labels:
         return labels.index(name)
-    if isinstance(name, int) and not isinstance(name, bool) and 0 <= name < len(labels):
-        return name
+    if isinstance(name, (int, np.integer)) and not isinstance(name, bool) and 0 <= name < len(labels):
+        return int(name)
     raise InvalidInputError(f"no output {name!r}; the outputs are {', '.join(labels)} (or their indices from 0)")

@@ -13,7 +13,16 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult, Panel, Simulation, frozen
+from replication.estimation.api.results import (
+    EXACT_GAIN,
+    Bracket,
+    Evidence,
+    GainResult,
+    Panel,
+    Simulation,
+    frozen,
+    require_result,
+)
 from replication.estimation.api.running import PeriodicObserver, Phase
 from replication.estimation.api.signals import Signals, numbered
 from replication.estimation.dualrate.loop import (
@@ -42,6 +51,8 @@ DEFAULT_OBSERVER = "running_prediction"
 ANGLES = 200
 SUBSTEPS = 10
 """Points of a time response per fast period."""
+SEMIDEFINITE = 1e-12
+"""Negative eigenvalues of a weight up to so much of the largest are rounding."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -114,10 +125,10 @@ def design(
     """
     model = as_plant(plant)
     A, B, C = model.state, model.input, model.output
-    Q = C.T @ C if state_weight is None else as_matrix("state_weight", state_weight, rows=len(A), columns=len(A))
-    R = _definite("input_weight", input_weight, B.shape[1])
-    W = B @ B.T if process_noise is None else as_matrix("process_noise", process_noise, rows=len(A), columns=len(A))
-    V = _definite("sensor_noise", sensor_noise, len(C))
+    Q = C.T @ C if state_weight is None else _symmetric("state_weight", state_weight, len(A))
+    R = np.eye(B.shape[1]) if input_weight is None else _definite("input_weight", input_weight, B.shape[1])
+    W = B @ B.T if process_noise is None else _symmetric("process_noise", process_noise, len(A))
+    V = np.eye(len(C)) if sensor_noise is None else _definite("sensor_noise", sensor_noise, len(C))
     K = -np.linalg.solve(R, B.T @ _riccati(A, B, Q, R, "state_weight, input_weight"))
     L = np.linalg.solve(V, C @ _riccati(A.T, C.T, W, V, "process_noise, sensor_noise")).T
     return analyse(plant, feedback=K, injection=L, period=period, ratio=ratio, observer=observer)
@@ -166,6 +177,7 @@ def analyse(
 
 def compare(result: DualRateResult) -> dict[str, float]:
     """The monodromy radius of the same gains with each of `OBSERVERS`: the loop is stable iff it is below one."""
+    require_result(result, DualRateResult)
     return _radii(result.loop.design, result.discrete_gain)
 
 
@@ -176,6 +188,7 @@ def simulate(
 
     output: which output is shown, from 0. Raises InvalidInputError for another length or no such output.
     """
+    require_result(result, DualRateResult)
     first = np.zeros(result.loop.design.model.size) if estimate is None else estimate
     response = time_response(result.loop, start, first, slow_periods=slow_periods, substeps=SUBSTEPS, output=output)
     held = np.repeat(np.arange(len(response.instants)), SUBSTEPS)
@@ -205,7 +218,7 @@ def _advice(problem: DualRateDesign, discrete_gain: bool) -> str:
 
 
 def _builder(observer: str) -> Any:
-    if observer not in OBSERVERS or observer == "state_feedback":
+    if not isinstance(observer, str) or observer not in OBSERVERS or observer == "state_feedback":
         known = ", ".join(name for name in OBSERVERS if name != "state_feedback")
         raise InvalidInputError(f"observer must be one of {known}, got {observer!r}")
     return OBSERVERS[observer]
@@ -222,9 +235,18 @@ def _noise_to_output(loop: DualRateLoop) -> PeriodicSystem:
     )
 
 
+def _symmetric(name: str, value: Any, size: int) -> Any:
+    """The matrix (size, size); raises InvalidInputError unless it is symmetric and positive semidefinite."""
+    matrix = as_matrix(name, value, rows=size, columns=size)
+    least, largest = np.linalg.eigvalsh(matrix)[[0, -1]]
+    if not np.array_equal(matrix, matrix.T) or least < -SEMIDEFINITE * max(largest, 0.0):
+        raise InvalidInputError(f"{name} must be symmetric and positive semidefinite, got {matrix.tolist()}")
+    return matrix
+
+
 def _definite(name: str, value: Any, size: int) -> Any:
-    """The matrix (size, size), the identity if None; raises InvalidInputError unless it is positive definite."""
-    matrix = np.eye(size) if value is None else as_matrix(name, value, rows=size, columns=size)
+    """The matrix (size, size); raises InvalidInputError unless it is symmetric and positive definite."""
+    matrix = as_matrix(name, value, rows=size, columns=size)
     if not np.array_equal(matrix, matrix.T) or np.linalg.eigvalsh(matrix)[0] <= 0:
         raise InvalidInputError(f"{name} must be symmetric and positive definite, got {matrix.tolist()}")
     return matrix

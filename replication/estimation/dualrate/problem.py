@@ -25,6 +25,9 @@ from replication.estimation.validation import (
 if TYPE_CHECKING:
     import control
 
+MAX_RATIO = 100_000
+"""Fast instants in a slow period: the loop keeps matrices for each of them."""
+
 
 @dataclass(frozen=True, eq=False)
 class Plant:
@@ -54,15 +57,21 @@ class DualRateDesign:
     ratio: int
 
     def __post_init__(self) -> None:
-        """Raise InvalidInputError: K or L of wrong shape, T not positive, M not a positive integer."""
+        """Raise InvalidInputError: K or L of wrong shape, T not positive, M not a positive integer or above
+        MAX_RATIO."""
         model = as_plant(self.model)
         n, inputs, outputs = model.size, model.input.shape[1], model.output.shape[0]
+        ratio = positive_integer("rate ratio M", self.ratio)
+        if ratio > MAX_RATIO:
+            raise InvalidInputError(
+                f"rate ratio M must be at most {MAX_RATIO}, got {ratio}; choose a longer fast period T"
+            )
         checked = {
             "model": model,
             "feedback": as_matrix("feedback gain K", self.feedback, rows=inputs, columns=n),
             "injection": as_matrix("observer gain L", self.injection, rows=n, columns=outputs),
             "period": positive_scalar("period T", self.period, unit="seconds"),
-            "ratio": positive_integer("rate ratio M", self.ratio),
+            "ratio": ratio,
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)

@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult, Panel, Simulation, frozen
+from replication.estimation.api.results import (
+    EXACT_GAIN,
+    Bracket,
+    Evidence,
+    GainResult,
+    Panel,
+    Simulation,
+    frozen,
+    require_result,
+)
 from replication.estimation.api.running import PeriodicObserver, Phase
 from replication.estimation.api.signals import Signals, is_statespace, numbered
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, optimum, riccati_design
@@ -149,6 +158,7 @@ def simulate(
     disturbance: an array (steps, m_d + q_w) of (d, w); "white" draws unit white noise from `rng`; "worst" is the one of
     unit norm that hurts most from rest. Raises InvalidInputError for another shape, or "white" without `rng`.
     """
+    require_result(result, MultirateResult)
     count = positive_integer("steps", steps)
     error = result.problem.error_system(result.gains["L"])
     width = error.stages[0].B.shape[1]
@@ -176,7 +186,7 @@ def _drawn(kind: str, *, error_width: int, steps: int, rng: np.random.Generator 
     if kind == "none":
         return np.zeros((steps, error_width))
     if kind == "white":
-        if rng is None:
+        if not isinstance(rng, np.random.Generator):
             raise InvalidInputError('disturbance="white" needs `rng`, for example numpy.random.default_rng(1)')
         return rng.standard_normal((steps, error_width))
     if kind == "worst":

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.signals import is_statespace
@@ -36,6 +37,20 @@ class MultiratePlant:
     W: Array = field(default_factory=_not_given)
     B_u: Array = field(default_factory=_not_given)
     dt: float = 1.0
+
+    if TYPE_CHECKING:
+        # Type checkers see that lists do; the fields themselves are arrays.
+        def __init__(
+            self,
+            *,
+            A: npt.ArrayLike,
+            B_d: npt.ArrayLike,
+            C: npt.ArrayLike,
+            D: npt.ArrayLike,
+            W: npt.ArrayLike | None = None,
+            B_u: npt.ArrayLike | None = None,
+            dt: float = 1.0,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         """Check shapes and entries, fill the defaults, freeze the arrays."""
@@ -95,7 +110,7 @@ class MultiratePlant:
                 "system must have no feedthrough: set its D to zero, or move the input into the state"
             )
         labels = list(system.input_labels)
-        if isinstance(disturbances, str):
+        if isinstance(disturbances, str) or (disturbances is not None and not np.iterable(disturbances)):
             raise InvalidInputError(f"disturbances must be a sequence of inputs, got {disturbances!r}; write a list")
         chosen = list(range(len(labels))) if disturbances is None else [_input_index(i, labels) for i in disturbances]
         if len(set(chosen)) < len(chosen):

@@ -14,7 +14,15 @@ import numpy as np
 from scipy.sparse.linalg import ArpackNoConvergence
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.api.results import Bracket, Evidence, GainResult, Panel, Simulation, frozen
+from replication.estimation.api.results import (
+    Bracket,
+    Evidence,
+    GainResult,
+    Panel,
+    Simulation,
+    frozen,
+    require_result,
+)
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.signals import Signals, is_statespace, numbered, split_outputs
 from replication.estimation.nonuniform.bracket import WorstCaseGain, worst_case_gain
@@ -165,6 +173,7 @@ def simulate(result: NonuniformResult, sampling_periods: Any = None, *, disturba
     the one that hurts most is taken; without sampling periods, too, the worst sequence that the analysis found. Raises
     InvalidInputError for periods outside the range, or another length.
     """
+    require_result(result, NonuniformResult)
     if sampling_periods is None:
         if disturbance is not None:
             raise InvalidInputError("give the sampling periods that belong to the disturbance")
@@ -218,6 +227,8 @@ def _filter(given: Filter | control.StateSpace) -> Filter:
         return given
     if not is_statespace(given):
         raise InvalidInputError(f"filter_ must be Filter(A_f, B_f, C_f) or a StateSpace, got {type(given).__name__}")
+    if given.dt == 0:
+        raise InvalidInputError("filter_ runs from sample to sample, got a continuous-time one; sample it first")
     if np.any(given.D):
         raise InvalidInputError("the filter must be strictly proper: form (4) has no D")
     return Filter(given.A, given.B, given.C)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform.plant import SampledPlant
@@ -30,6 +31,10 @@ class Filter:
     A: Array
     B: Array
     C: Array
+
+    if TYPE_CHECKING:
+        # Type checkers see that lists do; the fields themselves are arrays.
+        def __init__(self, A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike) -> None: ...
 
     def __post_init__(self) -> None:
         """Check and freeze the matrices."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 import scipy.linalg
 
 from replication.errors import InvalidInputError
@@ -60,6 +61,12 @@ class SampledPlant:
     C: Array
     D: Array
     L: Array
+
+    if TYPE_CHECKING:
+        # Type checkers see that lists do; the fields themselves are arrays.
+        def __init__(
+            self, A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike, D: npt.ArrayLike, L: npt.ArrayLike
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         """Check and freeze the matrices."""

@@ -6,6 +6,7 @@ import ast
 import importlib
 import io
 import json
+import pickle
 import re
 import subprocess
 import sys
@@ -79,6 +80,16 @@ def test_results_cannot_be_changed(method: str) -> None:
         result.method = "other"  # type: ignore[misc]
     with pytest.raises(ValueError, match="read-only"):
         next(iter(result.gains.values()))[...] = 0
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        result.gains["L"] = 0  # type: ignore[index]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_pickled_result_is_the_same_and_cannot_be_changed_either(method: str) -> None:
+    result = result_of(method)
+    again = pickle.loads(pickle.dumps(result))
+    assert again.to_json() == result.to_json()
+    assert not any(gain.flags.writeable for gain in again.gains.values())
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -131,6 +131,16 @@ def test_a_missing_measurement_is_one_that_is_expected(method: str) -> None:
     assert one.missed == 0 and other.missed == (1 if method == "multirate" else measurements)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_masked_measurement_is_missing(method: str) -> None:
+    inputs, measurements = sizes(method)
+    one, other = running(method), running(method)
+    masked = np.ma.array(np.ones(measurements), mask=True)
+    expected = other.step(np.ones(inputs), [None] * measurements)
+    assert np.array_equal(one.step(np.ones(inputs), masked), expected)
+    assert one.missed == other.missed > 0
+
+
 def test_a_missing_measurement_does_not_touch_the_model_of_a_delayed_plant() -> None:
     """Without measurements the observer follows the plant that is left to itself."""
     observer = running("delay")
@@ -155,7 +165,10 @@ def test_a_sample_that_did_not_come_makes_a_filter_wait() -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("bad", [[np.inf], ["1"], [1.0, 2.0, 3.0], [1j], [[1.0, 2.0], [3.0, 4.0]], [object()]])
+@pytest.mark.parametrize(
+    "bad",
+    [[np.inf], ["1"], [1.0, 2.0, 3.0], [1j], [np.complex64(1)], [[1.0, 2.0], [3.0, 4.0]], [object()]],
+)
 def test_measurements_that_are_none_are_refused_and_change_nothing(method: str, bad: Any) -> None:
     observer, (inputs, _) = running(method), sizes(method)
     observer.step(np.ones(inputs), None)

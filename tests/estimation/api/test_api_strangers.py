@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import control
 import numpy as np
 import pytest
 from scipy.sparse.linalg import ArpackNoConvergence
@@ -91,6 +92,12 @@ def test_analysing_a_design_gives_its_bracket() -> None:
     alone = delay.analyse(TANKS, delayed=PIPE, delays=[0.4], measured=1)
     assert float(alone.to_dict()["evidence"][1]["value"]) >= result_of("delay").bracket.lower
     assert "rightmost root" in str(alone) and len(alone.plot().axes) == 1
+
+
+@pytest.mark.parametrize("measured", [np.int64(1), np.array([0]), [np.int64(0)], ["gauge"]])
+def test_measured_outputs_may_be_numbers_of_numpy(measured: Any) -> None:
+    given = {"periods": (0.05, 0.2), "leaves": 2, "horizon": 50}
+    assert nonuniform.design(SPRING, measured=measured, **given).bracket == result_of("nonuniform").bracket
 
 
 def test_best_offsets_are_no_worse_than_any() -> None:
@@ -181,6 +188,18 @@ CALLS: dict[str, tuple[Callable[[], Any], str]] = {
         "needs `rng`",
     ),
     "multirate: colour": (lambda: multirate.simulate(result_of("multirate"), 5, disturbance="pink"), "must be"),
+    "multirate: seed for rng": (
+        lambda: multirate.simulate(result_of("multirate"), 5, disturbance="white", rng=3),
+        "needs `rng`",
+    ),
+    "multirate: a number of inputs": (
+        lambda: multirate.design(CART, periods=(1, 4), noise=[1, 1], disturbances=0),
+        "disturbances must be a sequence",
+    ),
+    "multirate: other result": (
+        lambda: multirate.simulate(result_of("dualrate"), 5),
+        "result must be a MultirateResult, as design gives it, got DualRateResult",
+    ),
     "multirate: rows": (
         lambda: multirate.simulate(result_of("multirate"), 5, disturbance=np.zeros((4, 3))),
         "must have 5 rows",
@@ -209,6 +228,29 @@ CALLS: dict[str, tuple[Callable[[], Any], str]] = {
     "nonuniform: filter": (
         lambda: nonuniform.analyse(SPRING, [[1]], periods=(0.1, 0.2), measured=1),
         "filter_ must be Filter",
+    ),
+    "nonuniform: continuous filter": (
+        lambda: nonuniform.analyse(SPRING, control.ss([[-0.5]], [[1]], [[1]], 0), periods=(0.1, 0.2), measured=1),
+        "runs from sample to sample",
+    ),
+    "nonuniform: other result": (lambda: nonuniform.simulate(3), "result must be a NonuniformResult"),
+    "dualrate: other result": (lambda: dualrate.compare(None), "result must be a DualRateResult"),
+    "dualrate: result of a design": (
+        lambda: dualrate.simulate(SERVO, [1.0, 0.0], slow_periods=2),
+        "result must be a DualRateResult, as design gives it, got StateSpace",
+    ),
+    "dualrate: huge ratio": (lambda: dualrate.design(SERVO, period=0.1, ratio=10**9), "at most 100000"),
+    "dualrate: list of observers": (
+        lambda: dualrate.design(SERVO, period=0.1, ratio=2, observer=["fast_sensor"]),
+        "observer must be one of single_rate",
+    ),
+    "dualrate: asymmetric weight": (
+        lambda: dualrate.design(SERVO, period=0.1, ratio=2, state_weight=[[1, 2], [0, 1]]),
+        "state_weight must be symmetric",
+    ),
+    "dualrate: negative noise": (
+        lambda: dualrate.design(SERVO, period=0.1, ratio=2, process_noise=[[-1, 0], [0, 1]]),
+        "process_noise must be symmetric and positive semidefinite",
     ),
     "dualrate: observer": (
         lambda: dualrate.design(SERVO, period=0.1, ratio=2, observer="kalman"),
