@@ -49,7 +49,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"replication: {f'{path}: ' if path else ''}{error.strerror or error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        print("replication: interrupted; what was finished is kept, run again to go on from there", file=sys.stderr)
+        print(
+            "replication: interrupted; files that are whole stay, and `run` goes on from what it had computed",
+            file=sys.stderr,
+        )
         return INTERRUPTED
     return code
 

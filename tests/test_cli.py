@@ -259,7 +259,10 @@ def test_interruption_is_exit_code_130_with_one_line(lab: Lab) -> None:
     os.killpg(process.pid, signal.SIGINT)
     _, complaint = process.communicate(timeout=20)
     assert process.returncode == 130
-    assert complaint == "replication: interrupted; what was finished is kept, run again to go on from there\n"
+    assert (
+        complaint
+        == "replication: interrupted; files that are whole stay, and `run` goes on from what it had computed\n"
+    )
     assert list((lab.root / "report").iterdir()) == []
 
 

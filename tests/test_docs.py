@@ -57,6 +57,22 @@ def test_included_files_are_shown(site: Path) -> None:
 
 
 @pytest.mark.slow
+def test_what_a_plant_is_made_with_is_documented(site: Path) -> None:
+    page = (site / "api.html").read_text(encoding="utf-8")
+    anchors = set(re.findall(r'id="(replication\.estimation\.[^"]+)"', page))
+    for name in (
+        "MultiratePlant",
+        "search_timing",
+        "SampledPlant",
+        "PeriodRange",
+        "Filter",
+        "make_plant",
+        "delay_system",
+    ):
+        assert [anchor for anchor in anchors if anchor.endswith(f".{name}")], name
+
+
+@pytest.mark.slow
 def test_formulas_of_the_site_are_mathml(site: Path) -> None:
     page = (site / "methods" / "multirate.html").read_text(encoding="utf-8")
     assert page.count("<math") > 5

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -106,7 +107,7 @@ def test_a_clean_environment_runs_the_installed_wheel(built: Built) -> None:
     assert (work / "cart-multirate" / "index.html").is_file()
     assert "okajima2023" in run("replication", "list")
     before = sorted(site.rglob("*"))
-    for words in (["run", "shao"], ["new", "fresh2030"], ["certify"], ["notebooks"], ["artifact"]):
+    for words in (["run", "shao"], ["new", "fresh2030"], ["certify"], ["verify"], ["notebooks"], ["artifact"]):
         done = subprocess.run([clean / "bin" / "replication", *words], cwd=work, capture_output=True, text=True)
         assert done.returncode == 2
         assert f"{site} holds the installed package only; unpack the source distribution" in done.stderr
@@ -120,6 +121,11 @@ def test_the_python_versions_are_named() -> None:
     assert set(PYTHONS) <= named
     assert PROJECT["requires-python"] == f">={PYTHONS[0]}"
     assert PROJECT["license"] == "MIT"
+
+
+def test_the_changelog_begins_with_this_version() -> None:
+    headings = re.findall(r"^## \[(.+?)\]", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.M)
+    assert headings[:2] == ["Unreleased", PROJECT["version"]]
 
 
 def test_zenodo_says_what_the_citation_says() -> None:
