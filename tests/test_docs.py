@@ -100,6 +100,8 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     done = lab.cli("run", "randomwalk", "--jobs", "1")
     assert done.returncode == 0, done.stdout + done.stderr
     assert (lab.root / "report" / "randomwalk" / "index.html").is_file()
+    (show,) = re.findall(r"^python -m replication (show .+)$", GUIDE, re.MULTILINE)
+    assert "P / (P + 1) = 0.618033989" in lab.cli(*show.split()).stdout
     assert lab.python("-m", "pytest", "-q", "tests/papers/test_randomwalk.py").returncode == 0
 
 
