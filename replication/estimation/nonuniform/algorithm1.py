@@ -64,10 +64,10 @@ def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = COR
             alphas.setdefault(h, small_gain_alpha(plant, h))
         covered = [covered_interval(plant, h, alphas[h], reading.upper) for h in ordered]
         end = None
-        if not gaps(covered, periods):
-            end = End.COVERED
-        elif len(grid) >= bound:
+        if len(grid) >= bound:
             end = End.LIMIT
+        elif not gaps(covered, periods):
+            end = End.COVERED
         else:
             gains = [np.sqrt(alphas[h]) if reading.root else alphas[h] for h in ordered]
             marked = [covered_interval(plant, h, float(g), reading.upper) for h, g in zip(ordered, gains, strict=True)]

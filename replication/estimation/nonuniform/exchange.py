@@ -32,8 +32,15 @@ SCAN = 257
 WIDE = 10.0
 """Ranges longer than so many of the fastest time constants are looked at in equal ratios, others in equal steps."""
 VIOLATION = 5e-7
-"""Largest eigenvalue of (10), in normalised coordinates, that counts as satisfied. What it costs the level is told by
-`shortfall`: about 1e-6 where the range is short, more where the duals are large, as for very wide ranges."""
+"""Largest eigenvalue of (10), in normalised coordinates, that counts as satisfied if it costs the level little."""
+NEGLIGIBLE = 2e-6
+"""The largest `shortfall` that counts as little: an estimate from above, in the cases met about twice the truth."""
+FLOOR = 1e-9
+"""Violations below this are the solver's own: a period more does not mend them."""
+POLISHING = 6
+"""Rounds that are spent on what satisfied inequalities cost the level; `shortfall` then says what they still do."""
+PEAKS = 8
+"""Peaks of the violation that are polished; the lower ones are far from counting."""
 INACTIVE = 1e-5
 """Share of the dual weight below which a period leaves the grid; it comes back if it is violated again."""
 PROGRESS = 1e-5
@@ -70,13 +77,14 @@ def largest_eigenvalues(plant: SampledPlant, v: LmiVariables, transitions: Array
 def worst_periods(
     normalised: Normalised, v: LmiVariables, candidates: Array, transitions: Array
 ) -> list[tuple[float, float]]:
-    """(violation, period) at the local peaks of the violation over the sorted `candidates`, largest first.
+    """(violation, period) at the PEAKS highest local peaks of the violation over sorted `candidates`, largest first.
 
     Each inner peak moves to the top of the parabola through it and its neighbours, if that is higher.
     """
     values = largest_eigenvalues(normalised.plant, v, transitions)
     padded = np.concatenate([[-np.inf], values, [-np.inf]])
     peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]))
+    peaks = peaks[np.argsort(-values[peaks], kind="stable")[:PEAKS]]
     tops, heights = candidates[peaks], values[peaks]
     inner = (peaks > 0) & (peaks < len(candidates) - 1)
     if np.any(inner):
@@ -116,18 +124,17 @@ def halfway(grid: list[float], h: float, periods: PeriodRange) -> float:
     return (nearest + h) / 2
 
 
-def shortfall(solution: LmiSolution, peaks: list[tuple[float, float]], periods: PeriodRange) -> float:
+def shortfall(solution: LmiSolution, peaks: list[tuple[float, float]]) -> float:
     """Growth of the level, relative to it, that the violations at `peaks` ask for, to first order.
 
-    By duality delta grows by the sum of dual trace times violation. The dual of a peak lies on the periods of the grid
-    on both sides of it and is counted there; that of an end of the range only where both sides are ends.
+    By duality delta grows by the sum of dual trace times violation. How much of the dual moves to a peak is not known:
+    all that lies on the periods of the grid on both sides of it is counted there.
     """
     owed = np.zeros(len(solution.periods))
     for violation, h in peaks:
         above = int(np.searchsorted(solution.periods, h))
         sides = [i for i in (above - 1, above) if 0 <= i < len(owed)]
-        inner = [i for i in sides if periods.h_l < solution.periods[i] < periods.h_u]
-        owed[inner or sides] = np.maximum(owed[inner or sides], violation)
+        owed[sides] = np.maximum(owed[sides], violation)
     return float(owed @ np.array(solution.weights) / (2 * solution.variables.delta))
 
 
@@ -140,13 +147,23 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
     normalised = normalise(plant, periods.middle)
     candidates, transitions = _scan(normalised.plant, periods)
     working, reached = sorted({periods.h_l, periods.middle, periods.h_u}), 0.0
+    satisfied: list[tuple[LmiSolution, int, float, float]] = []
     for round_ in range(1, limit + 1):
-        solution = solve_for_periods(normalised, working, solver=Solver.SDPA)
+        try:
+            solution = solve_for_periods(normalised, working, solver=Solver.SDPA)
+        except SolverError:
+            if not satisfied:
+                raise
+            # The last periods were to make it more accurate only; its shortfall says how accurate it is without them.
+            return _ended(normalised, *satisfied[-1])
         peaks = worst_periods(normalised, solution.variables, candidates, transitions)
-        new = [h for value, h in peaks if value > VIOLATION and h not in working]
+        violation, owed = peaks[0][0], shortfall(solution, peaks)
+        if violation <= VIOLATION:
+            satisfied.append((solution, round_, violation, owed))
+        enough = owed <= NEGLIGIBLE or len(satisfied) > POLISHING or round_ == limit
+        new = [h for value, h in peaks if value > (VIOLATION if enough else FLOOR) and h not in working]
         if not new:
-            owed = shortfall(solution, peaks, periods)
-            return RobustDesign(with_filter(normalised, solution), round_, peaks[0][0], owed)
+            return _ended(normalised, solution, round_, violation, owed)
         if solution.level > reached * (1 + PROGRESS):
             working = sorted({*(grid := condensed(solution, periods)), halfway(grid, new[0], periods)})
         else:
@@ -157,6 +174,10 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
         f"h = {peaks[0][1]:.6g} s and the level {solution.level:.9g} holds on the last grid only; "
         f"{_certified(plant, normalised, solution, periods)}; raise `max_rounds`, or narrow the range"
     )
+
+
+def _ended(normalised: Normalised, solution: LmiSolution, rounds: int, violation: float, owed: float) -> RobustDesign:
+    return RobustDesign(with_filter(normalised, solution), rounds, violation, owed)
 
 
 def _certified(plant: SampledPlant, normalised: Normalised, solution: LmiSolution, periods: PeriodRange) -> str:

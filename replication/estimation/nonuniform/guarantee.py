@@ -28,6 +28,8 @@ REGULAR = 1e-6
 """Added to the Gramian of the error in the units of each state, for states that w hardly reaches."""
 ROUNDS = 3
 """Times that the common Lyapunov function is solved for, each time in the coordinates of the last."""
+ROUNDINGS = (0.0, 8.0)
+"""Excess over rounding that the solver is asked for: none, and where that proves nothing, some, which costs level."""
 EXCHANGES = 3
 """Times that the last tree is solved again with more samples."""
 
@@ -118,24 +120,26 @@ def _common(
     plant: SampledPlant, filter_: Filter, periods: PeriodRange, per_duration: bool
 ) -> tuple[ErrorSystem, Guarantee]:
     """The common Lyapunov function, and the error system in the coordinates and units in which it is the identity."""
-    samples, tree = Samples(Cells((periods.h_l, periods.h_u))), ContextTree.one_step(1)
-    system, best = _natural(plant, filter_, periods.middle, per_duration), None
-    # Each solution gives the coordinates of the next, which is more accurate where those of the plant are badly scaled.
-    # A solver that ends early has then done enough, and what is proved does not depend on its word.
-    for _ in range(ROUNDS):
-        solution, samples, proof = _solve_until_proved(system, samples, tree, accept=ROUGH)
-        seen = system.level * float(np.sqrt(solution.delta))
-        if np.isfinite(proof.level):
-            best = _guarantee(system, samples.cells, tree, solution, proof, ((1, proof.level),))
-        if solution.delta <= 0 or np.linalg.eigvalsh(solution.P[0])[0] <= 0:
-            break
-        system = replace(system, T=np.linalg.cholesky(solution.P[0]).T @ system.T / np.sqrt(solution.delta), level=seen)
-    if best is None:
-        raise SolverError(
-            f"no common Lyapunov function was certified: the one found keeps the level {seen:.6g} at "
-            f"{len(samples.of(0, (0,)))} periods, not for certain at all others; narrow the range of sampling periods"
-        )
-    return best.system, best
+    natural, tree = _natural(plant, filter_, periods.middle, per_duration), ContextTree.one_step(1)
+    for roundings in ROUNDINGS:
+        system, samples, best = replace(natural, roundings=roundings), Samples(Cells((periods.h_l, periods.h_u))), None
+        # Each solution gives the coordinates of the next, which is more accurate where the plant's are badly scaled.
+        # A solver that ends early has then done enough, and what is proved does not depend on its word.
+        for _ in range(ROUNDS):
+            solution, samples, proof = _solve_until_proved(system, samples, tree, accept=ROUGH)
+            seen = system.level * float(np.sqrt(solution.delta))
+            if np.isfinite(proof.level):
+                best = _guarantee(system, samples.cells, tree, solution, proof, ((1, proof.level),))
+            if solution.delta <= 0 or np.linalg.eigvalsh(solution.P[0])[0] <= 0:
+                break
+            root = np.linalg.cholesky(solution.P[0]).T
+            system = replace(system, T=root @ system.T / np.sqrt(solution.delta), level=seen)
+        if best is not None:
+            return best.system, best
+    raise SolverError(
+        f"no common Lyapunov function was certified: the one found keeps the level {seen:.6g} at "
+        f"{len(samples.of(0, (0,)))} periods, not for certain at all others; narrow the range of sampling periods"
+    )
 
 
 def _natural(plant: SampledPlant, filter_: Filter, h: float, per_duration: bool) -> ErrorSystem:

@@ -25,8 +25,6 @@ from replication.estimation.validation import Array
 SLACK = 1e-6
 """Least excess in the state block of the inequalities that the solver is asked for, in balanced coordinates (P near
 I)."""
-ROUNDINGS = 8
-"""The excess is no smaller than so many times what rounding can do to the inequalities where P is I."""
 ROUNDING = 64 * np.finfo(float).eps
 """Relative size of what rounding can do to a product of a few small matrices."""
 ROUGH = (*ALMOST, "NumericalError", "InsufficientProgress", "MaxIterations")
@@ -38,6 +36,7 @@ class ErrorSystem:
     """The error system (5) with state T [x; x^] and e / level, as a function of stacks of transition matrices.
 
     units (n + nf,): x and x^ here are those of the plant and filter that were asked about, divided by these.
+    roundings: the solver is asked for an excess of so many times what rounding can do where P is I, SLACK at least.
     """
 
     plant: SampledPlant
@@ -46,6 +45,7 @@ class ErrorSystem:
     level: float
     per_duration: bool
     units: Array
+    roundings: float = 0.0
 
     @property
     def output(self) -> Array:
@@ -146,7 +146,7 @@ def solve(
     steps, weights = system.steps(system.plant.transitions(distinct)), system.weights(distinct)
     moved = np.einsum("vax,lab,vby->vlxy", steps, basis, steps, optimize=True)
     rounding = system.rounding(np.linalg.norm(steps, axis=(1, 2)), 1.0)
-    slack = max(SLACK, ROUNDINGS * float(np.max(rounding)))
+    slack = max(SLACK, system.roundings * float(np.max(rounding)))
     demanded = frame.T @ output.T @ output @ frame + slack * (frame.T @ frame)
     constants, coefficients, variables = [], [], []
     for i, (_, leaf, following) in zip(which, seen, strict=True):

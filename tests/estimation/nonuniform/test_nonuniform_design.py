@@ -7,7 +7,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform import exchange, filter_lmi
 from replication.estimation.nonuniform.algorithm1 import CORRECT, LITERAL, End, Reading, build_grid
 from replication.estimation.nonuniform.bracket import floor_for_any_filter
-from replication.estimation.nonuniform.exchange import VIOLATION, dense_design, robust_design, violations
+from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, dense_design, robust_design, violations
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
     Solver,
@@ -177,7 +177,10 @@ def test_algorithm_1_literal_stalls_and_correct_covers(plant, periods):
         assert interval.lower < reached + 1e-15
         reached = max(reached, interval.upper)
     assert reached > periods.h_u
-    assert build_grid(plant, periods, CORRECT, limit=1).end is End.LIMIT
+    # Step 1 comes before step 3: a grid of N_0 elements ends the run even if it covers.
+    for limit in (1, len(grid.periods)):
+        assert build_grid(plant, periods, CORRECT, limit=limit).end is End.LIMIT
+    assert build_grid(plant, periods, CORRECT, limit=len(grid.periods) + 1).end is End.COVERED
     root = Reading(UpperEnd.CORRECTED, root=True, union=False)
     assert build_grid(plant, periods, root).end is End.STALLED
 
@@ -251,15 +254,18 @@ def test_a_solution_short_of_the_accuracy_is_refined():
     assert max(periodic_gain(plant, refined.filter, [h]).value for h in grid) <= refined.level * (1 + GAP)
 
 
-def test_what_a_violation_costs_the_level_is_told(monkeypatch):
-    """Over four decades a violation below 5e-7 costs more than 1e-6; without it the level rises by what was told."""
+def test_exchange_reaches_the_dense_grid_where_small_violations_cost_much(monkeypatch):
+    """Over four decades violations below 5e-7 cost the level more than 1e-6: the rounds go on until they do not."""
     periods = PeriodRange(0.001, 10.0)
-    told = robust_design(MOTOR, periods)
-    assert told.shortfall > 1e-6
-    monkeypatch.setattr(exchange, "VIOLATION", 1e-9)
-    exact = robust_design(MOTOR, periods)
-    assert exact.shortfall < 1e-6
-    assert 1e-6 < exact.design.level / told.design.level - 1 <= told.shortfall
+    found = robust_design(MOTOR, periods)
+    grid, at = np.geomspace(periods.h_l, periods.h_u, 129), normalise(MOTOR, periods.middle)
+    dense = design_for_periods(MOTOR, grid, at=at, solver=Solver.SDPA).level
+    assert found.shortfall <= NEGLIGIBLE
+    assert found.design.level >= dense * (1 - 1e-6)
+    monkeypatch.setattr(exchange, "NEGLIGIBLE", 1.0)
+    early = robust_design(MOTOR, periods)
+    assert early.design.level < dense * (1 - 1e-6)
+    assert found.design.level / early.design.level - 1 <= early.shortfall
 
 
 def test_only_the_last_solution_must_have_a_filter(monkeypatch):

@@ -160,6 +160,7 @@ def test_many_states_get_a_certificate(n, seed):
 
 def test_certificate_that_is_not_found_names_the_level_of_the_samples(monkeypatch):
     monkeypatch.setattr(guarantee, "ROUNDS", 1)
+    monkeypatch.setattr(guarantee, "ROUNDINGS", (0.0,))
     plant, periods = random_plant(np.random.default_rng(2), 8, 1), PeriodRange(0.1, 2.0)
     with pytest.raises(SolverError, match=r"level \d.* periods.*narrow the range"):
         guaranteed_level(plant, some_filter(plant, periods.middle), periods, max_leaves=1)
