@@ -19,7 +19,7 @@ from replication.estimation.delay.lmi import lmi_gain, riccati_gain
 from replication.estimation.delay.models import chebyshev_model, pade_model
 from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.response import hinf_norm, simulate
-from replication.estimation.delay.sdp import SdpaOptions, Solution, solve_sdpa
+from replication.estimation.delay.sdp import ENDLESS, Program, SdpaOptions, Solution, least_trace, solve_sdpa
 from replication.estimation.delay.spectrum import GainBracket, hinf_gain, rightmost_roots
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.validation import Array
@@ -100,9 +100,10 @@ def synthesised(plant: Json, degree: int) -> Json:
 
 
 def as_printed(plant: Json, degree: int) -> Json:
-    """Least γ of Theorem 3 with the printed signs of S_i(-τ_i) in D and of dS_i/ds in F_i, or why there is none.
+    """Least γ of Theorem 3 with the printed signs of S_i(-τ_i) in D and of dS_i/ds in F_i, and whether it is `refuted`.
 
-    With those signs the condition asks S_i(-τ_i) <= 0 of a positive S_i; ε = 0, so the limit S_i(-τ_i) = 0 is allowed.
+    With those signs the condition asks S_i(-τ_i) <= 0 of a positive S_i: ε > 0 forbids it, by one equality alone; ε = 0
+    allows the limit S_i(-τ_i) = 0.
     """
     assembly = synthesis.assemble(system_of(plant), degree)
     inner, count = assembly.system, assembly.count
@@ -117,15 +118,24 @@ def as_printed(plant: Json, degree: int) -> Json:
     )
     for row in rows:
         derivative[[row], source.pair_count :] = -derivative[[row], source.pair_count :]
-    printed = replace(assembly, derivative=(derivative.tocsr() @ assembly.storage).tocsr())
+    printed = replace(assembly, derivative=derivative.tocsr())
     out: Json = {}
     for epsilon in (0.0, 1e-3):
+        task = synthesis.program(printed, epsilon)
+        found: Json = {"refuted": refuted(task)}
         try:
-            solution = solve_sdpa(synthesis.program(printed, epsilon), SdpaOptions(scale=1e3, gap=1e-3, residual=1e-5))
-            out[str(epsilon)] = {"gamma": float(solution.linear[0]), "outcome": solution.status}
+            solution = solve_sdpa(task, SdpaOptions(scale=1e3, gap=1e-3, residual=1e-5))
+            found |= {"gamma": float(solution.linear[0]), "outcome": solution.status}
         except ReplicationError as error:
-            out[str(epsilon)] = {"gamma": None, "outcome": f"{type(error).__name__}: {error}"}
+            found |= {"gamma": None, "outcome": f"{type(error).__name__}: {error}"}
+        out[str(epsilon)] = found
     return out
+
+
+def refuted(task: Program) -> bool:
+    """Whether one equality alone, whose matrices are all of one sign, proves that no point meets it (Farkas)."""
+    multipliers = np.diag(np.sign(task.b))[task.b != 0.0]
+    return any(least_trace(task, multiplier) > ENDLESS for multiplier in multipliers)
 
 
 def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: list[int], c1: Any = None) -> Json:

@@ -84,7 +84,7 @@ def least(system: DelaySystem, reading: tuple[Shape, Shape], epsilon: float) -> 
         rule=DegreeRule.TENSOR,
         count=COUNT,
         storage=storage,
-        derivative=(lie.lie_derivative(inner, COUNT) @ storage).tocsr(),
+        derivative=lie.lie_derivative(inner, COUNT),
         dissipation=dissipation,
         v_labels=v_labels,
         h_labels=h_labels,

@@ -10,7 +10,7 @@ import pytest
 from papers.peet2019 import PAPER, data, names
 from papers.peet2019.claims.cost import exponent, published
 from papers.peet2019.errata import WRONG
-from papers.peet2019.experiments import as_printed, closed_loop, references, synthesised, system_of
+from papers.peet2019.experiments import as_printed, closed_loop, references, refuted, synthesised, system_of
 from papers.peet2019.identities import MISPRINTS, identities
 from papers.peet2019.inversion import inverse_identities
 from papers.peet2019.measured import RECORD, recorded
@@ -19,6 +19,7 @@ from papers.peet2019.scaling import SMALL_LEVEL, cost, cost_program, example_4, 
 from replication.audit.claims import validate_claims
 from replication.audit.model import Kind, Verdict
 from replication.estimation.delay import rightmost_roots
+from replication.estimation.delay.synthesis import assemble, program
 
 ROUNDING = 1e-10
 
@@ -90,8 +91,10 @@ def test_references_agree_with_each_other() -> None:
 
 def test_theorem_3_as_printed_has_no_solution() -> None:
     found = as_printed(data.EXAMPLES["2"], 1)
-    assert found["0.001"]["gamma"] is None
-    assert found["0.001"]["outcome"].startswith("InfeasibleError")
+    assert found["0.001"]["refuted"] and found["0.001"]["gamma"] is None
+    assert not found["0.0"]["refuted"]  # with ε = 0 the limit is allowed
+    corrected = program(assemble(system_of(data.EXAMPLES["2"]), 1), 1e-3)
+    assert not refuted(corrected)
 
 
 def test_closed_loop_experiment() -> None:

@@ -64,7 +64,7 @@ def inverse(part: str) -> Callable[[Results], Evidence]:
 
 
 def feasible(results: Results) -> Evidence:
-    """Theorem 3 with ε > 0 on Example 2: as printed no solution, corrected one."""
+    """Theorem 3 with ε > 0 on Example 2: as printed proved to have no solution, corrected one."""
     printed = results[names.PRINTED_SIGNS]["0.001"]
     loop = results[names.loop("ex2")]
     return Evidence(
@@ -75,8 +75,8 @@ def feasible(results: Results) -> Evidence:
         solvers=(SolverRecord(**loop["solver"]),),
         as_printed=Evidence(
             method="As printed, -D ⪰ 0 asks S(-τ) ⪯ 0 while the first condition asks S(-τ) ⪰ ε.",
-            holds=printed["gamma"] is not None,
-            note=printed["outcome"],
+            holds=not printed["refuted"],
+            note="One equality of the program is a sum of non-negative terms that ought to be negative.",
         ),
     )
 

@@ -110,7 +110,7 @@ def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: S
     storage = assembly.storage @ matrices[:own] + epsilon * lie.storage_identity(system, count)
     dissipation = assembly.dissipation @ matrices[own:]
     cross, level = lie.supply(system, count, drive)
-    total = lie.lie_derivative(system, count, drive) @ storage + cross + gamma * level + dissipation
+    total = assembly.derivative @ storage + cross + gamma * level + dissipation
     total = total + epsilon * lie.dissipation_identity(system, count)
     return Certificate(
         system=system,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from replication.errors import InfeasibleError, SolverError
+from replication.errors import SolverError
 from replication.estimation.delay.cone import DegreeRule
 from replication.estimation.delay.reduction import reduced
 from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_clarabel, solve_sdpa
@@ -17,13 +17,17 @@ UNITS = SdpaOptions(tolerance=1e-6, gap=1.0, residual=1e-1)
 """For a first estimate of γ, which only sets the units of the second run."""
 
 STATED_GAP = SdpaOptions(tolerance=1e-10, scale=1e1, gap=1e-2, residual=1e-5)
-"""A gap up to this is stated by the bracket, which holds up to the residual; wider ones are errors."""
+"""A gap up to this is stated by the bracket; wider ones are errors."""
+
+ROOM = 10.0
+"""Traces that the lower end allows for, over that found: where the infimum is not attained they grow towards it."""
 
 LOOSER = 1e2
 STOPS = 3
 """Where the optimum is not attained the iterates grow and lose the equalities: SDPA is then stopped earlier.
 
-It then also starts from larger matrices: too small a start reads as infeasible where the solution is large.
+It then also starts from larger matrices: too small a start reads as infeasible where the solution is large; and at
+last from the first start, as one that is too large loses the equalities, too.
 """
 
 
@@ -31,7 +35,9 @@ It then also starts from larger matrices: too small a start reads as infeasible 
 class LeastGain:
     """lower <= least γ of this degree <= gamma, both in floating point, from the two sides of one program.
 
-    Theorem 3 has certificates for every level above gamma (`certificate_at`); lower says nothing of other degrees.
+    gamma allows for what the point misses of the equalities (`slip`), lower for a dual slack that is slightly
+    indefinite: it holds for matrices of a trace up to ROOM times that of the point. Theorem 3 has certificates for
+    every level above gamma (`certificate_at`); lower says nothing of other degrees.
     """
 
     system: DelaySystem
@@ -55,10 +61,10 @@ def minimum_gain(
 
     Solved in `natural_units`, and twice: the second time with w and z in units that make γ about 1, where SDPA comes
     closer to the optimum; once if the first run cannot tell γ from zero, as where y reveals w. If the point misses the
-    equalities by more than the options allow, the tolerance is loosened and the start enlarged, up to twice;
-    `solution` records the ones that held.
-    Raises InvalidInputError for a bad degree or an undetectable system, InfeasibleError if SDPA finds no γ feasible,
-    SolverError if the bracket is wider than the gap of the options, relative to 1 + γ in those units.
+    equalities by more than the options allow, it is tried again as `solved` says; `solution` records what held.
+    Raises InvalidInputError for a bad degree or an undetectable system, InfeasibleError if there is proved to be
+    none, SolverError if SDPA settles on none or leaves a wider gap than the options allow, relative to 1 + γ in those
+    units.
     """
     rates = rule is DegreeRule.BESSEL  # its matrices act on the point variables one by one: sparse ones are cheap
     plant = natural_units(system).system
@@ -73,13 +79,16 @@ def minimum_gain(
 
 
 def solved(task: Program, options: SdpaOptions) -> Solution:
-    """The first point within the options as these are made `looser`. Raises what the last solve raises."""
-    for _ in range(STOPS - 1):
+    """The first point within the options as these are made `looser`, then with the first start. InfeasibleError is a
+    proof and ends it; SolverError is that of the last try.
+    """
+    start = options.scale
+    for _ in range(STOPS):
         try:
             return solve_sdpa(task, options)
-        except (InfeasibleError, SolverError):
-            options = looser(options)
-    return solve_sdpa(task, options)
+        except SolverError:
+            last, options = options, looser(options)
+    return solve_sdpa(task, replace(last, scale=start))
 
 
 def looser(options: SdpaOptions) -> SdpaOptions:
@@ -88,8 +97,10 @@ def looser(options: SdpaOptions) -> SdpaOptions:
 
 
 def _lower(solution: Solution) -> float:
-    """The objective minus the gap that we measure: what the dual point proves."""
-    return solution.objective - solution.gap * (1.0 + abs(solution.objective))
+    """What the dual point proves of matrices with a trace up to ROOM times that of the point."""
+    distance = abs(solution.objective - solution.dual_objective)
+    indefinite = solution.gap * (1.0 + abs(solution.objective)) - distance
+    return solution.dual_objective - ROOM * max(0.0, indefinite)
 
 
 def _found(assembly: Assembly, epsilon: float, unit: float, solution: Solution) -> LeastGain:
@@ -99,7 +110,7 @@ def _found(assembly: Assembly, epsilon: float, unit: float, solution: Solution) 
         rule=assembly.rule,
         epsilon=epsilon,
         lower=unit * max(0.0, _lower(solution)),
-        gamma=unit * float(solution.linear[0]),
+        gamma=unit * (solution.objective + solution.slip),
         solution=solution,
     )
 

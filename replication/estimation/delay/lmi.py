@@ -41,8 +41,9 @@ def require_detectable_model(model: Model) -> None:
 def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -> LmiResult:
     """Least γ of LMI (3) with Clarabel. `eliminate`: Z removed by restricting to the kernel of C_2 (same γ, no gain).
 
-    The inequalities are not strict, so γ is the infimum over strict observers. Raises InvalidInputError for an
-    undetectable model, SolverError unless Clarabel reports an optimum.
+    The inequalities are not strict, so γ is the infimum over strict observers. It is Clarabel's word: in awkward
+    coordinates an optimum by its account can be off by per cents; `riccati_gain` is the check. Raises
+    InvalidInputError for an undetectable model, SolverError unless Clarabel reports an optimum.
     """
     import cvxpy as cp
 

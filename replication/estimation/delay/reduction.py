@@ -39,7 +39,6 @@ def reduced(assembly: Assembly) -> Assembly:
     return replace(
         assembly,
         storage=storage,
-        derivative=(lie.lie_derivative(system, count, assembly.drive) @ storage).tocsr(),
         dissipation=dissipation,
         v_labels=v_labels,
         h_labels=h_labels,

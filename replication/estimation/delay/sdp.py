@@ -41,6 +41,7 @@ class Solution:
 
     equality: ‖Ax-b‖∞/(1+‖b‖∞). least_eigenvalue, dual_eigenvalue: the smallest over the blocks of x and of the slack
     c - Aᵀy = s. gap: (|cᵀx-bᵀy| + max(0, -λ_min(s))·tr x)/(1+|cᵀx|), so that a slightly indefinite s cannot hide one.
+    slip: |y|ᵀ|Ax-b|, by which, to first order, meeting the equalities may raise the objective.
     """
 
     linear: Array
@@ -57,6 +58,7 @@ class Solution:
     least_eigenvalue: float
     dual_eigenvalue: float
     gap: float
+    slip: float
 
 
 @dataclass(frozen=True)
@@ -93,10 +95,10 @@ ENDLESS = 1e9
 def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution:
     """Solve with SDPA (one thread).
 
-    Raises InfeasibleError if SDPA calls the program infeasible, which too small a start may make it do, with the trace
-    that its multipliers prove for every x (`least_trace`); or if that exceeds ENDLESS. SolverError if it stops early.
-    The status is kept as data and is not believed: a point counts if its gap, its residual and its eigenvalues, as we
-    measure them, are within the options. (Rounding often stops SDPA just short of the tolerance that it was asked for.)
+    The status is kept as data and is not believed: too small a start makes SDPA call a feasible program infeasible, and
+    rounding often stops it just short of the tolerance that it was asked for. Raises InfeasibleError if its multipliers
+    prove that every x has a trace beyond ENDLESS (`least_trace`). A point counts if its gap, its residual and its
+    eigenvalues, as we measure them, are within the options; else SolverError.
     """
     settings = options or SdpaOptions()
     start = time.perf_counter()
@@ -125,17 +127,17 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
         settings.as_dict(),
     )
     trace = least_trace(program, multipliers)
-    if trace > ENDLESS or solution.status in ("pINF_dFEAS", "pFEAS_dINF", "pdINF", "pUNBD", "dUNBD"):
+    if trace > ENDLESS:
         raise InfeasibleError(
-            f"SDPA found no solution (status {solution.status}); what it proves is that the matrices would have a "
-            f"trace above {trace:.1e}; relax the level or raise the degree"
+            f"SDPA proves that there is no solution (status {solution.status}): the matrices would have a trace above "
+            f"{trace:.1e}; relax the level or raise the degree"
         )
     residual = max(solution.equality, -solution.least_eigenvalue, -solution.dual_eigenvalue)
     if not (solution.gap <= settings.gap and residual <= settings.residual):
         raise SolverError(
             f"SDPA stopped with status {solution.status} after {solution.iterations} iterations, gap {solution.gap:.1e}"
-            f" and residual {residual:.1e}; what it proves is that a solution has a trace above {trace:.1e}; accept the"
-            " point by `gap` and `residual` of SdpaOptions, or rescale the states"
+            f" and residual {residual:.1e}; whether there is a solution is open, it would have a trace above "
+            f"{trace:.1e}; raise the degree, or accept the point by `gap` and `residual` of SdpaOptions"
         )
     return solution
 
@@ -222,7 +224,7 @@ def _measured(
     symmetric = np.concatenate([vector[: program.linear], *[block.ravel() for block in blocks]])
     slack = program.c - program.a.T @ multipliers
     objective, dual = float(program.c @ symmetric), float(program.b @ multipliers)
-    residual = np.abs(program.a @ symmetric - program.b).max(initial=0.0)
+    missed = np.abs(program.a @ symmetric - program.b)
     below = max(0.0, -_least(slack[: program.linear], _blocks(program, slack)))
     trace = float(np.abs(vector[: program.linear]).sum() + sum(np.trace(block) for block in blocks))
     return Solution(
@@ -236,10 +238,11 @@ def _measured(
         iterations=iterations,
         seconds=seconds,
         options=options,
-        equality=float(residual / (1.0 + np.abs(program.b).max(initial=0.0))),
+        equality=float(missed.max(initial=0.0) / (1.0 + np.abs(program.b).max(initial=0.0))),
         least_eigenvalue=_least(vector[: program.linear], blocks),
         dual_eigenvalue=_least(slack[: program.linear], _blocks(program, slack)),
         gap=(abs(objective - dual) + below * trace) / (1.0 + abs(objective)),
+        slip=float(np.abs(multipliers) @ missed),
     )
 
 

@@ -27,8 +27,10 @@ from replication.estimation.validation import Array, positive_integer
 class Assembly:
     """The pieces of the program that do not depend on γ and ε.
 
-    v_labels, h_labels: for each matrix of the cones of V and of N the variable behind each row, points first, then
-    functions. kept: mask of the monomials of dV/dt that must match. drive: the variables of dV/dt, `direct` if None.
+    storage, dissipation: coefficients of V and of N, linear in the matrices of their cones; derivative: those of dV/dt,
+    linear in those of V. v_labels, h_labels: for each matrix of the cones of V and of N the variable behind each row,
+    points first, then functions. kept: mask of the monomials of dV/dt that must match. drive: the variables of dV/dt,
+    `direct` if None.
     """
 
     system: DelaySystem
@@ -48,7 +50,7 @@ class Assembly:
 def assemble(
     system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR, *, rates: bool = False
 ) -> Assembly:
-    """Maps from the cone matrices to the coefficients of V, dV/dt and N; with `rates`, N is that of `by_rates`.
+    """Maps from the cone matrices to the coefficients of V and N, and from V to dV/dt; with `rates`, as in `by_rates`.
 
     Raises InvalidInputError for degree < 1.
     """
@@ -59,7 +61,7 @@ def assemble(
     # The derivative of the ramp is constant: the dissipation needs none.
     dissipation, h_labels = _cone(lie.derivative_space(inner, count), degree, rule, ramp=False)
     drive = by_rates(inner) if rates else None
-    derivative = (lie.lie_derivative(inner, count, drive) @ storage).tocsr()
+    derivative = lie.lie_derivative(inner, count, drive)
     kept = ~lie.absorbed(inner, count)
     return Assembly(
         inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, kept, drive
@@ -86,8 +88,7 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     v_space = lie.state_space(system, count)
     cross, level = lie.supply(system, count, drive)
     constant = cross + epsilon * (
-        lie.dissipation_identity(system, count)
-        + lie.lie_derivative(system, count, drive) @ lie.storage_identity(system, count)
+        lie.dissipation_identity(system, count) + assembly.derivative @ lie.storage_identity(system, count)
     )
     _, first, second = v_space.multiplier_functions()
     coupled = v_space.pair_count + np.flatnonzero(first // system.states != second // system.states)
@@ -95,7 +96,7 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     kept = assembly.kept
     if gamma is not None:
         constant = constant + gamma * level
-    columns = [assembly.derivative[kept], assembly.dissipation[kept]]
+    columns = [assembly.derivative[kept] @ assembly.storage, assembly.dissipation[kept]]
     upper = [assembly.storage[coupled], empty]
     if gamma is None:
         columns.insert(0, sparse.csr_array(level[kept][:, None]))

@@ -29,6 +29,8 @@ def test_least_eigenvalue(solve: object) -> None:
     # Complementarity: X times the slack matrix - λI vanishes.
     slack = matrix - solution.dual_objective * np.eye(5)
     assert np.abs(slack @ solution.blocks[0]).max() < 1e-4
+    missed = abs(np.trace(solution.blocks[0]) - 1.0)
+    assert solution.slip == pytest.approx(abs(solution.dual_objective) * missed)
 
 
 @pytest.mark.parametrize("solve", [solve_sdpa, solve_clarabel])
@@ -36,6 +38,14 @@ def test_infeasible(solve: object) -> None:
     a = sparse.csr_array(np.eye(2).reshape(1, -1))
     with pytest.raises(InfeasibleError, match="status"):
         solve(Program(a, -np.ones(1), np.eye(2).ravel(), 0, (2,)))  # type: ignore[operator]
+
+
+def test_the_word_of_the_solver_is_no_proof_of_infeasibility() -> None:
+    """X_12 = 1e4 and X_22 = 1 need X_11 >= 1e8: a solution far beyond the start, which SDPA calls infeasible."""
+    rows = np.array([[[0.0, 1.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 1.0]]]).reshape(2, -1)
+    program = Program(sparse.csr_array(rows), np.array([2e4, 1.0]), np.zeros(4), 0, (2,))
+    with pytest.raises(SolverError, match=r"status pdINF.*is open"):
+        solve_sdpa(program, SdpaOptions(scale=1.0))
 
 
 def test_too_few_iterations_are_an_error() -> None:

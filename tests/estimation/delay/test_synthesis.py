@@ -150,6 +150,22 @@ def test_optima_that_are_not_attained_end_with_a_narrow_bracket(seed: int, delay
     assert least.gamma - least.lower <= NARROW * least.gamma
 
 
+@pytest.mark.parametrize(("seed", "states", "delays"), [(2, 2, 1), (21, 3, 1), (25, 2, 1)])
+def test_brackets_in_other_coordinates_and_units_overlap(seed: int, states: int, delays: int) -> None:
+    """The optima are not attained here: the iterates grow, and with them what the dual point leaves open."""
+    system = random_system(seed, states, delays)
+    change = np.eye(states) + 0.4 * np.random.default_rng(seed).standard_normal((states, states))
+    plants = (system, transformed(system, change), time_scaled(system, 1e5), time_scaled(system, 0.013))
+    found = [minimum_gain(plant, 2, DegreeRule.BESSEL) for plant in plants]
+    assert max(least.lower for least in found) <= min(least.gamma for least in found)
+
+
+def test_what_the_solver_calls_infeasible_is_open_until_proved() -> None:
+    """No level is found with two moments; with three there is one."""
+    with pytest.raises(SolverError, match="is open"):
+        minimum_gain(random_system(29, 4, 2), 2, DegreeRule.BESSEL)
+
+
 def test_where_y_reveals_the_disturbance_the_bracket_starts_at_zero() -> None:
     """One disturbance on all states, all of them measured or one of them: the derivative of y shows w."""
     system = one_delay()
