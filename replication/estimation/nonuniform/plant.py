@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 HURWITZ_MARGIN = 1e-12
 """An eigenvalue counts as stable if its real part is below minus this times the norm of A."""
+LARGEST = 1e60
+"""Largest entry of a matrix, and inverse of the least that its largest may be."""
 OBSERVABILITY_TOLERANCE = 1e-9
 """Smallest singular value of the Popov-Belevitch-Hautus matrix, relative to the norm of A, that counts as
 observable."""
@@ -52,8 +54,8 @@ class SampledPlant:
     """Eq. (1): x' = Ax + Bw, y = Cx + Dw measured when sampled, z = Lx to be estimated; w is held between samples.
 
     Shapes: A (n, n), B (n, m), C (r, n), D (r, m), L (s, n). Raises InvalidInputError if a shape does not fit, an
-    entry is not finite, B or L is zero, A is not Hurwitz (no filter of form (4) then has a bounded error) or (C, A) is
-    not observable.
+    entry is not finite, a matrix is larger than LARGEST or smaller than its inverse, B or L is zero, A is not Hurwitz
+    (no filter of form (4) then has a bounded error) or (C, A) is not observable.
     """
 
     A: Array
@@ -80,6 +82,12 @@ class SampledPlant:
         for name, matrix in zip("ABCDL", (A, B, C, D, L), strict=True):
             if matrix.size == 0:
                 raise InvalidInputError(f"{name} must not be empty, got shape {matrix.shape}")
+            largest = float(np.max(np.abs(matrix)))
+            if largest > LARGEST or 0 < largest < 1 / LARGEST:
+                raise InvalidInputError(
+                    f"{name} has {largest:.3g} for its largest entry, whose powers leave the range of floating point; "
+                    "choose other units"
+                )
             object.__setattr__(self, name, matrix)
         for name, matrix, meaning in (("B", B, "nothing disturbs the state"), ("L", L, "there is nothing to estimate")):
             if not np.any(matrix):

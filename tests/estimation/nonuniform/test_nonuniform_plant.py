@@ -39,6 +39,8 @@ def test_bad_ranges_are_refused(h_l, h_u):
         ({"C": [[0, 0]]}, "not observable"),
         ({"A": [[-1, 0], [0, -2]]}, "not observable"),
         ({"B": [[np.nan], [1]]}, "finite"),
+        ({"B": [[0], [1e300]]}, "other units"),
+        ({"B": [[0], [1e-300]]}, "other units"),
     ],
 )
 def test_bad_plants_are_refused(change, message):
