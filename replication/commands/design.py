@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import shlex
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -55,14 +56,20 @@ def command(chosen: argparse.Namespace) -> int:
     directory = chosen.output or Path(f"{plant.name}-{plant.method}")
     require_free(directory, replace=chosen.force)
     options = {name: value for name, value in vars(chosen).items() if name in OPTIONS[chosen.method]}
+    given = {name: value for name, value in options.items() if value is not None}
+    # A search that was killed goes on from here.
+    timings = directory.with_name(f"{directory.name}.timings")
+    if chosen.method == "multirate":
+        given["timings"] = timings
     try:
-        result = DESIGNS[chosen.method](plant, **{name: value for name, value in options.items() if value is not None})
+        result = DESIGNS[chosen.method](plant, **given)
     except InvalidInputError as error:
         raise InvalidInputError(f"{chosen.plant}: {error}") from None
     except (InfeasibleError, SolverError) as error:
         print(f"replication: {chosen.plant}: {error}", file=sys.stderr)
         return FAILED
     write_design(directory, plant, result, _call(chosen, options))
+    shutil.rmtree(timings, ignore_errors=True)
     say([*str(result).splitlines(), f"written: {directory}"])
     return FINE
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from typing import Any, Literal
 
 from replication.errors import InvalidInputError
@@ -19,11 +21,12 @@ def design_multirate(
     periods: Sequence[int],
     offsets: Sequence[int] | Literal["best"] = (),
     level: float | None = None,
+    timings: Path | None = None,
 ) -> GainResult:
-    """`multirate.design` of the plant in a file; all timings are searched on every core."""
+    """`multirate.design` of the plant in a file; all timings are searched on every core, and kept in `timings`."""
     made = multirate.MultiratePlant(**plant.values)
     if offsets == "best":
-        offsets = multirate.search_timing(made, periods, apply=every_core).best
+        offsets = multirate.search_timing(made, periods, apply=partial(every_core, store=timings)).best
     return _named(plant, multirate.design(made, periods=periods, offsets=offsets, level=level))
 
 

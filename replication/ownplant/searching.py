@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import TypeVar
+
+from replication import __version__
 
 T = TypeVar("T")
 U = TypeVar("U")
@@ -12,27 +15,30 @@ FEW = 8
 """Up to so many the processes would take longer to start than to compute."""
 
 
-def every_core(function: Callable[[T], U], items: Sequence[T]) -> Iterator[U]:
+def every_core(function: Callable[[T], U], items: Sequence[T], *, store: Path | None = None) -> Iterator[U]:
     """The values of `function` in the order of `items`, as `map` gives them, by one process per core.
 
-    On a terminal a bar on standard error shows how many are done, and an estimate of the time left.
+    store: a directory in which each value is kept as soon as it is there; what an earlier run with the same version of
+    this package left there is not computed again. On a terminal a bar on standard error shows how many are done, and
+    an estimate of the time left.
     """
+    import joblib
     from rich.console import Console
     from rich.progress import track
 
-    values = map(function, items) if len(items) <= FEW else _in_processes(function, items)
-    yield from track(
-        values,
-        "timings",
-        total=len(items),
-        console=Console(stderr=True),
-        transient=True,
-        disable=not sys.stderr.isatty(),
-    )
-
-
-def _in_processes(function: Callable[[T], U], items: Sequence[T]) -> Iterator[U]:
-    import joblib
-
+    value = _value if store is None else joblib.Memory(store, verbose=0).cache(_value)
+    calls = [joblib.delayed(value)(function, item, __version__) for item in items]
     with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
-        yield from joblib.Parallel(-1, return_as="generator")(joblib.delayed(function)(item) for item in items)
+        yield from track(
+            joblib.Parallel(-1 if len(items) > FEW else 1, return_as="generator")(calls),
+            "timings",
+            total=len(items),
+            console=Console(stderr=True),
+            transient=True,
+            disable=not sys.stderr.isatty(),
+        )
+
+
+def _value(function: Callable[[T], U], item: T, release: str) -> U:
+    """What is kept of a call: its key is made of the function with what is bound to it, the item and the release."""
+    return function(item)

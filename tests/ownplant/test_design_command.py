@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
 from pathlib import Path
 
 import html5lib
@@ -12,6 +18,7 @@ import pytest
 import scipy.io
 
 from replication.cli import main
+from replication.errors import InvalidInputError
 from replication.estimation.multirate import MultiratePlant, search_timing
 from replication.ownplant import designs, writing
 from replication.ownplant.reading import read_plant
@@ -217,3 +224,40 @@ def test_the_best_timing_is_searched_on_every_core(here: Path, capsys: pytest.Ca
     assert f"periods {periods}, offsets {alone.best}" in capsys.readouterr().out
     together = search_timing(MultiratePlant(**plant.values), periods, apply=every_core)
     assert together.optima == alone.optima
+    assert not Path("cart-multirate.timings").exists()
+
+
+def noted(folder: Path, item: int) -> int:
+    """Ten times the item, with a note of each call; the last item fails while there is no file `mended`."""
+    with (folder / f"called-{item}").open("a") as notes:
+        notes.write("x")
+    if item == FEW and not (folder / "mended").exists():
+        raise InvalidInputError("not yet")
+    return 10 * item
+
+
+def test_a_search_that_ended_early_goes_on_with_what_is_left(tmp_path: Path) -> None:
+    store, function, items = tmp_path / "store", partial(noted, tmp_path), range(FEW - 2, FEW + 1)
+    with pytest.raises(InvalidInputError, match="not yet"):
+        list(every_core(function, items, store=store))
+    (tmp_path / "mended").touch()
+    for _ in range(2):
+        assert list(every_core(function, items, store=store)) == [10 * item for item in items]
+    assert [len((tmp_path / f"called-{item}").read_text()) for item in items] == [1, 1, 2]
+
+
+@pytest.mark.slow
+def test_a_killed_search_for_timings_is_taken_up(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["design", "multirate", str(EXAMPLES / "cart.toml"), "--periods", "60,60", "--offsets", "best"]
+    store = Path("cart-multirate.timings")
+    environment = {**os.environ, "PYTHONPATH": str(EXAMPLES.parents[1])}
+    running = subprocess.Popen([sys.executable, "-m", "replication", *asked], start_new_session=True, env=environment)
+    while sum(1 for _ in store.rglob("output.pkl")) < FEW:
+        assert running.poll() is None
+        time.sleep(0.02)
+    os.killpg(running.pid, signal.SIGKILL)
+    running.wait()
+    assert not Path("cart-multirate").exists()
+    assert main(asked) == 0
+    assert "offsets" in capsys.readouterr().out
+    assert Path("cart-multirate", "gains.json").exists() and not store.exists()
