@@ -192,7 +192,7 @@ def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
     Raises InvalidInputError for other shapes, unequal steps or a disturbance that is zero.
     """
     error = error_system(result.system, result.operators, result.order)
-    found = simulate_error(error, np.asarray(times, dtype=float), disturbance, result.system.states)
+    found = simulate_error(error, times, disturbance, result.system.states)
     return Simulation(
         method="delay",
         time=found.times,

@@ -9,7 +9,7 @@ from scipy.linalg import expm, matrix_balance, schur, solve_triangular
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.observer import ErrorSystem
-from replication.estimation.validation import Array, as_matrix, positive_scalar
+from replication.estimation.validation import Array, as_array, as_matrix, positive_scalar
 
 
 @dataclass(frozen=True)
@@ -102,12 +102,14 @@ class Trajectory:
 def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) -> Trajectory:
     """Answer of the error system, from rest, to a disturbance that is linear between equidistant `times`; exact then.
 
-    disturbance (M, r). Raises InvalidInputError for other shapes, unequal steps or a disturbance that is zero.
+    disturbance (M, r). Raises InvalidInputError for other shapes, unequal steps, what is not finite, or a disturbance
+    that is zero.
     """
-    steps = np.diff(np.asarray(times, dtype=float))
+    w = as_matrix("disturbance", disturbance, columns=error.b.shape[1])
+    instants = as_array("times", times, (len(w),))
+    steps = np.diff(instants)
     if steps.size < 1 or np.any(steps <= 0.0) or np.ptp(steps) > 1e-9 * steps.max():
         raise InvalidInputError("times must be at least two and equidistant, increasing")
-    w = as_matrix("disturbance", disturbance, rows=len(times), columns=error.b.shape[1])
     if not np.any(w):
         raise InvalidInputError("the disturbance must not vanish: the gain would be 0/0")
     n, r, h = error.a.shape[0], error.b.shape[1], float(steps.mean())
@@ -116,7 +118,7 @@ def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) 
     augmented[n : n + r, n + r :] = np.eye(r) / h
     phi = expm(augmented * h)
     step, hold, ramp = phi[:n, :n], phi[:n, n : n + r], phi[:n, n + r :]
-    state = np.zeros((len(times), n))
-    for m in range(len(times) - 1):
+    state = np.zeros((len(instants), n))
+    for m in range(len(instants) - 1):
         state[m + 1] = step @ state[m] + hold @ w[m] + ramp @ (w[m + 1] - w[m])
-    return Trajectory(np.asarray(times, dtype=float), w, state @ error.c.T, state[:, :states])
+    return Trajectory(instants, w, state @ error.c.T, state[:, :states])

@@ -16,7 +16,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay.collocation import generator
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.delay.units import natural_units, reach
-from replication.estimation.validation import Array, positive_integer, positive_scalar
+from replication.estimation.validation import Array, as_matrix, positive_integer, positive_scalar
 
 Complex = npt.NDArray[np.complexfloating[Any, Any]]
 NEWTON_STEPS = 60
@@ -106,8 +106,8 @@ def require_detectable(system: DelaySystem) -> None:
 
 
 def frequency_response(system: DelaySystem, omega: Array | float) -> Complex:
-    """The exact response from w to z at ω [rad/s]: shape (len(ω), p, r)."""
-    s = 1j * np.atleast_1d(np.asarray(omega, dtype=float))
+    """The exact response from w to z at ω [rad/s]: (len(ω), p, r). Raises InvalidInputError unless ω is finite."""
+    s = 1j * as_matrix("omega", np.atleast_2d(omega), rows=1)[0]
     inner = np.linalg.solve(characteristic(system, s), np.broadcast_to(system.b, (s.size, *system.b.shape)))
     return np.asarray(_output(system, s) @ inner, dtype=complex)
 

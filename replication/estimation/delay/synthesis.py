@@ -20,7 +20,7 @@ from replication.estimation.delay.drive import Drive, by_rates
 from replication.estimation.delay.forms import FormSpace, Index
 from replication.estimation.delay.sdp import Program
 from replication.estimation.delay.system import DelaySystem, measured_last
-from replication.estimation.validation import Array, positive_integer
+from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,12 @@ def _cone(space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool) -> tup
 
 
 def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> Program:
-    """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level."""
+    """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level.
+
+    Raises InvalidInputError for ε < 0.
+    """
+    if epsilon != 0.0:
+        positive_scalar("epsilon", epsilon)
     system, count, drive = assembly.system, assembly.count, assembly.drive
     v_space = lie.state_space(system, count)
     cross, level = lie.supply(system, count, drive)

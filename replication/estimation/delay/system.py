@@ -70,8 +70,8 @@ def delay_system(
     """Return the validated system; `c1` None means that z does not depend on delayed states.
 
     Shapes as in `DelaySystem`; delays in seconds.
-    Raises InvalidInputError for non-positive, equal or unordered delays, wrong shapes, non-finite entries, or a C_2
-    whose rows are dependent (then a measurement is redundant or zero).
+    Raises InvalidInputError for non-positive, equal or unordered delays, wrong shapes, no disturbance or output,
+    non-finite entries, or a C_2 whose rows are dependent (then a measurement is redundant or zero).
     """
     state = as_matrix("a0", a0)
     size = state.shape[0]
@@ -79,31 +79,46 @@ def delay_system(
     if size < 1:
         raise InvalidInputError("a0 must have at least one state, got shape (0, 0)")
     times = _checked_delays(delays)
-    if len(a) != len(times):
-        raise InvalidInputError(f"a must hold one matrix per delay: {len(times)} delays, {len(a)} matrices")
-    delayed = tuple(as_matrix(f"a[{i}]", matrix, rows=size, columns=size) for i, matrix in enumerate(a))
-    output = as_matrix("c10", c10, columns=size)
+    delayed = _per_delay("a", a, len(times), (size, size))
+    drive, output = as_matrix("b", b, rows=size), as_matrix("c10", c10, columns=size)
     rows = output.shape[0]
-    late = [np.zeros((rows, size))] * len(times) if c1 is None else list(c1)
-    if len(late) != len(times):
-        raise InvalidInputError(f"c1 must hold one matrix per delay: {len(times)} delays, {len(late)} matrices")
-    late_outputs = tuple(as_matrix(f"c1[{i}]", matrix, rows=rows, columns=size) for i, matrix in enumerate(late))
+    if rows < 1 or drive.shape[1] < 1:
+        raise InvalidInputError(
+            f"c10 must have a row and b a column, got shapes {output.shape} and {drive.shape}; for none use zeros"
+        )
+    late = [np.zeros((rows, size))] * len(times) if c1 is None else c1
+    late_outputs = _per_delay("c1", late, len(times), (rows, size))
     sensor = as_matrix("c2", c2, columns=size)
     rank = int(np.linalg.matrix_rank(sensor)) if sensor.size else 0
     if sensor.shape[0] < 1 or rank < sensor.shape[0]:
         raise InvalidInputError(
             f"c2 must have full row rank, got {sensor.shape[0]} rows of rank {rank}; drop redundant measurements"
         )
-    return DelaySystem(state, delayed, times, as_matrix("b", b, rows=size), output, late_outputs, sensor)
+    return DelaySystem(state, delayed, times, drive, output, late_outputs, sensor)
 
 
 def _checked_delays(delays: Sequence[float]) -> tuple[float, ...]:
-    times = tuple(positive_scalar(f"delays[{i}]", value, unit="s") for i, value in enumerate(delays))
+    times = tuple(positive_scalar(f"delays[{i}]", value, unit="s") for i, value in enumerate(_listed("delays", delays)))
     if not times:
         raise InvalidInputError("delays must hold at least one delay; for none use a zero matrix and any delay")
     if any(later <= earlier for earlier, later in pairwise(times)):
         raise InvalidInputError(f"delays must increase strictly, got {times}; sort them together with their matrices")
     return times
+
+
+def _per_delay(name: str, matrices: Any, count: int, shape: tuple[int, int]) -> tuple[Array, ...]:
+    """The matrices, one per delay and each of `shape`."""
+    given = _listed(name, matrices)
+    if len(given) != count:
+        raise InvalidInputError(f"{name} must hold one matrix per delay: {count} delays, {len(given)} matrices")
+    return tuple(as_matrix(f"{name}[{i}]", m, rows=shape[0], columns=shape[1]) for i, m in enumerate(given))
+
+
+def _listed(name: str, value: Any) -> list[Any]:
+    try:
+        return list(value)
+    except TypeError as error:
+        raise InvalidInputError(f"{name} must be a list with one entry per delay, got {value!r}") from error
 
 
 def transformed(system: DelaySystem, change: Any) -> DelaySystem:

@@ -196,7 +196,8 @@ def test_simulated_gain_stays_below_the_norm(near_optimal: Certificate) -> None:
     [
         (np.array([0.0, 1.0, 3.0]), np.ones((3, 1)), "equidistant"),
         (np.array([0.0]), np.ones((1, 1)), "at least two"),
-        (np.array([0.0, 1.0]), np.ones((3, 1)), "disturbance must have 2 rows"),
+        (np.array([0.0, 1.0]), np.ones((3, 1)), r"times must have shape \(3,\)"),
+        (np.array([0.0, np.nan]), np.ones((2, 1)), "times must be finite"),
         (np.array([0.0, 1.0]), np.zeros((2, 1)), "must not vanish"),
     ],
 )

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from replication.errors import InfeasibleError, ReplicationError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation.delay import (
     DegreeRule,
     DelaySystem,
@@ -112,6 +112,15 @@ def test_clarabel_agrees_on_the_same_program() -> None:
 def test_level_below_the_optimum_is_infeasible() -> None:
     with pytest.raises(InfeasibleError):
         certificate_at(unstable_pair(), 0.2, 2)
+
+
+@pytest.mark.parametrize("epsilon", [-1e-3, np.nan])
+def test_epsilon_must_not_be_negative(epsilon: float) -> None:
+    """With ε < 0 the storage need not be positive, and nothing is proved."""
+    with pytest.raises(InvalidInputError, match="epsilon must be positive"):
+        minimum_gain(unstable_pair(), 1, epsilon=epsilon)
+    with pytest.raises(InvalidInputError, match="epsilon must be positive"):
+        certificate_at(unstable_pair(), 1.0, 1, epsilon=epsilon)
 
 
 def test_certificate_at_a_level_keeps_the_level() -> None:

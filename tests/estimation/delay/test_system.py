@@ -40,6 +40,10 @@ GOOD: dict[str, Any] = {
         ({"c2": [[0, 0]]}, "full row rank"),
         ({"c1": [[[1, 0]]]}, "c1 must hold one matrix per delay"),
         ({"a0": [[np.nan, 0], [0, 0]]}, "a0 must be finite"),
+        ({"delays": 0.5}, "delays must be a list"),
+        ({"a": None}, "a must be a list"),
+        ({"b": np.zeros((2, 0))}, "b a column"),
+        ({"c10": np.zeros((0, 2))}, "c10 must have a row"),
     ],
 )
 def test_bad_systems(change: dict[str, Any], message: str) -> None:
