@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from scipy.sparse.linalg import ArpackNoConvergence
 
-from replication.errors import InvalidInputError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import (
     Bracket,
     Evidence,
@@ -27,6 +27,7 @@ from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.signals import Signals, is_statespace, numbered, split_outputs
 from replication.estimation.nonuniform.bracket import WorstCaseGain, worst_case_gain
 from replication.estimation.nonuniform.exchange import robust_design
+from replication.estimation.nonuniform.filter_lmi import LmiSolution
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
@@ -133,6 +134,7 @@ def design(
     if goal == "robust":
         found = robust_design(checked, range_)
         report = found.design.report
+        _require_positive(found.design)
         facts: tuple[Evidence, ...] = (
             Evidence("level of the design", found.design.level, "LMI (10) at all periods, one Lyapunov function"),
             Evidence("violation left", found.violation, "largest eigenvalue of LMI (10) over the range"),
@@ -195,6 +197,17 @@ def simulate(result: NonuniformResult, sampling_periods: Any = None, *, disturba
         ratio=error_ratio(periods, w, error) if np.any(w) else None,
         steps=True,
     )
+
+
+def _require_positive(design: LmiSolution) -> None:
+    """Raise InfeasibleError if the least level may be zero: no filter has it, and what the solver found is rounding."""
+    delta = float(design.variables.delta)
+    if delta <= design.report.residuals["gap"] * (1 + delta):
+        raise InfeasibleError(
+            f"the least level for these periods cannot be told from zero (found {design.level:.3g}), and no filter "
+            "attains zero: a single period, or a sensor without noise of its own, may reveal the disturbance; widen "
+            "the range or describe the noise by D"
+        )
 
 
 def _plant(

@@ -8,6 +8,7 @@ from replication.estimation.nonuniform import exchange, filter_lmi
 from replication.estimation.nonuniform.algorithm1 import CORRECT, LITERAL, End, Reading, build_grid
 from replication.estimation.nonuniform.bracket import floor_for_any_filter
 from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, dense_design, robust_design, violations
+from replication.estimation.nonuniform.facade import design as design_filter
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
     Solver,
@@ -286,3 +287,8 @@ def test_six_states_over_a_very_wide_range():
     assert found.violation <= VIOLATION
     gains = [periodic_gain(plant, found.design.filter, [h]).value for h in np.geomspace(0.01, 3.0, 9)]
     assert max(gains) <= found.design.level * (1 + found.shortfall + GAP)
+
+
+def test_a_level_that_may_be_zero_is_told_by_name():
+    with pytest.raises(InfeasibleError, match="cannot be told from zero"):
+        design_filter(OSCILLATOR, periods=(0.05, 0.05))
