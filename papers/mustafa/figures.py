@@ -62,12 +62,13 @@ def describe_intervals(figure: FigureData) -> str:
 
 
 def curves(results: Results) -> FigureData:
-    """gamma*(h) and the norm of the paper's filter, both examples."""
+    """gamma*(h), the norm of the paper's filter at constant periods, and its bracket over all sequences."""
     columns: dict[str, tuple[float, ...]] = {}
     for e in (1, 2):
         r = results[CURVE[e]]
         columns |= {f"h_{e}": tuple(r["h"]), f"optimum_{e}": tuple(r["optimum"]), f"filter_{e}": tuple(r["filter"])}
         columns |= {f"middle_{e}": (r["middle"],), f"nominal_{e}": (results[NOMINAL[e]]["formula"],)}
+        columns |= {f"{end}_{e}": (results[BRACKET[e]][end],) for end in ("lower", "upper")}
     return FigureData(columns=columns)
 
 
@@ -79,8 +80,9 @@ def plot_curves(figure: FigureData) -> Any:
         axis.plot(c[f"h_{e}"], c[f"optimum_{e}"], label="optimum for constant $h$", **line(0))
         axis.plot(c[f"h_{e}"], c[f"filter_{e}"], label="the paper's filter", **line(1))
         axis.plot(c[f"middle_{e}"], c[f"nominal_{e}"], "o", color=COLOURS[2], label="nominal point")
+        axis.axhspan(*c[f"lower_{e}"], *c[f"upper_{e}"], color=COLOURS[3], label="that filter, periods that vary")
         axis.set(xlabel="constant period $h$ (s)", ylabel="gain", title=f"Example {e}")
-    axes[0].legend()
+    axes[1].legend(loc="center")
     return drawing
 
 
@@ -92,7 +94,8 @@ def describe_curves(figure: FigureData) -> str:
     return (
         "; ".join(
             f"Example {e}: nominal {c[f'nominal_{e}'][0]:.4f} at {c[f'middle_{e}'][0]:.4f} s, the filter at constant "
-            f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}"
+            f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; with periods "
+            f"that vary the filter has between {c[f'lower_{e}'][0]:.4f} and {c[f'upper_{e}'][0]:.4f}"
             for e in (1, 2)
         )
         + f". In Example 1 the optimum jumps by {max(steps):.4f} near {c['h_1'][jump]:.4f} s."
@@ -178,9 +181,9 @@ FIGURES = (
     Figure(
         name=f"{KEY}-levels", place="Beyond Sec. VI", title="What the nominal level is nominal to",
         caption="Gains at constant periods. The published level belongs to one point; over most of the range the "
-        "filter has a larger gain, and a larger one still when the period varies.",
-        published=False, uses=(CURVE[1], CURVE[2], NOMINAL[1], NOMINAL[2]), data=curves, plot=plot_curves,
-        alt=describe_curves,
+        "filter has a larger gain, and a larger one still when the period varies: the band holds its true gain.",
+        published=False, uses=(CURVE[1], CURVE[2], NOMINAL[1], NOMINAL[2], BRACKET[1], BRACKET[2]), data=curves,
+        plot=plot_curves, alt=describe_curves,
     ),
     Figure(
         name=f"{KEY}-range", place="Beyond Sec. VI-A", title="True worst-case gain against the range of periods",
