@@ -11,7 +11,7 @@ import numpy as np
 from flint import fmpq, fmpq_mat
 from scipy.optimize import minimize_scalar
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.certificates.delay_forms import Dynamics
 from replication.estimation.certificates.delay_gram import centred, exact_grams
 from replication.estimation.certificates.rounding import as_floats, rounded, rounded_down, rounded_up
@@ -106,7 +106,11 @@ def grams(plant: Mapping[str, Any], gamma: str, degree: int, trace: float = TRAC
     change = change_of(plant)
     point = centred(floating(plant, change), float(Fraction(gamma)), degree, trace)
     found = exact_grams(dynamics_of(plant, change), rational(gamma), degree, point)
-    return {"change": written(change), **{name: [written(gram) for gram in pair] for name, pair in found.items()}}
+    made = {name: [written(gram) for gram in pair] for name, pair in found.items()}
+    least = min(float(np.linalg.eigvalsh(as_floats(gram))[0]) for pair in made.values() for gram in pair)
+    if not least > 0.0:
+        raise InfeasibleError(f"no room for rounding at the level {gamma}: exact matrices reach {least:.1e}; raise it")
+    return {"change": written(change), **made}
 
 
 def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str, Any]:
@@ -123,7 +127,7 @@ def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str
         gamma = rounded_up(least * (1.0 + step), LEVEL_BITS)
         try:
             return {"bound": {"upper": gamma}, "witness": grams(plant, gamma, degree)}
-        except InfeasibleError:
+        except (InfeasibleError, SolverError):
             continue
     raise InfeasibleError(f"no room for rounding up to {STEPS[-1]:g} above {least!r}; add a larger step")
 

@@ -51,6 +51,18 @@ def test_what_cannot_be_made_says_why() -> None:
         delay.grams(stable, "1/10", 1)
 
 
+def test_matrices_that_rounding_left_indefinite_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So that a level a little higher is tried, instead of a certificate that no verifier accepts."""
+    plant = scalar("-1", [["0", "1"]])
+    assert delay.grams(plant, "2", 1)["dissipation"]
+    indefinite = delay.exact([["1", "2"], ["2", "1"]])
+    monkeypatch.setattr(
+        delay, "exact_grams", lambda *given: dict.fromkeys(("storage", "dissipation"), [indefinite] * 2)
+    )
+    with pytest.raises(InfeasibleError, match="no room for rounding at the level 2"):
+        delay.grams(plant, "2", 1)
+
+
 def test_coordinates_have_the_measurements_last() -> None:
     for sensor in ([["0", "1"]], [["1", "0"]], [["3", "2"]]):
         change = delay.change_of(scalar("-1", sensor))

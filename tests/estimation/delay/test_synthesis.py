@@ -75,17 +75,18 @@ def test_without_delayed_terms_it_is_lmi_3() -> None:
     assert minimum_gain(plain, 1).gamma == pytest.approx(lmi_gain(pade_model(plain, 1)).gamma, rel=SIX_DIGITS)
 
 
-def test_a_delay_split_in_two_nearby_ones_keeps_the_gain() -> None:
-    """The sum of two equal halves of a delayed term, at the delay and at one that does nothing."""
+@pytest.mark.parametrize(("share", "position"), [(0.0, 0.5), (0.5, 1 - 1e-7)])
+def test_a_delayed_term_split_over_two_delays_keeps_the_gain(share: float, position: float) -> None:
+    """A share of it at another delay: nothing at half the delay, or one half at the same delay, nearly."""
     system = one_delay()
     split = delay_system(
         system.a0,
-        [np.zeros((2, 2)), *system.a],
-        [system.delays[0] / 2, *system.delays],
+        [share * system.a[0], (1 - share) * system.a[0]],
+        [position * system.delays[0], system.delays[0]],
         system.b,
         system.c10,
         system.c2,
-        [np.zeros((1, 2)), *system.c1],
+        [share * system.c1[0], (1 - share) * system.c1[0]],
     )
     assert minimum_gain(split, 2).gamma == pytest.approx(minimum_gain(system, 2).gamma, rel=1e-5)
 
