@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme test test-fast docs certificates verify artifact bench lint format lock clean help
+.PHONY: report figures readme test test-fast mutants docs certificates verify artifact bench lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
@@ -29,6 +29,9 @@ test: lint ## all checks: lint, types, every test
 
 test-fast: $(STAMP) ## the tests that take no more than a few seconds and need no browser
 	$(BIN)/python -m pytest -m "not slow and not browser"
+
+mutants: $(STAMP) ## every small change of the verifier, of which `make test` tries some (about half an hour)
+	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py --numprocesses=auto
 
 docs: $(STAMP) ## the documentation as pages in build/docs, which need no network
 	$(BIN)/python -m mkdocs build --quiet

@@ -34,5 +34,6 @@ def test_slower_and_later_is_never_better(found: dict[str, list[list[float]]]) -
 @pytest.mark.slow
 def test_continuous_time_delays_cost_more_the_longer_they_are() -> None:
     levels = np.array(late.levels(PLANT, list(MULTIPLES), 2))
-    assert np.all(np.diff(levels[:, 0]) > 0)
-    assert np.all(levels[:, 1] - levels[:, 0] < 1e-4 * levels[:, 1])
+    assert np.all(levels[:, 0] <= levels[:, 1])
+    # The brackets do not even touch.
+    assert np.all(levels[1:, 0] > levels[:-1, 1])

@@ -102,9 +102,8 @@ def _function_at(tree: ast.Module, node: ast.AST) -> range:
     return range(0)
 
 
-def survivors(module: str, tests: Sequence[str]) -> list[Mutant]:
-    """The mutants of a module that none of the checks of these test modules notices."""
-    mutants = mutants_of(module)
+def survivors(module: str, mutants: Sequence[Mutant], tests: Sequence[str]) -> list[Mutant]:
+    """Those mutants of a module that none of the checks of these test modules notices."""
     importlib.import_module(module)
     checks = [check for name in tests for check in checks_of(importlib.import_module(name))]
     runs = [_run(check, module) for check in checks]
