@@ -91,6 +91,14 @@ def positive_integer(name: str, value: Any) -> int:
     return int(value)
 
 
+def at_most(name: str, value: Any, most: int) -> int:
+    """Return `value` as an integer from one to `most`; raises InvalidInputError otherwise."""
+    whole = positive_integer(name, value)
+    if whole > most:
+        raise InvalidInputError(f"{name} must be at most {most}, got {whole}")
+    return whole
+
+
 def undetectable_mode(state: Array, output: Array, *, discrete: bool, tolerance: float = 1e-9) -> complex | None:
     """Return an eigenvalue of `state` that is unstable and not seen by `output`, or None (Popov-Belevitch-Hautus test).
 

@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.results import Bracket, Evidence, GainResult, Panel, Shown, Simulation, frozen
+from replication.estimation.api.results import (
+    Bracket,
+    Evidence,
+    GainResult,
+    Panel,
+    Shown,
+    Simulation,
+    frozen,
+    require_result,
+)
 from replication.estimation.api.signals import Signals, is_statespace, numbered, split_outputs
 from replication.estimation.delay.certificate import Certificate, certificate_at
 from replication.estimation.delay.collocation import grid
@@ -28,7 +37,7 @@ from replication.estimation.delay.spectrum import frequency_response, hinf_gain,
 from replication.estimation.delay.synthesis import monomials
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.dualrate.arguments import one_of
-from replication.estimation.validation import positive_scalar
+from replication.estimation.validation import at_most, positive_scalar
 
 if TYPE_CHECKING:
     import control
@@ -38,6 +47,8 @@ BOTH_ENDS = "closed loop with collocated histories; a certificate by sums of squ
 DEGREES, MONOMIALS = (3, 2, 1), 2000
 """Degrees of the polynomials unless one is asked for: the first whose program has at most so many monomials to match,
 which take SDPA a few seconds; the last for larger plants."""
+HIGHEST, FINEST = 12, 200
+"""Degree and order beyond which programs and closed loops do not end, or rounding decides them."""
 MARGIN, ORDER = 0.05, 24
 """Relative distance from the optimum, whose gains have no bound; points of histories."""
 AGREES = 1e-4
@@ -151,7 +162,8 @@ def design(
     """
     system, signals = _plant(plant, delayed, delays, measured)
     rule = one_of(DegreeRule, rule)
-    degree = degree_for(system, rule) if degree is None else degree
+    degree = degree_for(system, rule) if degree is None else at_most("degree", degree, HIGHEST)
+    order = at_most("order", order, FINEST)
     if level is None:
         least = _minimum(system, degree, rule)
         target = least.gamma * (1 + positive_scalar("margin", margin))
@@ -191,6 +203,7 @@ def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
 
     Raises InvalidInputError for other shapes, unequal steps or a disturbance that is zero.
     """
+    require_result(result, DelayResult)
     error = error_system(result.system, result.operators, result.order)
     found = simulate_error(error, times, disturbance, result.system.states)
     return Simulation(

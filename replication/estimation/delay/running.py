@@ -9,12 +9,16 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
+from replication.errors import InvalidInputError
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.delay.collocation import Grid, grid
 from replication.estimation.delay.gains import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.observer import assembled
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, positive_scalar
+
+LONGEST = 1_000_000
+"""Measurements that are kept, at the most."""
 
 
 class RunningDelayObserver(RunningObserver):
@@ -27,6 +31,11 @@ class RunningDelayObserver(RunningObserver):
     def __init__(self, system: DelaySystem, gains: ObserverGains, *, dt: float, order: int) -> None:
         """dt: sampling period, s; order: points of each history less one. Raises InvalidInputError."""
         self.dt = positive_scalar("dt", dt, unit="s")
+        if system.delays[-1] > LONGEST * self.dt:
+            raise InvalidInputError(
+                f"dt must be at least {system.delays[-1] / LONGEST:.3g} s, got {self.dt:g} s: the observer keeps the "
+                "measurements of its longest delay"
+            )
         self._system, self._net = system, grid(order)
         values = evaluate(gains, self._net.points)
         a, G, E = assembled(system, values, self._net).a, injection(values, self._net), reading(system, self._net)

@@ -313,3 +313,14 @@ def test_no_stabilising_gain_is_named() -> None:
     plant = dualrate.make_plant([[1.0, 0], [0, 2.0]], [[1.0], [0.0]], [[1.0, 1.0]])
     with pytest.raises(InfeasibleError, match="no stabilising solution"):
         dualrate.design(plant, period=0.1, ratio=2)
+
+
+def test_delays_beyond_what_ends_are_refused_by_name() -> None:
+    tanks = {"delayed": PIPE, "delays": [0.4], "measured": 1}
+    for extreme in ({"degree": 50}, {"order": 10**6}):
+        with pytest.raises(InvalidInputError, match=f"{next(iter(extreme))} must be at most"):
+            delay.design(TANKS, **tanks, **extreme)
+    with pytest.raises(InvalidInputError, match="dt must be at least"):
+        result_of("delay").observer(1e-12)
+    with pytest.raises(InvalidInputError):
+        delay.simulate(3, [0.0, 1.0], [[1.0], [1.0]])
