@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from replication.estimation.delay.cone import DegreeRule
-from replication.estimation.delay.facade import degree_for, design
+from replication.estimation.delay.facade import design
 from replication.estimation.delay.least_gain import minimum_gain
 from replication.estimation.delay.lmi import riccati_gain
 from replication.estimation.delay.models import chebyshev_model
+from replication.estimation.delay.synthesis import degree_for
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS

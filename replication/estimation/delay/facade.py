@@ -34,7 +34,7 @@ from replication.estimation.delay.response import hinf_norm
 from replication.estimation.delay.response import simulate as simulate_error
 from replication.estimation.delay.running import RunningDelayObserver
 from replication.estimation.delay.spectrum import frequency_response, hinf_gain, rightmost_roots
-from replication.estimation.delay.synthesis import monomials
+from replication.estimation.delay.synthesis import degree_for
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.validation import at_most, positive_scalar
@@ -44,9 +44,6 @@ if TYPE_CHECKING:
 
 QUANTITY = "L2 gain from the disturbance w to the estimation error of z"
 BOTH_ENDS = "closed loop with collocated histories; a certificate by sums of squares"
-DEGREES, MONOMIALS = (3, 2, 1), 2000
-"""Degrees of the polynomials unless one is asked for: the first whose program has at most so many monomials to match,
-which take SDPA a few seconds; the last for larger plants."""
 HIGHEST, FINEST = 12, 200
 """Degree and order beyond which programs and closed loops do not end, or rounding decides them."""
 MARGIN, ORDER = 0.05, 24
@@ -172,11 +169,6 @@ def design(
     else:
         target, facts = positive_scalar("level", level), ()
     return _result(system, signals, certificate_at(system, target, degree, rule), facts, order)
-
-
-def degree_for(system: DelaySystem, rule: DegreeRule) -> int:
-    """The degree that `design` takes unless one is asked for, see DEGREES."""
-    return next((degree for degree in DEGREES if monomials(system, degree, rule) <= MONOMIALS), DEGREES[-1])
 
 
 def analyse(

@@ -22,6 +22,10 @@ from replication.estimation.delay.sdp import Program
 from replication.estimation.delay.system import DelaySystem, measured_last
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
+DEGREES, MONOMIALS = (3, 2, 1), 2000
+"""Degrees of the polynomials unless one is asked for: the first whose program has at most so many monomials to match,
+which take SDPA a few seconds; the last for larger plants."""
+
 
 @dataclass(frozen=True)
 class Assembly:
@@ -71,6 +75,11 @@ def assemble(
 def monomials(system: DelaySystem, degree: int, rule: DegreeRule) -> int:
     """How many monomials of dV/dt have to match: at least as many as the program has equalities; nothing is built."""
     return int(np.count_nonzero(~lie.absorbed(system, required_count(degree, rule))))
+
+
+def degree_for(system: DelaySystem, rule: DegreeRule) -> int:
+    """The degree that a design takes unless one is asked for, see DEGREES."""
+    return next((degree for degree in DEGREES if monomials(system, degree, rule) <= MONOMIALS), DEGREES[-1])
 
 
 def _cone(space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool) -> tuple[sparse.csr_array, tuple[Index, ...]]:

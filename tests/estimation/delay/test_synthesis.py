@@ -21,10 +21,9 @@ from replication.estimation.delay import (
     pade_model,
     riccati_gain,
 )
-from replication.estimation.delay.facade import degree_for
 from replication.estimation.delay.least_gain import STATED_GAP, cross_checked_gain
 from replication.estimation.delay.sdp import solve_sdpa
-from replication.estimation.delay.synthesis import assemble, monomials, program
+from replication.estimation.delay.synthesis import assemble, degree_for, monomials, program
 from replication.estimation.delay.system import gain_scaled, time_scaled, transformed
 from tests.estimation.delay.plants import (
     blind_pair,
