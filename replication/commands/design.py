@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import shlex
-import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -50,6 +49,7 @@ def command(chosen: argparse.Namespace) -> int:
     """Read, design, print what is guaranteed, write."""
     from replication.ownplant.designs import DESIGNS
     from replication.ownplant.reading import read_plant
+    from replication.ownplant.searching import forget
     from replication.ownplant.writing import require_free, write_design
 
     plant = read_plant(chosen.plant, chosen.method)
@@ -59,7 +59,7 @@ def command(chosen: argparse.Namespace) -> int:
     given = {name: value for name, value in options.items() if value is not None}
     # A search that was killed goes on from here.
     timings = directory.with_name(f"{directory.name}.timings")
-    if chosen.method == "multirate":
+    if searched := given.get("offsets") == "best":
         given["timings"] = timings
     try:
         result = DESIGNS[chosen.method](plant, **given)
@@ -69,7 +69,8 @@ def command(chosen: argparse.Namespace) -> int:
         print(f"replication: {chosen.plant}: {error}", file=sys.stderr)
         return FAILED
     write_design(directory, plant, result, _call(chosen, options))
-    shutil.rmtree(timings, ignore_errors=True)
+    if searched:
+        forget(timings)
     say([*str(result).splitlines(), f"written: {directory}"])
     return FINE
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -11,6 +12,8 @@ from replication import __version__
 
 T = TypeVar("T")
 U = TypeVar("U")
+KEPT = "kept"
+"""The folder of a store that holds the values; what else lies in the store is not ours."""
 FEW = 8
 """Up to so many the processes would take longer to start than to compute."""
 
@@ -26,7 +29,7 @@ def every_core(function: Callable[[T], U], items: Sequence[T], *, store: Path | 
     from rich.console import Console
     from rich.progress import track
 
-    value = _value if store is None else joblib.Memory(store, verbose=0).cache(_value)
+    value = _value if store is None else joblib.Memory(store / KEPT, verbose=0).cache(_value)
     calls = [joblib.delayed(value)(function, item, __version__) for item in items]
     with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
         yield from track(
@@ -37,6 +40,13 @@ def every_core(function: Callable[[T], U], items: Sequence[T], *, store: Path | 
             transient=True,
             disable=not sys.stderr.isatty(),
         )
+
+
+def forget(store: Path) -> None:
+    """Remove what `every_core` kept in a store, and the directory if nothing else lies there."""
+    shutil.rmtree(store / KEPT, ignore_errors=True)
+    if store.is_dir() and not any(store.iterdir()):
+        store.rmdir()
 
 
 def _value(function: Callable[[T], U], item: T, release: str) -> U:

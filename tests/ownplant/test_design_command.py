@@ -246,6 +246,16 @@ def test_a_search_that_ended_early_goes_on_with_what_is_left(tmp_path: Path) -> 
     assert [len((tmp_path / f"called-{item}").read_text()) for item in items] == [1, 1, 2]
 
 
+@pytest.mark.parametrize("offsets", ["best", "0,0"])
+def test_a_folder_of_the_users_beside_the_design_stays(offsets: str, here: Path) -> None:
+    own = here / "cart-multirate.timings" / "mine.txt"
+    own.parent.mkdir()
+    own.write_text("keep")
+    asked = ["design", "multirate", str(EXAMPLES / "cart.toml"), "--periods", "2,2", "--offsets", offsets]
+    assert main(asked) == 0
+    assert [path.name for path in own.parent.iterdir()] == ["mine.txt"]
+
+
 @pytest.mark.slow
 def test_a_killed_search_for_timings_is_taken_up(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     asked = ["design", "multirate", str(EXAMPLES / "cart.toml"), "--periods", "60,60", "--offsets", "best"]
