@@ -22,7 +22,7 @@ report: $(STAMP) ## recompute what changed, write figures/, report/index.html an
 figures: report ## the same: figures/ is written with the report
 
 readme: report ## write the results of the run into README.md
-	$(BIN)/python -m replication.audit.readme
+	$(BIN)/python -m replication.audit.publish.readme
 
 test: lint ## all checks: lint, types, every test
 	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile

@@ -30,8 +30,8 @@ import cvxpy
 from papers.peet2019 import data, scaling
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent, published
 from papers.peet2019.measured import PLAIN, RECORD, Cell, recorded
+from replication.estimation.conic.sdpa import Program
 from replication.estimation.delay import DegreeRule
-from replication.estimation.delay.sdp import Program
 
 TABLE = Path(__file__).parent / "delay_full.md"
 CONES = {

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 
 from papers.shao import data
+from papers.shao.method.search import search_block
+from papers.shao.method.simulation import simulate
 from papers.shao.problem import APO, DESIGN, FREQUENCIES, PMI, READINGS, START, literal_loop
 from papers.shao.search import table_columns
 from replication.estimation.dualrate.loop import DualRateLoop, stability_radius
 from replication.estimation.dualrate.response import start_state
-from replication.estimation.dualrate.search import search_block
-from replication.estimation.dualrate.simulation import simulate
 from replication.estimation.dualrate.tracking import output_rows, reference, tracking_error_ratio
 
 HALF_UNIT = 0.5 * 10.0 ** -len(data.TABLE_APO[0].split(".")[1])

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from replication.estimation.delay.cone import DegreeRule
 from replication.estimation.delay.facade import design
-from replication.estimation.delay.least_gain import minimum_gain
 from replication.estimation.delay.lmi import riccati_gain
 from replication.estimation.delay.models import chebyshev_model
-from replication.estimation.delay.synthesis import degree_for
+from replication.estimation.delay.sos.cone import DegreeRule
+from replication.estimation.delay.sos.least_gain import minimum_gain
+from replication.estimation.delay.sos.synthesis import degree_for
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS

@@ -16,16 +16,16 @@ import pytest
 from joblib import Parallel, delayed
 
 from papers.okajima2023 import data
+from papers.okajima2023.method.lmi import cyclic_lmi_design, cyclic_size, lmi_design, theorem2_size
+from papers.okajima2023.method.reduced_lmi import reduced_lmi_design
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.multirate.lmi import cyclic_lmi_design, cyclic_size, lmi_design, theorem2_size
+from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.reduced_lmi import reduced_lmi_design
 from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import white_noise_variance
 from replication.estimation.multirate.timing import search_timing
-from replication.estimation.norms import l2_gain
 
 PLANT = MultiratePlant(
     **{name: np.array(value) for name, value in data.plant().items() if name in ("A", "B_d", "C", "D")}

@@ -7,7 +7,7 @@ import html5lib
 import nbformat
 import pytest
 
-from replication.audit.notebooks import FOLDER, build_notebooks
+from replication.audit.publish.notebooks import FOLDER, build_notebooks
 from replication.errors import AuditError
 
 ROOT = Path(__file__).parents[1]

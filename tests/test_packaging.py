@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 import papers
-from replication.audit.exports.software import read_software
+from replication.audit.publish.software import read_software
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

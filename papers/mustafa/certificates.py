@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from papers.mustafa.method import certify_grid as nonuniform_grid
 from papers.mustafa.names import BRACKET, DURATION, KEY
 from papers.mustafa.paper import EXPERIMENTS
-from replication.estimation.certificates import nonuniform, nonuniform_grid
+from replication.certify.nonuniform import gain as nonuniform
 from replication.verify.subjects import subject
 
 RANGES = {f"{kind}-{e}": names[e] for kind, names in (("range", BRACKET), ("duration", DURATION)) for e in names}

@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import pi
 from typing import Any
 
-from replication.audit.printed import parse
+from replication.audit.judge.printed import parse
 
 Matrix = list[list[float]]
 

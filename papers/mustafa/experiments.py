@@ -10,23 +10,23 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from replication.estimation.nonuniform.algorithm1 import Reading, build_grid
-from replication.estimation.nonuniform.bracket import WorstCaseGain, floor_for_any_filter, worst_case_gain
-from replication.estimation.nonuniform.exchange import dense_design, robust_design
-from replication.estimation.nonuniform.filter_lmi import FilterDesign, design_for_periods, lmi_size
-from replication.estimation.nonuniform.filters import Filter, periodic_gain
-from replication.estimation.nonuniform.guarantee import guaranteed_level
-from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.printed_lmi import printed_design
-from replication.estimation.nonuniform.robust_lmi import delta_radius, modal_transform, robust_lmi_design
-from replication.estimation.nonuniform.small_gain import (
+from papers.mustafa.method.algorithm1 import Reading, build_grid
+from papers.mustafa.method.printed_lmi import printed_design
+from papers.mustafa.method.robust_lmi import delta_radius, modal_transform, robust_lmi_design
+from papers.mustafa.method.small_gain import (
     UpperEnd,
     covered_interval,
     logarithmic_norm,
     small_gain_alpha,
 )
-from replication.estimation.nonuniform.stability import stability
+from papers.mustafa.method.stability import stability
+from replication.estimation.nonuniform.bracket import WorstCaseGain, floor_for_any_filter, worst_case_gain
+from replication.estimation.nonuniform.exchange import dense_design, robust_design
+from replication.estimation.nonuniform.filter_lmi import FilterDesign, design_for_periods, lmi_size
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
+from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 
 Json = dict[str, Any]
 Matrices = dict[str, list[list[float]]]

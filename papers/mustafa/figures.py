@@ -7,7 +7,7 @@ from typing import Any
 from papers.mustafa.draws import merged
 from papers.mustafa.names import BRACKET, CURVE, DRAWS, KEY, NOMINAL, RANGE
 from replication.audit.model import Figure, FigureData, Results
-from replication.audit.style import COLOURS, line, new_axes
+from replication.drawing.style import COLOURS, line, new_axes
 
 SHOWN = 400
 """Last samples of the worst sequence of Example 1 that its figure shows."""

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from papers.mustafa.method.small_gain import delta_block
 from replication.estimation.nonuniform.filter_lmi import LmiVariables, lmi10
 from replication.estimation.nonuniform.filters import Filter, error_output, error_step
 from replication.estimation.nonuniform.plant import SampledPlant
-from replication.estimation.nonuniform.small_gain import delta_block
 from replication.estimation.validation import Array
 
 

@@ -26,8 +26,8 @@ from papers.mustafa.names import (
     RANGE,
     ROBUST,
 )
+from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Experiment, Formula, Paper, Results, ScopeItem, Table
-from replication.audit.rounding import sensitivities
 
 CLAIMS = (*levels.CLAIMS, *printed_filter.CLAIMS, *method.CLAIMS)
 

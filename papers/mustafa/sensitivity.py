@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from papers.mustafa.experiments import Json
-from replication.audit.rounding import Parameters, spread
+from replication.audit.judge.perturb import Parameters, spread
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form
 from replication.estimation.nonuniform.plant import SampledPlant

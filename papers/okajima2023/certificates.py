@@ -9,9 +9,9 @@ from papers.okajima2023 import data
 from papers.okajima2023.paper import DIAGONAL_STEP, LARGEST_ENTRY, stated
 from papers.okajima2023.recovery import recover_outputs, recover_poles
 from papers.okajima2023.recovery_inputs import recover_inputs
+from replication.certify.multirate import levels as multirate
+from replication.certify.rounding import decimals
 from replication.errors import AuditError
-from replication.estimation.certificates import multirate
-from replication.estimation.certificates.rounding import decimals
 from replication.verify.subjects import subject
 
 KEY = "okajima2023"

@@ -6,7 +6,7 @@ only: no physical plant stands behind them, and no unit is printed.
 
 from __future__ import annotations
 
-from replication.audit.printed import parse
+from replication.audit.judge.printed import parse
 
 # Section IV-A, before eq. (33): the plant; W is the identity.
 A = "[0.95 0.5 0.2; -0.1 0.9 -0.2; 0 0.1 0.85]"

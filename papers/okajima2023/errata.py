@@ -8,8 +8,8 @@ from papers.okajima2023.claims.theory import schedule
 from papers.okajima2023.claims.unstable import DIAGONAL, PRINTED, RECOVERED, SETTING, USES
 from papers.okajima2023.designs import KEY
 from papers.okajima2023.simulations import READINGS
+from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Erratum, Proof, Results
-from replication.audit.verdict import SMALLEST_PROBABILITY
 
 
 def denominator(results: Results) -> Proof:

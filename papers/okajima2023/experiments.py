@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from papers.okajima2023.method.lmi import cyclic_size, lmi_analysis, lmi_design, theorem2_size
+from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
 from papers.okajima2023.problem import Json, Matrix, bracket_json, build, optimum_json
-from replication.estimation.multirate.lmi import cyclic_size, lmi_analysis, lmi_design, theorem2_size
+from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.reduced_lmi import LmiDesign, reduced_lmi_design
 from replication.estimation.multirate.simulation import white_noise_variance
-from replication.estimation.norms import l2_gain
 
 INACCURATE = ("optimal", "optimal_inaccurate")
 """Theorem 1 is only a cross-check of the exact norm here: an inaccurate solution is shown with its status."""

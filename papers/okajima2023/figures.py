@@ -8,7 +8,7 @@ from typing import Any
 from papers.okajima2023.designs import KEY, PERIOD_TABLE
 from papers.okajima2023.period_table import all_periods
 from replication.audit.model import Figure, FigureData, Results
-from replication.audit.style import COLOURS, FOREGROUND, line, new_axes
+from replication.drawing.style import COLOURS, FOREGROUND, line, new_axes
 
 RESPONSES, WORST = f"{KEY}.responses", f"{KEY}.worst-disturbance"
 AXIS_LIMIT, LAST_SHOWN = 0.5, 500

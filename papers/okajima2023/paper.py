@@ -31,9 +31,9 @@ from papers.okajima2023.schedules import selections
 from papers.okajima2023.scope import scope
 from papers.okajima2023.section4c import as_printed, recovered
 from papers.okajima2023.simulations import draws, response, worst_disturbance
+from replication.audit.judge.perturb import sensitivities
+from replication.audit.judge.printed import parse
 from replication.audit.model import Experiment, Formula, Paper, Table
-from replication.audit.printed import parse
-from replication.audit.rounding import sensitivities
 
 CLAIMS = (*levels.CLAIMS, *orders.CLAIMS, *gains.CLAIMS, *simulation.CLAIMS, *unstable.CLAIMS, *theory.CLAIMS)
 

@@ -14,16 +14,16 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from papers.okajima2023.method.central_path import CentralPoint, central_path
 from papers.okajima2023.recovery import by_modulus, gains_array
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.multirate.central_path import CentralPoint, central_path
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.periodic import frequency_response
+from replication.estimation.linear.riccati import RiccatiMap, compose
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.norms import l2_gain
-from replication.estimation.periodic import frequency_response
-from replication.estimation.riccati import RiccatiMap, compose
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 Json = dict[str, Any]

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from papers.okajima2023.problem import Json, build
-from replication.audit.rounding import Parameters, spread
+from replication.audit.judge.perturb import Parameters, spread
 from replication.estimation.multirate.optimum import optimum
 
 

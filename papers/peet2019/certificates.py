@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from papers.peet2019.scaling import SMALL_LEVEL
-from replication.estimation.certificates import delay, delay_dual, delay_pade
+from replication.certify.delay import dual as delay_dual
+from replication.certify.delay import levels as delay
+from replication.certify.delay import pade as delay_pade
 from replication.verify.subjects import subject
 
 KEY = "peet2019"

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from replication.audit.model import CommonLevel
-from replication.estimation.delay.least_gain import minimum_gain
 from replication.estimation.delay.lmi import riccati_gain
 from replication.estimation.delay.models import Model
+from replication.estimation.delay.sos.least_gain import minimum_gain
 from replication.estimation.delay.system import delay_system
 
 LATE = "late, in continuous time: by m − 1 base periods"

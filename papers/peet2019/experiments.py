@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 
 from replication.errors import ReplicationError
-from replication.estimation.delay import least_gain, lie, synthesis
-from replication.estimation.delay.certificate import certificate_at
+from replication.estimation.conic.sdpa import ENDLESS, Program, SdpaOptions, Solution, least_trace, solve_sdpa
 from replication.estimation.delay.collocation import Scheme
-from replication.estimation.delay.cone import DegreeRule
-from replication.estimation.delay.gains import evaluate, observer_gains
-from replication.estimation.delay.galerkin import check
-from replication.estimation.delay.least_gain import minimum_gain
 from replication.estimation.delay.lmi import lmi_gain, riccati_gain
 from replication.estimation.delay.models import chebyshev_model, pade_model
 from replication.estimation.delay.observer import error_system
+from replication.estimation.delay.operators.gains import evaluate, observer_gains
+from replication.estimation.delay.operators.galerkin import check
 from replication.estimation.delay.response import hinf_norm, simulate
-from replication.estimation.delay.sdp import ENDLESS, Program, SdpaOptions, Solution, least_trace, solve_sdpa
+from replication.estimation.delay.sos import least_gain, lie, synthesis
+from replication.estimation.delay.sos.certificate import certificate_at
+from replication.estimation.delay.sos.cone import DegreeRule
+from replication.estimation.delay.sos.least_gain import minimum_gain
 from replication.estimation.delay.spectrum import GainBracket, hinf_gain, rightmost_roots
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.validation import Array

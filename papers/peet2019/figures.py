@@ -8,7 +8,7 @@ from papers.peet2019 import data, names
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent, published
 from papers.peet2019.data import KEY
 from replication.audit.model import Figure, FigureData, Results
-from replication.audit.style import COLOURS, line, new_axes
+from replication.drawing.style import COLOURS, line, new_axes
 
 
 def fig_1(results: Results) -> FigureData:

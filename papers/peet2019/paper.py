@@ -29,8 +29,8 @@ from papers.peet2019.inversion import inverse_identities
 from papers.peet2019.readings import READINGS, common_epsilon, readings
 from papers.peet2019.scaling import SMALL_LEVEL, example_4_roots, level_of, sizes, small_cone_cost
 from papers.peet2019.scaling import cost as cost_of
+from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Experiment, Formula, Paper, Results, ScopeItem, Sensitivity, Table
-from replication.audit.rounding import sensitivities
 
 CLAIMS = (*levels.CLAIMS, *theory.CLAIMS, *cost.CLAIMS)
 

@@ -13,12 +13,12 @@ import numpy as np
 import scipy.sparse as sparse
 
 from papers.peet2019.experiments import LOOSE, system_of
-from replication.estimation.delay import lie
-from replication.estimation.delay.cone import ConeBlock, DegreeRule, cone_map
-from replication.estimation.delay.forms import FormSpace, Index
-from replication.estimation.delay.reduction import reduced
-from replication.estimation.delay.sdp import solve_sdpa
-from replication.estimation.delay.synthesis import Assembly, program
+from replication.estimation.conic.sdpa import solve_sdpa
+from replication.estimation.delay.sos import lie
+from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, cone_map
+from replication.estimation.delay.sos.forms import FormSpace, Index
+from replication.estimation.delay.sos.reduction import reduced
+from replication.estimation.delay.sos.synthesis import Assembly, program
 from replication.estimation.delay.system import DelaySystem, gain_scaled, measured_last
 
 Json = dict[str, Any]

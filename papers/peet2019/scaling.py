@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from papers.peet2019.experiments import solver_record
-from replication.estimation.delay import bessel, lie, synthesis
-from replication.estimation.delay.cone import DegreeRule, cone_blocks
-from replication.estimation.delay.sdp import Program, SdpaOptions, Solution, solve_sdpa
+from replication.estimation.conic.sdpa import Program, SdpaOptions, Solution, solve_sdpa
+from replication.estimation.delay.sos import bessel, lie, synthesis
+from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.system import DelaySystem, delay_system, transformed
 from replication.estimation.validation import Array

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from replication.audit.rounding import Parameters, spread
+from replication.audit.judge.perturb import Parameters, spread
 from replication.estimation.delay.lmi import riccati_gain
 from replication.estimation.delay.models import pade_model
 from replication.estimation.delay.system import delay_system

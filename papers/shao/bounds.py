@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from papers.shao.method.lyapunov import theorem_constants
 from replication.errors import InfeasibleError
-from replication.estimation.dualrate.lyapunov import theorem_constants
 from replication.estimation.dualrate.problem import DualRateDesign, make_plant
 from replication.estimation.dualrate.sampled import held
 from replication.estimation.validation import Array

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from papers.shao.problem import COUNTEREXAMPLE, DESIGN, literal_loop
-from replication.estimation.certificates import dualrate
+from replication.certify import dualrate
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.verify.subjects import subject, theorems

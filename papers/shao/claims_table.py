@@ -7,10 +7,10 @@ from functools import partial
 
 from papers.shao import data
 from papers.shao.experiments import SEARCH
+from papers.shao.method.search import chance
 from papers.shao.problem import APO, HELD, PMI, SRC
 from papers.shao.search import merged
 from replication.audit.model import Claim, Evidence, Kind, Results, Verdict
-from replication.estimation.dualrate.search import chance
 
 NOT_SEARCHED = "Not searched: delays, different discretisations of plant and observer, other parameters or gains."
 LITERAL = "steady state by the lifted form, literal reading, supremum over all times"

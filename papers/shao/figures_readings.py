@@ -6,11 +6,11 @@ from typing import Any
 
 from papers.shao.experiments import SEARCH
 from papers.shao.figures_tracking import columns_of
+from papers.shao.method.readings import STRUCTURES, Structure
 from papers.shao.problem import LABELS
 from papers.shao.search import merged
 from replication.audit.model import Figure, FigureData, Results
-from replication.audit.style import line, new_axes
-from replication.estimation.dualrate.readings import STRUCTURES, Structure
+from replication.drawing.style import line, new_axes
 
 
 def reading_scores(results: Results) -> FigureData:

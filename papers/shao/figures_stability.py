@@ -7,7 +7,7 @@ from typing import Any
 from papers.shao.figures_tracking import columns_of
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, LABELS, PMI, REPAIRED
 from replication.audit.model import Figure, FigureData, Results
-from replication.audit.style import line, new_axes
+from replication.drawing.style import line, new_axes
 
 SETS = (PMI, APO, REPAIRED)
 

@@ -9,7 +9,7 @@ from typing import Any
 from papers.shao import data
 from papers.shao.problem import APO, FAST, FREQUENCIES, HELD, LABELS, PMI, REPAIRED, STATE
 from replication.audit.model import Figure, FigureData, Results
-from replication.audit.style import line, new_axes
+from replication.drawing.style import line, new_axes
 
 SWEPT = (PMI, APO, HELD, REPAIRED, FAST, STATE)
 LAGGING = (PMI, APO, HELD, REPAIRED)

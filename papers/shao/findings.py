@@ -10,11 +10,11 @@ from papers.shao.certificates import parameters
 from papers.shao.claims_compare import ordering_counts, weak_gain_shares
 from papers.shao.claims_table import NOT_SEARCHED
 from papers.shao.experiments import SEARCH
+from papers.shao.method.search import Near, chance, reading_of
 from papers.shao.problem import APO, FAST, FREQUENCIES, HELD, LABELS, PMI, READINGS, REPAIRED, SINGLE, SRC, START
 from papers.shao.search import merged
 from papers.shao.tracking import LOW_FREQUENCY
 from replication.audit.model import Results
-from replication.estimation.dualrate.search import Near, chance, reading_of
 from replication.estimation.dualrate.tracking import Points
 
 WHERE = {Points.BETWEEN: "at all times", Points.FAST: "at fast instants", Points.SLOW: "at slow instants"}

@@ -12,8 +12,8 @@ from papers.shao.figures import FIGURES
 from papers.shao.findings import findings
 from papers.shao.scope import SCOPE
 from papers.shao.tables import FORMULAS, TABLES
+from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Paper
-from replication.audit.rounding import sensitivities
 
 PAPER = Paper(
     key="shao",

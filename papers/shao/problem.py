@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from papers.shao import data
+from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
+from papers.shao.method.readings import ReadingSpace
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
-from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
-from replication.estimation.dualrate.readings import ReadingSpace
 
 MOTOR = Motor(
     resistance=float(data.RESISTANCE),

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from papers.shao import data
+from papers.shao.method.readings import STRUCTURES
+from papers.shao.method.search import BlockResult, Column, Near, decoy_columns, merge, search_block
 from papers.shao.problem import APO_READINGS, PMI_READINGS, READINGS
-from replication.estimation.dualrate.readings import STRUCTURES
-from replication.estimation.dualrate.search import BlockResult, Column, Near, decoy_columns, merge, search_block
 from replication.estimation.validation import Array
 
 BLOCKS = range(len(STRUCTURES))

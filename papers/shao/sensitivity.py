@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from papers.shao import data
-from replication.audit.rounding import Parameters, spread
+from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
+from replication.audit.judge.perturb import Parameters, spread
 from replication.estimation.dualrate.loop import close_loop
-from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import dual_rate_design
 from replication.estimation.dualrate.tracking import tracking_error_ratio

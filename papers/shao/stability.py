@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, MOTOR, PMI, REPAIRED
-from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
-from replication.estimation.dualrate.lyapunov import (
+from papers.shao.method.lyapunov import (
     hurwitz_margins,
     prediction_gap,
     slow_rate_gap,
     slow_rates,
     theorem_constants,
 )
-from replication.estimation.dualrate.motor import Feedforward, feedforward
+from papers.shao.method.motor import Feedforward, feedforward
+from papers.shao.method.sweeps import radii_over_ratios, stable_periods
+from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, MOTOR, PMI, REPAIRED
+from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
-from replication.estimation.dualrate.sweeps import radii_over_ratios, stable_periods
 
 
 def motor_model(seed: int) -> dict[str, Any]:

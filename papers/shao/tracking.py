@@ -8,6 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming
+from papers.shao.method.readings import STRUCTURES, Structure
+from papers.shao.method.simulation import simulate
+from papers.shao.method.sweeps import over_plants
 from papers.shao.problem import (
     APO,
     APO_READINGS,
@@ -28,13 +32,9 @@ from papers.shao.problem import (
 )
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import DualRateLoop, noise_gain, stability_radius
-from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import plant_of
-from replication.estimation.dualrate.readings import STRUCTURES, Structure
 from replication.estimation.dualrate.response import time_response
-from replication.estimation.dualrate.simulation import simulate
-from replication.estimation.dualrate.sweeps import over_plants
 from replication.estimation.dualrate.tracking import (
     bandwidth,
     estimation_error_ratio,

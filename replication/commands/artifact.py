@@ -24,7 +24,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Write the archive, or name the files of an unpacked one that are not what they were."""
     from replication import __version__
-    from replication.audit.exports.archive import changed_files, write_archive
+    from replication.audit.publish.archive import changed_files, write_archive
 
     if chosen.check is not None:
         changed = changed_files(chosen.check)

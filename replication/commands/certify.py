@@ -22,7 +22,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Print one line for each certificate made, or the reason why it was not."""
-    from replication.audit.certify import certify
+    from replication.audit.run.certify import certify
 
     made = certify(checkout(), chosen.names, again=chosen.again, jobs=chosen.jobs)
     failed = 0

@@ -21,8 +21,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Print each problem found."""
     import papers
-    from replication.audit.check import check
-    from replication.audit.records import read_results
+    from replication.audit.inspect.check import check
+    from replication.audit.store.records import read_results
 
     results = read_results(results_path(chosen))
     problems = check(results, papers.load(), project_root())

@@ -23,13 +23,13 @@ def command(chosen: argparse.Namespace) -> int:
     """Print the changes as text or JSON, or write them as a page."""
     import msgspec
 
-    from replication.audit.compare import compare, render
-    from replication.audit.records import read_results
+    from replication.audit.inspect.compare import compare, render
+    from replication.audit.store.records import read_results
 
     old, new = read_results(chosen.old), read_results(chosen.new)
     changes = compare(old, new)
     if chosen.html is not None:
-        from replication.audit.comparepage import build_page
+        from replication.audit.report.diff import build_page
 
         say([f"page: {build_page(old, new, changes, chosen.html)}"])
     elif chosen.json:

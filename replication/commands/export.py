@@ -18,8 +18,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Write the exports and name them."""
-    from replication.audit.exports.write import write_exports
-    from replication.audit.records import read_results
+    from replication.audit.publish.write import write_exports
+    from replication.audit.store.records import read_results
 
     path = results_path(chosen)
     say(map(str, write_exports(read_results(path), project_root(), chosen.to or path.parent / "exports")))

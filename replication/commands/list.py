@@ -18,8 +18,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Print one line for each claim; without a run there are no verdicts yet."""
     import papers
-    from replication.audit.records import read_results
-    from replication.audit.summary import list_lines
+    from replication.audit.publish.terminal import list_lines
+    from replication.audit.store.records import read_results
 
     path = results_path(chosen)
     # In a directory that was asked for the results must be there.

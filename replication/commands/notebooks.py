@@ -18,7 +18,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Write the pages and say which notebooks had to be executed."""
-    from replication.audit.notebooks import build_notebooks
+    from replication.audit.publish.notebooks import build_notebooks
 
     root = checkout()
     for built in build_notebooks(root, chosen.to or root / "report" / "notebooks", chosen.names):

@@ -17,7 +17,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Write index.html beside results.json."""
-    from replication.audit.records import read_results
+    from replication.audit.store.records import read_results
 
     path = results_path(chosen)
     figures = chosen.figures or project_root() / "figures"

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from replication.commands.shared import DIFFERENT, FAILED, FINE, add_figures, add_output, checkout, say, say_report
 
 if TYPE_CHECKING:
-    from replication.audit.pool import Executor
-    from replication.audit.progress import Progress
-    from replication.audit.records import ResultsFile
+    from replication.audit.run.pool import Executor
+    from replication.audit.run.progress import Progress
+    from replication.audit.store.records import ResultsFile
 
 TEXT = "compute what changed, judge every claim, write figures and report"
 NOTES = """Results are kept in .cache/replication/ as long as the sources, inputs, lock and packages that they
@@ -47,12 +47,12 @@ def command(chosen: argparse.Namespace) -> int:
     import msgspec
 
     import papers
-    from replication.audit.cache import Cache
-    from replication.audit.drawn import draw_figures
-    from replication.audit.files import require_writable
-    from replication.audit.records import write_results
-    from replication.audit.runner import run
-    from replication.audit.summary import run_lines
+    from replication.audit.publish.terminal import run_lines
+    from replication.audit.run.drawn import draw_figures
+    from replication.audit.run.runner import run
+    from replication.audit.store.cache import Cache
+    from replication.audit.store.records import write_results
+    from replication.files import require_writable
 
     executor = _executor(chosen)
     root = checkout()
@@ -73,7 +73,7 @@ def command(chosen: argparse.Namespace) -> int:
 
 
 def _code(results: ResultsFile, failures: Sequence[str]) -> int:
-    from replication.audit.summary import errors, unexpected, unproved
+    from replication.audit.publish.terminal import errors, unexpected, unproved
 
     if failures or errors(results):
         return FAILED
@@ -81,8 +81,8 @@ def _code(results: ResultsFile, failures: Sequence[str]) -> int:
 
 
 def _executor(chosen: argparse.Namespace) -> Executor:
-    from replication.audit.cluster import Cluster
-    from replication.audit.pool import Processes
+    from replication.audit.run.cluster import Cluster
+    from replication.audit.run.pool import Processes
     from replication.errors import InvalidInputError
 
     on_cluster = chosen.backend == "dask"
@@ -94,7 +94,7 @@ def _executor(chosen: argparse.Namespace) -> Executor:
 
 
 def _progress() -> Progress:
-    from replication.audit.progress import Bar, Plain
+    from replication.audit.run.progress import Bar, Plain
 
     if not sys.stdout.isatty():
         return Plain(sys.stdout)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from replication.errors import AuditError
 
 if TYPE_CHECKING:
-    from replication.audit.records import ResultsFile
+    from replication.audit.store.records import ResultsFile
 
 FINE, DIFFERENT, BAD_INPUT, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -41,7 +41,7 @@ def results_path(chosen: argparse.Namespace) -> Path:
 
 def say(lines: Iterable[str]) -> None:
     """Print lines to the standard output; a reader that has left is no error."""
-    from replication.audit.progress import say
+    from replication.audit.run.progress import say
 
     for line in lines:
         say(line, sys.stdout)
@@ -49,7 +49,7 @@ def say(lines: Iterable[str]) -> None:
 
 def say_report(results: ResultsFile, figures: Path, output: Path) -> None:
     """Build the report at `output` and say where it is, and which of the tutorials that it links to are not built."""
-    from replication.audit.report import build_report
+    from replication.audit.report.page import build_report
 
     say([f"report: {build_report(results, figures, output)}"])
     pages = project_root() / "report" / "notebooks"

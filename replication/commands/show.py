@@ -23,8 +23,8 @@ def command(chosen: argparse.Namespace) -> int:
     from rich.text import Text
 
     from replication.audit.names import one_of
-    from replication.audit.records import read_results
-    from replication.audit.summary import claim_rows
+    from replication.audit.publish.terminal import claim_rows
+    from replication.audit.store.records import read_results
 
     claims = {claim.id: claim for claim in read_results(results_path(chosen)).claims}
     claim = claims[one_of("claim", chosen.claim, claims)]

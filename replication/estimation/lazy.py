@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 
-def lazy(package: str, **names: str) -> Callable[[str], Any]:
-    """The `__getattr__` of `package`: the names of each submodule, given as submodule="name name"."""
-    homes = {name: module for module, taken in names.items() for name in taken.split()}
+def lazy(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
+    """The `__getattr__` of `package`: the names of each module, given as {"module": "name name"} relative to it."""
+    homes = {name: module for module, taken in modules.items() for name in taken.split()}
 
     def attribute(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(importlib.import_module(f"{package}.{homes[name]}"), name)
+        return getattr(importlib.import_module(f".{homes[name]}", package), name)
 
     return attribute

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from replication.audit.files import write_directory
+from replication.drawing.panels import draw_svg
 from replication.errors import InvalidInputError
 from replication.estimation.api.results import GainResult
+from replication.files import write_directory
 from replication.ownplant.page import page
 from replication.ownplant.reading import PlantFile
-from replication.plotting import draw_svg
 
 FILES = ("gains.json", "gains.mat", "gains.h", "figure.svg", "index.html")
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from replication.audit.files import write_atomically
 from replication.errors import InvalidInputError
+from replication.files import write_atomically
 
 MODULES = ("init", "data", "experiments", "claims", "figures", "paper")
 LONGEST = 40

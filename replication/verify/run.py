@@ -10,20 +10,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from replication.verify import (
-    delay,
-    delay_dual,
-    delay_identity,
-    delay_inverse,
-    delay_pade,
-    dualrate,
-    dualrate_motor,
-    dualrate_orders,
-    dualrate_theory,
-    multirate,
-    nonuniform,
-    nonuniform_theory,
-)
+from replication.verify import multirate
+from replication.verify.delay import dual as delay_dual
+from replication.verify.delay import identity as delay_identity
+from replication.verify.delay import inverse as delay_inverse
+from replication.verify.delay import levels as delay
+from replication.verify.delay import pade as delay_pade
+from replication.verify.dualrate import loops as dualrate
+from replication.verify.dualrate import motor as dualrate_motor
+from replication.verify.dualrate import orders as dualrate_orders
+from replication.verify.dualrate import theory as dualrate_theory
+from replication.verify.nonuniform import levels as nonuniform
+from replication.verify.nonuniform import theory as nonuniform_theory
 from replication.verify.reading import content, fields, name_of, parse, rational, text
 from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
 from replication.verify.theorem import Refused, Theorem, require

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from replication.verify.algebra.decimals import decimal
 from replication.verify.plants import PLANTS
-from replication.verify.printed import decimal
 from replication.verify.reading import fields, name_of, parse, sequence, text, written
 from replication.verify.theorem import Refused, require
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from replication.audit.judge.verdict import Case, make_record
 from replication.audit.model import (
     Claim,
     Erratum,
@@ -19,8 +20,8 @@ from replication.audit.model import (
     ScopeItem,
     Verdict,
 )
-from replication.audit.pinned import paper_fields
-from replication.audit.records import (
+from replication.audit.run.stated import paper_fields
+from replication.audit.store.records import (
     SCHEMA_VERSION,
     ClaimRecord,
     ErratumRecord,
@@ -31,7 +32,6 @@ from replication.audit.records import (
     ResultsFile,
     RunRecord,
 )
-from replication.audit.verdict import Case, make_record
 
 
 def value_case(printed: str, value: Any, lower: Any = None, upper: Any = None, **more: Any) -> Case:

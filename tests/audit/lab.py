@@ -20,10 +20,10 @@ AUDIT = """
 import json, sys
 from pathlib import Path
 import msgspec, papers
-from replication.audit.cache import Cache
-from replication.audit.pool import Processes
-from replication.audit.progress import Plain
-from replication.audit.runner import run
+from replication.audit.store.cache import Cache
+from replication.audit.run.pool import Processes
+from replication.audit.run.progress import Plain
+from replication.audit.run.runner import run
 options = json.loads(sys.argv[1])
 root = Path.cwd()
 outcome = run(papers.load(options["papers"] or papers.KEYS), cache=Cache(root / ".cache", read=options["read"]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from sample import KEY
 from selenium import webdriver
 
-from replication.audit.view import anchor
+from replication.audit.report.claim import anchor
 
 
 def claim_id(name: str) -> str:

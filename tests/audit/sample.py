@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import msgspec
 
-from replication.audit.figures import write_figures
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import (
     Claim,
     Evidence,
@@ -26,7 +26,9 @@ from replication.audit.model import (
     SolverRecord,
     Verdict,
 )
-from replication.audit.records import (
+from replication.audit.report.page import build_report
+from replication.audit.run.draw import write_figures
+from replication.audit.store.records import (
     SCHEMA_VERSION,
     CertificateRecord,
     ClaimRecord,
@@ -39,9 +41,7 @@ from replication.audit.records import (
     RunRecord,
     TableRecord,
 )
-from replication.audit.report import build_report
-from replication.audit.style import line, new_axes
-from replication.audit.verdict import make_record
+from replication.drawing.style import line, new_axes
 
 KEY = "doe1999"
 SOLVER = SolverRecord(

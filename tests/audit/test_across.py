@@ -5,9 +5,9 @@ from cases import results_file
 from msgspec.structs import replace
 from sample import paper_record
 
-from replication.audit.across import across
 from replication.audit.model import CommonLevel
-from replication.audit.records import ResultsFile
+from replication.audit.report.sections.across import across
+from replication.audit.store.records import ResultsFile
 
 
 def level(sensor: str, multiple: int, lower: float, upper: float) -> CommonLevel:

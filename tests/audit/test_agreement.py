@@ -13,10 +13,10 @@ from cases import value_case
 from hypothesis import given
 from hypothesis import strategies as st
 
+from replication.audit.judge.printed import parse
+from replication.audit.judge.verdict import Case, judge
 from replication.audit.model import Kind, Verdict
-from replication.audit.printed import parse
-from replication.audit.records import Reading
-from replication.audit.verdict import Case, judge
+from replication.audit.store.records import Reading
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 

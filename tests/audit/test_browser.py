@@ -15,7 +15,7 @@ from sample import HOSTILE, KEY, claims, hostile_results
 from selenium.webdriver.common.by import By
 
 from replication.audit.model import Verdict
-from replication.audit.report import render
+from replication.audit.report.page import render
 
 pytestmark = pytest.mark.browser
 

@@ -12,7 +12,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from replication.audit.model import Verdict
-from replication.audit.view import anchor, views
+from replication.audit.report.claim import anchor, views
 
 pytestmark = pytest.mark.browser
 

@@ -10,9 +10,9 @@ import pytest
 from cases import EXPERIMENT, claim, errata_of, figure, file_of, paper, recorded, results_file
 from msgspec.structs import replace
 
-from replication.audit.check import Cause, check
+from replication.audit.inspect.check import Cause, check
 from replication.audit.model import Evidence, Kind, Proof, Table, Verdict
-from replication.audit.records import SCHEMA_VERSION, ClaimRecord, Reading, read_results, to_json
+from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, Reading, read_results, to_json
 from replication.errors import AuditError
 
 PROVED = Proof(holds=True, text="it does")

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from cases import claim, paper
 
-from replication.audit.claims import validate_claims
+from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Figure, FigureData, Paper, ScopeItem, Table, Verdict
 from replication.errors import AuditError
 

@@ -20,10 +20,10 @@ pytestmark = pytest.mark.slow
 ORDER = """
 import msgspec, papers
 from pathlib import Path
-from replication.audit.cache import Cache
-from replication.audit.cluster import orders_of
-from replication.audit.pool import Processes
-from replication.audit.runner import run
+from replication.audit.store.cache import Cache
+from replication.audit.run.cluster import orders_of
+from replication.audit.run.pool import Processes
+from replication.audit.run.runner import run
 
 class Spy:
     def compute(self, tasks):
@@ -118,7 +118,7 @@ def test_wrong_options_say_what_to_do(lab: Lab, arguments: tuple[str, ...], advi
 
 
 def fulfilled(lab: Lab, order: str) -> Any:
-    command = [sys.executable, "-m", "replication.audit.cluster", str(os.getpid())]
+    command = [sys.executable, "-m", "replication.audit.run.cluster", str(os.getpid())]
     done = subprocess.run(command, cwd=lab.root, env=lab.environment(), input=order, capture_output=True, text=True)
     return json.loads(done.stdout)
 

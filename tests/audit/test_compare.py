@@ -10,10 +10,10 @@ import pytest
 from cases import EXPERIMENT, RUN, errata_of, recorded, results_file
 from msgspec.structs import replace
 
-from replication.audit.compare import Cause, compare, render
-from replication.audit.comparepage import render_page
+from replication.audit.inspect.compare import Cause, compare, render
 from replication.audit.model import Evidence, Proof, SolverRecord, Verdict
-from replication.audit.records import ClaimRecord, ResultsFile
+from replication.audit.report.diff import render_page
+from replication.audit.store.records import ClaimRecord, ResultsFile
 
 
 def record(value: float = 1.3268, **more: Any) -> ClaimRecord:

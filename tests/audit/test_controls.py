@@ -6,12 +6,12 @@ import pytest
 from msgspec.structs import replace
 from sample import results as sample
 
-from replication.audit import controls as module
-from replication.audit.agreement import Judgement
-from replication.audit.controls import Control, controls, moved
-from replication.audit.lineage import lineages
+from replication.audit.inspect import controls as module
+from replication.audit.inspect.controls import Control, controls, moved
+from replication.audit.judge.agreement import Judgement
 from replication.audit.model import Verdict
-from replication.audit.records import ResultsFile
+from replication.audit.report.sections.lineage import lineages
+from replication.audit.store.records import ResultsFile
 
 
 @pytest.fixture(scope="module")

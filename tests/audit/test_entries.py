@@ -7,8 +7,8 @@ from fractions import Fraction
 import pytest
 from sample import claim
 
-from replication.audit.entries import EntryView, side_by_side
 from replication.audit.model import Evidence, Kind, Verdict
+from replication.audit.report.entries import EntryView, side_by_side
 
 
 def entries(printed: str, value: object, kind: Kind = Kind.VALUE) -> tuple[EntryView, ...]:

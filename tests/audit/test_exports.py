@@ -14,12 +14,12 @@ import yaml
 from lab import Lab, make_lab
 from sample import results as sample
 
-from replication.audit.exports.archive import changed_files
-from replication.audit.exports.badges import badge, draw
-from replication.audit.exports.linked_data import media_type
-from replication.audit.exports.software import read_software
-from replication.audit.exports.write import export_texts
-from replication.audit.records import ResultsFile
+from replication.audit.publish.archive import changed_files
+from replication.audit.publish.badges import badge, draw
+from replication.audit.publish.linked_data import media_type
+from replication.audit.publish.software import read_software
+from replication.audit.publish.write import export_texts
+from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
 ROOT = Path(__file__).parents[2]

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from sample import KEY, draw, figure, paper, trace
 from tables import read_csv
 
-from replication.audit import style, svg
-from replication.audit.figures import to_csv, write_figures
 from replication.audit.model import FigureData
+from replication.audit.run.draw import to_csv, write_figures
+from replication.drawing import style, svg
 from replication.errors import AuditError, InvalidInputError
 
 LARGEST_FILE = 150_000

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replication.audit import numerals
-from replication.audit.drawing import Band, Mark, span_of, strip
+from replication.audit.judge import numerals
+from replication.audit.report.number_line import Band, Mark, span_of, strip
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")

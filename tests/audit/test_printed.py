@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replication.audit.printed import decimal_fraction, parse
+from replication.audit.judge.printed import decimal_fraction, parse
 from replication.errors import AuditError
 
 

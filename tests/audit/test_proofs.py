@@ -11,12 +11,12 @@ import pytest
 from cases import claim, results_file
 from msgspec.structs import replace
 
-from replication.audit.check import Cause, check
-from replication.audit.check_proofs import against_files
+from replication.audit.inspect.check import Cause, check
+from replication.audit.inspect.theorems import against_files
+from replication.audit.judge.proofs import proved_ends, wanted, with_proofs
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import Evidence, Kind, Verdict
-from replication.audit.proofs import proved_ends, wanted, with_proofs
-from replication.audit.records import CertificateRecord, ClaimRecord, PaperRecord
-from replication.audit.verdict import make_record
+from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord
 from replication.errors import AuditError
 
 LEVEL = Evidence(method="m", value=1.3258, lower=1.3, upper=1.4)

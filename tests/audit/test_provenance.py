@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from replication.audit.provenance import git_state, read_environment, run_date, run_record
+from replication.audit.store.provenance import git_state, read_environment, run_date, run_record
 from replication.errors import AuditError
 
 

@@ -18,20 +18,20 @@ import pytest
 from msgspec.structs import replace
 from sample import HOSTILE, KEY, build, claims, hostile_results, results
 
-from replication.audit import numerals
-from replication.audit.allowances import allowances
-from replication.audit.exports.linked_data import summary_graph
-from replication.audit.formulas import mathml
-from replication.audit.headline import caveats, sentence
+from replication.audit.inspect.headline import caveats, sentence
+from replication.audit.judge import numerals
+from replication.audit.judge.numerals import BEYOND, CROWDED
+from replication.audit.judge.printed import parse
+from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.model import Kind, Verdict
-from replication.audit.numerals import BEYOND, CROWDED
-from replication.audit.printed import parse
-from replication.audit.proofsview import proofs
-from replication.audit.records import Reading, ResultsFile, TableRecord
-from replication.audit.report import build_report, render
-from replication.audit.templates import SOURCES, code_link
-from replication.audit.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
-from replication.audit.view import WORST_FIRST, anchor, views
+from replication.audit.publish.linked_data import summary_graph
+from replication.audit.report.claim import WORST_FIRST, anchor, views
+from replication.audit.report.formulas import mathml
+from replication.audit.report.page import build_report, render
+from replication.audit.report.sections.theorems import proofs
+from replication.audit.report.sections.tolerances import allowances
+from replication.audit.report.templates import SOURCES, code_link
+from replication.audit.store.records import Reading, ResultsFile, TableRecord
 from replication.errors import AuditError
 
 LARGEST_PAGE = 5_000_000

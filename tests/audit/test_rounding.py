@@ -8,10 +8,10 @@ from cases import recorded, results_file
 from msgspec.structs import replace
 from sample import paper_record
 
+from replication.audit.judge.perturb import sensitivities, spread
 from replication.audit.model import Evidence, Sensitivity
-from replication.audit.records import ResultsFile
-from replication.audit.rooms import rooms
-from replication.audit.rounding import sensitivities, spread
+from replication.audit.report.sections.margins import rooms
+from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError, InfeasibleError
 
 

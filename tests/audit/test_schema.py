@@ -13,10 +13,10 @@ import pytest
 from cases import errata_of, recorded, results_file
 from lab import make_lab
 
-from replication.audit.check import check
+from replication.audit.inspect.check import check
 from replication.audit.model import Evidence, Kind, Proof, SolverRecord, Verdict
-from replication.audit.records import ResultsFile, read_results, to_json, write_results
-from replication.audit.schema import schema_text
+from replication.audit.store.records import ResultsFile, read_results, to_json, write_results
+from replication.audit.store.schema import schema_text
 from replication.errors import AuditError
 
 PUBLISHED = Path(__file__).parents[2] / "docs" / "results.schema.json"
@@ -83,7 +83,7 @@ def last_name(path: Location) -> str:
 
 def test_published_schema_is_the_derived_one() -> None:
     assert PUBLISHED.read_text(encoding="utf-8") == schema_text(), (
-        "run `python -m replication.audit.schema > docs/results.schema.json`"
+        "run `python -m replication.audit.store.schema > docs/results.schema.json`"
     )
 
 

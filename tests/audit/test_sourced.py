@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 from sample import results
 
-from replication.audit import sections, templates
-from replication.audit.records import ResultsFile
-from replication.audit.report import build_report
-from replication.audit.sourced import numbers_of, require_sourced
+from replication.audit.report import sections, templates
+from replication.audit.report.guard import numbers_of, require_sourced
+from replication.audit.report.page import build_report
+from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
 SOURCE: dict[str, Any] = {

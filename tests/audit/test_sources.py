@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from replication.audit.sources import SourceTree
+from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 
 
@@ -149,6 +149,6 @@ def test_last_line_is_the_innermost_of_the_project(
 
 def test_the_real_project_reaches_its_own_errors() -> None:
     root = Path(__file__).parents[2]
-    files = SourceTree({"replication": root / "replication"}).files_of("replication.audit.cache")
+    files = SourceTree({"replication": root / "replication"}).files_of("replication.audit.store.cache")
     assert "replication/errors.py" in files
     assert "replication/cli.py" not in files

@@ -12,9 +12,9 @@ from cases import errata_of, recorded, statement_case, value_case
 from hypothesis import given
 from hypothesis import strategies as st
 
+from replication.audit.judge.verdict import SMALLEST_PROBABILITY, Case, judge, rejudge
 from replication.audit.model import Evidence, Kind, Proof, Verdict
-from replication.audit.records import ClaimRecord, Reading
-from replication.audit.verdict import SMALLEST_PROBABILITY, Case, judge, rejudge
+from replication.audit.store.records import ClaimRecord, Reading
 
 PROVED = Proof(holds=True, text="it does")
 REFUTED = Proof(holds=False, text="it does not")

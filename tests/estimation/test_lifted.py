@@ -8,16 +8,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from replication.errors import SolverError
-from replication.estimation import lifted, norms
-from replication.estimation.lifted import LiftedResponse, largest_singular_value
+from replication.estimation.linear import lifted, norms
+from replication.estimation.linear.lifted import LiftedResponse, largest_singular_value
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
 from replication.estimation.multirate import noncausal
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.noncausal import noncausal_bound
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.norms import l2_gain
-from replication.estimation.periodic import PeriodicSystem, Stage, frequency_response
 from replication.estimation.validation import ComplexArray
 from tests.tolerances import ROUNDING
 

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.norms import balanced, compressed, hinf_norm, l2_gain, spectral_norm
-from replication.estimation.periodic import PeriodicSystem, Stage, frequency_response
+from replication.estimation.linear.norms import balanced, compressed, hinf_norm, l2_gain, spectral_norm
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
 from tests.tolerances import AGREEMENT, GRID, NORM_BRACKET, ROUNDING
 
 

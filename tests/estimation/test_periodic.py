@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError
-from replication.estimation.periodic import PeriodicSystem, Stage, block_diagonal, frequency_response
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal, frequency_response
 from tests.tolerances import ROUNDING
 
 

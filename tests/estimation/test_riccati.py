@@ -8,7 +8,7 @@ import scipy.linalg
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replication.estimation.riccati import (
+from replication.estimation.linear.riccati import (
     RiccatiMap,
     along_period,
     apply,

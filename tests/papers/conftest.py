@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import papers
-from replication.audit.cache import Cache
-from replication.audit.runner import Outcome, run
+from replication.audit.run.runner import Outcome, run
+from replication.audit.store.cache import Cache
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -9,9 +9,9 @@ import pytest
 from tables import read_csv
 
 from papers import KEYS
-from replication.audit.figures import write_figures
-from replication.audit.readme import BEGIN, END, replace_block, results_block
-from replication.audit.runner import Outcome
+from replication.audit.publish.readme import BEGIN, END, replace_block, results_block
+from replication.audit.run.draw import write_figures
+from replication.audit.run.runner import Outcome
 from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]

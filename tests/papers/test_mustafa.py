@@ -9,9 +9,9 @@ from papers.mustafa import PAPER, data
 from papers.mustafa.experiments import grids, level_curve, nominal, problem, subject
 from papers.mustafa.identities import identities
 from papers.mustafa.names import BRACKET, CORRECT, KEY, LITERAL, NOMINAL, ROBUST, WITH_SET_MINUS
+from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Kind, Verdict
-from replication.audit.runner import Outcome
-from replication.audit.verdict import rejudge
+from replication.audit.run.runner import Outcome
 from replication.estimation.nonuniform.filters import periodic_gain
 
 

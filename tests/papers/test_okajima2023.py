@@ -15,11 +15,11 @@ from papers.okajima2023.claims.orders import counterexamples, longest_gap
 from papers.okajima2023.designs import KEY, pair
 from papers.okajima2023.experiments import design, norm_of_gains
 from papers.okajima2023.simulations import distribution, draws, tail_probability
-from replication.audit.cache import Cache
+from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Kind, ScopeItem, Verdict
-from replication.audit.pool import Processes
-from replication.audit.runner import Outcome, run
-from replication.audit.verdict import rejudge
+from replication.audit.run.pool import Processes
+from replication.audit.run.runner import Outcome, run
+from replication.audit.store.cache import Cache
 from replication.errors import InvalidInputError
 
 ROOT = Path(__file__).resolve().parents[2]

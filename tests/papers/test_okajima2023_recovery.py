@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from papers.okajima2023 import certificates, data
+from papers.okajima2023.method.central_path import central_path
 from papers.okajima2023.recovery import recover_outputs, recover_poles
 from papers.okajima2023.recovery_inputs import recover_inputs, schedule_of
 from replication.errors import AuditError, InfeasibleError, InvalidInputError
-from replication.estimation.multirate.central_path import central_path
+from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.norms import l2_gain
 from replication.estimation.validation import Array
 from replication.verify.subjects import subject
 

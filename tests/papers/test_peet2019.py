@@ -16,10 +16,10 @@ from papers.peet2019.inversion import inverse_identities
 from papers.peet2019.measured import RECORD, recorded
 from papers.peet2019.readings import READINGS, common_epsilon, readings
 from papers.peet2019.scaling import SMALL_LEVEL, cost, cost_program, example_4, sizes, small_cone_cost
-from replication.audit.claims import validate_claims
+from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Kind, Verdict
 from replication.estimation.delay import rightmost_roots
-from replication.estimation.delay.synthesis import assemble, program
+from replication.estimation.delay.sos.synthesis import assemble, program
 
 ROUNDING = 1e-10
 

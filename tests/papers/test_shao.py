@@ -11,14 +11,14 @@ from papers.shao import PAPER, data, problem
 from papers.shao.claims_table import any_reading
 from papers.shao.experiments import SEARCH
 from papers.shao.findings import findings
+from papers.shao.method.search import BlockResult, search_block
 from papers.shao.search import block, merged, table_columns
-from replication.audit.claims import validate_claims
-from replication.audit.jsonvalues import encode
+from replication.audit.judge.validate import validate_claims
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import Verdict
-from replication.audit.verdict import make_record
+from replication.audit.store.jsonvalues import encode
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.search import BlockResult, search_block
 
 SECOND_TRANSCRIPTION = """
 sin(t/2) - 11.38 1.02

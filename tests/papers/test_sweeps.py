@@ -19,11 +19,11 @@ from papers.okajima2023.claims.simulation import DRAWS
 from papers.okajima2023.designs import PERIOD_TABLE
 from papers.peet2019.names import cell, default_cells
 from papers.shao.experiments import SEARCH
-from replication.audit.cache import Cache
 from replication.audit.model import Paper, Results
-from replication.audit.pool import Processes
-from replication.audit.progress import Action, Silent, Step
-from replication.audit.runner import Outcome, default_packages, run
+from replication.audit.run.pool import Processes
+from replication.audit.run.progress import Action, Silent, Step
+from replication.audit.run.runner import Outcome, default_packages, run
+from replication.audit.store.cache import Cache
 
 ROOT = Path(__file__).resolve().parents[2]
 SWEEPS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {

@@ -3,7 +3,7 @@
 import pytest
 from flint import acb, arb, arb_mat, fmpq, fmpq_poly
 
-from replication.verify import balls
+from replication.verify.algebra import balls
 from replication.verify.theorem import Refused
 
 BALL = arb(0, fmpq(1, 2))

@@ -14,10 +14,14 @@ import pytest
 from delay_cases import FOLDER, Json, certificate, refusal
 from flint import acb, arb, fmpq, fmpq_mat
 
-from replication.estimation.certificates import delay as maker
-from replication.estimation.certificates import delay_forms as oracle
-from replication.verify import delay, delay_forms, delay_hidden, delay_plant, delay_sos
-from replication.verify.linear import zeros
+from replication.certify.delay import forms as oracle
+from replication.certify.delay import levels as maker
+from replication.verify.algebra.linear import zeros
+from replication.verify.delay import forms as delay_forms
+from replication.verify.delay import hidden as delay_hidden
+from replication.verify.delay import levels as delay
+from replication.verify.delay import plant as delay_plant
+from replication.verify.delay import sos as delay_sos
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 

@@ -7,8 +7,9 @@ from unittest import mock
 import pytest
 from delay_cases import certificate
 
-from replication.verify import delay_identity, delay_inverse
-from replication.verify.delay_symbols import Symbolic, symbols, unit
+from replication.verify.algebra.delay_symbols import Symbolic, symbols, unit
+from replication.verify.delay import identity as delay_identity
+from replication.verify.delay import inverse as delay_inverse
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 

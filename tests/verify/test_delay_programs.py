@@ -12,11 +12,15 @@ import pytest
 from delay_cases import Json, certificate, refusal
 from flint import acb, fmpq, fmpq_mat
 
-from replication.estimation.certificates import delay as maker
-from replication.estimation.certificates import delay_pade as pade_maker
-from replication.estimation.certificates.rounding import as_floats
-from replication.verify import delay_dual, delay_forms, delay_pade, delay_plant, delay_sos
-from replication.verify.linear import zeros
+from replication.certify.delay import levels as maker
+from replication.certify.delay import pade as pade_maker
+from replication.certify.rounding import as_floats
+from replication.verify.algebra.linear import zeros
+from replication.verify.delay import dual as delay_dual
+from replication.verify.delay import forms as delay_forms
+from replication.verify.delay import pade as delay_pade
+from replication.verify.delay import plant as delay_plant
+from replication.verify.delay import sos as delay_sos
 from replication.verify.run import check
 
 SMALL = Fraction(1, 100_000)

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from replication.verify import dualrate_theory
-from replication.verify.dualrate_loop import SRC, monodromy, read_loop
+from replication.verify.dualrate import theory as dualrate_theory
+from replication.verify.dualrate.loop import SRC, monodromy, read_loop
 from replication.verify.run import check
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused, Theorem

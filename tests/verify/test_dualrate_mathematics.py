@@ -9,24 +9,22 @@ import pytest
 import scipy.linalg
 from flint import acb, acb_mat, acb_poly, arb, arb_mat, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
+from papers.shao.method.lyapunov import prediction_gap, theorem_constants
 from papers.shao.problem import COUNTEREXAMPLE, DESIGN
-from replication.estimation.certificates.dualrate import lyapunov_solution
+from replication.certify.dualrate import lyapunov_solution
 from replication.estimation.dualrate.loop import close_loop, monodromy
-from replication.estimation.dualrate.lyapunov import prediction_gap, theorem_constants
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
-from replication.verify import (
-    dualrate,
-    dualrate_identities,
-    dualrate_loop,
-    dualrate_lyapunov,
-    dualrate_motor,
-    dualrate_response,
-    dualrate_roots,
-    dualrate_scalar,
-)
-from replication.verify.dualrate_loop import Loop
-from replication.verify.linear import identity
+from replication.verify.algebra.linear import identity
+from replication.verify.dualrate import identities as dualrate_identities
+from replication.verify.dualrate import loop as dualrate_loop
+from replication.verify.dualrate import loops as dualrate
+from replication.verify.dualrate import lyapunov as dualrate_lyapunov
+from replication.verify.dualrate import motor as dualrate_motor
+from replication.verify.dualrate import response as dualrate_response
+from replication.verify.dualrate import roots as dualrate_roots
+from replication.verify.dualrate import scalar as dualrate_scalar
+from replication.verify.dualrate.loop import Loop
 from replication.verify.theorem import Refused
 
 

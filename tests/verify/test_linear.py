@@ -3,7 +3,7 @@
 import pytest
 from flint import fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.linear import (
+from replication.verify.algebra.linear import (
     block,
     identity,
     is_schur,

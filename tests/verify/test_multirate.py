@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from flint import fmpq, fmpq_mat
 
-from replication.verify.linear import block, identity
+from replication.verify.algebra.linear import block, identity
+from replication.verify.algebra.symbolic import Symbols
 from replication.verify.multirate.bounds import (
     attained,
     monodromy,
@@ -24,7 +25,6 @@ from replication.verify.multirate.bounds import (
 from replication.verify.multirate.identities import _theorem as stated_identity
 from replication.verify.multirate.levels import bracket, require_lower
 from replication.verify.multirate.sensing import Sensing, schedule, select
-from replication.verify.multirate.symbolic import Symbols
 from replication.verify.run import check
 from replication.verify.theorem import Refused, Theorem
 

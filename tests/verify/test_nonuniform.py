@@ -9,8 +9,8 @@ import pytest
 from flint import fmpq
 from nonuniform_cases import FOLDER, Certificate, Tamper, load, put, remove, scaled
 
-from replication.verify import nonuniform
-from replication.verify.nonuniform_system import Time
+from replication.verify.nonuniform import levels as nonuniform
+from replication.verify.nonuniform.system import Time
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 

@@ -7,9 +7,7 @@ import pytest
 from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import load
 
-from replication.verify import nonuniform_floor as floor
-from replication.verify import nonuniform_gain as gain
-from replication.verify import nonuniform_system as system
+from replication.verify.nonuniform import floor, gain, system
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 

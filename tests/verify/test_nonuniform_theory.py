@@ -9,12 +9,11 @@ import pytest
 from flint import arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import Certificate, Tamper, load, put, remove
 
-from replication.estimation.certificates import nonuniform_grid
-from replication.verify import nonuniform_grid as grid
-from replication.verify import nonuniform_identities as identities
-from replication.verify import nonuniform_theory
+from papers.mustafa.method import certify_grid as nonuniform_grid
+from replication.verify.algebra.symbols import symbols
+from replication.verify.nonuniform import grid, identities
+from replication.verify.nonuniform import theory as nonuniform_theory
 from replication.verify.run import check
-from replication.verify.symbols import symbols
 from replication.verify.theorem import Refused
 
 

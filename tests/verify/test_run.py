@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from flint import fmpq, fmpq_mat
 
-from replication.audit.proving import prove
+from replication.audit.run.prove import prove
+from replication.verify.algebra.decimals import above, below, decimal, half_unit, printed_matrix, printed_poles
 from replication.verify.plants import PLANTS
-from replication.verify.printed import above, below, decimal, half_unit, printed_matrix, printed_poles
 from replication.verify.reading import MAX_BYTES, written
 from replication.verify.run import check, committed, printable, report, same, verify
 from replication.verify.subjects import literals, papers, plant, subject, theorems

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from papers.okajima2023 import data
 from papers.okajima2023.designs import KEY
+from replication.audit.judge.printed import parse
 from replication.audit.model import Claim, Evidence, Kind, Numbers, Results, SolverRecord, Verdict
-from replication.audit.printed import parse
 
 PRINTED, RECOVERED = f"{KEY}.unstable.as-printed", f"{KEY}.unstable.recovered"
 USES = (PRINTED, RECOVERED)

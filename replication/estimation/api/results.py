@@ -1,7 +1,7 @@
 """The results of `design`, `analyse` and `simulate` of every method: frozen, shown as text, table or HTML, exported.
 
-A result is data and the ways to look at it; `plot` hands its curves to `replication.plotting`, the only place where
-matplotlib is imported, and only then.
+A result is data and the ways to look at it; `plot` hands its curves to `replication.drawing.panels`, the only place
+where matplotlib is imported, and only then.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import control
     from rich.table import Table
 
-    from replication.plotting import Figure
+    from replication.drawing.panels import Figure
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Shown(ABC):
 
     def plot(self) -> Figure:
         """A matplotlib figure of the panels, one above the other."""
-        from replication.plotting import draw
+        from replication.drawing.panels import draw
 
         return draw(self.panels())
 
@@ -117,7 +117,7 @@ class Shown(ABC):
 
 
 EXACT_GAIN = "a singular value at some frequency; no eigenvalue of the symplectic pencil on the circle"
-"""How the ends of an exact l2 gain are found (`replication.estimation.norms`)."""
+"""How the ends of an exact l2 gain are found (`replication.estimation.linear.norms`)."""
 HEADINGS = ("quantity", "value", "how")
 DIGITS, MAX_DIGITS, SHOWN_WIDTH = 6, 12, Decimal("1.1")
 """Significant digits of the ends of a bracket, at least and at most, and how much wider it may then look."""

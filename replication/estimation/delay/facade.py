@@ -23,18 +23,18 @@ from replication.estimation.api.results import (
     require_result,
 )
 from replication.estimation.api.signals import Signals, is_statespace, numbered, split_outputs
-from replication.estimation.delay.certificate import Certificate, certificate_at
 from replication.estimation.delay.collocation import grid
-from replication.estimation.delay.cone import DegreeRule
-from replication.estimation.delay.gains import ObserverGains, evaluate, observer_gains
-from replication.estimation.delay.galerkin import check
-from replication.estimation.delay.least_gain import LeastGain, minimum_gain
 from replication.estimation.delay.observer import error_system
+from replication.estimation.delay.operators.gains import ObserverGains, evaluate, observer_gains
+from replication.estimation.delay.operators.galerkin import check
 from replication.estimation.delay.response import hinf_norm
 from replication.estimation.delay.response import simulate as simulate_error
 from replication.estimation.delay.running import RunningDelayObserver
+from replication.estimation.delay.sos.certificate import Certificate, certificate_at
+from replication.estimation.delay.sos.cone import DegreeRule
+from replication.estimation.delay.sos.least_gain import LeastGain, minimum_gain
+from replication.estimation.delay.sos.synthesis import degree_for
 from replication.estimation.delay.spectrum import frequency_response, hinf_gain, rightmost_roots
-from replication.estimation.delay.synthesis import degree_for
 from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.validation import at_most, positive_scalar

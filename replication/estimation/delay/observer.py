@@ -11,7 +11,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay.collocation import Grid, Scheme, grid
-from replication.estimation.delay.gains import GainValues, ObserverGains, evaluate
+from replication.estimation.delay.operators.gains import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array
 

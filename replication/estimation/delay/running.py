@@ -12,8 +12,8 @@ import scipy.linalg
 from replication.errors import InvalidInputError
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.delay.collocation import Grid, grid
-from replication.estimation.delay.gains import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.observer import assembled
+from replication.estimation.delay.operators.gains import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, positive_scalar
 

@@ -11,9 +11,11 @@ else:
 
     __getattr__ = lazy(
         __name__,
-        facade="DualRateResult analyse compare design simulate",
-        observers="OBSERVERS",
-        problem="make_plant",
+        {
+            "facade": "DualRateResult analyse compare design simulate",
+            "observers": "OBSERVERS",
+            "problem": "make_plant",
+        },
     )
 
 __all__ = ["OBSERVERS", "DualRateResult", "analyse", "compare", "design", "make_plant", "simulate"]

@@ -38,8 +38,8 @@ from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, dual_rate_design
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.sampled import sampled_model
-from replication.estimation.norms import l2_gain, response_norm
-from replication.estimation.periodic import PeriodicSystem, Stage
+from replication.estimation.linear.norms import l2_gain, response_norm
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import as_matrix
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.observers import Builder, ObserverStep
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant
 from replication.estimation.dualrate.sampled import Harmonic, Held, check_fit, over_time, sampled_model
-from replication.estimation.periodic import PeriodicSystem, Stage
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, ComplexArray
 
 if TYPE_CHECKING:

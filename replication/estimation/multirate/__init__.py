@@ -11,9 +11,11 @@ else:
 
     __getattr__ = lazy(
         __name__,
-        facade="MultirateResult analyse design simulate",
-        plant="MultiratePlant",
-        timing="search_timing",
+        {
+            "facade": "MultirateResult analyse design simulate",
+            "plant": "MultiratePlant",
+            "timing": "search_timing",
+        },
     )
 
 __all__ = ["MultiratePlant", "MultirateResult", "analyse", "design", "search_timing", "simulate"]

@@ -25,6 +25,7 @@ from replication.estimation.api.results import (
 )
 from replication.estimation.api.running import PeriodicObserver, Phase
 from replication.estimation.api.signals import Signals, is_statespace, numbered
+from replication.estimation.linear.norms import l2_gain, response_norm
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
@@ -33,7 +34,6 @@ from replication.estimation.multirate.simulation import simulate as simulate_sys
 from replication.estimation.multirate.simulation import white_noise_variance, worst_case_response
 from replication.estimation.multirate.statespace import lifted_statespace, observer_system
 from replication.estimation.multirate.timing import search_timing
-from replication.estimation.norms import l2_gain, response_norm
 from replication.estimation.validation import Array, positive_integer
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import InvalidInputError, SolverError
+from replication.estimation.linear.riccati import RiccatiMap, along_period, fixed_point, recentre
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
-from replication.estimation.riccati import RiccatiMap, along_period, fixed_point, recentre
 from replication.estimation.validation import Array, hidden_modes, positive_scalar
 
 SCALING_NOISE = 1e-6

@@ -6,13 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from replication.estimation.lifted import LiftedResponse, compressed, largest_singular_value
+from replication.estimation.linear.lifted import LiftedResponse, compressed, largest_singular_value
+from replication.estimation.linear.norms import DENSE_INPUTS, GainBracket, peak_on_circle, slowest_angle, spectral_norm
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
+from replication.estimation.linear.riccati import RiccatiMap, recentre
 from replication.estimation.multirate.kalman import kalman_centre, state_scales
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
-from replication.estimation.norms import DENSE_INPUTS, GainBracket, peak_on_circle, slowest_angle, spectral_norm
-from replication.estimation.periodic import PeriodicSystem, Stage, frequency_response
-from replication.estimation.riccati import RiccatiMap, recentre
 from replication.estimation.validation import Array, ComplexArray
 
 NOISE = 1.0

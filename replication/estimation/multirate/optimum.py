@@ -13,6 +13,7 @@ import numpy as np
 import scipy.optimize
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.linear.norms import GainBracket
 from replication.estimation.multirate.kalman import (
     KalmanCentre,
     RiccatiDesign,
@@ -25,7 +26,6 @@ from replication.estimation.multirate.kalman import (
 )
 from replication.estimation.multirate.noncausal import noncausal_bound
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.norms import GainBracket
 from replication.estimation.validation import Array, positive_scalar
 
 __all__ = [

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, as_array, undetectable_mode
 
 RANK_TOLERANCE = 1e-10

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from replication.estimation.linear.riccati import RiccatiMap
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.riccati import RiccatiMap
 from replication.estimation.validation import Array
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.periodic import PeriodicSystem
-from replication.estimation.riccati import RiccatiMap, apply, fixed_point
+from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.linear.riccati import RiccatiMap, apply, fixed_point
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
-from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import as_array, positive_scalar
 
 if TYPE_CHECKING:

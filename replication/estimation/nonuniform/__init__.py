@@ -12,9 +12,11 @@ else:
 
     __getattr__ = lazy(
         __name__,
-        facade="NonuniformResult analyse design simulate",
-        filters="Filter",
-        plant="PeriodRange SampledPlant",
+        {
+            "facade": "NonuniformResult analyse design simulate",
+            "filters": "Filter",
+            "plant": "PeriodRange SampledPlant",
+        },
     )
 
 __all__ = ["Filter", "NonuniformResult", "PeriodRange", "SampledPlant", "analyse", "design", "simulate"]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from replication.estimation.nonuniform.filters import Filter
-from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_level
+from replication.estimation.nonuniform.guarantee.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import BadSequence, worst_sequence

@@ -23,7 +23,7 @@ from replication.estimation.nonuniform.filter_lmi import (
     solve_for_periods,
     with_filter,
 )
-from replication.estimation.nonuniform.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array, positive_integer
 

@@ -10,12 +10,12 @@ from enum import StrEnum
 import numpy as np
 
 from replication.errors import SolverError
+from replication.estimation.conic.clarabel_blocks import ALMOST, Inequalities, minimise, symmetric_basis
+from replication.estimation.conic.sdpa_blocks import minimise_dense
+from replication.estimation.conic.solvers import SolverReport
+from replication.estimation.linear.norms import hinf_norm
 from replication.estimation.nonuniform.filters import Filter, gramian
 from replication.estimation.nonuniform.plant import SampledPlant, as_periods
-from replication.estimation.nonuniform.sdp import ALMOST, Inequalities, minimise, symmetric_basis
-from replication.estimation.nonuniform.sdpa import minimise_dense
-from replication.estimation.norms import hinf_norm
-from replication.estimation.solvers import SolverReport
 from replication.estimation.validation import Array
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.linear.norms import GainBracket, l2_gain
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.nonuniform.plant import SampledPlant
-from replication.estimation.norms import GainBracket, l2_gain
-from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array, as_matrix
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.linear.norms import hinf_norm
+from replication.estimation.linear.riccati import RiccatiMap, compose, fixed_point, symmetric
 from replication.estimation.nonuniform.filters import Filter, observer, periodic_gain
 from replication.estimation.nonuniform.plant import SampledPlant
-from replication.estimation.norms import hinf_norm
-from replication.estimation.riccati import RiccatiMap, compose, fixed_point, symmetric
 from replication.estimation.validation import Array, positive_scalar
 
 START = 1e-9

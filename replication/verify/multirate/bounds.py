@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.linear import block, identity, is_schur, require_positive_definite, submatrix, zeros
+from replication.verify.algebra.linear import block, identity, is_schur, require_positive_definite, submatrix, zeros
 from replication.verify.multirate.sensing import Sensing
 from replication.verify.theorem import Refused, require
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.linear import block, identity, require_order, take_rows
+from replication.verify.algebra.linear import block, identity, require_order, take_rows
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.sensing import schedule, without_noise
 from replication.verify.reading import fields, integer, matrices, matrix, require_empty, sequence

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from replication.verify.multirate.symbolic import Symbolic, Symbols, blocks, minus, plus, times, transposed, width
+from replication.verify.algebra.symbolic import Symbolic, Symbols, blocks, minus, plus, times, transposed, width
 from replication.verify.reading import fields, integer
 from replication.verify.theorem import Theorem, require
 

@@ -7,10 +7,10 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.linear import block, identity, require_positive_definite, zeros
+from replication.verify.algebra.decimals import above, below
+from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
 from replication.verify.multirate.bounds import attained, require_theorem_1, unseen_for_long, unseen_forever
 from replication.verify.multirate.sensing import Sensing, of_certificate, schedule_in_words
-from replication.verify.printed import above, below
 from replication.verify.reading import fields, integer, matrices, matrix, positive, sequence, symmetric
 from replication.verify.theorem import Theorem, require
 

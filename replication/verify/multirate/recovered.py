@@ -11,12 +11,12 @@ from typing import Any
 
 from flint import acb, fmpq_mat, fmpq_poly
 
-from replication.verify.balls import ends, roots
-from replication.verify.linear import identity, is_schur
+from replication.verify.algebra.balls import ends, roots
+from replication.verify.algebra.decimals import above
+from replication.verify.algebra.linear import identity, is_schur
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.levels import require_theorem_2
 from replication.verify.multirate.sensing import schedule, select, without_noise
-from replication.verify.printed import above
 from replication.verify.reading import fields, matrices, matrix, positive, rational, sequence
 from replication.verify.theorem import Theorem, require
 

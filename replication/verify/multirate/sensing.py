@@ -13,7 +13,7 @@ from typing import Any
 
 from flint import fmpq_mat
 
-from replication.verify.linear import block, take_rows, zeros
+from replication.verify.algebra.linear import block, take_rows, zeros
 from replication.verify.reading import MAX_ENTRIES, fields, integer, matrix, sequence
 from replication.verify.theorem import require
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.printed import decimal, printed_matrix
+from replication.verify.algebra.decimals import decimal, printed_matrix
 
 
 def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.linear import zeros
+from replication.verify.algebra.linear import zeros
 
 
 def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.printed import decimal
+from replication.verify.algebra.decimals import decimal
 
 
 def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

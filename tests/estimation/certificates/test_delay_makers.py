@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 from flint import fmpq
 
+from replication.certify.delay import forms as delay_forms
+from replication.certify.delay import gram as delay_gram
+from replication.certify.delay import levels as delay
+from replication.certify.delay import pade as delay_pade
+from replication.certify.rounding import as_floats
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.certificates import delay, delay_forms, delay_gram, delay_pade
-from replication.estimation.certificates.rounding import as_floats
 from replication.estimation.delay import hinf_gain, pade_model
 from replication.estimation.delay.spectrum import frequency_response
 from replication.verify.subjects import plant

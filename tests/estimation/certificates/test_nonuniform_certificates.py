@@ -7,11 +7,12 @@ import pytest
 from flint import fmpq
 
 from papers.mustafa.certificates import make
+from papers.mustafa.method import certify_grid as nonuniform_grid
+from replication.certify.nonuniform import gain as nonuniform
+from replication.certify.nonuniform.constant import storage_matrix
 from replication.errors import SolverError
-from replication.estimation.certificates import nonuniform, nonuniform_grid
-from replication.estimation.certificates.nonuniform_constant import storage_matrix
 from replication.estimation.nonuniform.filters import periodic_gain
-from replication.estimation.nonuniform.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.verify.run import check
 
 RANGE = {"from": "h_l", "to": "h_u", "weight": "samples"}

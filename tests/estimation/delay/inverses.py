@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from replication.estimation.delay import legendre
-from replication.estimation.delay.inverse import QUADRATURE, Inverse, multiplier_inverse
-from replication.estimation.delay.pqrs import Operator
+from replication.estimation.delay.operators.inverse import QUADRATURE, Inverse, multiplier_inverse
+from replication.estimation.delay.operators.pqrs import Operator
+from replication.estimation.delay.sos import legendre
 
 
 def as_operator(inverse: Inverse, count: int, quadrature: int = 2 * QUADRATURE) -> Operator:

@@ -10,7 +10,6 @@ from replication.estimation.delay import (
     DegreeRule,
     DelaySystem,
     SdpaOptions,
-    bessel,
     certificate_at,
     chebyshev_model,
     check,
@@ -21,8 +20,9 @@ from replication.estimation.delay import (
     observer_gains,
     riccati_gain,
 )
-from replication.estimation.delay.cone import cone_blocks, cone_map, required_count
-from replication.estimation.delay.forms import FormSpace
+from replication.estimation.delay.sos import bessel
+from replication.estimation.delay.sos.cone import cone_blocks, cone_map, required_count
+from replication.estimation.delay.sos.forms import FormSpace
 from replication.estimation.validation import Array
 from tests.estimation.delay.plants import blind_two_delays, one_delay, scalar, three_delays, two_delays, unstable_pair
 

@@ -19,13 +19,13 @@ from replication.estimation.delay import (
     error_system,
     evaluate,
     hinf_norm,
-    legendre,
     observer_gains,
-    pqrs,
     riccati_gain,
 )
-from replication.estimation.delay.gains import GainValues, injection_operator, storage_operator
+from replication.estimation.delay.operators import pqrs
+from replication.estimation.delay.operators.gains import GainValues, injection_operator, storage_operator
 from replication.estimation.delay.response import simulate
+from replication.estimation.delay.sos import legendre
 from tests.estimation.delay.inverses import as_operator
 from tests.estimation.delay.plants import one_delay, random_system, three_delays, two_delays, unstable_pair
 

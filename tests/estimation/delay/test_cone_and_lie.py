@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from replication.estimation.delay import DegreeRule, DelaySystem, legendre, lie
-from replication.estimation.delay.cone import cone_blocks, cone_map, required_count
-from replication.estimation.delay.drive import by_rates, direct
-from replication.estimation.delay.forms import FormSpace, triangle, triangle_index
+from replication.estimation.delay import DegreeRule, DelaySystem
+from replication.estimation.delay.sos import legendre, lie
+from replication.estimation.delay.sos.cone import cone_blocks, cone_map, required_count
+from replication.estimation.delay.sos.drive import by_rates, direct
+from replication.estimation.delay.sos.forms import FormSpace, triangle, triangle_index
 from replication.estimation.validation import Array
 from tests.estimation.delay.plants import random_system, three_delays, two_delays
 

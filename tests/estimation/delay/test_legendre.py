@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from replication.estimation.delay import legendre
+from replication.estimation.delay.sos import legendre
 
 ROUNDING = 1e-11
 

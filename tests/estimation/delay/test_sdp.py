@@ -7,8 +7,8 @@ import pytest
 import scipy.sparse as sparse
 
 from replication.errors import InfeasibleError, SolverError
+from replication.estimation.conic.sdpa import Program, least_trace, solve_clarabel, solve_sdpa
 from replication.estimation.delay import SdpaOptions
-from replication.estimation.delay.sdp import Program, least_trace, solve_clarabel, solve_sdpa
 
 SDPA_GAP = 1e-6
 

@@ -8,6 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
+from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay import (
     DegreeRule,
     DelaySystem,
@@ -21,9 +22,8 @@ from replication.estimation.delay import (
     pade_model,
     riccati_gain,
 )
-from replication.estimation.delay.least_gain import STATED_GAP, cross_checked_gain
-from replication.estimation.delay.sdp import solve_sdpa
-from replication.estimation.delay.synthesis import assemble, degree_for, monomials, program
+from replication.estimation.delay.sos.least_gain import STATED_GAP, cross_checked_gain
+from replication.estimation.delay.sos.synthesis import assemble, degree_for, monomials, program
 from replication.estimation.delay.system import gain_scaled, time_scaled, transformed
 from tests.estimation.delay.plants import (
     blind_pair,

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
-from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant, plant_of
 

@@ -9,17 +9,17 @@ import scipy.linalg
 import scipy.signal
 from dualrate_examples import MOTOR, MOTOR_DESIGN, PMSM, START, motor_loop
 
+from papers.shao.method.lyapunov import slow_rate_gap, theorem_constants
+from papers.shao.method.motor import Feedforward, feedforward, tracking_command
+from papers.shao.method.readings import Reading, Structure
+from papers.shao.method.simulation import simulate
+from papers.shao.method.sweeps import radii_over_periods
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, noise_gain, stability_radius
-from replication.estimation.dualrate.lyapunov import slow_rate_gap, theorem_constants
-from replication.estimation.dualrate.motor import Feedforward, feedforward, tracking_command
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
-from replication.estimation.dualrate.readings import Reading, Structure
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.dualrate.simulation import simulate
-from replication.estimation.dualrate.sweeps import radii_over_periods
 from replication.estimation.dualrate.tracking import Points, bandwidth, steady_state, tracking_error_ratio
 
 APO, FAST, STATE = (OBSERVERS[name] for name in ("alternating_predictive", "fast_sensor", "state_feedback"))

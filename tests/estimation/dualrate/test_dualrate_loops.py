@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
+from papers.shao.method.current import current
+from papers.shao.method.simulation import SIMULATED, simulate
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.current import current
 from replication.estimation.dualrate.loop import (
     DualRateLoop,
     close_loop,
@@ -25,7 +26,6 @@ from replication.estimation.dualrate.loop import (
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant, plant_of
 from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.dualrate.simulation import SIMULATED, simulate
 from replication.estimation.dualrate.tracking import steady_state, tracking_error_ratio
 from replication.estimation.validation import ComplexArray
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from dualrate_examples import MOTOR_DESIGN, PMSM, START, motor_loop
 
-from replication.errors import InvalidInputError
-from replication.estimation.dualrate.readings import (
+from papers.shao.method.readings import (
     STRUCTURES,
     Reading,
     ReadingSpace,
@@ -13,8 +12,7 @@ from replication.estimation.dualrate.readings import (
     Structure,
     error_ratios,
 )
-from replication.estimation.dualrate.response import time_response
-from replication.estimation.dualrate.search import (
+from papers.shao.method.search import (
     Column,
     chance,
     decoy_columns,
@@ -23,6 +21,8 @@ from replication.estimation.dualrate.search import (
     search,
     search_block,
 )
+from replication.errors import InvalidInputError
+from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.tracking import Points, tracking_error_ratio
 
 SPACE = ReadingSpace(PMSM, MOTOR_DESIGN, tuple(START), (0.5, 1.5, 3.0), horizon=12, substeps=5)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from dualrate_examples import MOTOR_DESIGN, START, motor_loop
 
+from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming
+from papers.shao.method.simulation import SIMULATED, simulate
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop
-from replication.estimation.dualrate.motor import Feedforward, Motor, ReferenceTiming
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.dualrate.simulation import SIMULATED, simulate
 from replication.estimation.dualrate.tracking import (
     Points,
     bandwidth,

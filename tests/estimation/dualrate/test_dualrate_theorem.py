@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from dualrate_examples import MOTOR_DESIGN, motor_loop, random_design
 
+from papers.shao.method.lyapunov import prediction_gap, slow_rate_gap, theorem_constants
+from papers.shao.method.sweeps import over_plants, radii_over_periods, radii_over_ratios, stable_periods
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, stability_radius
-from replication.estimation.dualrate.lyapunov import prediction_gap, slow_rate_gap, theorem_constants
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
-from replication.estimation.dualrate.sweeps import over_plants, radii_over_periods, radii_over_ratios, stable_periods
 from replication.estimation.dualrate.tracking import tracking_error_ratio
 
 SCALAR = dual_rate_design(make_plant([[1]], [[1]], [[1]]), feedback=[[-2]], injection=[[2]], period=1e-3, ratio=5)

@@ -6,14 +6,14 @@ import cvxpy
 import numpy as np
 import pytest
 
+from papers.okajima2023.method.central_path import CentralPoint, central_path
+from papers.okajima2023.method.lmi import theorem2_matrix
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.multirate.central_path import CentralPoint, central_path
-from replication.estimation.multirate.lmi import theorem2_matrix
+from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.norms import l2_gain
 from replication.estimation.validation import Array
 
 SAME = 1e-6

@@ -13,14 +13,15 @@ import numpy as np
 import pytest
 from multirate_examples import PAPER, problem
 
+from papers.okajima2023.method import lmi, reduced_lmi
+from papers.okajima2023.method.central_path import central_path
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError
-from replication.estimation.multirate import kalman, lmi, optimum, reduced_lmi
-from replication.estimation.multirate.central_path import central_path
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.multirate import kalman, optimum
 from replication.estimation.multirate.optimum import kalman_design, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.norms import l2_gain
 
 GOOD: dict[str, Any] = {
     "A": [[0.9, 0.2], [0, 1.1]],

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from multirate_examples import PAPER, PUBLISHED, problem, problems
 
 from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.multirate.kalman import kalman_design, state_units
 from replication.estimation.multirate.optimum import optimal_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.simulation import simulate, white_noise_variance, worst_case_response
-from replication.estimation.norms import l2_gain
-from replication.estimation.periodic import PeriodicSystem, Stage
 from replication.estimation.validation import Array
 from tests.tolerances import AGREEMENT, ILL_CONDITIONED, ROUNDING, SEEDED
 

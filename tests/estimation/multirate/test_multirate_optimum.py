@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from multirate_examples import PAPER, PUBLISHED, TABLE, problem, problems
 
+from papers.okajima2023.method.lmi import lmi_design
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.multirate.lmi import lmi_design
+from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import (
     DESIGN_MARGIN,
     achievable,
@@ -25,7 +26,6 @@ from replication.estimation.multirate.optimum import (
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
-from replication.estimation.norms import l2_gain
 from replication.estimation.validation import Array
 from tests.tolerances import AGREEMENT, BRACKET, GRID, ILL_CONDITIONED, ROUNDING
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from multirate_examples import PAPER, PUBLISHED, only_sensor, problem
 
-from replication.errors import InfeasibleError, SolverError
-from replication.estimation.multirate import lmi, reduced_lmi
-from replication.estimation.multirate.lmi import (
+from papers.okajima2023.method import lmi, reduced_lmi
+from papers.okajima2023.method.lmi import (
     cyclic_lmi_design,
     cyclic_size,
     lmi_analysis,
@@ -17,11 +16,12 @@ from replication.estimation.multirate.lmi import (
     theorem2_matrix,
     theorem2_size,
 )
+from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
+from replication.errors import InfeasibleError, SolverError
+from replication.estimation.conic.solvers import SolverReport, raise_unless_solved
+from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.reduced_lmi import LmiDesign, reduced_lmi_design
-from replication.estimation.norms import l2_gain
-from replication.estimation.solvers import SolverReport, raise_unless_solved
 from replication.estimation.validation import Array
 from tests.tolerances import ACHIEVED, AGREEMENT, BRACKET
 
@@ -125,7 +125,7 @@ def test_analysis_refuses_gains_that_do_not_stabilise() -> None:
 
 @pytest.mark.parametrize("design", [lmi_design, reduced_lmi_design])
 def test_a_solver_that_stops_early_gives_no_number(design: object, monkeypatch: pytest.MonkeyPatch) -> None:
-    from replication.estimation import solvers
+    from replication.estimation.conic import solvers
 
     monkeypatch.setitem(solvers.CLARABEL_OPTIONS, "max_iter", 2)
     assert lmi.CLARABEL_OPTIONS is solvers.CLARABEL_OPTIONS

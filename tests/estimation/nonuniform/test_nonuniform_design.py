@@ -3,9 +3,13 @@ import pytest
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
 
+from papers.mustafa.method.algorithm1 import CORRECT, LITERAL, End, Reading, build_grid
+from papers.mustafa.method.printed_lmi import printed_design
+from papers.mustafa.method.robust_lmi import lmi13, modal_transform, robust_lmi_design
+from papers.mustafa.method.small_gain import UpperEnd, delta_block
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.conic.sdpa_blocks import GAP
 from replication.estimation.nonuniform import exchange, filter_lmi
-from replication.estimation.nonuniform.algorithm1 import CORRECT, LITERAL, End, Reading, build_grid
 from replication.estimation.nonuniform.bracket import floor_for_any_filter
 from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, dense_design, robust_design, violations
 from replication.estimation.nonuniform.facade import design as design_filter
@@ -22,10 +26,6 @@ from replication.estimation.nonuniform.filter_lmi import (
 from replication.estimation.nonuniform.filters import Filter, error_output, error_step, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.printed_lmi import printed_design
-from replication.estimation.nonuniform.robust_lmi import lmi13, modal_transform, robust_lmi_design
-from replication.estimation.nonuniform.sdpa import GAP
-from replication.estimation.nonuniform.small_gain import UpperEnd, delta_block
 
 CONGRUENCE = 1e-12
 ROUTES = 1e-8

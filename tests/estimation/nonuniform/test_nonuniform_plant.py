@@ -5,18 +5,18 @@ import scipy.integrate
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, motor_filter, random_plant, stable_plants
 
+from papers.mustafa.method.printed_lmi import printed_design
+from papers.mustafa.method.robust_lmi import robust_lmi_design
+from papers.mustafa.method.small_gain import UpperEnd, covered_interval, delta_block, small_gain_alpha
+from papers.mustafa.method.stability import stability
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.nonuniform.bracket import floor_for_any_filter
-from replication.estimation.nonuniform.enclosure import enclose
 from replication.estimation.nonuniform.exchange import dense_design, robust_design
 from replication.estimation.nonuniform.filter_lmi import design_for_periods
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
-from replication.estimation.nonuniform.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee.enclosure import enclose
+from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.printed_lmi import printed_design
-from replication.estimation.nonuniform.robust_lmi import robust_lmi_design
-from replication.estimation.nonuniform.small_gain import UpperEnd, covered_interval, delta_block, small_gain_alpha
-from replication.estimation.nonuniform.stability import stability
 from replication.estimation.nonuniform.worst_case import repeated, sequence_gain, simulate_error, worst_sequence
 
 EXACT = 1e-12

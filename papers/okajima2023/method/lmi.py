@@ -1,0 +1,170 @@
+"""Theorems 1 and 2 as printed, through cvxpy: the matrix inequalities (20) and (30), all columns, phase by phase."""
+
+from __future__ import annotations
+
+import warnings
+from importlib.metadata import version
+from typing import Any
+
+import cvxpy
+import numpy as np
+
+from papers.okajima2023.method.reduced_lmi import LmiDesign
+from replication.errors import InfeasibleError, SolverError
+from replication.estimation.conic.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal
+from replication.estimation.multirate.problem import MultirateProblem, require_problem
+from replication.estimation.validation import Array
+
+ACCEPTED = ("optimal",)
+
+
+def theorem1_matrix(problem: MultirateProblem, gains: Array, P: Any, k: int, gamma_squared: Any) -> list[list[Any]]:
+    """Blocks of Theta_k, eq. (20), for given gains; P is a list of N matrices or cvxpy variables."""
+    plant, S = problem.plant, problem.schedule.selection(k)
+    A_e = plant.A - gains[k] @ S @ plant.C
+    M = gains[k] @ S @ plant.D
+    B, P_k, W = plant.B_d, P[k], plant.W
+    level = [gamma_squared * np.eye(size) for size in (B.shape[1], M.shape[1])]
+    return [
+        [P[k - 1] - A_e.T @ P_k @ A_e - W.T @ W, -A_e.T @ P_k @ B, A_e.T @ P_k @ M],
+        [-B.T @ P_k @ A_e, level[0] - B.T @ P_k @ B, B.T @ P_k @ M],
+        [M.T @ P_k @ A_e, M.T @ P_k @ B, level[1] - M.T @ P_k @ M],
+    ]
+
+
+def theorem2_matrix(problem: MultirateProblem, P: Any, Y: Any, k: int, gamma_squared: Any) -> list[list[Any]]:
+    """Blocks of Theta-hat_k, eq. (30); P and Y are lists of N matrices or cvxpy variables."""
+    plant, S = problem.plant, problem.schedule.selection(k)
+    n, m, q = plant.order, plant.B_d.shape[1], plant.D.shape[1]
+    closed = P[k] @ plant.A - Y[k] @ (S @ plant.C)
+    process, sensor = P[k] @ plant.B_d, -Y[k] @ (S @ plant.D)
+    return [
+        [P[k], closed, process, sensor],
+        [closed.T, P[k - 1] - plant.W.T @ plant.W, np.zeros((n, m)), np.zeros((n, q))],
+        [process.T, np.zeros((m, n)), gamma_squared * np.eye(m), np.zeros((m, q))],
+        [sensor.T, np.zeros((q, n)), np.zeros((q, m)), gamma_squared * np.eye(q)],
+    ]
+
+
+def theorem2_size(problem: MultirateProblem) -> tuple[int, int]:
+    """Decision variables of Theorem 2 in all (P_k, Y_k, gamma), and rows of the inequality of each phase."""
+    plant, n = problem.plant, problem.plant.order
+    per_phase = n * (n + 1) // 2 + n * plant.sensors
+    return problem.schedule.period * per_phase + 1, 2 * n + plant.B_d.shape[1] + plant.D.shape[1]
+
+
+def cyclic_size(problem: MultirateProblem) -> tuple[int, int]:
+    """The same for the single inequality of the cyclic reformulation: one P of order N n, one Y of N n by N q."""
+    plant, N = problem.plant, problem.schedule.period
+    n = N * plant.order
+    return n * (n + 1) // 2 + n * N * plant.sensors + 1, 2 * n + N * (plant.B_d.shape[1] + plant.D.shape[1])
+
+
+def lmi_analysis(problem: MultirateProblem, gains: Array, *, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
+    """Theorem 1: the smallest gamma that eq. (19) certifies for given gains (N, n, q).
+
+    Raises InvalidInputError for gains of another shape, InfeasibleError if the error system is not stable, SolverError
+    unless the solver's status is one of `accept`.
+    """
+    require_problem(problem)
+    radius = problem.error_system(gains).spectral_radius()
+    if radius >= 1:
+        raise InfeasibleError(f"the gains do not stabilise the error system (multiplier of modulus {radius:.6g})")
+    N, n = problem.schedule.period, problem.plant.order
+    P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(N)]
+    gamma_squared = cvxpy.Variable()
+    blocks = [theorem1_matrix(problem, np.asarray(gains, dtype=float), P, k, gamma_squared) for k in range(N)]
+    report = _minimise(gamma_squared, [*blocks, *([[P_k]] for P_k in P)], accept)
+    return LmiDesign(_root(gamma_squared), np.array(gains, dtype=float), np.array([_value(P_k) for P_k in P]), report)
+
+
+def lmi_design(problem: MultirateProblem, *, one_matrix: bool = False, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
+    """Theorem 2 as printed: minimise gamma^2 subject to eq. (30), all columns of Y_k kept; gains by eq. (31).
+
+    one_matrix: the same P at every phase, a more conservative condition, for comparison.
+
+    Raises InfeasibleError or SolverError unless the solver's status is one of `accept`.
+    """
+    require_problem(problem)
+    N, n, q = problem.schedule.period, problem.plant.order, problem.plant.sensors
+    P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(1 if one_matrix else N)] * (N if one_matrix else 1)
+    Y = [cvxpy.Variable((n, q)) for _ in range(N)]
+    gamma_squared = cvxpy.Variable()
+    blocks = [theorem2_matrix(problem, P, Y, k, gamma_squared) for k in range(N)]
+    report = _minimise(gamma_squared, blocks, accept)
+    gains = np.array([np.linalg.solve(_value(P_k), _value(Y_k)) for P_k, Y_k in zip(P, Y, strict=True)])
+    # Y_k on sensors that are not measured is arbitrary in the theorem and without effect in the observer.
+    gains *= problem.schedule.mask[:, None, :]
+    return LmiDesign(_root(gamma_squared), gains, np.array([_value(P_k) for P_k in P]), report)
+
+
+def cyclic_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
+    """The single inequality of the cyclic reformulation: eq. (30) at N = 1 for the cyclic plant, one P and one Y.
+
+    P (N n, N n) and Y (N n, N q) are full. Turning the phases by the N-th roots of unity leaves the inequality as it
+    is, so the mean over these turns solves it too: of P its diagonal blocks, of Y those from phase k to phase k + 1.
+    Same optimum as Theorem 2, far more unknowns (`cyclic_size`). Raises as `lmi_design`.
+    """
+    require_problem(problem)
+    plant, N, n, q = problem.plant, problem.schedule.period, problem.plant.order, problem.plant.sensors
+    selected = [problem.schedule.selection(k) for k in range(N)]
+    plant_stages = [Stage(plant.A, plant.B_d, S @ plant.C, np.zeros((q, plant.B_d.shape[1]))) for S in selected]
+    A, B, C, _ = PeriodicSystem(tuple(plant_stages)).cyclic()
+    D, W = block_diagonal([S @ plant.D for S in selected]), block_diagonal([plant.W] * N)
+    P, Y = cvxpy.Variable((N * n, N * n), symmetric=True), cvxpy.Variable((N * n, N * q))
+    gamma_squared = cvxpy.Variable()
+    closed, process, sensor = P @ A - Y @ C, P @ B, -Y @ D
+    m, q_w = B.shape[1], D.shape[1]
+    matrix = [
+        [P, closed, process, sensor],
+        [closed.T, P - W.T @ W, np.zeros((N * n, m)), np.zeros((N * n, q_w))],
+        [process.T, np.zeros((m, N * n)), gamma_squared * np.eye(m), np.zeros((m, q_w))],
+        [sensor.T, np.zeros((q_w, N * n)), np.zeros((q_w, m)), gamma_squared * np.eye(q_w)],
+    ]
+    report = _minimise(gamma_squared, [matrix], accept)
+    # The blocks of phase k act on the state at phase k + 1.
+    ahead = [(k + 1) % N for k in range(N)]
+    P_k = np.array([_value(P)[n * j : n * (j + 1), n * j : n * (j + 1)] for j in ahead])
+    Y_k = np.array([_value(Y)[n * j : n * (j + 1), q * k : q * (k + 1)] for k, j in enumerate(ahead)])
+    gains = np.linalg.solve(P_k, Y_k) * problem.schedule.mask[:, None, :]
+    return LmiDesign(_root(gamma_squared), gains, P_k, report)
+
+
+def _value(variable: Any) -> Array:
+    return np.asarray(variable.value, dtype=float)
+
+
+def _root(gamma_squared: Any) -> float:
+    return float(np.sqrt(max(float(gamma_squared.value), 0.0)))
+
+
+def _minimise(gamma_squared: Any, blocks: list[list[list[Any]]], accept: tuple[str, ...]) -> SolverReport:
+    """Minimise gamma^2 with every block matrix positive semidefinite; raises unless the status is accepted."""
+    constraints = []
+    for rows in blocks:
+        matrix = cvxpy.bmat(rows) if len(rows) > 1 or len(rows[0]) > 1 else rows[0][0]
+        constraints.append((matrix + matrix.T) / 2 >> 0)
+    task = cvxpy.Problem(cvxpy.Minimize(gamma_squared), constraints)
+    try:
+        with warnings.catch_warnings():
+            # cvxpy warns of an inaccurate solution; here its status says so, and the caller decides.
+            warnings.filterwarnings("ignore", message="Solution may be inaccurate")
+            task.solve(solver=cvxpy.CLARABEL, max_threads=1, **CLARABEL_OPTIONS)
+    except cvxpy.error.SolverError as error:
+        raise SolverError(
+            f"Clarabel through cvxpy failed: {error}; rescale the plant, or use the Riccati route"
+        ) from None
+    stats = task.solver_stats
+    report = SolverReport(
+        name=f"Clarabel {version('clarabel')} through cvxpy",
+        version=version("cvxpy"),
+        status=str(task.status),
+        options=dict(CLARABEL_OPTIONS),
+        residuals={"largest violation": max(float(np.max(c.violation())) for c in constraints)}
+        if gamma_squared.value is not None
+        else {},
+        iterations=int(stats.num_iters) if stats and stats.num_iters is not None else None,
+    )
+    raise_unless_solved(report, accept=accept)
+    return report

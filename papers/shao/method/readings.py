@@ -1,0 +1,177 @@
+"""Readings of an under-specified simulation: every structural choice as data, and the error ratios that each implies.
+
+A `Structure` fixes the loop; within it, the start of the observer, the points at which the error is looked at and the
+time window give the rows of one table, all computed from one lifted response.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from papers.shao.method.current import current
+from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.arguments import one_of
+from replication.estimation.dualrate.loop import DualRateLoop, close_loop
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import DualRateDesign
+from replication.estimation.dualrate.response import slow_states, start_state
+from replication.estimation.dualrate.tracking import Points, output_rows, reference, tracking_error_ratio
+from replication.estimation.validation import Array
+
+Window = tuple[int, int]
+"""Start and end of a time window, in slow periods."""
+
+
+class Start(StrEnum):
+    """ζ(0): zero, the true x(0), or the first output followed by zeros."""
+
+    ZERO = "zero"
+    TRUE = "true state"
+    OUTPUT = "output only"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Structure:
+    """The choices that every observer of a table shares; the defaults are the literal reading."""
+
+    feedforward: Feedforward = Feedforward.PRINTED
+    timing: ReferenceTiming = ReferenceTiming.HELD
+    discrete_gain: bool = False
+    current: bool = False
+
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError for an unknown feedforward or timing."""
+        object.__setattr__(self, "feedforward", one_of(Feedforward, self.feedforward))
+        object.__setattr__(self, "timing", one_of(ReferenceTiming, self.timing))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """One way to read the text; the defaults, with no window (steady state), are the literal one."""
+
+    observer: str = "alternating_predictive"
+    structure: Structure = Structure()
+    start: Start = Start.ZERO
+    points: Points = Points.BETWEEN
+    window: Window | None = None
+
+    def __post_init__(self) -> None:
+        """Raise InvalidInputError for an unknown observer, start or kind of points."""
+        if self.observer not in OBSERVERS:
+            raise InvalidInputError(f"observer must be one of {', '.join(OBSERVERS)}, got {self.observer!r}")
+        object.__setattr__(self, "start", one_of(Start, self.start))
+        object.__setattr__(self, "points", one_of(Points, self.points))
+
+
+STRUCTURES: tuple[Structure, ...] = tuple(
+    Structure(feedforward=form, timing=timing, discrete_gain=discrete, current=now)
+    for now, form, timing, discrete in product((False, True), Feedforward, ReferenceTiming, (False, True))
+)
+
+
+@dataclass(frozen=True, eq=False)
+class ReadingSpace:
+    """What is read: motor, gains and rates, printed x(0), reference frequencies (rad/s).
+
+    horizon: end of the longest window, in slow periods. substeps: points per fast period within a window.
+    """
+
+    motor: Motor
+    design: DualRateDesign
+    start: tuple[float, ...]
+    frequencies: tuple[float, ...]
+    horizon: int = 100
+    substeps: int = 40
+
+    @cached_property
+    def windows(self) -> tuple[Window, ...]:
+        """All windows [a, b) with 0 ≤ a < b ≤ horizon, in the order of the rows of `error_ratios`."""
+        return tuple((a, b) for a in range(self.horizon) for b in range(a + 1, self.horizon + 1))
+
+    @property
+    def rows(self) -> int:
+        """Number of readings per observer and structure: steady state per kind of points, then all windows."""
+        return len(Points) * (1 + len(Start) * len(self.windows))
+
+    def reading(self, observer: str, structure: Structure, row: int) -> Reading:
+        """The reading that row `row` of `error_ratios` stands for."""
+        points = list(Points)
+        if row < len(points):
+            return Reading(observer=observer, structure=structure, points=points[row])
+        start, rest = divmod(row - len(points), len(points) * len(self.windows))
+        point, window = divmod(rest, len(self.windows))
+        return Reading(
+            observer=observer,
+            structure=structure,
+            start=list(Start)[start],
+            points=points[point],
+            window=self.windows[window],
+        )
+
+    def loop(self, observer: str, structure: Structure, frequency: float) -> DualRateLoop:
+        """The loop of a reading at one reference frequency."""
+        command = tracking_command(self.motor, self.design, frequency, structure.feedforward, structure.timing)
+        builder = OBSERVERS[observer]
+        return close_loop(
+            self.design,
+            current(builder, discrete_gain=structure.discrete_gain) if structure.current else builder,
+            harmonic=command,
+            discrete_gain=structure.discrete_gain,
+        )
+
+
+def error_ratios(space: ReadingSpace, observer: str, structure: Structure) -> Array:
+    """Error ratios of all readings of one observer and structure: (rows, frequencies); NaN where there is none."""
+    return np.stack([_column(space, observer, structure, f) for f in space.frequencies], axis=1)
+
+
+def _column(space: ReadingSpace, observer: str, structure: Structure, frequency: float) -> Array:
+    loop = space.loop(observer, structure, frequency)
+    try:
+        steady = [tracking_error_ratio(loop, points) for points in Points]
+    except InfeasibleError:  # an unstable loop still has an error in every window
+        steady = [np.nan] * len(Points)
+    starts = np.array([_start(space, loop, start) for start in Start])
+    peaks = np.moveaxis(_peaks(space, loop, starts), 2, 0)
+    return np.concatenate([steady, _window_maxima(peaks).ravel()])
+
+
+def _start(space: ReadingSpace, loop: DualRateLoop, start: Start) -> Array:
+    x = np.array(space.start)
+    estimate = {Start.ZERO: 0 * x, Start.TRUE: x, Start.OUTPUT: loop.plant.output[0] * (loop.plant.output[0] @ x)}
+    return start_state(loop, x, estimate[start])
+
+
+def _peaks(space: ReadingSpace, loop: DualRateLoop, starts: Array) -> Array:
+    """Largest |y − y_d| in each slow period, shape (points, periods, starts)."""
+    harmonic, design, n = reference(loop), loop.design, loop.plant.size
+    rows = output_rows(loop, space.substeps)
+    z = slow_states(loop, starts, space.horizon)
+    slow = design.slow_period * np.arange(space.horizon)
+    between = np.zeros((space.horizon, len(starts)))
+    fast, first = between.copy(), between.copy()
+    for phase, step in enumerate(loop.steps):
+        w = np.exp(harmonic.exponent * (slow + phase * design.period))
+        r = np.imag(np.outer(w, harmonic.amplitude))[:, None, :] * (not harmonic.continuous)
+        u = z @ step.input_state.T + r @ step.input_command.T
+        exact = np.imag(w[:, None] * (rows.forcing - np.exp(harmonic.exponent * rows.offsets)))
+        error = np.abs(z[..., :n] @ rows.state.T + u @ rows.input.T + exact[:, None, :])
+        between, fast = np.maximum(between, error.max(axis=2)), np.maximum(fast, error[..., 0])
+        if phase == 0:
+            first = error[..., 0]
+        z = z @ step.state.T + r @ step.command.T + np.imag(np.outer(w, step.forcing))[:, None, :]
+    return np.stack([between, fast, first])
+
+
+def _window_maxima(peaks: Array) -> Array:
+    """Maxima over all windows [a, b) of the last axis, in the order of `ReadingSpace.windows`."""
+    size = peaks.shape[-1]
+    rows = np.where(np.tri(size, k=-1, dtype=bool), -np.inf, peaks[..., None, :])
+    first, last = np.triu_indices(size)
+    return np.asarray(np.maximum.accumulate(rows, axis=-1)[..., first, last])

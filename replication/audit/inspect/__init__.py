@@ -1,0 +1,1 @@
+"""Results looked at again: derived anew, compared, perturbed, counted."""

@@ -1,0 +1,153 @@
+"""What changed between two results files, claim by claim, and what may have caused it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from enum import StrEnum
+from typing import Any
+
+import msgspec
+
+from replication.audit.model import Verdict
+from replication.audit.store.records import ClaimRecord, ExperimentRecord, ResultsFile
+
+TEXT = ("printed", "statement", "place", "kind", "expected_verdict", "tolerance", "tolerance_reason", "erratum")
+NUMBERS = (
+    "computed", "lower", "upper", "proved", "holds", "margin", "threshold", "threshold_reason", "probability",
+    "as_printed", "not_checkable", "quantities",
+)  # fmt: skip
+
+
+class Cause(StrEnum):
+    """What is known to differ between the runs and bears on the claim, the likeliest first."""
+
+    NEW = "only the new file has the claim"
+    GONE = "only the old file has the claim"
+    CLAIM = "the claim itself was changed"
+    ERRATUM = "the outcome of the erratum's proof changed"
+    INPUTS = "other inputs of its experiments"
+    SOLVER = "another solver, or other options of it"
+    CODE = "other code of its experiments"
+    LOCK = "other lock of packages"
+    PACKAGES = "other versions of Python or packages"
+    MACHINE = "another machine, BLAS or number of threads"
+    SOURCES = "other sources, outside the experiments"
+    UNEXPLAINED = "moved though nothing known changed"
+
+
+class FieldChange(msgspec.Struct, frozen=True, kw_only=True):
+    """A field of a claim's record with its old and its new value."""
+
+    field: str
+    old: Any
+    new: Any
+
+
+class Change(msgspec.Struct, frozen=True, kw_only=True):
+    """How one claim changed; `causes` are all that may have caused it, `old` and `new` the verdicts."""
+
+    claim: str
+    old: Verdict | None
+    new: Verdict | None
+    causes: tuple[Cause, ...]
+    fields: tuple[FieldChange, ...] = ()
+
+
+def compare(old: ResultsFile, new: ResultsFile) -> list[Change]:
+    """The claims that differ in verdict, text or numbers: changed verdicts first, then by id.
+
+    Seconds, wording of methods, and lines of code are not compared. Numbers are compared exactly.
+    """
+    before = {record.id: record for record in old.claims}
+    after = {record.id: record for record in new.claims}
+    changes = [
+        *(Change(claim=name, old=None, new=after[name].verdict, causes=(Cause.NEW,)) for name in after.keys() - before),
+        *(
+            Change(claim=name, old=before[name].verdict, new=None, causes=(Cause.GONE,))
+            for name in before.keys() - after
+        ),
+    ]
+    for name in before.keys() & after:
+        fields = tuple(_fields(before[name], after[name]))
+        if fields:
+            causes = tuple(_causes(before[name], after[name], old, new)) or (Cause.UNEXPLAINED,)
+            verdicts = before[name].verdict, after[name].verdict
+            changes.append(Change(claim=name, old=verdicts[0], new=verdicts[1], causes=causes, fields=fields))
+    return sorted(changes, key=lambda change: (change.old == change.new, change.claim))
+
+
+def render(changes: list[Change]) -> list[str]:
+    """The changes as lines of text: one for each claim, and indented below it the fields and the causes."""
+    if not changes:
+        return ["No claim changed."]
+    lines = []
+    for change in changes:
+        verdict = str(change.new) if change.old == change.new else f"{change.old or '—'} → {change.new or '—'}"
+        lines.append(f"{change.claim}: {verdict}")
+        lines.extend(
+            f"    {field.field}: {field.old!r} → {field.new!r}{moved(field) and f' ({moved(field)})'}"
+            for field in change.fields
+        )
+        lines.append(f"    cause: {'; '.join(change.causes)}")
+    return lines
+
+
+def _fields(old: ClaimRecord, new: ClaimRecord) -> Iterator[FieldChange]:
+    for name in ("verdict", *TEXT, *NUMBERS):
+        before, after = (_plain(getattr(record, name)) for record in (old, new))
+        if before != after:
+            yield FieldChange(field=name, old=before, new=after)
+
+
+def _plain(value: Any) -> Any:
+    return msgspec.to_builtins(value)
+
+
+def _causes(old: ClaimRecord, new: ClaimRecord, before: ResultsFile, after: ResultsFile) -> Iterator[Cause]:
+    if any(getattr(old, name) != getattr(new, name) for name in TEXT) or old.experiments != new.experiments:
+        yield Cause.CLAIM
+    if _proof(old, before) != _proof(new, after):
+        yield Cause.ERRATUM
+    yield from _experiment_causes(old, before, after)
+    runs = before.run, after.run
+    if _differ(runs, "lock_sha256"):
+        yield Cause.LOCK
+    if _differ(runs, "packages", "python"):
+        yield Cause.PACKAGES
+    if _differ(runs, "cpu", "platform", "blas", "threads"):
+        yield Cause.MACHINE
+    # The functions that answer claims are not part of any experiment; a dirty tree may hold any of them.
+    if _differ(runs, "commit", "package_version") or any(run.dirty for run in runs):
+        yield Cause.SOURCES
+
+
+def _experiment_causes(old: ClaimRecord, before: ResultsFile, after: ResultsFile) -> Iterator[Cause]:
+    used = {run.name: run for run in before.experiments if run.name in old.experiments}
+    pairs = [(used[run.name], run) for run in after.experiments if run.name in used]
+    if any(first.inputs != second.inputs for first, second in pairs):
+        yield Cause.INPUTS
+    if any(_settings(first) != _settings(second) for first, second in pairs):
+        yield Cause.SOLVER
+    # A key covers sources, inputs, lock, Python and packages: it tells of other code only if the rest is the same.
+    same_setting = not _differ((before.run, after.run), "lock_sha256", "python", "packages")
+    if same_setting and any(first.key != second.key and first.inputs == second.inputs for first, second in pairs):
+        yield Cause.CODE
+
+
+def _settings(experiment: ExperimentRecord) -> tuple[Any, ...]:
+    return tuple((solver.name, solver.version, solver.options) for solver in experiment.solvers)
+
+
+def _proof(record: ClaimRecord, results: ResultsFile) -> tuple[tuple[bool, bool], ...]:
+    return tuple((erratum.holds, bool(erratum.error)) for erratum in results.errata if erratum.id == record.erratum)
+
+
+def _differ(pair: tuple[Any, Any], *names: str) -> bool:
+    return any(getattr(pair[0], name) != getattr(pair[1], name) for name in names)
+
+
+def moved(field: FieldChange) -> str:
+    """How far a single number moved, relative to its old size; empty for anything else."""
+    if not isinstance(field.old, float) or not isinstance(field.new, float) or field.old == 0:
+        return ""
+    return f"{(field.new - field.old) / abs(field.old):+.2e} relative"

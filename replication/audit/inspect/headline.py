@@ -1,0 +1,123 @@
+"""The summary of a report: one sentence of verdict, what to bear in mind, and every number in them counted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+from replication.audit.judge.verdict import NUMERIC
+from replication.audit.model import Kind, Verdict
+from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
+
+
+class Basis(StrEnum):
+    """What a claim is judged by: the digits that are printed, a yes or no, or the probability of the printed draw."""
+
+    DIGITS = "in printed digits"
+    STATEMENT = "as statements"
+    DRAW = "as random draws"
+
+
+_WORDS = {
+    Verdict.REPRODUCED: ("agrees", "agree", "with the print"),
+    Verdict.REPRODUCED_AFTER_ERRATUM: ("agrees", "agree", "once a documented misprint is corrected"),
+    Verdict.DIFFERS: ("differs", "differ", "from the print or its statement"),
+    Verdict.CONSISTENT: ("holds", "hold", "as a qualitative or statistical statement"),
+    Verdict.NOT_CHECKABLE: ("cannot", "cannot", "be checked"),
+    Verdict.ERROR: ("ended", "ended", "in an error"),
+}
+_SPLIT = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM)
+"""Verdicts that sound like agreement of digits, so the sentence says in what they agree."""
+
+
+def basis(claim: ClaimRecord) -> Basis:
+    """What the verdict on a claim that could be judged rests on."""
+    if claim.kind in NUMERIC:
+        return Basis.DIGITS
+    return Basis.DRAW if claim.kind is Kind.STATISTICAL and claim.probability is not None else Basis.STATEMENT
+
+
+def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
+    """How many claims have each verdict, in the order of `Verdict`; zeros included."""
+    found = Counter(claim.verdict for claim in claims)
+    return {verdict: found[verdict] for verdict in Verdict}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Caveat:
+    """Something that the counts of verdicts do not say by themselves: how many claims it is true of."""
+
+    words: str
+    number: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Headline:
+    """What leads the report. unexpected: the claims whose verdict is not the pinned one. counted: numbers in words."""
+
+    sentence: str
+    counts: Mapping[Verdict, int]
+    proved: int
+    caveats: tuple[Caveat, ...]
+    unexpected: tuple[ClaimRecord, ...]
+    counted: tuple[int, ...]
+
+
+def headline(results: ResultsFile) -> Headline:
+    """Count the claims of `results`, and say it."""
+    claims = results.claims
+    unexpected = tuple(claim for claim in claims if claim.verdict != claim.expected_verdict)
+    by_basis = Counter((claim.verdict, basis(claim)) for claim in claims)
+    return Headline(
+        sentence=sentence(claims),
+        counts=counts(claims),
+        proved=sum(claim.proved for claim in claims),
+        caveats=caveats(claims, results.errata),
+        unexpected=unexpected,
+        counted=(len(claims), len(unexpected), *by_basis.values()),
+    )
+
+
+def sentence(claims: Sequence[ClaimRecord]) -> str:
+    """The verdict on all claims in words, computed from them."""
+    if not claims:
+        return "There is no claim to judge."
+    parts = [_part(verdict, claims) for verdict, number in counts(claims).items() if number]
+    listed = " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
+    changed = sum(claim.verdict != claim.expected_verdict for claim in claims)
+    expected = (
+        f"{changed} {'verdict is' if changed == 1 else 'verdicts are'} not as expected."
+        if changed
+        else "Every verdict is the expected one."
+    )
+    proved = sum(claim.proved for claim in claims)
+    theorems = f"Proved in exact or ball arithmetic: {proved}."
+    text = f"Of {len(claims)} {'claim' if len(claims) == 1 else 'claims'}, {listed}. {expected}"
+    return f"{text} {theorems}" if proved else text
+
+
+def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[Caveat, ...]:
+    """What the counts of verdicts do not say by themselves."""
+    inferred = {erratum.id for erratum in errata if erratum.inference}
+    found = {
+        "reproduced after an erratum that is an inference, not a proof": (
+            c.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and c.erratum in inferred for c in claims
+        ),
+        "with printed digits and a tolerance other than half a unit": (c.tolerance is not None for c in claims),
+        "whose statement holds up to a threshold of ours": (c.threshold is not None for c in claims),
+        "judged by the probability of a random draw": (basis(c) is Basis.DRAW for c in claims),
+        "with neither a check by a second method nor a proof": (not (c.cross_check or c.proved) for c in claims),
+    }
+    return tuple(Caveat(words=words, number=sum(true)) for words, true in found.items())
+
+
+def _part(verdict: Verdict, claims: Sequence[ClaimRecord]) -> str:
+    chosen = [claim for claim in claims if claim.verdict is verdict]
+    singular, plural, rest = _WORDS[verdict]
+    text = f"{len(chosen)} {plural if len(chosen) != 1 else singular} {rest}"
+    if verdict not in _SPLIT:
+        return text
+    found = Counter(map(basis, chosen))
+    return f"{text} ({', '.join(f'{found[kind]} {kind}' for kind in Basis if found[kind])})"

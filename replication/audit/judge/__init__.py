@@ -1,0 +1,1 @@
+"""From a printed string and evidence to a verdict: rounding, agreement, errata, proofs."""

@@ -1,0 +1,243 @@
+"""Does a computed number agree with a printed one? Exact comparison of values and brackets with printed intervals."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from enum import Enum
+from fractions import Fraction
+
+from replication.audit.judge import numerals
+from replication.audit.judge.printed import Entry, Printed
+from replication.audit.model import Verdict
+from replication.audit.store.records import Reading
+from replication.errors import AuditError
+
+MOST_DIGITS = 60
+"""Digits in which the end of a bracket is written at most; a float near 1 has no more than 53."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict with its reason; deviation_ulp is (computed − printed) in units of the last printed place."""
+
+    verdict: Verdict
+    deviation_ulp: float | None
+    reason: str
+
+
+class Position(Enum):
+    """Where a computed number or its bracket lies against the numbers a print stands for; the first found decides."""
+
+    OUTSIDE = "lies outside"
+    STRADDLING = "is too wide to decide, it straddles an end of"
+    INSIDE = "lies inside"
+
+
+_VERDICTS = {
+    Position.OUTSIDE: Verdict.DIFFERS,
+    Position.STRADDLING: Verdict.NOT_CHECKABLE,
+    Position.INSIDE: Verdict.REPRODUCED,
+}
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A closed interval; an end that is None is unbounded."""
+
+    low: Fraction | None
+    high: Fraction | None
+
+    def size(self) -> Interval:
+        """The interval of absolute values."""
+        if self.low is None or self.high is None:
+            ends = [abs(end) for end in (self.low, self.high) if end is not None]
+            one_sided = (self.low is not None and self.low > 0) or (self.high is not None and self.high < 0)
+            return Interval(ends[0] if one_sided else Fraction(0), None)
+        if self.low <= 0 <= self.high:
+            return Interval(Fraction(0), max(-self.low, self.high))
+        return Interval(*sorted((abs(self.low), abs(self.high))))
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One computed real number with its bracket, as exact fractions; without a bracket the value stands for it."""
+
+    entry: Entry
+    label: str
+    value: Fraction
+    bracket: Interval
+    has_bracket: bool
+
+    @property
+    def deviation(self) -> Fraction:
+        """(computed − printed) in units of the last printed place."""
+        return (self.value - self.entry.value) / self.entry.unit
+
+    def describe(self, *ends: Fraction | None) -> str:
+        """The number or its bracket in digits, enough of them to tell it from `ends`."""
+        prefix = f"{self.label}: " if self.label else ""
+        if not self.has_bracket:
+            return f"{prefix}computed {digits(self.value, *ends)}"
+        return f"{prefix}bracket {_enclosure(self.bracket, *ends)}"
+
+
+def judge_value(printed: Printed, reading: Reading, tolerance: Fraction | None) -> Judgement:
+    """Compare every entry with its rounding interval, printed ± half a unit or ± `tolerance`, ends included.
+
+    Any entry outside: differs. All inside: reproduced. Else a bracket is too wide: not checkable.
+    Raises AuditError if there is no value, or its layout or bracket does not fit.
+    """
+    if printed.relation:
+        raise AuditError(f"printed value {printed.text!r} is a relation; a claim of kind bound compares those")
+    measured = _measure(printed, reading)
+    targets = [_rounding_interval(number.entry, tolerance) for number in measured]
+    positions = [_position(number.bracket, target) for number, target in zip(measured, targets, strict=True)]
+    decisive = next(position for position in Position if position in positions)
+    found = [index for index, position in enumerate(positions) if position is decisive]
+    index = max(found, key=lambda i: abs(measured[i].deviation))
+    count = f"{len(found)} of {len(measured)} entries: " if len(measured) > 1 else ""
+    text = f"{count}{_against(measured[index], targets[index], decisive.value)}"
+    worst = max(measured, key=lambda number: abs(number.deviation))
+    return Judgement(_VERDICTS[decisive], _as_float(worst.deviation), _sentence(text))
+
+
+def judge_bound(printed: Printed, reading: Reading) -> Judgement:
+    """Compare a value or bracket with a printed relation such as `<0.001`, exactly as it stands, without a tolerance.
+
+    Raises AuditError if there is no relation, no value, or the layout or bracket does not fit.
+    """
+    if not printed.relation:
+        raise AuditError(f"printed value {printed.text!r} has no relation; a bound is printed like <0.001 or ≥2")
+    number = _measure(printed, reading)[0]
+    limit = number.entry.value
+    low, high = number.bracket.low, number.bracket.high
+    # Mirrored so that the relation always reads "at most" or "below".
+    if printed.relation in ">≥":
+        low, high, limit = _negative(high), _negative(low), -limit
+    strict = printed.relation in "<>"
+    if high is not None and (high < limit or (high == limit and not strict)):
+        verdict, words = Verdict.REPRODUCED, "satisfies"
+    elif low is not None and (low > limit or (low == limit and strict)):
+        verdict, words = Verdict.DIFFERS, "violates"
+    else:
+        verdict, words = Verdict.NOT_CHECKABLE, "is too wide to decide"
+    text = f"{number.describe(number.entry.value)} {words} the printed {printed.text}"
+    return Judgement(verdict, _as_float(number.deviation), _sentence(text))
+
+
+def _enclosure(bracket: Interval, *ends: Fraction | None) -> str:
+    """The bracket rounded outwards, fine enough to show its width and to stand on its side of all `ends`."""
+    low, high = bracket.low, bracket.high
+    width = None if low is None or high is None or low == high else high - low
+    low_text = "−inf" if low is None else _outward(low, ROUND_FLOOR, width, ends)
+    return f"[{low_text}, {'inf' if high is None else _outward(high, ROUND_CEILING, width, ends)}]"
+
+
+def _outward(number: Fraction, rounding: str, width: Fraction | None, ends: Sequence[Fraction | None]) -> str:
+    """`number` rounded down or up by no more than `width`, in at least six digits."""
+    for count in range(6, MOST_DIGITS):
+        rounded = Context(prec=count, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
+        shown = Fraction(rounded)
+        fine = width is None or abs(shown - number) <= width
+        if fine and all(end is None or _side(shown, end) == _side(number, end) for end in ends):
+            return numerals.decimal(rounded)
+    return numerals.decimal(Decimal(number.numerator) / Decimal(number.denominator))
+
+
+def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
+    """`number` in `least` significant digits, or in as many as it takes to stand on its side of all `ends`."""
+    value = _as_float(number)
+    for count in range(least, 18):
+        text = f"{value:.{count}g}"
+        if all(end is None or _side(Fraction(text), end) == _side(number, end) for end in ends):
+            return numerals.decimal(Decimal(text))
+    return numerals.full(value)
+
+
+def apart(first: Fraction, second: Fraction, least: int = 6) -> tuple[str, str]:
+    """Two numbers in `least` significant digits, or in as many as it takes to show which one is larger."""
+    values = _as_float(first), _as_float(second)
+    for count in range(least, 18):
+        texts = f"{values[0]:.{count}g}", f"{values[1]:.{count}g}"
+        if _side(Fraction(texts[0]), Fraction(texts[1])) == _side(first, second):
+            return numerals.decimal(Decimal(texts[0])), numerals.decimal(Decimal(texts[1]))
+    return numerals.full(values[0]), numerals.full(values[1])
+
+
+def _decimal(number: Fraction) -> str:
+    """A fraction that comes from decimals, in all its digits."""
+    return numerals.decimal(Decimal(number.numerator) / Decimal(number.denominator))
+
+
+def _as_float(number: Fraction) -> float:
+    """The nearest float; beyond their range the largest one, which is as telling for a deviation."""
+    largest = Fraction(sys.float_info.max)
+    return float(max(-largest, min(largest, number)))
+
+
+def _side(number: Fraction, end: Fraction) -> int:
+    return (number > end) - (number < end)
+
+
+def _negative(end: Fraction | None) -> Fraction | None:
+    return None if end is None else -end
+
+
+def _measure(printed: Printed, reading: Reading) -> tuple[Measured, ...]:
+    if reading.value is None:
+        raise AuditError(f"the evidence holds no value to compare with the printed {printed.text!r}")
+    values = [Fraction(value) for value in printed.align("computed value", reading.value)]
+    lows: list[Fraction | None] = [None] * len(values)
+    highs: list[Fraction | None] = [None] * len(values)
+    if reading.lower is not None:
+        lows = [Fraction(value) for value in printed.align("lower bound", reading.lower)]
+    if reading.upper is not None:
+        highs = [Fraction(value) for value in printed.align("upper bound", reading.upper)]
+    has_bracket = reading.lower is not None or reading.upper is not None
+    measured = []
+    for entry, label, value, low, high in zip(printed.entries, printed.labels, values, lows, highs, strict=True):
+        bracket = Interval(low, high) if has_bracket else Interval(value, value)
+        if (low is not None and value < low) or (high is not None and value > high):
+            own = Measured(entry, label, value, bracket, True).describe(value)
+            raise AuditError(f"{own} does not hold its own value {float(value)!r}; one of the two is wrong")
+        if entry.absolute:
+            value, bracket = abs(value), bracket.size()
+        measured.append(Measured(entry, label, value, bracket, has_bracket))
+    return tuple(measured)
+
+
+def _rounding_interval(entry: Entry, tolerance: Fraction | None) -> Interval:
+    half = entry.unit / 2 if tolerance is None else tolerance
+    return Interval(entry.value - half, entry.value + half)
+
+
+def _position(bracket: Interval, target: Interval) -> Position:
+    """Both intervals are closed; the ends of `target` are never None."""
+    assert target.low is not None and target.high is not None
+    if (bracket.low is not None and bracket.low > target.high) or (
+        bracket.high is not None and bracket.high < target.low
+    ):
+        return Position.OUTSIDE
+    if bracket.low is None or bracket.high is None:
+        return Position.STRADDLING
+    return Position.INSIDE if target.low <= bracket.low and bracket.high <= target.high else Position.STRADDLING
+
+
+def _against(number: Measured, target: Interval, words: str) -> str:
+    ends = (target.low, target.high)
+    assert target.low is not None and target.high is not None
+    half = Fraction(1, 2)
+    negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))
+    deviation = "0" if negligible else digits(number.deviation, -half, half, least=3)
+    interval = f"[{_decimal(target.low)}, {_decimal(target.high)}]"
+    return (
+        f"{number.describe(*ends)} {words} {interval}, for which the printed {number.entry.text} stands"
+        f" (deviation in units of its last place: {deviation})"
+    )
+
+
+def _sentence(text: str) -> str:
+    return text[0].upper() + text[1:] + "."

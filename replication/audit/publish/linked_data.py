@@ -1,0 +1,166 @@
+"""JSON-LD in the vocabulary of schema.org: papers, reviews of their claims, and the archive as an RO-Crate."""
+
+from __future__ import annotations
+
+import hashlib
+import mimetypes
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from replication.audit.inspect.headline import sentence
+from replication.audit.publish.software import Software
+from replication.audit.store.records import ClaimRecord, PaperRecord, ResultsFile
+
+Json = dict[str, Any]
+SCHEMA = "https://schema.org"
+CRATE = "https://w3id.org/ro/crate/1.1"
+MEDIA_TYPES = {".md": "text/markdown", ".j2": "text/plain", ".cff": "application/yaml", ".yml": "application/yaml"}
+
+
+def claims_graph(results: ResultsFile, software: Software) -> Json:
+    """The audit as schema.org: each paper an article, each claim a ClaimReview with its verdict in words."""
+    return {
+        "@context": SCHEMA,
+        "@graph": [
+            source_code(software),
+            *map(article, results.papers),
+            *(_review(claim, results.run.date) for claim in results.claims),
+        ],
+    }
+
+
+def summary_graph(results: ResultsFile) -> Json:
+    """The audit in short, for the head of the report: the report as a data set about the papers, with its outcome."""
+    return {
+        "@context": SCHEMA,
+        "@type": "Dataset",
+        "name": "Replication report",
+        "description": sentence(results.claims),
+        "dateCreated": results.run.date,
+        "version": results.run.package_version,
+        "about": [article(paper) for paper in results.papers],
+    }
+
+
+def source_code(software: Software) -> Json:
+    """This package as SoftwareSourceCode."""
+    return without_empty(
+        {
+            "@id": "#software",
+            "@type": "SoftwareSourceCode",
+            "name": software.title,
+            "description": software.abstract,
+            "version": software.version,
+            "license": f"https://spdx.org/licenses/{software.license}",
+            "keywords": list(software.keywords),
+            "codeRepository": software.repository_code,
+            "programmingLanguage": "Python",
+            "author": [
+                {"@type": "Person" if person.family_names else "Organization", "name": person.full_name}
+                for person in software.authors
+            ],
+        }
+    )
+
+
+def article(paper: PaperRecord) -> Json:
+    """A source paper as ScholarlyArticle; what its text does not tell is left out."""
+    return without_empty(
+        {
+            "@id": f"#paper-{paper.key}",
+            "@type": "ScholarlyArticle",
+            "name": paper.title,
+            "author": [{"@type": "Person", "name": name} for name in paper.authors],
+            "datePublished": str(paper.year or ""),
+            "isPartOf": paper.venue,
+            "sameAs": f"https://doi.org/{paper.doi}" if paper.doi else "",
+        }
+    )
+
+
+def crate(results: ResultsFile, software: Software, root: Path, files: Sequence[Path]) -> Json:
+    """The metadata of an RO-Crate 1.1 of `files` (relative to `root`): each with its size, type and checksum."""
+    parts = [_file(root, path) for path in sorted(files)]
+    return {
+        "@context": f"{CRATE}/context",
+        "@graph": [
+            {
+                "@id": "ro-crate-metadata.json",
+                "@type": "CreativeWork",
+                "conformsTo": {"@id": CRATE},
+                "about": {"@id": "./"},
+            },
+            {
+                "@id": "./",
+                "@type": "Dataset",
+                "name": software.title,
+                "description": sentence(results.claims),
+                "datePublished": results.run.date,
+                "license": {"@id": f"https://spdx.org/licenses/{software.license}"},
+                "hasPart": [{"@id": part["@id"]} for part in parts],
+                "citation": [{"@id": f"#paper-{paper.key}"} for paper in results.papers],
+                "mainEntity": {"@id": "#software"},
+            },
+            {"@id": f"https://spdx.org/licenses/{software.license}", "@type": "CreativeWork", "name": software.license},
+            source_code(software),
+            *map(article, results.papers),
+            _action(results),
+            *parts,
+        ],
+    }
+
+
+def _action(results: ResultsFile) -> Json:
+    """The run that made the results, with what it ran on."""
+    run = results.run
+    return {
+        "@id": "#run",
+        "@type": "CreateAction",
+        "name": "python -m replication run",
+        "endTime": run.date,
+        "instrument": {"@id": "#software"},
+        "result": [{"@id": "report/results.json"}, {"@id": "report/index.html"}],
+        "description": f"Python {run.python}, {run.platform}, {run.cpu}, commit {run.commit}",
+    }
+
+
+def _file(root: Path, path: Path) -> Json:
+    content = (root / path).read_bytes()
+    return {
+        "@id": path.as_posix(),
+        "@type": "File",
+        "contentSize": str(len(content)),
+        "encodingFormat": media_type(path),
+        "sha256": hashlib.sha256(content).hexdigest(),
+    }
+
+
+def media_type(path: Path) -> str:
+    """The media type of a file by its name, the same on every machine."""
+    known, _ = mimetypes.MimeTypes(filenames=()).guess_type(path.name)
+    return MEDIA_TYPES.get(path.suffix) or known or "application/octet-stream"
+
+
+def _review(claim: ClaimRecord, date: str) -> Json:
+    return {
+        "@id": f"#claim-{claim.id}",
+        "@type": "ClaimReview",
+        "claimReviewed": claim.statement,
+        "itemReviewed": without_empty(
+            {
+                "@type": "Claim",
+                "appearance": {"@id": f"#paper-{claim.paper}"},
+                "position": claim.place,
+                "text": claim.printed,
+            }
+        ),
+        "reviewRating": {"@type": "Rating", "alternateName": str(claim.verdict), "ratingExplanation": claim.reason},
+        "datePublished": date,
+        "author": {"@id": "#software"},
+    }
+
+
+def without_empty(fields: Json) -> Json:
+    """The fields that say something."""
+    return {name: value for name, value in fields.items() if value not in ("", [], None)}

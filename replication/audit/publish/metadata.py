@@ -1,0 +1,95 @@
+"""What journals and checkers of computations read: CODECHECK configurations, ReScience metadata, BibTeX."""
+
+from __future__ import annotations
+
+import msgspec
+
+from replication.audit.inspect.headline import sentence
+from replication.audit.publish.linked_data import Json, without_empty
+from replication.audit.publish.software import Software
+from replication.audit.store.records import PaperRecord, ResultsFile
+
+CODECHECK = "https://codecheck.org.uk/spec/config/1.0/"
+
+
+def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> str:
+    """`codecheck.yml` of one paper: what a codechecker has to rebuild, and what came out here.
+
+    No checker, certificate or date of a check is named: they are for the person who does one.
+    """
+    figures = [record for record in results.figures if record.paper == paper.key and not record.error]
+    claims = [claim for claim in results.claims if claim.paper == paper.key]
+    manifest = [
+        {"file": f"figures/{record.name}.{suffix}", "comment": f"{record.place}: {record.title}"}
+        for record in figures
+        for suffix in ("svg", "csv")
+    ]
+    return _yaml(
+        {
+            "version": CODECHECK,
+            "paper": without_empty(
+                {
+                    "title": paper.title,
+                    "authors": [{"name": name} for name in paper.authors],
+                    "reference": f"https://doi.org/{paper.doi}" if paper.doi else "",
+                }
+            ),
+            "manifest": [
+                {"file": "report/results.json", "comment": "every claim with its evidence and verdict"},
+                *manifest,
+            ],
+            "summary": f"{sentence(claims)} Made by `make report` of {software.title}, version {software.version}.",
+            **({"repository": software.repository_code} if software.repository_code else {}),
+        }
+    )
+
+
+def rescience(results: ResultsFile, software: Software) -> str:
+    """`metadata.yaml` in the manner of ReScience C: this package as the replication, the papers as the originals."""
+    return _yaml(
+        {
+            "title": software.title,
+            "type": "Replication",
+            "authors": [
+                without_empty({"name": person.full_name, "orcid": person.orcid}) for person in software.authors
+            ],
+            "abstract": software.abstract,
+            "keywords": list(software.keywords),
+            "language": "Python",
+            "domain": "Control engineering",
+            "code": [
+                without_empty({"url": software.repository_code, "doi": software.doi, "version": software.version})
+            ],
+            "date": results.run.date,
+            "replication": [
+                without_empty(
+                    {
+                        "cite": f"{', '.join(paper.authors)}: {paper.title}",
+                        "bib": paper.key,
+                        "doi": paper.doi,
+                        "url": f"https://doi.org/{paper.doi}" if paper.doi else "",
+                    }
+                )
+                for paper in results.papers
+            ],
+        }
+    )
+
+
+def bibtex(results: ResultsFile, software: Software) -> str:
+    """BibTeX of this package and of every paper that it replicates."""
+    fields = {
+        "title": f"{{{software.title}}}",
+        "author": " and ".join(f"{{{person.full_name}}}" for person in software.authors),
+        "version": software.version,
+        "year": results.run.date[:4],
+        "doi": software.doi,
+        "url": software.url or software.repository_code,
+    }
+    lines = [f"  {name} = {{{value}}}," for name, value in fields.items() if value]
+    own = "\n".join(["@software{replication,", *lines, "}"])
+    return "\n\n".join([own, *(paper.bibtex.strip() for paper in results.papers)]) + "\n"
+
+
+def _yaml(content: Json) -> str:
+    return msgspec.yaml.encode(content, order=None).decode()

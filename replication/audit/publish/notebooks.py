@@ -1,0 +1,134 @@
+"""The tutorial notebooks: executed, then written as pages that load nothing."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from replication.audit.names import one_of
+from replication.audit.report.formulas import set_inline
+from replication.audit.report.templates import environment, source, style_sheet
+from replication.audit.store.provenance import LOCK
+from replication.errors import AuditError
+from replication.files import write_atomically
+
+FOLDER = "docs/notebooks"
+SECONDS = 600
+"""What one cell may take."""
+
+_NO_ALT = re.compile(r'alt="No description has been provided for this image"')
+_KEY = re.compile(r"<!-- made from ([0-9a-f]{64}) -->")
+SET_UP = """import matplotlib, matplotlib_inline.backend_inline as inline
+inline.set_matplotlib_formats("svg")
+matplotlib.rcParams["svg.hashsalt"] = "tutorial"
+matplotlib.rcParams["svg.fonttype"] = "none"
+"""
+
+
+@dataclass(frozen=True)
+class Built:
+    """One page: where it is, and whether the notebook had to be executed."""
+
+    page: Path
+    executed: bool
+
+
+def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iterator[Built]:
+    """Execute the notebooks in docs/notebooks of the project at `root` (all unless named) and write pages to `output`.
+
+    A page that was made from the same notebook, sources and lock is left alone. Raises AuditError for an unknown name,
+    and for a notebook with an error, which it names with the cell.
+    """
+    paths = {path.stem: path for path in sorted((root / FOLDER).glob("*.ipynb"))}
+    chosen = [one_of("notebook", name, paths) for name in names] or list(paths)
+    sources = _sources(root)
+    for name in chosen:
+        page = output / f"{name}.html"
+        key = hashlib.sha256(sources + paths[name].read_bytes()).hexdigest()
+        if _made_from(page) == key:
+            yield Built(page, executed=False)
+            continue
+        write_atomically(page, _page(execute(paths[name], root), key).encode())
+        yield Built(page, executed=True)
+
+
+def execute(path: Path, root: Path) -> Any:
+    """The notebook at `path` with the outputs of all its cells, run in `root`; AuditError if a cell fails."""
+    try:
+        import nbformat
+        from nbclient import NotebookClient
+        from nbclient.exceptions import CellExecutionError, CellTimeoutError
+        from traitlets.config import Config
+    except ModuleNotFoundError as error:
+        raise AuditError(f"the notebooks need {error.name}: install the extra `notebooks`") from None
+
+    notebook = nbformat.read(path, as_version=4)
+    notebook.cells.insert(0, nbformat.v4.new_code_cell(SET_UP))
+    where = {"metadata": {"path": str(root)}}
+    with tempfile.TemporaryDirectory() as sockets:
+        # Sockets of the file system: no port of the machine is opened.
+        transport = Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}})
+        client = NotebookClient(notebook, config=transport, kernel_name="python3", timeout=SECONDS, resources=where)
+        try:
+            client.execute()
+        except (CellExecutionError, CellTimeoutError) as error:
+            raise AuditError(f"{path}: {error}; run it in Jupyter and correct the cell") from None
+    del notebook.cells[0]
+    return notebook
+
+
+def _page(notebook: Any, key: str) -> str:
+    from nbconvert import HTMLExporter
+    from pygments.formatters import HtmlFormatter
+
+    for cell in notebook.cells:
+        if cell.cell_type == "markdown":
+            cell.source = set_inline(cell.source)
+    exporter = HTMLExporter(template_name="basic", exclude_input_prompt=True, exclude_output_prompt=True)
+    body, _ = exporter.from_notebook_node(notebook)
+    drawn = iter(_drawing_lines(notebook))
+    body = _NO_ALT.sub(lambda found: f'alt="Figure: {escape(next(drawn))}"', body)
+    heading = re.match(r"# (.*)", notebook.cells[0].source)
+    return (
+        environment()
+        .get_template("notebook.html.j2")
+        .render(
+            title=heading[1] if heading else "Tutorial",
+            body=Markup(body),
+            key=key,
+            style=Markup(style_sheet()),
+            own=Markup(source("notebook.css")),
+            code_light=Markup(HtmlFormatter(style="default").get_style_defs(".highlight")),
+            code_dark=Markup(HtmlFormatter(style="github-dark").get_style_defs(".highlight")),
+        )
+    )
+
+
+def _drawing_lines(notebook: Any) -> Iterator[str]:
+    """The line of code behind each figure, which is what can be said of it without looking."""
+    for cell in notebook.cells:
+        for output in cell.get("outputs", ()):
+            if "image/svg+xml" in output.get("data", {}):
+                yield cell.source.splitlines()[-1]
+
+
+def _sources(root: Path) -> bytes:
+    """What a notebook may depend on: the lock and all Python files of the package and of the papers."""
+    files = [root / LOCK, *sorted((root / "replication").rglob("*.py")), *sorted((root / "papers").rglob("*.py"))]
+    digest = hashlib.sha256()
+    for path in files:
+        digest.update(path.read_bytes() if path.is_file() else b"")
+    return digest.digest()
+
+
+def _made_from(page: Path) -> str:
+    found = _KEY.search(page.read_text(encoding="utf-8")) if page.is_file() else None
+    return found[1] if found else ""

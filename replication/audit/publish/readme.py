@@ -1,0 +1,67 @@
+"""The part of the README that comes from a run: verdicts per paper and what the audit found, between two markers."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+
+from replication.audit.model import Verdict
+from replication.audit.store.records import PaperRecord, ResultsFile, read_results
+from replication.errors import AuditError
+from replication.files import write_atomically
+
+SHOWN_FINDINGS = 4
+"""Findings per paper in the README, the first ones; the report has all."""
+BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results: end -->"
+
+
+def results_block(results: ResultsFile) -> str:
+    """Markdown: a table of verdicts per paper, then the first findings of each paper as a list."""
+    return "\n".join([BEGIN, "", *_table(results), "", *_findings(results), END])
+
+
+def replace_block(text: str, block: str) -> str:
+    """`text` with the part between the markers replaced; raises AuditError if the markers are not there once each."""
+    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
+        raise AuditError(f"the README must hold the lines {BEGIN!r} and {END!r} once each, in this order")
+    return text[: text.index(BEGIN)] + block + text[text.index(END) + len(END) :]
+
+
+def update(readme: Path, results: Path) -> None:
+    """Write the results of a run into the README."""
+    text = replace_block(readme.read_text(encoding="utf-8"), results_block(read_results(results)))
+    write_atomically(readme, text.encode())
+
+
+def _table(results: ResultsFile) -> Iterator[str]:
+    shown = [verdict for verdict in Verdict if verdict is not Verdict.ERROR]
+    yield "| Paper | claims | " + " | ".join(shown) + " |"
+    yield "| --- " + "| ---: " * (len(shown) + 1) + "|"
+    for paper in results.papers:
+        counts = Counter(claim.verdict for claim in results.claims if claim.paper == paper.key)
+        numbers = " | ".join(str(counts[verdict]) for verdict in shown)
+        yield f"| {_cell(_cite(paper))} | {counts.total()} | {numbers} |"
+
+
+def _findings(results: ResultsFile) -> Iterator[str]:
+    for paper in results.papers:
+        yield f"**{_cite(paper)}**"
+        yield ""
+        yield from (f"- {finding}" for finding in paper.findings[:SHOWN_FINDINGS])
+        yield ""
+
+
+def _cite(paper: PaperRecord) -> str:
+    surnames = [author.split()[-1] for author in paper.authors]
+    who = surnames[0] + (" et al." if len(surnames) > 2 else f" and {surnames[1]}" if len(surnames) == 2 else "")
+    return f"{who} ({paper.year or 'undated'})"
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+if __name__ == "__main__":
+    root = Path(__file__).resolve().parents[3]
+    update(root / "README.md", root / "report" / "results.json")

@@ -1,0 +1,104 @@
+"""A run, a claim and a list of claims in words, for the terminal."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+
+import msgspec
+
+from replication.audit.model import Paper, SolverRecord, Verdict
+from replication.audit.run.progress import Action, Step
+from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
+
+SLOWEST = 5
+NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed"})
+
+
+def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]) -> Iterator[str]:
+    """The summary of a run: verdicts per paper, what was computed, the slowest, changed verdicts, failures."""
+    for paper in results.papers:
+        claims = [claim for claim in results.claims if claim.paper == paper.key]
+        yield f"{paper.key}: {_counts(claims)}"
+    done = Counter(step.action for step in log)
+    yield "experiments: " + ", ".join(f"{done[action]} {action}" for action in Action)
+    slowest = sorted((step for step in log if step.seconds > 0), key=lambda step: (-step.seconds, step.name))
+    if slowest:
+        yield "slowest: " + ", ".join(f"{step.name} {step.seconds:.1f} s" for step in slowest[:SLOWEST])
+    for claim in unexpected(results):
+        yield f"changed verdict: {claim.id} is {claim.verdict}, pinned is {claim.expected_verdict}: {claim.reason}"
+    proved = sum(certificate.proved for certificate in results.certificates)
+    if results.certificates:
+        yield f"certificates: {proved} of {len(results.certificates)} proved"
+    for certificate in unproved(results):
+        yield f"not proved: {certificate.path}: {certificate.reason}"
+    for error in (*errors(results), *failures):
+        yield f"error: {error}"
+
+
+def unexpected(results: ResultsFile) -> tuple[ClaimRecord, ...]:
+    """The claims whose verdict is not the pinned one, errors aside."""
+    return tuple(claim for claim in results.claims if claim.verdict not in (claim.expected_verdict, Verdict.ERROR))
+
+
+def unproved(results: ResultsFile) -> tuple[CertificateRecord, ...]:
+    """The certificates that the verifier refused, or that are missing."""
+    return tuple(certificate for certificate in results.certificates if not certificate.proved)
+
+
+def errors(results: ResultsFile) -> tuple[str, ...]:
+    """Whatever in the file ended in an error instead of an answer, with the error."""
+    experiments = [f"experiment {part.name}: {part.error}" for part in results.experiments if part.error]
+    errata = [f"erratum {part.id}: {part.error}" for part in results.errata if part.error]
+    figures = [f"figure {part.name}: {part.error}" for part in results.figures if part.error]
+    claims = [f"claim {part.id}: {part.reason}" for part in results.claims if part.verdict is Verdict.ERROR]
+    return (*experiments, *claims, *errata, *figures)
+
+
+def list_lines(papers: Sequence[Paper], records: Mapping[str, ClaimRecord]) -> Iterator[str]:
+    """Papers and claims, each claim with its verdict from the last run, or a dash if there is none."""
+    for paper in papers:
+        yield f"{paper.key}: {paper.title} ({len(paper.claims)} claims)"
+        width = max((len(claim.id) for claim in paper.claims), default=0)
+        for claim in paper.claims:
+            verdict = str(records[claim.id].verdict) if claim.id in records else "-"
+            yield f"  {claim.id:<{width}}  {verdict:<25}  {claim.place}"
+
+
+def claim_rows(claim: ClaimRecord) -> Iterator[tuple[str, str]]:
+    """All that is known of a claim, as pairs of a label and a text; what is empty is left out."""
+    yield "statement", claim.statement
+    for name, value in msgspec.structs.asdict(claim).items():
+        if name not in NOT_SHOWN and value not in (None, "", ()):
+            yield name.replace("_", " "), _text(value)
+    if claim.as_printed is not None:
+        given = {k: v for k, v in msgspec.structs.asdict(claim.as_printed).items() if v is not None}
+        yield "as printed", ", ".join(f"{name} {_text(value)}" for name, value in given.items()) or "nothing"
+    for name, number in claim.quantities.items():
+        yield f"· {name}", repr(number)
+    for solver in claim.solvers:
+        yield "solver", solver_text(solver)
+
+
+def solver_text(solver: SolverRecord) -> str:
+    """A solver record on one line."""
+    parts = [f"{solver.name} {solver.version}: {solver.status}"]
+    if solver.iterations is not None:
+        parts.append(f"{solver.iterations} iterations")
+    parts += [f"{name} {value:.1e}" for name, value in solver.residuals.items()]
+    parts += [f"{name}={value}" for name, value in solver.options.items()]
+    return ", ".join(parts)
+
+
+def _counts(claims: Sequence[ClaimRecord]) -> str:
+    found = Counter(claim.verdict for claim in claims)
+    listed = ", ".join(f"{found[verdict]} {verdict}" for verdict in Verdict if found[verdict])
+    return f"{len(claims)} claims{listed and f': {listed}'}"
+
+
+def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, tuple):
+        return "[" + ", ".join(_text(entry) for entry in value) + "]"
+    return repr(value) if isinstance(value, float) else str(value)

@@ -1,0 +1,102 @@
+"""The report: one HTML file that loads nothing, made from a results file and the figures beside it.
+
+Everything that the page says of a paper comes from the results file; the templates hold words only. The same results
+and figures give the same bytes. The page is the summary, one section per paper (`paperview`), then `sections`.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from replication.audit.inspect.headline import headline
+from replication.audit.publish.linked_data import summary_graph
+from replication.audit.report.claim import views
+from replication.audit.report.guard import require_sourced
+from replication.audit.report.paper import paper_view
+from replication.audit.report.sections import sections
+from replication.audit.report.templates import CLAIM_CELL, SOURCES, environment, source, style_sheet
+from replication.audit.store.records import ResultsFile
+from replication.errors import AuditError
+from replication.files import write_atomically
+
+
+def build_report(results: ResultsFile, figures: Path, output: Path) -> Path:
+    """Write the report of `results` with the files in `figures` at `output` and return `output`.
+
+    Raises AuditError if a figure file is missing or belongs to other results, a formula cannot be set, a table names an
+    unknown claim, a part of the template is missing, or the page shows a number that does not come from the results.
+    """
+    place = output.resolve()
+    depth = len(place.relative_to(SOURCES.parent).parts) - 1 if place.is_relative_to(SOURCES.parent) else 1
+    shown = _shown(results, figures)
+    page = _page(shown, "../" * depth)
+    require_sourced(page, results, shown)
+    write_atomically(output, page.encode())
+    return output
+
+
+def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
+    """The text of the report; root: the way from its folder to that of the project, for the links to code.
+
+    Other arguments and errors as for `build_report`.
+    """
+    return _page(_shown(results, figures), root)
+
+
+def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
+    """What the templates show."""
+    _require_known(results)
+    return {
+        "results": results,
+        "run": results.run,
+        "papers": [paper_view(paper, results, figures) for paper in results.papers],
+        "sections": sections(results),
+        "claims_by_id": {view.record.id: view for view in views(results.claims)},
+        "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
+        "headline": headline(results),
+        "linked_data": Markup(_inside_script(summary_graph(results))),
+        "inferred": {erratum.id for erratum in results.errata if erratum.inference},
+    }
+
+
+def _inside_script(content: dict[str, Any]) -> str:
+    """JSON that no HTML parser takes for the end of its element, or for a comment."""
+    return json.dumps(content).replace("<", "\\u003c")
+
+
+def _page(shown: dict[str, Any], root: str) -> str:
+    script = source("script.js")
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    return (
+        environment()
+        .get_template("template.html.j2")
+        .render(
+            shown,
+            root=root,
+            style=Markup(style_sheet()),
+            script=Markup(script),
+            script_hash=f"sha256-{digest}",
+        )
+    )
+
+
+def _require_known(results: ResultsFile) -> None:
+    papers = {paper.key for paper in results.papers}
+    strangers = sorted({claim.paper for claim in results.claims} - papers)
+    cells = (cell for paper in results.papers for table in paper.tables for row in table.rows for cell in row)
+    named = {cell.removeprefix(CLAIM_CELL) for cell in cells if cell.startswith(CLAIM_CELL)}
+    named |= {name for paper in results.papers for item in paper.scope for name in item.claims}
+    unknown = sorted(named - {claim.id for claim in results.claims})
+    paths = {path for claim in results.claims for path in claim.certificates}
+    missing = sorted(paths - {certificate.path for certificate in results.certificates})
+    if strangers or unknown or missing:
+        raise AuditError(
+            f"the results name papers ({strangers}), claims ({unknown}) or certificates ({missing}) that they do not "
+            "hold; make them again with `python -m replication run`"
+        )

@@ -1,0 +1,101 @@
+"""What the report shows of one paper: its record with counts, claims, tables, figures and errata."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+from urllib.parse import quote
+
+from markupsafe import Markup
+
+from replication.audit.inspect.headline import counts
+from replication.audit.model import Verdict
+from replication.audit.report.claim import ClaimView, views
+from replication.audit.report.formulas import mathml
+from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
+from replication.drawing import svg
+from replication.errors import AuditError
+
+_Record = TypeVar("_Record", ClaimRecord, ErratumRecord, FigureRecord)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FigureView:
+    """A figure with what its two files hold; `error` in the record means that there are none."""
+
+    record: FigureRecord
+    view_box: str = ""
+    drawing: str = ""
+    csv_link: str = ""
+    svg_link: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperView:
+    """All that the report shows of one paper."""
+
+    record: PaperRecord
+    claims: tuple[ClaimView, ...]
+    counts: Mapping[Verdict, int]
+    proved: int
+    figures: tuple[FigureView, ...]
+    errata: tuple[ErratumRecord, ...]
+    formulas: tuple[tuple[str, Markup], ...]
+
+    @property
+    def parts(self) -> tuple[tuple[str, str], ...]:
+        """Name and heading of each part that this paper has, in the order of the page; the name is its template."""
+        present = {
+            ("formulas", "Formulas"): self.formulas,
+            ("tables", "Tables of the paper"): self.record.tables,
+            ("claims", "Claims"): self.claims,
+            ("figures", "Figures"): self.figures,
+            ("errata", "Errata"): self.errata,
+            ("scope", "Scope"): self.record.scope,
+        }
+        return tuple(part for part, content in present.items() if content)
+
+
+def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path) -> PaperView:
+    """The paper with what `results` holds of it and the files in `figures`; raises AuditError as `report.render`."""
+    claims = _of(paper, results.claims)
+    return PaperView(
+        record=paper,
+        claims=views(claims),
+        counts=counts(claims),
+        proved=sum(claim.proved for claim in claims),
+        figures=tuple(_figure(record, figures) for record in _of(paper, results.figures)),
+        errata=_of(paper, results.errata),
+        formulas=tuple((text, mathml(latex)) for text, latex in paper.formulas),
+    )
+
+
+def _of(paper: PaperRecord, records: tuple[_Record, ...]) -> tuple[_Record, ...]:
+    return tuple(record for record in records if record.paper == paper.key)
+
+
+def _figure(record: FigureRecord, directory: Path) -> FigureView:
+    if record.error:
+        return FigureView(record=record)
+    drawing, table = directory / f"{record.name}.svg", directory / f"{record.name}.csv"
+    for path in (drawing, table):
+        if not path.is_file():
+            raise AuditError(f"{path} is missing; make the figures with `python -m replication run`")
+    if hashlib.sha256(table.read_bytes()).hexdigest() != record.csv_sha256:
+        raise AuditError(f"{table} is not the data of these results; run `python -m replication run` again")
+    text = drawing.read_text(encoding="utf-8")
+    view_box, content = svg.inner(text)
+    return FigureView(
+        record=record,
+        view_box=view_box,
+        drawing=Markup(content),
+        csv_link=_data_uri("text/csv", table.read_text(encoding="utf-8")),
+        svg_link=_data_uri("image/svg+xml", text),
+    )
+
+
+def _data_uri(media_type: str, text: str) -> str:
+    return f"data:{media_type};charset=utf-8,{quote(text, safe='!$()*+,-./:;=?@_~')}"

@@ -1,0 +1,197 @@
+"""From results to records: every claim answered and judged, every erratum proved, each failure on its own."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import msgspec
+
+from replication.audit.judge.verdict import make_record
+from replication.audit.model import Claim, Erratum, Experiment, Paper, Proof
+from replication.audit.run.stated import paper_fields
+from replication.audit.run.worker import describe
+from replication.audit.store.cache import Dependencies, Entry
+from replication.audit.store.jsonvalues import encode
+from replication.audit.store.records import (
+    SCHEMA_VERSION,
+    CertificateRecord,
+    ClaimRecord,
+    ErratumRecord,
+    ExperimentRecord,
+    PaperRecord,
+    ResultsFile,
+    RunRecord,
+)
+from replication.audit.store.sources import SourceTree
+from replication.errors import AuditError
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Computed:
+    """What came of an experiment: the entry with its result, or the error; and what it depended on."""
+
+    dependencies: Dependencies
+    entry: Entry | None
+    error: str
+    seconds: float
+
+
+class Available(dict[str, Any]):
+    """Results by experiment name; asking for one that is missing says why it is."""
+
+    def __init__(self, results: Mapping[str, Any], missing: Mapping[str, str]) -> None:
+        super().__init__(results)
+        self._missing = missing
+
+    def __missing__(self, name: str) -> Any:
+        raise AuditError(self._missing.get(name, f"experiment {name} is not among those it says it uses"))
+
+
+@dataclass(frozen=True)
+class _Run:
+    computed: Mapping[str, Computed]
+    sources: SourceTree
+    certificates: Sequence[CertificateRecord]
+    unproved: Mapping[str, str]
+
+    def results(self, names: Sequence[str]) -> Available:
+        chosen = {name: self.computed[name] for name in names}
+        return Available(
+            {name: done.entry.result for name, done in chosen.items() if done.entry is not None},
+            {name: f"experiment {name} failed: {done.error}" for name, done in chosen.items() if done.entry is None},
+        )
+
+    def attempt(self, uses: Sequence[str], function: Callable[[Any], T]) -> tuple[T | None, str]:
+        """The value of a paper's function of these results, or None and the error."""
+        try:
+            return function(self.results(uses)), ""
+        except Exception as failure:  # noqa: BLE001 - a paper's function may fail in any way; the rest stands
+            return None, describe(failure, self.sources)
+
+
+def assemble(
+    papers: Sequence[Paper],
+    computed: Mapping[str, Computed],
+    run: RunRecord,
+    sources: SourceTree,
+    certificates: Sequence[CertificateRecord],
+    unproved: Mapping[str, str],
+) -> tuple[ResultsFile, tuple[str, ...]]:
+    """Answer all that the papers ask of the results; the records, and the failures that no record carries.
+
+    certificates: as they were verified. unproved: why there is none, by claim.
+    Raises nothing on account of a paper: a function of a paper that fails becomes an error in its record.
+    """
+    state = _Run(computed, sources, certificates, unproved)
+    records: list[PaperRecord] = []
+    claims: list[ClaimRecord] = []
+    errata: list[ErratumRecord] = []
+    experiments: list[ExperimentRecord] = []
+    failures: list[str] = []
+    for paper in papers:
+        proofs = {erratum.id: _prove(state, paper.key, erratum) for erratum in paper.errata}
+        claims.extend(_claim(state, paper.key, claim, proofs) for claim in paper.claims)
+        errata.extend(record for record, _ in proofs.values())
+        experiments.extend(_experiment(state, paper.key, experiment) for experiment in paper.experiments)
+        record, errors = _paper(state, paper)
+        records.append(record)
+        failures.extend(f"{what} of {paper.key}: {error}" for what, error in errors.items() if error)
+    results = ResultsFile(
+        schema_version=SCHEMA_VERSION,
+        run=run,
+        papers=tuple(records),
+        claims=tuple(claims),
+        errata=tuple(errata),
+        figures=(),
+        experiments=tuple(experiments),
+        certificates=tuple(certificates),
+    )
+    return results, tuple(failures)
+
+
+def _experiment(state: _Run, paper: str, experiment: Experiment) -> ExperimentRecord:
+    done = state.computed[experiment.name]
+    return ExperimentRecord(
+        name=experiment.name,
+        paper=paper,
+        function=done.dependencies.function,
+        code=state.sources.location(experiment.function),
+        inputs=json.loads(done.dependencies.inputs),
+        key=done.dependencies.key,
+        seconds=done.seconds,
+        solvers=done.entry.solvers if done.entry is not None else (),
+        error=done.error,
+    )
+
+
+def _prove(state: _Run, paper: str, erratum: Erratum) -> tuple[ErratumRecord, Proof | None]:
+    def prove(results: Any) -> Proof:
+        return _checked(erratum.prove(results))
+
+    proof, error = state.attempt(erratum.uses, prove)
+    record = ErratumRecord(
+        id=erratum.id,
+        paper=paper,
+        place=erratum.place,
+        printed=erratum.printed,
+        meant=erratum.meant,
+        inference=erratum.inference,
+        holds=proof is not None and proof.holds,
+        text=proof.text if proof is not None else "",
+        quantities=proof.quantities if proof is not None else {},
+        code=state.sources.location(erratum.prove),
+        error=error,
+    )
+    return record, proof
+
+
+def _claim(
+    state: _Run, paper: str, claim: Claim, proofs: Mapping[str, tuple[ErratumRecord, Proof | None]]
+) -> ClaimRecord:
+    evidence, error = state.attempt(claim.uses, claim.answer)
+    record = make_record(
+        claim,
+        paper,
+        evidence,
+        proofs[claim.erratum][1] if claim.erratum is not None else None,
+        state.sources.location(claim.answer),
+        sum(state.computed[name].seconds for name in claim.uses),
+        error,
+        [certificate for certificate in state.certificates if claim.id in certificate.claims],
+    )
+    return msgspec.structs.replace(record, unproved=state.unproved.get(claim.id, ""))
+
+
+def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:
+    """The record of a paper, and by name of what could not be computed the error, empty if there is none."""
+    names = [experiment.name for experiment in paper.experiments]
+    findings, error = state.attempt(names, lambda results: _sentences(paper.findings(results)))
+    moves, unmoved = state.attempt(names, paper.sensitivity)
+    shared, unshared = state.attempt(names, paper.common)
+    record = PaperRecord(
+        findings=findings if findings is not None else (f"The findings could not be computed: {error}",),
+        sensitivity=moves or (),
+        common=shared or (),
+        **paper_fields(paper),
+    )
+    return record, {"findings": error, "sensitivity": unmoved, "common levels": unshared}
+
+
+def _checked(proof: object) -> Proof:
+    """A proof made of what JSON can hold; AuditError otherwise."""
+    if not isinstance(proof, Proof):
+        raise AuditError(f"the proof of an erratum must be a Proof, got {proof!r}")
+    quantities = {name: float(number) for name, number in proof.quantities.items()}
+    encode("the quantities of the proof", quantities)
+    return Proof(holds=bool(proof.holds), text=proof.text, quantities=quantities)
+
+
+def _sentences(findings: object) -> tuple[str, ...]:
+    if not isinstance(findings, tuple) or not all(isinstance(sentence, str) for sentence in findings):
+        raise AuditError(f"findings must be a tuple of sentences, got {findings!r}")
+    return findings

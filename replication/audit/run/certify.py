@@ -1,0 +1,77 @@
+"""Making the certificates of the papers: wanted theorems in, verified files out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from replication.audit.names import one_of
+from replication.audit.run.pool import Processes
+from replication.audit.run.runner import default_packages
+from replication.audit.run.worker import Answer, Task
+from replication.files import write_atomically
+from replication.verify.run import check, verify
+from replication.verify.subjects import papers, theorems
+from replication.verify.theorem import Refused
+
+
+@dataclass(frozen=True)
+class Made:
+    """One certificate that was made; error: why it was not written, else empty."""
+
+    paper: str
+    name: str
+    seconds: float
+    error: str
+
+
+def certify(root: Path, names: Sequence[str], *, again: bool, jobs: int) -> Iterator[Made]:
+    """Make the certificates of the named papers or theorems (all if none is named), as they are finished.
+
+    Those that are proved already are left alone unless `again`. A certificate that the verifier refuses is not written.
+    Raises AuditError for an unknown name.
+    """
+    wanted = [(paper, name) for paper in papers(root) for name in theorems(paper, root)[0]]
+    known = [*dict.fromkeys(paper for paper, _ in wanted), *(name for _, name in wanted)]
+    asked = {one_of("paper or theorem", name, known) for name in names}
+    chosen = [(paper, name) for paper, name in wanted if not asked or asked & {paper, name}]
+    tasks = [
+        Task(f"{paper}/{name}", f"papers.{paper}.certificates:make", json.dumps({"name": name}), default_packages(root))
+        for paper, name in chosen
+        if again or verify(file_of(paper, name, root), root).theorem is None
+    ]
+    for answer in Processes(jobs).compute(tasks) if tasks else ():
+        yield _finish(answer, root)
+
+
+def file_of(paper: str, name: str, root: Path) -> Path:
+    """Where the certificate of a theorem lies."""
+    return root / "certificates" / paper / f"{name}.json"
+
+
+def to_json(certificate: Any) -> bytes:
+    """The bytes of a certificate: its fields one by one, each entry of the witness and of the plant on a line."""
+    lines = []
+    for name, value in certificate.items():
+        if isinstance(value, dict) and value:
+            inner = ",\n".join(f"    {json.dumps(key)}: {json.dumps(entry)}" for key, entry in value.items())
+            lines.append(f"  {json.dumps(name)}: {{\n{inner}\n  }}")
+        else:
+            lines.append(f"  {json.dumps(name)}: {json.dumps(value)}")
+    return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
+
+
+def _finish(answer: Answer, root: Path) -> Made:
+    paper, name = answer.name.split("/")
+    error = answer.error
+    if answer.text is not None:
+        certificate = json.loads(answer.text)
+        try:
+            check(certificate, root, (paper, name))
+            write_atomically(file_of(paper, name, root), to_json(certificate))
+        except Refused as refusal:
+            error = f"the verifier refuses it: {refusal}"
+    return Made(paper, name, answer.seconds, error)

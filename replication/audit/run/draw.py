@@ -1,0 +1,102 @@
+"""The regenerated figures: from results to data, from data to a CSV and an SVG file, each the same bytes every time."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import math
+from collections.abc import Iterable, Mapping
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+from replication.audit.model import Figure, FigureData, Paper
+from replication.audit.store.records import FigureRecord
+from replication.drawing import svg
+from replication.drawing.style import house_style
+from replication.errors import AuditError
+from replication.files import write_atomically
+
+
+def write_figures(
+    papers: Iterable[Paper], results_by_experiment: Mapping[str, Any], directory: Path
+) -> tuple[FigureRecord, ...]:
+    """Write NAME.csv and NAME.svg of every figure into `directory` and return their records.
+
+    A figure that fails, or whose experiment has no result, gives a record with the error and no files.
+    """
+    return tuple(
+        _write_figure(figure, paper.key, results_by_experiment, directory)
+        for paper in papers
+        for figure in paper.figures
+    )
+
+
+def to_csv(data: FigureData) -> bytes:
+    """The columns as CSV with a header and the shortest digits that read back exactly; short columns end in blanks.
+
+    Raises AuditError if there is no column, no row, or a number is not finite.
+    """
+    if not any(data.columns.values()):
+        raise AuditError("the figure has no data; give at least one column with one number")
+    columns = [[_cell(name, number) for number in column] for name, column in data.columns.items()]
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(data.columns)
+    writer.writerows(zip_longest(*columns, fillvalue=""))
+    return stream.getvalue().encode()
+
+
+def _write_figure(figure: Figure, paper: str, results: Mapping[str, Any], directory: Path) -> FigureRecord:
+    targets = directory / f"{figure.name}.csv", directory / f"{figure.name}.svg"
+    table, drawing, alt, failure = b"", b"", "", ""
+    try:
+        missing = [name for name in figure.uses if name not in results]
+        if missing:
+            raise AuditError(f"no result of {', '.join(missing)}; see the error of that experiment")
+        data = figure.data({name: results[name] for name in figure.uses})
+        table, drawing, alt = to_csv(data), _draw(figure, data), _described(figure, data)
+    except Exception as error:  # noqa: BLE001 - whatever one figure does, the report of the others is still written
+        failure = f"{type(error).__name__}: {error}"
+    for path, content in zip(targets, (table, drawing), strict=True):
+        if failure:
+            path.unlink(missing_ok=True)  # a figure of an earlier run would pass for one of this run
+        else:
+            write_atomically(path, content)
+    return FigureRecord(
+        name=figure.name,
+        paper=paper,
+        place=figure.place,
+        title=figure.title,
+        caption=figure.caption,
+        published=figure.published,
+        alt="" if failure else alt,
+        csv_sha256="" if failure else hashlib.sha256(table).hexdigest(),
+        error=failure,
+    )
+
+
+def _draw(figure: Figure, data: FigureData) -> bytes:
+    """Plot `data` and return the tidied SVG file."""
+    import matplotlib as mpl
+
+    with house_style(), mpl.rc_context({"svg.hashsalt": figure.name}):
+        stream = io.StringIO()
+        figure.plot(data).savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+    return svg.tidy(stream.getvalue(), figure.name).encode()
+
+
+def _described(figure: Figure, data: FigureData) -> str:
+    """The alternative text; whoever cannot see the figure learns its numbers from it, so it must hold some."""
+    text = figure.alt(data)
+    if not any(character.isdigit() for character in text):
+        raise AuditError(f"the alternative text {text!r} holds no number; say with numbers of the data what is drawn")
+    return text
+
+
+def _cell(name: str, number: float) -> str:
+    value = float(number)
+    if not math.isfinite(value):
+        raise AuditError(f"column {name!r} of the figure holds {value}; leave points without a finite value out")
+    return repr(value)

@@ -1,0 +1,135 @@
+"""Tasks in parallel processes: the answers as they come, and an answer also for a task that kills its process."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from replication.audit.run.worker import Answer, Task, compute
+from replication.audit.store.provenance import THREADS
+from replication.errors import AuditError
+
+KILLED = "the process was killed while it computed this, perhaps for want of memory, or the code ended it"
+
+
+class Executor(Protocol):
+    """What computes the tasks of a run: processes of this machine, or a cluster."""
+
+    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
+        """Yield the answer of each task, in the order in which they finish."""
+
+
+@dataclass(frozen=True)
+class Processes:
+    """Processes of this machine, `jobs` of them, one per core if that is None; raises AuditError if it is below one.
+
+    None of them is this one, which thus outlives all that a task may do. If a process ends, the tasks that were under
+    way are repeated one by one, so that the one to blame is found and no other one suffers.
+    """
+
+    jobs: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.jobs is not None and self.jobs < 1:
+            raise AuditError(f"the number of jobs must be at least 1, got {self.jobs}; leave it out for one per core")
+
+    def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
+        """Yield the answer of each task, in the order in which they finish."""
+        jobs = self.jobs or os.cpu_count() or 1
+        if jobs == 1:
+            yield from _one_by_one(tasks)
+            return
+        waiting = list(tasks)
+        while waiting:
+            begun: list[Task] = []
+            finished: set[str] = set()
+            try:
+                for answer in _in_parallel(waiting, jobs, begun):
+                    finished.add(answer.name)
+                    yield answer
+                return
+            except BrokenProcessPool:
+                suspects = [task for task in begun if task.name not in finished]
+            waiting = [task for task in waiting if task not in begun]
+            yield from _one_by_one(suspects)
+
+
+def _in_parallel(tasks: Sequence[Task], jobs: int, begun: list[Task]) -> Iterator[Answer]:
+    """Run the tasks with joblib; `begun` receives each as it is handed to a process."""
+    import joblib
+    from joblib.externals.loky import get_reusable_executor
+
+    def hand_out() -> Iterator[object]:
+        for task in tasks:
+            begun.append(task)
+            yield joblib.delayed(compute)(task)
+
+    try:
+        with joblib.parallel_config(
+            backend="loky", inner_max_num_threads=THREADS, initializer=end_with, initargs=(os.getpid(),)
+        ):
+            # One task at a time and none in advance, so that `begun` names little more than what is running.
+            parallel = joblib.Parallel(jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="n_jobs")
+            with _deaf_children():
+                answers = parallel(hand_out())
+            yield from answers
+    finally:
+        # Idle processes would hold modules as they were now, and outlive an interruption.
+        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
+
+
+def _one_by_one(tasks: Sequence[Task]) -> Iterator[Answer]:
+    """Run the tasks in one process, with another one for the rest after a task that ended it."""
+    waiting = list(tasks)
+    while waiting:
+        executor = _single_process()
+        try:
+            while waiting:
+                task = waiting.pop(0)
+                with _deaf_children():
+                    answer = executor.submit(compute, task)
+                yield answer.result()
+        except BrokenProcessPool:
+            yield Answer(task.name, None, 0.0, KILLED)
+        finally:
+            # Without waiting for a computation that an interruption has made useless.
+            executor.shutdown(wait=True, kill_workers=True)
+
+
+def _single_process() -> Any:
+    """An executor of one process that does not import the main script again."""
+    from joblib.externals.loky import ProcessPoolExecutor
+
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), str(THREADS))
+    return ProcessPoolExecutor(1, initializer=end_with, initargs=(os.getpid(),), env=threads)
+
+
+@contextlib.contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Processes begun meanwhile ignore Ctrl-C, which reaches them too: this one decides, and ends them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+
+
+def end_with(parent: int) -> None:
+    """End this process soon after its parent: nobody would wait for the answer of an orphan."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

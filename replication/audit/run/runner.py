@@ -1,0 +1,165 @@
+"""A run of an audit: compute what changed, reuse the rest, answer the claims, and hand back all that happened."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import replication
+from replication.audit.judge.proofs import Wanted, record, wanted
+from replication.audit.judge.validate import validate_claims
+from replication.audit.model import Paper
+from replication.audit.run.assemble import Computed, assemble
+from replication.audit.run.pool import Executor, Processes
+from replication.audit.run.progress import Action, Progress, Silent, Step
+from replication.audit.run.prove import prove
+from replication.audit.run.worker import Answer, Task, describe, function_name
+from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup
+from replication.audit.store.jsonvalues import encode, solvers_in
+from replication.audit.store.provenance import Environment, read_environment, run_record
+from replication.audit.store.records import ResultsFile
+from replication.audit.store.sources import SourceTree
+from replication.errors import AuditError
+
+EDITED = "not kept: its sources were edited while it ran"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run gives.
+
+    results_by_experiment: result by name, without the experiments that failed. results: the file, without figures.
+    log: what was done about each experiment, in the order of the papers. failures: the errors that no record carries,
+    those of findings, sensitivity and common levels.
+    """
+
+    results_by_experiment: Mapping[str, Any]
+    results: ResultsFile
+    log: tuple[Step, ...]
+    failures: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A task of the run. arguments: JSON text of what its function is given, which may hold places on this disk."""
+
+    name: str
+    dependencies: Dependencies
+    lookup: Lookup
+    arguments: str
+
+
+def default_packages(root: Path) -> dict[str, Path]:
+    """The packages whose files count as sources: this one, wherever it is installed, and the papers at `root`."""
+    return {"replication": Path(replication.__file__).parent, "papers": root / "papers"}
+
+
+def run(
+    papers: Sequence[Paper],
+    *,
+    cache: Cache,
+    root: Path,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    packages: Mapping[str, Path] | None = None,
+) -> Outcome:
+    """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`; None: one process per core.
+
+    Results do not depend on the executor and pass through JSON, so that a fresh and a stored one are the same. Each is
+    stored when it is there: after an interruption, a second run takes up where the first one ended. An experiment that
+    fails is an error in the records of what uses it and leaves the rest alone.
+    packages: name and directory of the packages that count as sources; `default_packages(root)` unless given.
+    Raises AuditError for mistakes in the papers, before anything is computed.
+    """
+    validate_claims(papers)
+    packages = packages or default_packages(root)
+    sources = SourceTree(packages)
+    certificates, unproved = wanted(root, [paper.key for paper in papers])
+    environment = read_environment(root)
+    plans = _plan(papers, cache, sources, environment) | _proofs(certificates, root, cache, sources, environment)
+    stored = {name: plan.lookup.entry for name, plan in plans.items() if plan.lookup.entry is not None}
+    computed = {name: Computed(entry.dependencies, entry, "", entry.seconds) for name, entry in stored.items()}
+    steps = {name: Step(name, Action.REUSED, plans[name].lookup.reason, stored[name].seconds) for name in stored}
+    tasks = _longest_first([plan for name, plan in plans.items() if name not in computed], packages)
+    with progress or Silent() as watcher:
+        watcher.begin(len(tasks))
+        for answer in (executor or Processes()).compute(tasks) if tasks else ():
+            done, step = _finish(answer, plans[answer.name], cache, sources)
+            computed[answer.name], steps[answer.name] = done, step
+            watcher.step(step)
+    values = {name: done.entry.result for name in plans if (done := computed[name]).entry is not None}
+    proofs = [record(entry, values.pop(entry.task, None), computed[entry.task].error) for entry in certificates]
+    results, failures = assemble(papers, computed, run_record(root), sources, proofs, unproved)
+    return Outcome(values, results, tuple(steps[name] for name in plans), failures)
+
+
+def _plan(papers: Sequence[Paper], cache: Cache, sources: SourceTree, environment: Environment) -> dict[str, _Plan]:
+    plans: dict[str, _Plan] = {}
+    for experiment in (experiment for paper in papers for experiment in paper.experiments):
+        name = experiment.name
+        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name):
+            raise AuditError(f"experiment name {name!r} cannot name a file; use letters, digits, '.', '_' and '-'")
+        function = function_name(experiment)
+        dependencies = Dependencies(
+            sources=sources.files_of(function.partition(":")[0]),
+            function=function,
+            inputs=encode(f"the inputs of {name}", dict(experiment.inputs), sort=True),
+            lock=environment.lock_sha256,
+            python=environment.python,
+            packages=environment.packages,
+        )
+        plans[name] = _Plan(name, dependencies, cache.lookup(name, dependencies), dependencies.inputs)
+    return plans
+
+
+def _proofs(
+    certificates: Sequence[Wanted], root: Path, cache: Cache, sources: SourceTree, environment: Environment
+) -> dict[str, _Plan]:
+    """One task for each certificate; its key holds the checksum of the file, not where the project lies."""
+    plans = {}
+    for certificate in certificates:
+        inputs = {"path": certificate.path, "subject": dict(certificate.subject)}
+        dependencies = Dependencies(
+            sources=sources.files_of(prove.__module__),
+            function=f"{prove.__module__}:{prove.__name__}",
+            inputs=encode(f"the inputs of {certificate.task}", inputs, sort=True),
+            lock=environment.lock_sha256,
+            python=environment.python,
+            packages=environment.packages,
+        )
+        arguments = encode(f"the inputs of {certificate.task}", {**inputs, "root": str(root)})
+        lookup = cache.lookup(certificate.task, dependencies)
+        plans[certificate.task] = _Plan(certificate.task, dependencies, lookup, arguments)
+    return plans
+
+
+def _longest_first(plans: Sequence[_Plan], packages: Mapping[str, Path]) -> list[Task]:
+    """Tasks by falling duration as last known, those never run in front: the short ones then fill the gaps."""
+    known = [plan.lookup.last_seconds for plan in plans]
+    durations = [math.inf if seconds is None else seconds for seconds in known]
+    order = sorted(range(len(plans)), key=lambda index: -durations[index])
+    return [Task(plans[i].name, plans[i].dependencies.function, plans[i].arguments, packages) for i in order]
+
+
+def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree) -> tuple[Computed, Step]:
+    """Store an answer, unless it failed or its sources are no longer those of its key."""
+    name, reason, seconds = answer.name, plan.lookup.reason, answer.seconds
+    try:
+        if answer.text is not None:
+            result = json.loads(answer.text)
+            solvers = solvers_in(f"the result of {name}", result)
+            entry = Entry(dependencies=plan.dependencies, seconds=seconds, solvers=solvers, result=result)
+            if sources.unchanged(plan.dependencies.sources):
+                cache.store(name, entry)
+            else:
+                reason = EDITED
+            return Computed(plan.dependencies, entry, "", seconds), Step(name, Action.COMPUTED, reason, seconds)
+        error = answer.error
+    except AuditError as failure:
+        error = describe(failure, sources)
+    return Computed(plan.dependencies, None, error, seconds), Step(name, Action.FAILED, reason, seconds, error)

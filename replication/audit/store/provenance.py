@@ -1,0 +1,132 @@
+"""Where results come from: sources, lock, packages, machine. Facts only; nothing here influences a result."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import os
+import platform
+import re
+import shutil
+import subprocess
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import replication
+from replication.audit.store.records import RunRecord
+from replication.errors import AuditError
+
+LOCK, COMMIT_FILE = "requirements.lock", "COMMIT"
+THREADS = 1
+"""Threads of the linear algebra in each process; one, so that sums are always taken in the same order."""
+
+# What a run writes; an edit there does not change what the next run computes.
+OUTPUTS = ("figures", "report/index.html", "report/results.json", "report/*/*", "benchmarks/results.md", ".cache")
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What every result depends on beside its own sources: checksum of the lock, Python, installed packages."""
+
+    lock_sha256: str
+    python: str
+    packages: dict[str, str]
+
+
+def read_environment(root: Path) -> Environment:
+    """The environment of the project at `root`; raises AuditError if a package that it declares is not installed."""
+    lock = root / LOCK
+    sha256 = hashlib.sha256(lock.read_bytes()).hexdigest() if lock.is_file() else "no lock"
+    return Environment(sha256, ".".join(platform.python_version_tuple()[:2]), _package_versions(root))
+
+
+def run_record(root: Path) -> RunRecord:
+    """Provenance of a run of the project at `root`, with the date of SOURCE_DATE_EPOCH where that is set."""
+    environment = read_environment(root)
+    commit, dirty = git_state(root)
+    return RunRecord(
+        package_version=replication.__version__,
+        date=run_date(),
+        commit=commit,
+        dirty=dirty,
+        lock_sha256=environment.lock_sha256,
+        python=platform.python_version(),
+        packages=environment.packages,
+        blas=_blas(),
+        threads=THREADS,
+        cpu=_cpu_model(),
+        platform=platform.platform(),
+    )
+
+
+def git_state(root: Path) -> tuple[str, bool | None]:
+    """Commit of the sources and whether they were edited since, untracked sources included, what a run writes not.
+
+    If `root` is not the top of a git repository, the commit is what an unpacked archive says, else "unknown", and
+    whether sources were edited is None.
+    """
+    top = git(root, "rev-parse", "--show-toplevel")
+    commit = git(root, "rev-parse", "HEAD")
+    if top is None or commit is None or Path(top).resolve() != root.resolve():
+        packed = root / COMMIT_FILE
+        return packed.read_text(encoding="utf-8").strip() if packed.is_file() else "unknown", None
+    outputs = [f":(exclude){path}" for path in OUTPUTS]
+    status = git(root, "status", "--porcelain", "--untracked-files=all", "--", ".", *outputs)
+    return commit, None if status is None else status != ""
+
+
+def run_date() -> str:
+    """SOURCE_DATE_EPOCH if that is set, else now; UTC to the second, for example `2024-02-29T12:00:00Z`."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    try:
+        moment = datetime.now(UTC) if epoch is None else datetime.fromtimestamp(int(epoch), UTC)
+    except (ValueError, OverflowError, OSError):
+        raise AuditError(f"SOURCE_DATE_EPOCH must be whole seconds since 1970, got {epoch!r}; correct it") from None
+    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def git(root: Path, *arguments: str) -> str | None:
+    """Output of a git command, or None if git is missing or says no."""
+    program = shutil.which("git")
+    if program is None:
+        return None
+    done = subprocess.run([program, "-C", str(root), *arguments], capture_output=True, text=True, check=False)
+    return done.stdout.strip() if done.returncode == 0 else None
+
+
+def _package_versions(root: Path) -> dict[str, str]:
+    """Installed versions of the packages that pyproject.toml declares; none if there is no such file."""
+    project = root / "pyproject.toml"
+    if not project.is_file():
+        return {}
+    declared = tomllib.loads(project.read_text(encoding="utf-8")).get("project", {}).get("dependencies", [])
+    names = sorted(re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0] for requirement in declared)
+    return read_packages(names)
+
+
+def read_packages(names: Iterable[str]) -> dict[str, str]:
+    """The installed version of each package; raises AuditError if one is not installed."""
+    try:
+        return {name: importlib.metadata.version(name) for name in names}
+    except importlib.metadata.PackageNotFoundError as error:
+        raise AuditError(f"package {error.name} is not installed; set up the environment with `make .venv`") from None
+
+
+def _blas() -> str:
+    """The linear algebra libraries that numpy and scipy loaded, with version and instruction set."""
+    import scipy.linalg  # noqa: F401 - loads the library that is then looked at
+    import threadpoolctl
+
+    loaded = [pool for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"]
+    names = {f"{pool['internal_api']} {pool['version']} ({pool.get('architecture', 'unknown')})" for pool in loaded}
+    return "; ".join(sorted(names)) or "unknown"
+
+
+def _cpu_model() -> str:
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8", errors="replace").splitlines() if info.is_file() else []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.processor() or platform.machine() or "unknown"

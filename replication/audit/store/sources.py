@@ -1,0 +1,159 @@
+"""Which of the project's own files a function depends on, each with its SHA-256, found by following imports."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import hashlib
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from replication.errors import AuditError
+
+CALLERS = ("replication/audit/run/worker.py", "replication/audit/run/assemble.py")
+"""Where the functions of papers are called, which is never the cause of an error."""
+
+
+@dataclass(frozen=True)
+class _Module:
+    sha256: str
+    imports: tuple[tuple[str, str], ...]  # (module, name taken from it or ""), absolute
+    bound: frozenset[str]
+
+
+class SourceTree:
+    """The project's packages by name and directory; everything outside them is covered by the lock.
+
+    Files are called by the package and the path inside it, with forward slashes: `replication/errors.py`.
+    A file is read once; make a new tree to see later edits.
+    """
+
+    def __init__(self, packages: Mapping[str, Path]) -> None:
+        self.packages = {name: Path(directory).resolve() for name, directory in packages.items()}
+        self._modules: dict[str, _Module | None] = {}
+
+    def files_of(self, module: str) -> dict[str, str]:
+        """SHA-256 by file of `module` and of all that it imports, transitively, lazy imports included.
+
+        The `__init__` of an enclosing package is listed as well, but its own imports are followed only where a name is
+        taken from it: otherwise each experiment of a paper would depend on every file of that paper.
+        Raises AuditError if `module` is not one of the project's or a file is not Python.
+        """
+        if self._module(module) is None:
+            known = ", ".join(self.packages)
+            raise AuditError(f"module {module} is not a file of {known}; define the experiment in one of these")
+        followed: set[str] = set()
+        waiting = [module]
+        while waiting:
+            name = waiting.pop()
+            if name not in followed:
+                followed.add(name)
+                waiting.extend(self._imported_by(name))
+        enclosing = {parent for name in followed for parent in _parents(name)}
+        listed = {name: self._module(name) for name in followed | enclosing}
+        return dict(sorted((self.label(self._path(name)), found.sha256) for name, found in listed.items() if found))
+
+    def unchanged(self, files: Mapping[str, str]) -> bool:
+        """Whether the files still have the checksums given, as they are on the disk now."""
+        return all(self._now(label) == sha256 for label, sha256 in files.items())
+
+    def label(self, path: Path | None) -> str:
+        """`package/inside/file.py` of a path inside one of the packages; empty for any other path."""
+        for name, directory in self.packages.items():
+            if path is not None and path.is_relative_to(directory):
+                return f"{name}/{path.relative_to(directory).as_posix()}"
+        return ""
+
+    def location(self, function: Callable[..., Any]) -> str:
+        """`file:line` where a function, method, partial or callable object is defined; empty if outside the project."""
+        while isinstance(function, functools.partial):
+            function = function.func
+        function = inspect.unwrap(function)
+        code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
+        if code is None:
+            return ""
+        label = self.label(Path(code.co_filename).resolve())
+        return f"{label}:{code.co_firstlineno}" if label else ""
+
+    def last_line(self, traceback: TracebackType | None) -> str:
+        """`file:line` of the innermost frame in the project, those that call its functions aside; empty if none."""
+        found = ""
+        while traceback is not None:
+            label = self.label(Path(traceback.tb_frame.f_code.co_filename).resolve())
+            found = f"{label}:{traceback.tb_lineno}" if label and label not in CALLERS else found
+            traceback = traceback.tb_next
+        return found
+
+    def _now(self, label: str) -> str | None:
+        package, _, inside = label.partition("/")
+        path = self.packages[package] / inside
+        return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
+
+    def _path(self, module: str) -> Path | None:
+        """The file of a module, or None if the name is no module of the project."""
+        package, *inside = module.split(".")
+        if package not in self.packages:
+            return None
+        place = self.packages[package].joinpath(*inside)
+        candidates = (place / "__init__.py", place.parent / f"{place.name}.py") if inside else (place / "__init__.py",)
+        return next((path for path in candidates if path.is_file()), None)
+
+    def _module(self, name: str) -> _Module | None:
+        if name not in self._modules:
+            path = self._path(name)
+            self._modules[name] = None if path is None else _read(name, path)
+        return self._modules[name]
+
+    def _imported_by(self, name: str) -> Iterator[str]:
+        module = self._module(name)
+        for source, taken in module.imports if module else ():
+            part = f"{source}.{taken}" if taken else ""
+            if part and self._module(part) is not None:
+                yield part
+                # A submodule hides nothing unless the package binds the same name itself.
+                package = self._module(source)
+                if package is None or taken not in package.bound:
+                    continue
+            yield source
+
+
+def _parents(module: str) -> Iterator[str]:
+    while "." in module:
+        module = module.rpartition(".")[0]
+        yield module
+
+
+def _read(name: str, path: Path) -> _Module:
+    content = path.read_bytes()
+    try:
+        tree = ast.parse(content, filename=str(path))
+    except (SyntaxError, ValueError) as error:
+        raise AuditError(f"{path} cannot be read as Python: {error}; correct the file") from None
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    imports = tuple(dict.fromkeys(found for node in ast.walk(tree) for found in _imports(node, package)))
+    return _Module(hashlib.sha256(content).hexdigest(), imports, frozenset(_bound(tree)))
+
+
+def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, str]]:
+    if isinstance(node, ast.Import):
+        for alias in node.names:
+            # `import a.b.c` binds a, through which everything that a and a.b hold can be reached.
+            yield from ((module, "") for module in (alias.name, *_parents(alias.name)))
+    elif isinstance(node, ast.ImportFrom):
+        base = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+        module = ".".join([*base, *([node.module] if node.module else [])])
+        yield from ((module, "" if alias.name == "*" else alias.name) for alias in node.names)
+
+
+def _bound(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield from (alias.asname or alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id

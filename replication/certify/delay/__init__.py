@@ -1,0 +1,1 @@
+"""Certificates of observers for systems with delays."""

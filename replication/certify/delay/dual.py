@@ -1,0 +1,226 @@
+"""A rational functional that bounds the level of Theorem 3 at one degree from below: the dual of its program.
+
+The functional y gives a weight to each coefficient of the identity that Z cannot cancel. Its matrices on the squares of
+N and of dV/dt must be positive semidefinite. On measured coordinates the program has directions that cost nothing
+(int y^2 in V, |l|^2 in N, ..), where these matrices must vanish: linear equations, solved exactly. On the other
+coordinates there is room for rounding.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+import scipy.sparse as sparse
+from flint import fmpq, fmpq_mat
+
+from replication.certify.delay.forms import (
+    Basis,
+    Dynamics,
+    Entry,
+    Key,
+    cancellable,
+    derivative,
+    supply,
+)
+from replication.certify.delay.levels import change_of, dynamics_of, rational, written
+from replication.certify.rounding import rounded
+from replication.errors import SolverError
+from replication.estimation.validation import Array
+
+STEP = 8e-6
+"""Relative distance of the bound from the dual optimum: leaves room for rounding."""
+ROOM = 1e-8
+"""Least eigenvalue below which the residuals of the solver could spoil the rounding."""
+LEVEL_BITS, WEIGHT_BITS = 40, 40
+
+Row = dict[int, fmpq]
+
+
+@dataclass(frozen=True)
+class Dual:
+    """keys: the weights y. matrices: for each entry of each matrix of the functional on squares, its row of weights.
+
+    hidden: the coordinates of each matrix that are not measured. Those on N come first.
+    """
+
+    keys: tuple[Key, ...]
+    matrices: tuple[dict[Entry, Row], ...]
+    hidden: tuple[tuple[int, ...], ...]
+
+
+def dual_of(dynamics: Dynamics, degree: int) -> Dual:
+    """The functional on the squares of N and of dV/dt, for both weights, at one degree."""
+    position: dict[Key, int] = {}
+    matrices: list[dict[Entry, Row]] = []
+    hidden: list[tuple[int, ...]] = []
+    n, width = dynamics.states, dynamics.functions
+    for points, moving in ((dynamics.points, False), (n, True)):
+        for weight in (0, 1):
+            basis = Basis(points, width, degree - weight, weight)
+            rows: dict[Entry, Row] = {}
+            for entry, key, factor in basis.terms():
+                row = rows.setdefault(entry, {})
+                half = factor / (1 if entry[0] == entry[1] else 2)
+                for target, amount in _targets(dynamics, key, moving).items():
+                    if amount != 0:
+                        column = position.setdefault(target, len(position))
+                        row[column] = row.get(column, fmpq(0)) + half * amount
+            matrices.append(rows)
+            hidden.append(tuple(i for i in range(basis.size) if not _measured(dynamics, basis, i, moving)))
+    return Dual(tuple(position), tuple(matrices), tuple(hidden))
+
+
+def _targets(dynamics: Dynamics, key: Key, moving: bool) -> dict[Key, fmpq]:
+    """The coefficients of the identity, as far as Z cannot cancel them, that a coefficient of N or of V feeds."""
+    n = dynamics.states
+    if moving and key[0] == "local" and key[2] // n != key[3] // n:
+        return {("coupling", *key): fmpq(1)}
+    reached = derivative(dynamics, {key: fmpq(1)}) if moving else {key: fmpq(1)}
+    return {target: amount for target, amount in reached.items() if not cancellable(dynamics, target)}
+
+
+def _measured(dynamics: Dynamics, basis: Basis, i: int, moving: bool) -> bool:
+    """Whether a coordinate of a basis belongs to a measured state: to its value, its end value or its history."""
+    n = dynamics.states
+    start = 0 if moving else dynamics.first
+    return i >= start and (i - start) % n >= n - dynamics.measured
+
+
+def degree_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """Bound and witness of a level that Theorem 3 cannot go below at the degree of the theorem."""
+    plant, degree = theorem["plant"], theorem["parameters"]["degree"]
+    change = change_of(plant)
+    dynamics = dynamics_of(plant, change)
+    dual = dual_of(dynamics, degree)
+    constant, free = _equalities(dynamics, dual)
+    weights = _weights(dynamics, dual, constant, free)
+    value = sum((weight * cost for weight, cost in zip(weights, _costs(dynamics, dual), strict=True)), fmpq(0))
+    gamma = str(fmpq((value * 2**LEVEL_BITS).floor(), 2**LEVEL_BITS))
+    functional = _as_matrices(dynamics, 2 * degree + 1, dict(zip(dual.keys, weights, strict=True)))
+    return {"bound": {"lower": gamma}, "witness": {"change": written(change), "functional": functional}}
+
+
+def _costs(dynamics: Dynamics, dual: Dual) -> list[fmpq]:
+    """The coefficients of 2 v'z at the keys of the dual."""
+    plain = supply(dynamics, fmpq(0))
+    return [plain.get(key, fmpq(0)) for key in dual.keys]
+
+
+def _equalities(dynamics: Dynamics, dual: Dual) -> tuple[list[fmpq], fmpq_mat]:
+    """y = constant + free t: the solutions of all equations, with the value on |w|^2 + |v|^2 equal to one."""
+    count = len(dual.keys)
+    rows: list[Row] = []
+    for matrix, hidden in zip(dual.matrices, dual.hidden, strict=True):
+        kept = set(hidden)
+        rows += [row for (i, j), row in matrix.items() if row and not (i in kept and j in kept)]
+    unique = {tuple(sorted((k, str(v)) for k, v in row.items())): row for row in rows}
+    level = supply(dynamics, fmpq(-1))
+    table = fmpq_mat(len(unique) + 1, count + 1)
+    for i, row in enumerate(unique.values()):
+        for column, amount in row.items():
+            table[i, column] = amount
+    for column, (key, cost) in enumerate(zip(dual.keys, _costs(dynamics, dual), strict=True)):
+        table[len(unique), column] = level.get(key, fmpq(0)) - cost
+    table[len(unique), count] = fmpq(1)
+    reduced, rank = table.rref()
+    pivots = [next(k for k in range(count + 1) if reduced[i, k] != 0) for i in range(rank)]
+    if count in pivots:
+        raise SolverError("the equations of the dual have no solution; the degree is too low")
+    others = [k for k in range(count) if k not in set(pivots)]
+    constant = [fmpq(0)] * count
+    free = fmpq_mat(count, len(others))
+    for i, pivot in enumerate(pivots):
+        constant[pivot] = reduced[i, count]
+        for j, other in enumerate(others):
+            free[pivot, j] = -reduced[i, other]
+    for j, other in enumerate(others):
+        free[other, j] = fmpq(1)
+    return constant, free
+
+
+def _weights(dynamics: Dynamics, dual: Dual, constant: list[fmpq], free: fmpq_mat) -> list[fmpq]:
+    """Rational y in the interior: the largest value first, then the largest margin a little below it.
+
+    Raises SolverError if there is no room for rounding.
+    """
+    cost = np.array([_float(value) for value in _costs(dynamics, dual)])
+    t, margin = cp.Variable(free.ncols()), cp.Variable()
+    y = (
+        np.array([_float(value) for value in constant])
+        + np.array([[_float(v) for v in row] for row in free.tolist()]) @ t
+    )
+    grams = []
+    for matrix, hidden in zip(dual.matrices, dual.hidden, strict=True):
+        entries = sparse.csr_array(_map(matrix, hidden, len(dual.keys))) @ y
+        gram = cp.reshape(entries, (len(hidden), len(hidden)), order="C")
+        grams.append((gram + gram.T) / 2)
+    best = _solved(cp.Problem(cp.Maximize(cost @ y), [gram >> 0 for gram in grams]))
+    room = [gram >> margin * np.eye(gram.shape[0]) for gram in grams]
+    _solved(cp.Problem(cp.Maximize(margin), [cost @ y >= best * (1.0 - STEP), *room]))
+    least = min(float(np.linalg.eigvalsh(gram.value)[0]) for gram in grams)
+    if not least >= ROOM:
+        raise SolverError(f"no room for rounding: margin {least:.1e} at {STEP:g} below {best!r}; raise the distance")
+    chosen = fmpq_mat([[rational(rounded(float(value), WEIGHT_BITS))] for value in np.asarray(t.value)])
+    moved = free * chosen
+    return [value + moved[i, 0] for i, value in enumerate(constant)]
+
+
+def _float(value: fmpq) -> float:
+    return float(Fraction(str(value)))
+
+
+def _map(matrix: dict[Entry, Row], hidden: tuple[int, ...], count: int) -> Array:
+    """The map from y to the entries of the matrix on the hidden coordinates, row by row."""
+    place = {i: k for k, i in enumerate(hidden)}
+    size = len(hidden)
+    result = np.zeros((size * size, count))
+    for (i, j), row in matrix.items():
+        if i in place and j in place:
+            for column, amount in row.items():
+                value = _float(amount)
+                result[place[i] * size + place[j], column] = value
+                result[place[j] * size + place[i], column] = value
+    return result
+
+
+def _solved(problem: cp.Problem) -> float:
+    """The optimum. How accurate Clarabel says it is does not matter: the margin is measured on what it returned."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Solution may be inaccurate")
+        problem.solve(solver=cp.CLARABEL, max_threads=1, tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9)
+    if problem.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
+        raise SolverError(f"Clarabel found no functional: status {problem.status}")
+    return float(np.asarray(problem.value))
+
+
+def _as_matrices(dynamics: Dynamics, powers: int, weights: Mapping[Key, fmpq]) -> dict[str, Any]:
+    """The weights as those of the coefficients of P, Q, S and R, each entry of a symmetric pair on its own."""
+    points, width, zero = dynamics.points, dynamics.functions, fmpq(0)
+
+    def of(i: int, j: int) -> fmpq:
+        return weights.get(("pair", min(i, j), max(i, j)), zero)
+
+    def moment(power: int, function: int) -> int:
+        return points + power * width + function
+
+    def table(rows: int, entry: Any, columns: int) -> list[list[str]]:
+        return [[str(entry(i, j)) for j in range(columns)] for i in range(rows)]
+
+    def local(kind: str, power: int) -> list[list[str]]:
+        prefix = ("coupling", "local") if kind == "coupling" else ("local",)
+        return table(width, lambda k, m: weights.get((*prefix, power, min(k, m), max(k, m)), zero), width)
+
+    each = range(powers)
+    return {
+        "P": table(points, of, points),
+        "Q": [table(points, lambda p, k, c=c: 2 * of(p, moment(c, k)), width) for c in each],
+        "S": [local("local", c) for c in each],
+        "R": [[table(width, lambda k, m, a=a, b=b: of(moment(a, k), moment(b, m)), width) for b in each] for a in each],
+        "coupling": [local("coupling", c) for c in each],
+    }

@@ -1,0 +1,217 @@
+"""Rational Gram matrices of Theorem 3: a strictly feasible point in floating point, rounded and corrected exactly.
+
+Nothing of the solver is trusted: the matrices are rounded to multiples of a power of two and then changed in a few
+entries so that every equality holds exactly; whether they are positive definite is for the verifier to say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sparse
+from flint import fmpq, fmpq_mat
+from numpy.polynomial import legendre as classical
+
+from replication.certify.delay.forms import (
+    Basis,
+    Dynamics,
+    Entry,
+    Form,
+    Key,
+    cancellable,
+    derivative,
+    form_of,
+    supply,
+)
+from replication.errors import InfeasibleError
+from replication.estimation.conic.sdpa import Program, SdpaOptions, solve_sdpa
+from replication.estimation.delay import DelaySystem
+from replication.estimation.delay.sos import synthesis
+from replication.estimation.validation import Array
+
+CENTRE = SdpaOptions(tolerance=1e-9, scale=1e2, gap=1.0, residual=1e-4)
+"""For the centre: any point with a margin serves, so that the gap of its objective says nothing."""
+ROOM = 5e-8
+"""Least eigenvalue below which the residuals of the solver could spoil the rounding."""
+SPARE_BITS = 10
+"""Bits of the rounding beyond the margin of the centre."""
+
+
+@dataclass(frozen=True)
+class GramPoint:
+    """Gram matrices of the storage and of the dissipation, for both weights, in powers of t; and their least margin."""
+
+    storage: tuple[Array, Array]
+    dissipation: tuple[Array, Array]
+    margin: float
+
+
+def centred(system: DelaySystem, gamma: float, degree: int, trace: float) -> GramPoint:
+    """The point of Theorem 3 at the level gamma whose Gram matrices have the largest least eigenvalue.
+
+    `system` in coordinates with C_2 = [0 c]; the traces add up to `trace` at most. Raises InfeasibleError if there is
+    no room for rounding, and what the solver raises.
+    """
+    base = synthesis.program(synthesis.assemble(system, degree), 0.0, gamma)
+    eye = np.concatenate([np.eye(size).ravel() for size in base.blocks])
+    rows = base.a.shape[0]
+    # M = margin I + X with X >= 0: maximise the margin; the last row bounds the traces.
+    upper = sparse.hstack([sparse.csr_array((base.a @ eye)[:, None]), sparse.csr_array((rows, 1)), base.a])
+    lower = sparse.csr_array(np.concatenate([[eye.sum(), 1.0], eye])[None, :])
+    program = Program(
+        sparse.vstack([upper, lower], format="csr"),
+        np.concatenate([base.b, [trace]]),
+        np.concatenate([[-1.0, 0.0], 0.0 * eye]),
+        2,
+        base.blocks,
+    )
+    solution = solve_sdpa(program, CENTRE)
+    margin = float(solution.linear[0])
+    if not margin >= ROOM:
+        raise InfeasibleError(f"no room for rounding at the level {gamma!r}: margin {margin:.1e}; raise the level")
+    functions = system.states * system.delay_count
+    grams = [
+        _in_powers(block + margin * np.eye(block.shape[0]), order, functions)
+        for block, order in zip(solution.blocks, (degree, degree - 1, degree, degree - 1), strict=True)
+    ]
+    least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
+    return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
+
+
+def _in_powers(gram: Array, degree: int, functions: int) -> Array:
+    """A Gram matrix in Legendre polynomials as one in powers of t."""
+    powers = _legendre_powers(degree)
+    points = gram.shape[0] - functions * (degree + 1) * (degree + 2)
+    middle = points + functions * (degree + 1)
+    change = np.eye(gram.shape[0])
+    change[points:middle, points:middle] = np.kron(powers, np.eye(functions))
+    change[middle:, middle:] = np.kron(np.kron(powers, powers), np.eye(functions))
+    result: Array = change.T @ gram @ change
+    return result
+
+
+def _legendre_powers(degree: int) -> Array:
+    """Rows: the coefficients of the orthonormal Legendre polynomials of [-1, 0] in powers of t."""
+    table = np.zeros((degree + 1, degree + 1))
+    for a in range(degree + 1):
+        powers = np.polynomial.Polynomial(classical.leg2poly(np.eye(degree + 1)[a]))
+        table[a, : a + 1] = (np.sqrt(2.0 * a + 1.0) * powers(np.polynomial.Polynomial([1.0, 2.0]))).coef[: a + 1]
+    return table
+
+
+def _rounded(matrix: Array, bits: int) -> fmpq_mat:
+    """The nearest symmetric matrix of multiples of 2^-bits."""
+    scale = 2**bits
+    integers = [[round(float(value) * scale) for value in row] for row in np.asarray((matrix + matrix.T) / 2.0)]
+    return fmpq_mat(len(integers), len(integers), [fmpq(value, scale) for row in integers for value in row])
+
+
+def exact_grams(dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint) -> dict[str, list[fmpq_mat]]:
+    """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
+    bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
+    n, width = dynamics.states, dynamics.functions
+    v_bases = [Basis(n, width, degree - weight, weight) for weight in (0, 1)]
+    h_bases = [Basis(dynamics.points, width, degree - weight, weight) for weight in (0, 1)]
+    storage = [_rounded(matrix, bits) for matrix in point.storage]
+    dissipation = [_rounded(matrix, bits) for matrix in point.dissipation]
+    reached = {key for basis in h_bases for _, key, _ in basis.terms()}
+    _meet_storage(dynamics, v_bases, storage, reached)
+    value_function = _sum(form_of(basis, gram) for basis, gram in zip(v_bases, storage, strict=True))
+    target = _sum([derivative(dynamics, value_function), supply(dynamics, gamma)])
+    # The highest moment against a point variable stands in the weighted matrix and moves the next lower one.
+    for last in (True, False):
+        now = _sum([target, *(form_of(basis, gram) for basis, gram in zip(h_bases, dissipation, strict=True))])
+        for key, value in now.items():
+            if value == 0 or cancellable(dynamics, key):
+                continue
+            weight, (i, j), factor = _pivot(h_bases, key)
+            if (weight == 1) == last:
+                _change(dissipation[weight], (i, j), -value / factor)
+    return {"storage": storage, "dissipation": dissipation}
+
+
+def _meet_storage(dynamics: Dynamics, bases: Sequence[Basis], grams: list[fmpq_mat], reached: set[Key]) -> None:
+    """Change V so that S couples no two delays and dV/dt has no term that neither N nor Z can cancel."""
+    columns: list[tuple[int, Entry]] = []
+    rows: dict[Key, dict[int, fmpq]] = {}
+    position: dict[tuple[int, Entry], int] = {}
+    unmet: dict[Key, Form] = {}
+    for weight, basis in enumerate(bases):
+        for entry, key, value in basis.terms():
+            if key not in unmet:
+                unmet[key] = _unmet(dynamics, key, reached)
+            for target, per_unit in unmet[key].items():
+                amount = value * per_unit
+                if (weight, entry) not in position:
+                    position[weight, entry] = len(columns)
+                    columns.append((weight, entry))
+                row = rows.setdefault(target, {})
+                column = position[weight, entry]
+                row[column] = row.get(column, fmpq(0)) + amount
+    if not rows:
+        return
+    system = fmpq_mat(len(rows), len(columns) + 1)
+    for i, row in enumerate(rows.values()):
+        for column, amount in row.items():
+            weight, (a, b) = columns[column]
+            system[i, column] = amount
+            system[i, len(columns)] += amount * grams[weight][a, b]
+    reduced, rank = system.rref()
+    for i in range(rank):
+        column = next(k for k in range(len(columns) + 1) if reduced[i, k] != 0)
+        weight, entry = columns[column]
+        _change(grams[weight], entry, -reduced[i, len(columns)])
+
+
+def _unmet(dynamics: Dynamics, key: Key, reached: set[Key]) -> Form:
+    """What a monomial of V contributes to the coefficients that must vanish by themselves."""
+    n = dynamics.states
+    if key[0] == "local" and key[2] // n != key[3] // n:
+        return {("coupling", *key): fmpq(1)}
+    rate = derivative(dynamics, {key: fmpq(1)})
+    return {
+        target: amount
+        for target, amount in rate.items()
+        if amount != 0 and target not in reached and not cancellable(dynamics, target)
+    }
+
+
+def _sum(forms: Iterable[Form]) -> Form:
+    result: Form = {}
+    for form in forms:
+        for key, value in form.items():
+            result[key] = result.get(key, fmpq(0)) + value
+    return result
+
+
+def _pivot(bases: Sequence[Basis], key: Key) -> tuple[int, Entry, fmpq]:
+    """The entry (weight, i, j) of N that corrects one coefficient, and the factor with which it enters."""
+    basis, lower = bases
+    points, width, d = basis.points, basis.functions, basis.degree
+    if key[0] == "local":
+        _, c, k, m = key
+        low = c // 2
+        entry = basis.local(low, k), basis.local(c - low, m)
+        return 0, entry, fmpq(1 if entry[0] == entry[1] else 2)
+    _, i, j = key
+    if j < points:
+        return 0, (i, j), fmpq(1 if i == j else 2)
+    high, g = divmod(j - points, width)
+    if i < points:
+        if high > d:
+            return 1, (i, lower.local(d - 1, g)), fmpq(-2)
+        return 0, (i, basis.distributed(0, high, g)), fmpq(2)
+    low, f = divmod(i - points, width)
+    if high <= d:
+        entry = basis.distributed(0, low, f), basis.distributed(0, high, g)
+        return 0, entry, fmpq(1 if entry[0] == entry[1] else 2)
+    return 0, (basis.local(d, g), basis.distributed(high - d, low, f)), fmpq(2)
+
+
+def _change(gram: fmpq_mat, entry: Entry, amount: fmpq) -> None:
+    i, j = entry
+    gram[i, j] += amount
+    if i != j:
+        gram[j, i] += amount

@@ -1,0 +1,199 @@
+"""Certificates of observers of systems with delays: levels of Theorem 3 from above, of any observer from below."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from flint import fmpq, fmpq_mat
+from scipy.optimize import minimize_scalar
+
+from replication.certify.delay.forms import Dynamics
+from replication.certify.delay.gram import centred, exact_grams
+from replication.certify.rounding import as_floats, rounded, rounded_down, rounded_up
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.delay import DelaySystem, delay_system, minimum_gain, rightmost_roots
+
+STEPS = (1.2e-6, 5e-6, 2e-5)
+"""Relative distances of a level from the least one, tried in turn until there is room for rounding."""
+TRACE, WIDE_TRACE = 30.0, 1e4
+"""Bound on the traces of the Gram matrices: small numbers close to the least level; more of it for small levels."""
+LEVEL_BITS, FREQUENCY_BITS, ROOT_BITS = 40, 20, 20
+BELOW = 1e-8
+"""Relative distance of a lower bound from the gain that floating point finds."""
+FREQUENCIES = 4001
+"""Grid of the search for the frequency of a lower bound."""
+
+
+def exact(values: Any) -> fmpq_mat:
+    """A matrix of a certificate in exact numbers."""
+    return fmpq_mat([[rational(entry) for entry in row] for row in values])
+
+
+def rational(text: str | float) -> fmpq:
+    """A number of a certificate, or a floating-point number, as it stands."""
+    fraction = Fraction(text)
+    return fmpq(fraction.numerator, fraction.denominator)
+
+
+def written(matrix: fmpq_mat) -> list[list[str]]:
+    """A matrix as certificates write it."""
+    return [[str(entry) for entry in row] for row in matrix.tolist()]
+
+
+def system_of(plant: Mapping[str, Any]) -> DelaySystem:
+    """The plant of a certificate in floating point."""
+    keys = ("A0", "B", "C10", "C2")
+    a0, b, c10, c2 = (as_floats(plant[key]) for key in keys)
+    delays = [float(Fraction(delay)) for delay in plant["delays"]]
+    return delay_system(a0, list(as_floats(plant["A"])), delays, b, c10, c2, list(as_floats(plant["C1"])))
+
+
+def change_of(plant: Mapping[str, Any]) -> fmpq_mat:
+    """Rational coordinates in which the last states are the measurements: unit rows above C_2, the first that serve."""
+    sensor = exact(plant["C2"])
+    q, n = sensor.nrows(), sensor.ncols()
+    if all(sensor[i, j] == 0 for i in range(q) for j in range(n - q)):
+        return fmpq_mat([[int(i == j) for j in range(n)] for i in range(n)])
+    for kept in combinations(range(n), n - q):
+        change = fmpq_mat([[fmpq(int(j == k)) for j in range(n)] for k in kept] + sensor.tolist())
+        if change.det() != 0:
+            return change
+    raise InvalidInputError("the rows of C_2 are dependent; drop redundant measurements")
+
+
+def dynamics_of(plant: Mapping[str, Any], change: fmpq_mat) -> Dynamics:
+    """The plant in the coordinates `change`, in exact numbers."""
+    back = change.inv()
+    late = [(change * exact(matrix) * back).tolist() for matrix in plant["A"]]
+    outputs = [(exact(matrix) * back).tolist() for matrix in plant["C1"]]
+    return Dynamics(
+        A0=change * exact(plant["A0"]) * back,
+        late=_beside(late),
+        delays=tuple(rational(delay) for delay in plant["delays"]),
+        B=change * exact(plant["B"]),
+        C10=exact(plant["C10"]) * back,
+        late_output=_beside(outputs),
+        measured=len(plant["C2"]),
+    )
+
+
+def _beside(parts: list[list[list[fmpq]]]) -> fmpq_mat:
+    return fmpq_mat([[entry for part in parts for entry in part[i]] for i in range(len(parts[0]))])
+
+
+def floating(plant: Mapping[str, Any], change: fmpq_mat) -> DelaySystem:
+    """The plant in the coordinates `change`, in floating point, each number rounded once."""
+    dynamics, sensor = dynamics_of(plant, change), exact(plant["C2"]) * change.inv()
+    n = dynamics.states
+    late, output = as_floats(written(dynamics.late)), as_floats(written(dynamics.late_output))
+    return delay_system(
+        as_floats(written(dynamics.A0)),
+        np.split(late, late.shape[1] // n, axis=1),
+        [float(Fraction(str(delay))) for delay in dynamics.delays],
+        as_floats(written(dynamics.B)),
+        as_floats(written(dynamics.C10)),
+        as_floats(written(sensor)),
+        np.split(output, output.shape[1] // n, axis=1),
+    )
+
+
+def grams(plant: Mapping[str, Any], gamma: str, degree: int, trace: float = TRACE) -> dict[str, Any]:
+    """Witness of Theorem 3 at the level gamma; raises InfeasibleError if there is no room for rounding."""
+    change = change_of(plant)
+    point = centred(floating(plant, change), float(Fraction(gamma)), degree, trace)
+    found = exact_grams(dynamics_of(plant, change), rational(gamma), degree, point)
+    made = {name: [written(gram) for gram in pair] for name, pair in found.items()}
+    least = min(float(np.linalg.eigvalsh(as_floats(gram))[0]) for pair in made.values() for gram in pair)
+    if not least > 0.0:
+        raise InfeasibleError(f"no room for rounding at the level {gamma}: exact matrices reach {least:.1e}; raise it")
+    return {"change": written(change), **made}
+
+
+def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str, Any]:
+    """Bound and witness of a level that Theorem 3 reaches at the degree of the theorem: `level`, or close to the least.
+
+    Raises InfeasibleError if no level that is tried leaves room for rounding.
+    """
+    plant, degree = theorem["plant"], theorem["parameters"]["degree"]
+    if level is not None:
+        gamma = str(Fraction(level))
+        return {"bound": {"upper": gamma}, "witness": grams(plant, gamma, degree, WIDE_TRACE)}
+    least = minimum_gain(system_of(plant), degree).gamma
+    for step in STEPS:
+        gamma = rounded_up(least * (1.0 + step), LEVEL_BITS)
+        try:
+            return {"bound": {"upper": gamma}, "witness": grams(plant, gamma, degree)}
+        except (InfeasibleError, SolverError):
+            continue
+    raise InfeasibleError(f"no room for rounding up to {STEPS[-1]:g} above {least!r}; add a larger step")
+
+
+def gain_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """Bound and witness of the gain that no observer can go below."""
+    gamma, witness = hidden_gain(theorem["plant"])
+    return {"bound": {"lower": gamma}, "witness": witness}
+
+
+def hidden_gain(
+    plant: Mapping[str, Any], lag: Callable[[complex], complex] = lambda s: np.exp(-s)
+) -> tuple[str, dict[str, Any]]:
+    """The largest gain of a disturbance that leaves y at zero, and the frequency and the state that show it.
+
+    lag: the transfer function of a delay tau as a function of s tau; another one than exp(-s) for an approximation.
+    For plants with one unmeasured state, so that C_2x = 0 leaves one direction; raises InvalidInputError for others.
+    """
+    sensor = exact(plant["C2"])
+    q, n = sensor.nrows(), sensor.ncols()
+    if n - q != 1:
+        raise InvalidInputError(f"exactly one state may be unmeasured, got {n - q}")
+    back = change_of(plant).inv()
+    state = [[str(back[i, 0])] for i in range(n)]
+    system, x = system_of(plant), as_floats(state)
+
+    def gain(frequency: float) -> float:
+        s = 1j * frequency
+        turns = [lag(s * delay) for delay in system.delays]
+        output = system.c10 + sum(turn * c for turn, c in zip(turns, system.c1, strict=True))
+        rate = s * np.eye(n) - system.a0 - sum(turn * a for turn, a in zip(turns, system.a, strict=True))
+        return float(np.linalg.norm(output @ x) / np.linalg.norm(np.linalg.solve(system.b, rate @ x)))
+
+    reach = 2.0 * float(np.linalg.norm(system.a0, 2) + sum(np.linalg.norm(a, 2) for a in system.a))
+    grid = np.linspace(0.0, reach, FREQUENCIES)
+    best = int(np.argmax([gain(float(frequency)) for frequency in grid]))
+    ends = grid[max(0, best - 1)], grid[min(FREQUENCIES - 1, best + 1)]
+    found = minimize_scalar(lambda frequency: -gain(frequency), bounds=ends, method="bounded", options={"xatol": 1e-8})
+    candidates = [rounded(float(frequency), FREQUENCY_BITS) for frequency in (0.0, found.x)]
+    frequency = max(candidates, key=lambda text: gain(float(Fraction(text))))
+    lower = gain(float(Fraction(frequency))) * (1.0 - BELOW)
+    return rounded_down(lower, LEVEL_BITS), {"frequency": frequency, "state": state}
+
+
+def near_optimal(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """Witness of a level of Theorem 3 within a factor of what any observer reaches; nine tenths of the way."""
+    plant, parameters = theorem["plant"], theorem["parameters"]
+    lower, hidden = hidden_gain(plant)
+    factor = 1.0 + 0.9 * float(Fraction(parameters["factor"]) - 1)
+    gamma = rounded_up(float(Fraction(lower)) * factor, LEVEL_BITS)
+    return {
+        "bound": {},
+        "witness": {"level": gamma, "hidden": hidden, "sos": grams(plant, gamma, parameters["degree"])},
+    }
+
+
+def unstable(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """Witness of a positive real root: two points close to it. Raises InvalidInputError if the root is not one."""
+    root = complex(rightmost_roots(system_of(theorem["plant"]), 1)[0])
+    if root.real <= 0.0 or abs(root.imag) > 1e-9:
+        raise InvalidInputError(f"the rightmost root {root:.6g} is not real and positive")
+    width = 2.0**-ROOT_BITS
+    left, right = rounded_down(root.real - width, ROOT_BITS), rounded_up(root.real + width, ROOT_BITS)
+    return {"bound": {}, "witness": {"left": left, "right": right}}
+
+
+def no_witness(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """For theorems that the verifier proves from their parameters alone."""
+    return {"bound": {}, "witness": {}}

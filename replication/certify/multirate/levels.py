@@ -1,0 +1,116 @@
+"""Certificates of the gain of multi-rate observers: Lyapunov matrices from above, disturbances from below."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from replication.certify.multirate.disturbances import peak_disturbance, unseen_for_long, unseen_forever
+from replication.certify.rounding import as_floats, rounded_array, rounded_down, rounded_up
+from replication.errors import SolverError
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.linear.riccati import RiccatiMap, along_period, fixed_point
+from replication.estimation.multirate.optimum import Optimum, optimum, riccati_design
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.validation import Array
+
+MARGIN = 1e-7
+"""Relative distances: of the design to the optimum, of the Lyapunov matrices to the gain, of the bounds to those."""
+SLACK = 1e-8
+"""Added to every eigenvalue of W'W relative to the largest: the inequality then holds with that much room."""
+LEVEL_BITS, STATE_BITS = 40, 40
+
+
+def gain(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """Bounds and witness for the gains of the plant; raises SolverError if rounding leaves no Lyapunov matrices."""
+    system = problem_of(theorem).error_system(as_floats(theorem["plant"]["L"]))
+    norm = l2_gain(system)
+    turn, v = peak_disturbance(system, norm.angle)
+    level = norm.upper * (1 + MARGIN)
+    return {
+        "bound": bounds(norm.lower, level),
+        "witness": {"P": rounded_array(lyapunov_matrices(system, level), STATE_BITS), "turn": turn, "v": v},
+    }
+
+
+def optimum_noncausal(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """Bounds and witness for an optimum that sits on the non-causal bound."""
+    problem = problem_of(theorem)
+    best = optimum(problem)
+    turn, d = unseen_forever(problem, best.noncausal.angle)
+    upper, witness = design(problem, best)
+    return {"bound": bounds(best.noncausal.lower, upper), "witness": {**witness, "turn": turn, "d": d}}
+
+
+def optimum_causal(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """Bounds and witness for an optimum above the non-causal bound."""
+    problem = problem_of(theorem)
+    best = optimum(problem)
+    start, d, lower = unseen_for_long(problem, best.lower)
+    upper, witness = design(problem, best)
+    return {"bound": bounds(lower, upper), "witness": {**witness, "start": start, "d": d}}
+
+
+def feasible_design(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """An upper bound alone: a level of Theorem 2 with P_k and Y_k."""
+    problem = problem_of(theorem)
+    upper, witness = design(problem, optimum(problem))
+    return {"bound": {"upper": bounds(upper, upper)["upper"]}, "witness": witness}
+
+
+def bounds(lower: float, upper: float) -> dict[str, str]:
+    """Both bounds, with a margin for what rounding the witness costs."""
+    return {
+        "lower": rounded_down(lower * (1 - MARGIN), LEVEL_BITS),
+        "upper": rounded_up(upper * (1 + MARGIN), LEVEL_BITS),
+    }
+
+
+def design(problem: MultirateProblem, best: Optimum) -> tuple[float, dict[str, Any]]:
+    """A level just above the optimum, and P_k, Y_k = P_k L_k that satisfy Theorem 2 there."""
+    gains = riccati_design(problem, best.upper * (1 + MARGIN)).gains
+    system = problem.error_system(gains)
+    level = l2_gain(system).upper * (1 + MARGIN)
+    P = lyapunov_matrices(system, level)
+    return level, {"P": rounded_array(P, STATE_BITS), "Y": rounded_array(P @ gains, STATE_BITS)}
+
+
+def problem_of(theorem: Mapping[str, Any]) -> MultirateProblem:
+    """The estimation problem of a theorem in floating point; sensors that are not used never measure.
+
+    Their rows are left out, and the columns of their noise stay without effect.
+    """
+    plant, parameters = theorem["plant"], theorem["parameters"]
+    rows = list(parameters["sensors"])
+    system = MultiratePlant(
+        A=as_floats(plant["A"]),
+        B_d=as_floats(plant["B_d"]),
+        C=as_floats(plant["C"])[rows],
+        D=as_floats(plant["D"])[rows],
+        W=as_floats(plant["W"]),
+    )
+    return MultirateProblem(system, SensingSchedule(tuple(parameters["periods"]), tuple(parameters["offsets"])))
+
+
+def lyapunov_matrices(system: PeriodicSystem, level: float, slack: float = SLACK) -> Array:
+    """P_k (N, n, n) with P_(k-1) = A_k' (I - P_k B_k B_k'/g^2)^-1 P_k A_k + C_k'C_k + slack |C_k|^2, for D_k = 0.
+
+    Raises SolverError if the recursion has no limit at this level g.
+    """
+    backwards = [
+        RiccatiMap(
+            stage.A.T,
+            -stage.B @ stage.B.T / level**2,
+            stage.C.T @ stage.C + slack * np.linalg.norm(stage.C, 2) ** 2 * np.eye(system.order),
+        )
+        for stage in reversed(system.stages)
+    ]
+    last = fixed_point(backwards)
+    if last is None:
+        raise SolverError(f"no Lyapunov matrices at the level {level!r}: rounding spoils the recursion; raise it")
+    return np.stack(along_period(backwards, last)[::-1])

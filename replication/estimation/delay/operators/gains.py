@@ -1,0 +1,148 @@
+"""Lemma 5: the gains L_0..L_7 of the observer from the storage operator 𝒫 and the operator 𝒵, ℒ = 𝒫⁻¹𝒵.
+
+Everything here is in scaled histories y_i(η), η ∈ [-1, 0]. In the units of (9), with s = τ_iη and θ = τ_jη',
+L_3i(θ) = values.l3/τ_i and L_7ij(s, θ) = values.l7/τ_j; the other gains keep their values.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from replication.estimation.delay.operators.inverse import Inverse, invert, multiplier_inverse
+from replication.estimation.delay.operators.pqrs import Operator, self_adjoint
+from replication.estimation.delay.sos import legendre, lie
+from replication.estimation.delay.sos.certificate import Certificate
+from replication.estimation.validation import Array
+
+
+@dataclass(frozen=True)
+class GainValues:
+    """Gains at M points of [-1, 0].
+
+    l0 (n, q); l2 (K, n, q); l3 (M, K, n, q); l4 (M, K, n, q); l5 (M, K, K, n, q): [s, i, j]; l6 (M, K, n, q);
+    l7 (M, K, M', K, n, q): [s, i, θ, j].
+    """
+
+    l0: Array
+    l2: Array
+    l3: Array
+    l4: Array
+    l5: Array
+    l6: Array
+    l7: Array
+
+
+@dataclass(frozen=True)
+class ObserverGains:
+    """The operators behind the gains, for x' = change·x and t' = t/time; `evaluate` gives them in the plant's units."""
+
+    inverse: Inverse
+    injection: Operator
+    change: Array
+    gamma: float
+    time: float = 1.0
+
+
+def observer_gains(certificate: Certificate) -> ObserverGains:
+    """𝒫⁻¹ and 𝒵 of a certificate. Raises InvalidInputError if 𝒫 is not coercive (solve with epsilon > 0)."""
+    return ObserverGains(
+        invert(storage_operator(certificate)),
+        injection_operator(certificate),
+        certificate.change,
+        certificate.gamma,
+        certificate.time,
+    )
+
+
+def storage_operator(certificate: Certificate) -> Operator:
+    """𝒫 with V = ⟨e, 𝒫e⟩, as a self-adjoint operator on R^n × L2^n[-1,0]^K."""
+    system = certificate.system
+    space = lie.state_space(system, certificate.count)
+    return self_adjoint(*space.split(certificate.storage), system.states, system.delay_count, system.states)
+
+
+def injection_operator(certificate: Certificate) -> Operator:
+    """𝒵 from the coefficients of 2⟨e, 𝒵C_2e⟩: maps (y_0, y_1(-1), .., y_K(-1)) ∈ R^{q(K+1)} and y_i ∈ L2^q."""
+    system, count = certificate.system, certificate.count
+    n, q, k = system.states, system.measurements, system.delay_count
+    space = lie.derivative_space(system, count)
+    _, e, late = lie.point_offsets(system)
+    whole = self_adjoint(*space.split(certificate.residual), space.points, k, n)
+    weight = _measured_weight(n, q)  # share of a symmetric coefficient that the column side takes
+    now = slice(e, e + n)
+    point = np.zeros((n, k + 1, n))
+    point[:, 0] = whole.point[now, now] * weight
+    point[:, 1:] = whole.point[now, late:].reshape(n, k, n)
+    row = whole.row[now] * weight[:, None, :, None]
+    column = np.zeros((k, n, count, k + 1, n))
+    column[..., 0, :] = whole.column[..., now] * weight[None, :, None, :]
+    column[..., 1:, :] = whole.column[..., late:].reshape(k, n, count, k, n)
+    multiplier = whole.multiplier * weight[None, :, :, None]
+    kernel = whole.kernel * weight[None, :, None, None, :, None]
+    sensor = np.linalg.inv(system.c2[:, n - q :])
+    return Operator(
+        np.einsum("nkm,mq->nkq", point[..., n - q :], sensor).reshape(n, (k + 1) * q),
+        np.einsum("nkmc,mq->nkqc", row[:, :, n - q :], sensor),
+        np.einsum("kiclm,mq->kiclq", column[..., n - q :], sensor).reshape(k, n, count, (k + 1) * q),
+        np.einsum("kimc,mq->kiqc", multiplier[:, :, n - q :], sensor),
+        np.einsum("kiclmd,mq->kiclqd", kernel[..., n - q :, :], sensor),
+    )
+
+
+def _measured_weight(n: int, q: int) -> Array:
+    """Weights (row, column): 1 if only the column is measured, 1/2 if both, 0 if the column is not measured."""
+    measured = np.arange(n) >= n - q
+    weight = np.zeros((n, n))
+    weight[:, measured] = 1.0
+    weight[np.ix_(measured, measured)] = 0.5
+    return weight
+
+
+def evaluate(gains: ObserverGains, points: Array) -> GainValues:
+    """All gains at `points` of [-1, 0], in the plant's own coordinates and time (Lemma 5)."""
+    inverse, z = gains.inverse, gains.injection
+    n, k, q = inverse.h.shape[0], inverse.h.shape[1], z.row.shape[2]
+    basis = legendre.evaluate(inverse.operator.count, points)
+    tests = legendre.evaluate(z.count, points)
+    s = multiplier_inverse(inverse.operator, points)
+    fine_nodes, fine_weights = legendre.gauss(max(64, 2 * z.count))
+    s_fine = multiplier_inverse(inverse.operator, fine_nodes)
+    fine = legendre.evaluate(inverse.operator.count, fine_nodes)
+    fine_tests = legendre.evaluate(z.count, fine_nodes)
+    # T_i: ∫Z Ŝ_i Zᵀ, between the basis of the inverse and the basis of 𝒵.
+    moment = np.einsum("t,tc,tkij,td->kicjd", fine_weights, fine, s_fine, fine_tests, optimize=True)
+    pulled = np.einsum("kicjd,kjdp->kicp", moment, z.column)
+    point = inverse.point @ z.point + np.einsum("mkic,kicp->mp", inverse.h, pulled)
+    local = np.einsum("tc,tkij,td,kjqd->tkicq", basis, s, tests, z.multiplier, optimize=True)  # V_j(θ)W_6j
+    kernel_at = np.einsum("kicljd,td->kictlj", z.kernel, tests)
+    pulled_kernel = np.einsum("kicjd,kjdtlq->kictlq", moment, kernel_at)
+    l3 = (
+        np.einsum("mn,nljd,td->tlmj", inverse.point, z.row, tests, optimize=True)
+        + np.einsum("mlic,tlicq->tlmq", inverse.h, local)
+        + np.einsum("mkic,kictlq->tlmq", inverse.h, pulled_kernel)
+    )
+    inner = np.einsum("mkic,mp->kicp", inverse.h, z.point) + np.einsum("kicljd,ljdp->kicp", inverse.gamma, pulled)
+    columns = np.einsum("tkij,tc,kjcp->tkip", s, basis, inner, optimize=True)
+    columns += np.einsum("tkij,td,kjdp->tkip", s, tests, z.column, optimize=True)
+    kernel = (
+        np.einsum("mkic,mljd,td->kictlj", inverse.h, z.row, tests, optimize=True)
+        + np.einsum("kicljd,tljdq->kictlq", inverse.gamma, local, optimize=True)
+        + np.einsum("kicnjd,njdtlq->kictlq", inverse.gamma, pulled_kernel, optimize=True)
+    )
+    l7 = np.einsum("tkij,tc,kjculq->tkiulq", s, basis, kernel, optimize=True)
+    l7 = l7 + np.einsum("tkij,td,kjdulq->tkiulq", s, tests, kernel_at, optimize=True)
+    l6 = np.einsum("tkij,td,kjqd->tkiq", s, tests, z.multiplier, optimize=True)
+    back = np.linalg.inv(gains.change) / gains.time  # every gain is a rate
+    split = (back @ point).reshape(n, k + 1, q)
+    ends = np.einsum("ij,tkjp->tkip", back, columns).reshape(len(points), k, n, k + 1, q)
+    return GainValues(
+        l0=split[:, 0],
+        l2=np.einsum("nkq->knq", split[:, 1:]),
+        l3=np.einsum("ij,tljq->tliq", back, l3),
+        l4=ends[..., 0, :],
+        l5=np.einsum("tkilq->tkliq", ends[..., 1:, :]),
+        l6=np.einsum("ij,tkjq->tkiq", back, l6),
+        l7=np.einsum("ij,tkjulq->tkuliq", back, l7),
+    )

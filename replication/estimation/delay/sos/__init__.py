@@ -1,0 +1,1 @@
+"""Sums of squares for systems with delays: cones, the dissipation inequality and its solution."""

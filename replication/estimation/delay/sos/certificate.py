@@ -1,0 +1,126 @@
+"""A certificate of a given level: a feasible point of Theorem 3 with moderate gains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from replication.errors import InfeasibleError, SolverError
+from replication.estimation.conic.sdpa import Program, SdpaOptions, Solution, solve_sdpa
+from replication.estimation.delay.sos import lie
+from replication.estimation.delay.sos.cone import DegreeRule
+from replication.estimation.delay.sos.least_gain import LeastGain, looser, minimum_gain, solved
+from replication.estimation.delay.sos.synthesis import Assembly, assemble, program
+from replication.estimation.delay.spectrum import require_detectable
+from replication.estimation.delay.system import DelaySystem, gain_scaled
+from replication.estimation.delay.units import natural_units, rounded
+from replication.estimation.validation import Array, positive_scalar
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A feasible point of Theorem 3 for `system`, in coordinates with C_2 = [0 c] and in units of time: x' = change·x,
+    t' = t/time in those of the plant.
+
+    storage: coefficients of V; residual: coefficients that 2⟨e, 𝒵C_2e⟩ must have. gamma: the level they prove, up to
+    the residuals in `solution`.
+    """
+
+    system: DelaySystem
+    change: Array
+    degree: int
+    rule: DegreeRule
+    epsilon: float
+    gamma: float
+    count: int
+    storage: Array
+    residual: Array
+    solution: Solution
+    time: float = 1.0
+
+
+FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
+"""For a certificate at a given γ: any feasible point serves, so the trace need not be least to many digits."""
+
+
+def certificate_at(
+    system: DelaySystem,
+    gamma: float,
+    degree: int,
+    rule: DegreeRule = DegreeRule.TENSOR,
+    *,
+    epsilon: float = 1e-5,
+    options: SdpaOptions = FEASIBLE,
+) -> Certificate:
+    """A certificate of the level γ with moderate gains: the cone matrices of least trace, in `natural_units`.
+
+    Raises InvalidInputError for a bad degree or level or an undetectable system, InfeasibleError if γ is proved to be
+    out of reach by the lower end of the least γ, whatever the solver calls it; SolverError otherwise.
+    """
+    level = positive_scalar("gamma", gamma)
+    units = natural_units(system)
+    gain = rounded(level)
+    assembly = assemble(gain_scaled(units.system, gain), degree, rule, rates=rule is DegreeRule.BESSEL)
+    require_detectable(system)
+    task = program(assembly, epsilon, level / gain)
+    try:
+        solution = solve_sdpa(task, options)
+    except (InfeasibleError, SolverError) as error:
+        least = _bracket(error, system, level, degree, rule)
+        solution = _retried(task, looser(options), level, least)
+    found = certificate_of(assembly, epsilon, level / gain, solution)
+    plain = gain_scaled(found.system, 1.0 / gain)  # the same V and 𝒵 serve, with w and v in other units
+    return replace(found, system=plain, gamma=level, change=found.change @ units.change, time=units.time)
+
+
+def _bracket(
+    error: InfeasibleError | SolverError, system: DelaySystem, level: float, degree: int, rule: DegreeRule
+) -> LeastGain:
+    """The least γ where the solver failed at `level`. Raises InfeasibleError if it proves the level out of reach."""
+    try:
+        least = minimum_gain(system, degree, rule)
+    except (InfeasibleError, SolverError) as second:
+        raise SolverError(f"{error}; whether the level {level:.6g} can be reached is open: {second}") from second
+    if level < least.lower:
+        raise InfeasibleError(
+            f"the level {level:.6g} is out of reach: degree {degree} of the {rule} rule proves none below "
+            f"{least.lower:.6g}; relax the level or raise the degree"
+        ) from error
+    return least
+
+
+def _retried(task: Program, options: SdpaOptions, level: float, least: LeastGain) -> Solution:
+    """A point from a larger start. Raises SolverError with what is known of the level."""
+    try:
+        return solved(task, options)
+    except (InfeasibleError, SolverError) as error:
+        can = "it is known that it can be reached" if level > least.gamma else "it is open whether it can be reached"
+        raise SolverError(
+            f"{error}; the least level of this degree lies between {least.lower:.6g} and {least.gamma:.6g}, and of "
+            f"{level:.6g} {can}; ask for a higher one"
+        ) from error
+
+
+def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: Solution) -> Certificate:
+    """Read V and the coefficients of 2⟨e, 𝒵C_2e⟩ off a solution."""
+    system, count, drive = assembly.system, assembly.count, assembly.drive
+    matrices = np.concatenate([block.ravel() for block in solution.blocks])
+    own = assembly.storage.shape[1]
+    storage = assembly.storage @ matrices[:own] + epsilon * lie.storage_identity(system, count)
+    dissipation = assembly.dissipation @ matrices[own:]
+    cross, level = lie.supply(system, count, drive)
+    total = assembly.derivative @ storage + cross + gamma * level + dissipation
+    total = total + epsilon * lie.dissipation_identity(system, count)
+    return Certificate(
+        system=system,
+        change=assembly.change,
+        degree=assembly.degree,
+        rule=assembly.rule,
+        epsilon=epsilon,
+        gamma=gamma,
+        count=count,
+        storage=storage,
+        residual=np.where(lie.absorbed(system, count), -total, 0.0),
+        solution=solution,
+    )

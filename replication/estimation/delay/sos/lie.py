@@ -1,0 +1,177 @@
+"""The derivative of V along the error dynamics and the supply rate (Theorems 1 and 3), as sparse maps of coefficients.
+
+In scaled histories φ_i(η) = e(t+τ_iη), η ∈ [-1, 0], the error obeys ė = A_0e + ΣA_kφ_k(-1) - Bw and
+∂_tφ_i = φ_i'/τ_i with φ_i(0) = e. V is a form on R^n × L2^nK; its derivative is a form on
+h = (w, v, e, φ_1(-1), .., φ_K(-1)) ∈ R^{r+p+n(K+1)} and the same histories; a `Drive` may put ω in place of w.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sparse
+
+from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.sos.drive import Drive, direct
+from replication.estimation.delay.sos.forms import FormSpace, Index, triangle
+from replication.estimation.delay.system import DelaySystem
+from replication.estimation.validation import Array
+
+
+def state_space(system: DelaySystem, count: int) -> FormSpace:
+    """Space of V: n point variables and nK histories with `count` Legendre coefficients."""
+    return FormSpace(system.states, system.states, system.delay_count, count)
+
+
+def derivative_space(system: DelaySystem, count: int) -> FormSpace:
+    """Space of the derivative of V: point variables (w, v, e, φ_1(-1), .., φ_K(-1))."""
+    points = system.inputs + system.outputs + system.states * (system.delay_count + 1)
+    return FormSpace(points, system.states, system.delay_count, count)
+
+
+def point_offsets(system: DelaySystem) -> tuple[int, int, int]:
+    """First index of v, of e and of φ_1(-1) among the point variables of `derivative_space`."""
+    v = system.inputs
+    e = v + system.outputs
+    return v, e, e + system.states
+
+
+def _rates(system: DelaySystem, source: FormSpace, target: FormSpace, drive: Drive) -> tuple[Array, Array]:
+    """E and D with u = E h and du/dt = D h for the functionals u of V; shapes (source, target functionals)."""
+    n, width, count = system.states, source.functions, source.count
+    _, e, late = point_offsets(system)
+    embed = np.zeros((source.functionals, target.functionals))
+    rate = np.zeros_like(embed)
+    embed[:n, e : e + n] = np.eye(n)
+    rate[:n, : target.points] = drive.rate
+    moments = source.points + np.arange(count * width)
+    embed[moments, target.points + np.arange(count * width)] = 1.0
+    per_delay = np.repeat(1.0 / np.array(system.delays), n)
+    now, before = legendre.evaluate(count, 0.0)[0], legendre.evaluate(count, -1.0)[0]
+    slope = legendre.derivative(count)
+    function = np.arange(width)
+    for c in range(count):
+        rows = source.moment(c, function)
+        rate[rows, e + function % n] += now[c] * per_delay
+        rate[rows, late + function] -= before[c] * per_delay
+        for lower in range(c):
+            rate[rows, target.moment(lower, function)] -= slope[lower, c] * per_delay
+    return embed, rate
+
+
+def lie_derivative(system: DelaySystem, count: int, drive: Drive | None = None) -> sparse.csr_array:
+    """Map from the coefficients of V to those of dV/dt; sparse, shape (derivative space size, state space size).
+
+    drive: the variables of the derivative; `direct` if None.
+    The columns of multiplier monomials that couple two different delays are empty: V must not contain them.
+    """
+    source, target = state_space(system, count), derivative_space(system, count)
+    embed, rate = _rates(system, source, target, drive or direct(system))
+    where = np.argmax(embed, axis=1)  # each functional of V is one functional of h
+    rates = sparse.csr_array(rate)
+    first, second = triangle(source.functionals)
+    monomial = np.arange(first.size, dtype=np.int64)
+    rows, columns, values = [], [], []
+    for fixed, moving in ((first, second), (second, first)):
+        lengths = np.diff(rates.indptr)[moving]
+        # Position in the rows of `rates` of every term of du_moving/dt, one run per monomial.
+        start = np.repeat(rates.indptr[moving] - np.concatenate([[0], np.cumsum(lengths)[:-1]]), lengths)
+        position = start + np.arange(lengths.sum())
+        rows.append(target.pair(np.repeat(where[fixed], lengths), rates.indices[position].astype(np.int64)))
+        columns.append(np.repeat(monomial, lengths))
+        values.append(rates.data[position])
+    extra = _multiplier_terms(system, source, target)
+    rows.append(extra[0])
+    columns.append(extra[1])
+    values.append(extra[2])
+    data = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return sparse.coo_array(data, shape=(target.size, source.size)).tocsr()
+
+
+def _multiplier_terms(system: DelaySystem, source: FormSpace, target: FormSpace) -> tuple[Index, Index, Array]:
+    """Triples (row, column, value) of d/dt ∫p_c φ_ik φ_il = (p_c(0)e_k e_l - p_c(-1)φ_ik(-1)φ_il(-1) - ∫p_c'φφ)/τ_i."""
+    n = system.states
+    _, e, late = point_offsets(system)
+    degree, first, second = source.multiplier_functions()
+    column = source.pair_count + np.arange(degree.size, dtype=np.int64)
+    same = first // n == second // n
+    degree, first, second, column = degree[same], first[same], second[same], column[same]
+    speed = 1.0 / np.array(system.delays)[first // n]
+    now, before = legendre.evaluate(source.count, 0.0)[0], legendre.evaluate(source.count, -1.0)[0]
+    slope = legendre.derivative(source.count)
+    rows = [target.pair(e + first % n, e + second % n), target.pair(late + first, late + second)]
+    columns = [column, column]
+    values = [now[degree] * speed, -before[degree] * speed]
+    for lower in range(source.count):
+        weight = -slope[lower, degree] * speed
+        keep = weight != 0.0
+        rows.append(target.multiplier(np.int64(lower), first[keep], second[keep]))  # type: ignore[arg-type]
+        columns.append(column[keep])
+        values.append(weight[keep])
+    return np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
+
+
+def storage_identity(system: DelaySystem, count: int) -> Array:
+    """Coefficients of |e|² + Σ∫|φ_i|² in the space of V: what ε multiplies in Theorem 3."""
+    space = state_space(system, count)
+    return _identity(space, np.arange(system.states))
+
+
+def dissipation_identity(system: DelaySystem, count: int) -> Array:
+    """Coefficients of |e|² + Σ∫|φ_i|² in the space of dV/dt."""
+    _, e, _ = point_offsets(system)
+    return _identity(derivative_space(system, count), np.arange(e, e + system.states))
+
+
+def _identity(space: FormSpace, points: Index) -> Array:
+    coefficients = np.zeros(space.size)
+    coefficients[space.pair(points, points)] = 1.0
+    function = np.arange(space.functions, dtype=np.int64)
+    coefficients[space.multiplier(np.int64(0), function, function)] = 1.0  # type: ignore[arg-type]
+    return coefficients
+
+
+def supply(system: DelaySystem, count: int, drive: Drive | None = None) -> tuple[Array, Array]:
+    """Coefficients of 2vᵀC_1e and of -(|w|² + |v|²): the form is the first plus γ times the second (Theorem 1).
+
+    drive: as in `lie_derivative`.
+    """
+    space = derivative_space(system, count)
+    v, e, late = point_offsets(system)
+    cross, level = np.zeros(space.size), np.zeros(space.size)
+    outputs = np.hstack([system.c10, *system.c1])
+    rows, columns = np.divmod(np.arange(outputs.size), outputs.shape[1])
+    assert late == e + system.states  # the columns of [C_10 C_11 .. C_1K] follow the order of h
+    cross[space.pair(v + rows, e + columns)] = 2.0 * outputs.ravel()
+    signal = (drive or direct(system)).signal
+    weight = signal.T @ signal
+    weight[v:e, v:e] += np.eye(system.outputs)
+    first, second = triangle(space.points)
+    level[space.pair(first, second)] = -np.where(first == second, 1.0, 2.0) * weight[first, second]
+    return cross, level
+
+
+def absorbed(system: DelaySystem, count: int) -> npt.NDArray[np.bool_]:
+    """Mask of the coefficients of dV/dt that the free operator 𝒵 can cancel, for a system with C_2 = [0 c].
+
+    𝒵C_2 adds 2⟨e, 𝒵C_2e⟩, so: (e,e), (e,φ), (φ,φ) where either side is measured, (e,φ(-1)) and (φ(-1),φ) where the
+    end value φ(-1) is measured.
+    """
+    space = derivative_space(system, count)
+    n, q, k = system.states, system.measurements, system.delay_count
+    _, e, late = point_offsets(system)
+    group = np.zeros(space.functionals, dtype=np.int64)  # 0 for w and v, 1 e, 2 φ(-1), 3 moment
+    group[e:late], group[late : space.points], group[space.points :] = 1, 2, 3
+    measured = np.zeros(space.functionals, dtype=bool)
+    hidden = np.arange(n) >= n - q
+    measured[e : space.points] = np.tile(hidden, k + 1)
+    measured[space.points :] = np.tile(hidden, k * count)
+    first, second = triangle(space.functionals)
+    low, high = group[first], group[second]
+    either = measured[first] | measured[second]
+    inside = ((low == 1) & (high == 1)) | ((low == 1) & (high == 3)) | ((low == 3) & (high == 3))
+    end = ((low == 1) & (high == 2) & measured[second]) | ((low == 2) & (high == 3) & measured[first])
+    _, left, right = space.multiplier_functions()
+    multiplier = (left // n == right // n) & (np.tile(hidden, k)[left] | np.tile(hidden, k)[right])
+    mask: npt.NDArray[np.bool_] = np.concatenate([(inside & either) | end, multiplier])
+    return mask

@@ -1,0 +1,126 @@
+"""Theorem 3: the H∞-optimal observer of a system with state delays as one semidefinite program.
+
+Unknown are the matrices of two cones: V = ⟨e, 𝒫e⟩ and the dissipation N. Matching coefficients,
+  dV/dt - γ(|w|² + |v|²) + 2vᵀC_1e + ε(|e|² + Σ∫|φ_i|²) + N = 0
+on every monomial that 𝒵 cannot cancel; 𝒵 is read off the others afterwards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sparse
+
+from replication.errors import InvalidInputError
+from replication.estimation.conic.sdpa import Program
+from replication.estimation.delay.sos import bessel, lie
+from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks, cone_map, required_count
+from replication.estimation.delay.sos.drive import Drive, by_rates
+from replication.estimation.delay.sos.forms import FormSpace, Index
+from replication.estimation.delay.system import DelaySystem, measured_last
+from replication.estimation.validation import Array, positive_integer, positive_scalar
+
+DEGREES, MONOMIALS = (3, 2, 1), 2000
+"""Degrees of the polynomials unless one is asked for: the first whose program has at most so many monomials to match,
+which take SDPA a few seconds; the last for larger plants."""
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """The pieces of the program that do not depend on γ and ε.
+
+    storage, dissipation: coefficients of V and of N, linear in the matrices of their cones; derivative: those of dV/dt,
+    linear in those of V. v_labels, h_labels: for each matrix of the cones of V and of N the variable behind each row,
+    points first, then functions. kept: mask of the monomials of dV/dt that must match. drive: the variables of dV/dt,
+    `direct` if None.
+    """
+
+    system: DelaySystem
+    change: Array
+    degree: int
+    rule: DegreeRule
+    count: int
+    storage: sparse.csr_array
+    derivative: sparse.csr_array
+    dissipation: sparse.csr_array
+    v_labels: tuple[Index, ...]
+    h_labels: tuple[Index, ...]
+    kept: npt.NDArray[np.bool_]
+    drive: Drive | None = None
+
+
+def assemble(
+    system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR, *, rates: bool = False
+) -> Assembly:
+    """Maps from the cone matrices to the coefficients of V and N, and from V to dV/dt; with `rates`, as in `by_rates`.
+
+    Raises InvalidInputError for degree < 1.
+    """
+    degree = positive_integer("degree", degree)
+    inner, change = measured_last(system)
+    count = required_count(degree, rule)
+    storage, v_labels = _cone(lie.state_space(inner, count), degree, rule, ramp=True)
+    # The derivative of the ramp is constant: the dissipation needs none.
+    dissipation, h_labels = _cone(lie.derivative_space(inner, count), degree, rule, ramp=False)
+    drive = by_rates(inner) if rates else None
+    derivative = lie.lie_derivative(inner, count, drive)
+    kept = ~lie.absorbed(inner, count)
+    return Assembly(
+        inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, kept, drive
+    )
+
+
+def monomials(system: DelaySystem, degree: int, rule: DegreeRule) -> int:
+    """How many monomials of dV/dt have to match: at least as many as the program has equalities; nothing is built."""
+    return int(np.count_nonzero(~lie.absorbed(system, required_count(degree, rule))))
+
+
+def degree_for(system: DelaySystem, rule: DegreeRule) -> int:
+    """The degree that a design takes unless one is asked for, see DEGREES."""
+    return next((degree for degree in DEGREES if monomials(system, degree, rule) <= MONOMIALS), DEGREES[-1])
+
+
+def _cone(space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool) -> tuple[sparse.csr_array, tuple[Index, ...]]:
+    """Map from the matrices of the cone to the coefficients of its forms, and what stands behind their rows."""
+    if rule is DegreeRule.BESSEL:
+        return bessel.cone(space, degree, ramp=ramp)
+    blocks = cone_blocks(degree, rule)
+    stacked = sparse.hstack([cone_map(block, space) for block in blocks], format="csr")
+    return stacked, tuple(block.labels(space) for block in blocks)
+
+
+def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> Program:
+    """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level.
+
+    Raises InvalidInputError for ε < 0.
+    """
+    if epsilon != 0.0:
+        positive_scalar("epsilon", epsilon)
+    system, count, drive = assembly.system, assembly.count, assembly.drive
+    v_space = lie.state_space(system, count)
+    cross, level = lie.supply(system, count, drive)
+    constant = cross + epsilon * (
+        lie.dissipation_identity(system, count) + assembly.derivative @ lie.storage_identity(system, count)
+    )
+    _, first, second = v_space.multiplier_functions()
+    coupled = v_space.pair_count + np.flatnonzero(first // system.states != second // system.states)
+    empty = sparse.csr_array((coupled.size, assembly.dissipation.shape[1]))
+    kept = assembly.kept
+    if gamma is not None:
+        constant = constant + gamma * level
+    columns = [assembly.derivative[kept] @ assembly.storage, assembly.dissipation[kept]]
+    upper = [assembly.storage[coupled], empty]
+    if gamma is None:
+        columns.insert(0, sparse.csr_array(level[kept][:, None]))
+        upper.insert(0, sparse.csr_array((coupled.size, 1)))
+    matrix = sparse.vstack([sparse.hstack(upper), sparse.hstack(columns)], format="csr")
+    right = np.concatenate([np.zeros(coupled.size), -constant[kept]])
+    used = np.diff(matrix.indptr) > 0
+    if np.any(right[~used] != 0.0):
+        raise InvalidInputError("the degree is too low: a term of the supply rate is beyond the reach of the cone")
+    sizes = tuple(label.size for label in (*assembly.v_labels, *assembly.h_labels))
+    cost = np.concatenate([np.eye(size).ravel() for size in sizes])
+    cost = cost if gamma is not None else np.concatenate([[1.0], 0.0 * cost])
+    return Program(matrix[used], right[used], cost, 0 if gamma is not None else 1, sizes)

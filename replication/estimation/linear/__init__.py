@@ -1,0 +1,1 @@
+"""Linear systems, time-invariant and periodic: norms, Riccati equations, lifting."""

@@ -1,0 +1,183 @@
+"""Exact l2-induced norms of discrete-time periodic systems, with a bracket; the H-infinity norm is the case N = 1.
+
+A level g is a singular value of the lifted transfer matrix at the angle t iff e^{jt} is an eigenvalue of a symplectic
+pencil (Boyd and Balakrishnan, Syst. Control Lett. 15, 1990; Bruinsma and Steinbuch, ibid. 14, 1990; here for periodic
+systems, with the pencil composed stage by stage so that its size stays 2n for every period).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import numpy.typing as npt
+
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.linear.lifted import LiftedResponse, compressed, largest_singular_value
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
+from replication.estimation.linear.riccati import RiccatiMap, circle_angles, fixed_point
+from replication.estimation.validation import Array, ComplexArray, as_matrix
+
+UPPER_MARGIN = 1e-9
+"""Relative distance from the attained lower bound to the level at which the pencil is tested for the upper bound."""
+CIRCLE_TOLERANCE = 1e-7
+"""Eigenvalues nearer than this to the unit circle count as on it: the square root of rounding, for double ones."""
+MAX_ROUNDS = 60
+DENSE_INPUTS = 300
+"""Up to so many inputs over a period the lifted response is a matrix, above it an operator (`LiftedResponse`)."""
+SAMPLES = tuple(np.linspace(0.0, np.pi, 8)[1:-1].tolist())
+"""Angles at which the response is looked at before a bracket is believed."""
+
+
+@dataclass(frozen=True)
+class GainBracket:
+    """Bracket of an induced norm. lower: attained at the lifted angle `angle` (radians per period); upper: no crossing.
+
+    `value` is the lower end: a singular value that was evaluated.
+    """
+
+    lower: float
+    upper: float
+    angle: float
+
+    @property
+    def value(self) -> float:
+        """The norm, to the relative width of the bracket."""
+        return self.lower
+
+
+def hinf_norm(A: npt.ArrayLike, B: npt.ArrayLike, C: npt.ArrayLike, D: npt.ArrayLike) -> GainBracket:
+    """H-infinity norm of the discrete-time system (A, B, C, D); raises InfeasibleError if A is not Schur stable."""
+    return l2_gain(
+        PeriodicSystem((Stage(*(as_matrix(name, M) for name, M in zip("ABCD", (A, B, C, D), strict=True))),))
+    )
+
+
+def l2_gain(system: PeriodicSystem) -> GainBracket:
+    """The l2-induced norm sup ||z|| / ||v|| of a stable periodic system, with bracket.
+
+    Raises InvalidInputError for another type, InfeasibleError if the system is not stable (its norm is infinite).
+    """
+    if not isinstance(system, PeriodicSystem):
+        raise InvalidInputError(f"system must be a PeriodicSystem, got {type(system).__name__}; see hinf_norm for one")
+    radius = system.spectral_radius()
+    if radius >= 1.0:
+        raise InfeasibleError(
+            f"the system is not stable (largest characteristic multiplier has modulus {radius:.6g}), so its gain is "
+            "infinite; stabilise it first"
+        )
+    if not any(stage.B.size for stage in system.stages) and not any(stage.D.size for stage in system.stages):
+        return GainBracket(0.0, 0.0, 0.0)
+    system = balanced(system)
+
+    def maps(level: float) -> list[RiccatiMap]:
+        return [bounded_real_map(stage, level) for stage in system.stages]
+
+    return peak_on_circle(response_norm(system), maps, slowest_angle(system.monodromy()))
+
+
+def response_norm(system: PeriodicSystem) -> Callable[[float], float]:
+    """The largest singular value of the lifted response as a function of the angle; formed in full only if small."""
+    if sum(stage.B.shape[1] for stage in system.stages) <= DENSE_INPUTS:
+        lifted = compressed(system.lift())
+        return lambda angle: spectral_norm(frequency_response(lifted, angle))
+    response = LiftedResponse(system)
+
+    def value(angle: float) -> float:
+        forward, adjoint = response.at(angle)
+        return largest_singular_value(lambda v: adjoint(forward(v)), response.inputs)
+
+    return value
+
+
+def spectral_norm(matrix: ComplexArray) -> float:
+    """Largest singular value, from the smaller Gram matrix: as accurate as an SVD for the largest one, and faster."""
+    rows, columns = matrix.shape
+    gram = matrix @ matrix.conj().T if rows <= columns else matrix.conj().T @ matrix
+    return float(np.sqrt(max(np.linalg.eigvalsh(gram)[-1], 0.0))) if len(gram) else 0.0
+
+
+def slowest_angle(A: Array) -> float:
+    """The angle in [0, pi] of the eigenvalue of A with the largest modulus."""
+    poles = np.linalg.eigvals(A)
+    return float(np.abs(np.angle(poles[np.argmax(np.abs(poles))])))
+
+
+def bounded_real_map(stage: Stage, level: float) -> RiccatiMap:
+    """The Riccati map of the bounded real lemma at `level` for one stage; its period map has a stabilising fixed point
+    iff the gain is below the level."""
+    A, B, C, D = stage
+    inputs = np.eye(B.shape[1]) - D.T @ D / level**2
+    outputs = np.eye(C.shape[0]) - D @ D.T / level**2
+    return RiccatiMap(
+        A + B @ np.linalg.solve(inputs, D.T @ C) / level**2,
+        -C.T @ np.linalg.solve(outputs, C) / level**2,
+        B @ np.linalg.solve(inputs, B.T),
+    )
+
+
+def peak_on_circle(
+    value: Callable[[float], float],
+    maps: Callable[[float], Sequence[RiccatiMap]],
+    hint: float,
+) -> GainBracket:
+    """Supremum over [0, pi] of `value(angle)`, whose crossings of a level are the circle angles of `maps(level)`.
+
+    hint: an angle at which to start beside 0 and pi, for example that of a lightly damped pole. Raises SolverError if
+    the rounds run out (they end after a handful: the middles of the crossings close in on the peak quadratically).
+    """
+    value = cache(value)
+    angle = max(0.0, np.pi, hint, key=value)
+    if not any(value(t) > 0.0 for t in (angle, *SAMPLES)):
+        return GainBracket(0.0, 0.0, 0.0)
+    margin = UPPER_MARGIN
+    for _ in range(MAX_ROUNDS):
+        level = max(value(angle), np.finfo(float).tiny) * (1 + margin)
+        crossings = _crossings(maps, level)
+        edges = np.unique([0.0, *crossings, np.pi])
+        middles = (edges[:-1] + edges[1:]) / 2
+        # An all-pass response has no peak to cross, and its pencil is ill-conditioned: samples see it best.
+        best = max([*edges.tolist(), *middles.tolist()] if crossings.size else SAMPLES, key=value)
+        if value(best) > value(angle) * (1 + 1e-14):
+            angle = best
+        elif not crossings.size:
+            return GainBracket(value(angle), level, angle)
+        else:
+            # Eigenvalues feign a crossing because the peak is flat or the pencil ill-conditioned: test a wider margin.
+            margin *= 4
+    raise SolverError(
+        f"the peak of the gain was not bracketed in {MAX_ROUNDS} rounds; rescale the states of the system"
+    )
+
+
+def _crossings(maps: Callable[[float], Sequence[RiccatiMap]], level: float) -> Array:
+    """The angles at which a singular value equals `level`, or a level next to it where the pencil does not compose."""
+    for attempt in (level, level * (1 + UPPER_MARGIN / 10)):
+        try:
+            return circle_angles(maps(attempt), CIRCLE_TOLERANCE)
+        except np.linalg.LinAlgError:
+            continue
+    raise SolverError(
+        f"the pencil of the level {level:.6g} is lost in rounding: modes grow or decay by too many orders of magnitude "
+        "over the period; shorten it, or rescale the states"
+    )
+
+
+def balanced(system: PeriodicSystem) -> PeriodicSystem:
+    """A stable system in state units that make reachability and observability alike, whatever the given units were."""
+    reach = _gramian_diagonal([(s.A, s.B) for s in system.stages])
+    sight = _gramian_diagonal([(s.A.T, s.C.T) for s in system.stages[::-1]])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # A state without one of the two has no effect; the other alone then sets its unit.
+        units = np.where(sight > 0, np.where(reach > 0, (reach / sight) ** 0.25, sight**-0.5), reach**0.5)
+    units = np.where((units > 0) & np.isfinite(units), units, 1.0)
+    return PeriodicSystem(
+        tuple(Stage(A / units[:, None] * units, B / units[:, None], C * units, D) for A, B, C, D in system.stages)
+    )
+
+
+def _gramian_diagonal(stages: Sequence[tuple[Array, Array]]) -> Array:
+    gramian = fixed_point([RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages])
+    return np.ones(len(stages[0][0])) if gramian is None else np.diag(gramian)

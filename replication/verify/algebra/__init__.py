@@ -1,0 +1,1 @@
+"""Exact linear algebra, balls, printed decimals and symbols."""

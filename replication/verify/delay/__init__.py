@@ -1,0 +1,1 @@
+"""Statements on systems with delays."""

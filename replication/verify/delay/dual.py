@@ -1,0 +1,118 @@
+"""How low the level of Theorem 3 can be at one degree: a linear functional that is non-negative on both cones.
+
+The functional is applied to the identity of Theorem 3. It is zero on what Z cancels, and non-negative on N and on dV/dt
+for every V and N of this degree; so the level is at least its value on 2 v'z over that on |w|^2 + |v|^2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from flint import fmpq, fmpq_mat
+
+from replication.verify.algebra.decimals import below
+from replication.verify.algebra.linear import require_positive_semidefinite, zeros
+from replication.verify.delay.forms import BUMP, UNIFORM, Form, basis_size, square
+from replication.verify.delay.plant import DelayPlant, measured_last, read_plant
+from replication.verify.delay.sos import rate, require_zero
+from replication.verify.reading import fields, integer, matrices, positive, sequence, symmetric
+from replication.verify.theorem import Theorem, require
+
+
+@dataclass(frozen=True)
+class Functional:
+    """The weight of every coefficient of a form; and those of the coefficients of S of V between two delays."""
+
+    weights: Form
+    coupling: list[fmpq_mat]
+
+    def of(self, form: Form) -> fmpq:
+        """The value on a form."""
+        pairs = [(self.weights.P, form.P)]
+        pairs += [(self.weights.Q[power], part) for power, part in form.Q.items()]
+        pairs += [(self.weights.S[power], part) for power, part in form.S.items()]
+        pairs += [(self.weights.R[powers], part) for powers, part in form.R.items()]
+        return sum((_inner(weight, part) for weight, part in pairs), fmpq(0))
+
+    def of_rate(self, plant: DelayPlant) -> Callable[[Form], fmpq]:
+        """The value on dV/dt as a function of V, of which S couples no two delays: where it would, any value serves."""
+        n = plant.states
+        supply = self.of(rate(plant, fmpq(0), Form(zeros(n, n), {}, {}, {})))
+
+        def value(V: Form) -> fmpq:
+            within = {power: _mask(part, n, inside=True) for power, part in V.S.items()}
+            across = [_inner(self.coupling[power], _mask(part, n, inside=False)) for power, part in V.S.items()]
+            return sum(across, self.of(rate(plant, fmpq(0), replace(V, S=within))) - supply)
+
+        return value
+
+
+def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
+    return sum((a * b for a, b in zip(first.entries(), second.entries(), strict=True)), fmpq(0))
+
+
+def degree_lower(certificate: Mapping[str, Any]) -> Theorem:
+    """delay.degree-lower: Theorem 3 with polynomials of exactly this degree is infeasible below the bound."""
+    (degree_value,) = fields(certificate["parameters"], "parameters", "degree")
+    degree = integer(degree_value, "parameters.degree", 1)
+    (lower,) = fields(certificate["bound"], "bound", "lower")
+    gamma = positive(lower, "bound.lower")
+    change, weights = fields(certificate["witness"], "witness", "change", "functional")
+    plant = measured_last(read_plant(certificate["plant"]), change)
+    n, functions = plant.states, plant.late.ncols()
+    points = plant.B.ncols() + plant.C10.nrows() + n + functions
+    functional = _read(weights, points, functions, 2 * degree + 1)
+    require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")
+    nothing = Form(zeros(n, n), {}, {}, {})
+    supply = functional.of(rate(plant, fmpq(0), nothing))
+    level = supply - functional.of(rate(plant, fmpq(1), nothing))
+    require(level > 0, "the functional is not positive on |w|^2 + |v|^2")
+    require(supply >= gamma * level, f"the functional gives {below(supply / level)} only")
+    for weight, order in ((UNIFORM, degree), (BUMP, degree - 1)):
+        for name, count, value in (("N", points, functional.of), ("dV/dt", n, functional.of_rate(plant))):
+            gram = _on_squares(value, weight, count, functions, order)
+            require_positive_semidefinite(gram, f"the functional on {name} of degree {order}")
+    return Theorem(
+        sentence=f"The plant {certificate['plant']['name']}: Theorem 3 with polynomials of degree {degree} is "
+        f"infeasible below {below(gamma)}.",
+        lower=gamma,
+    )
+
+
+def _read(value: Any, points: int, functions: int, powers: int) -> Functional:
+    path = "witness.functional"
+    P, Q, S, R, coupling = fields(value, path, "P", "Q", "S", "R", "coupling")
+    kernels = sequence(R, f"{path}.R", lambda row, where: matrices(row, where, functions, functions, powers), powers)
+    weights = Form(
+        symmetric(P, f"{path}.P", points),
+        dict(enumerate(matrices(Q, f"{path}.Q", points, functions, powers))),
+        dict(enumerate(matrices(S, f"{path}.S", functions, functions, powers))),
+        {(a, b): kernel for a, row in enumerate(kernels) for b, kernel in enumerate(row)},
+    )
+    return Functional(weights, matrices(coupling, f"{path}.coupling", functions, functions, powers))
+
+
+def _mask(M: fmpq_mat, n: int, *, inside: bool) -> fmpq_mat:
+    """The n x n blocks on the diagonal, or all the others."""
+    size = M.nrows()
+    entries = [M[i, j] if (i // n == j // n) is inside else 0 for i in range(size) for j in range(size)]
+    return fmpq_mat(size, size, entries)
+
+
+def _on_squares(
+    value: Callable[[Form], fmpq], weight: Mapping[int, int], points: int, functions: int, degree: int
+) -> fmpq_mat:
+    """The symmetric matrix G with value(square(M)) = trace(G M) for every symmetric M."""
+    size = basis_size(points, functions, degree)
+    result = zeros(size, size)
+    for i in range(size):
+        for j in range(i + 1):
+            unit = zeros(size, size)
+            unit[i, j] = unit[j, i] = fmpq(1)
+            result[i, j] = result[j, i] = value(square(unit, weight, points, functions, degree)) / (1 if i == j else 2)
+    return result
+
+
+STATEMENTS: Mapping[str, Callable[[Mapping[str, Any]], Theorem]] = {"delay.degree-lower": degree_lower}

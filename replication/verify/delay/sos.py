@@ -1,0 +1,147 @@
+"""Theorem 3 of Peet and Gu with rational Gram matrices: an observer with L2 gain below gamma exists.
+
+The storage V and the dissipation N are sums of squares with positive definite Gram matrices; along the error of the
+observer the identity dV/dt - gamma(|w|^2 + |v|^2) + 2 v'z + 2<e, Z C2 e> + N = 0 holds for a suitable operator Z. What
+Z can cancel is left out of the comparison; everything else must match exactly. See docs/certificates.md.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+from flint import fmpq
+
+from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
+from replication.verify.delay.forms import (
+    BUMP,
+    UNIFORM,
+    Form,
+    Kernel,
+    Polynomial,
+    add_to,
+    at,
+    basis_size,
+    row_at,
+    slope,
+    slope_first,
+    square,
+    total,
+)
+from replication.verify.delay.plant import DelayPlant, measured_last
+from replication.verify.reading import fields, sequence, symmetric
+from replication.verify.theorem import require
+
+
+def require_level(plant: DelayPlant, gamma: fmpq, degree: int, witness: Any) -> None:
+    """Refuse unless the witness proves that the gains of Theorem 3 at this degree give an L2 gain below gamma.
+
+    witness: `change` (n, n), coordinates in which C2 = [0 c]; `storage` and `dissipation`, the Gram matrices of V and
+    N for the weights 1 and -s(s+1), of degrees `degree` and `degree` - 1.
+    """
+    change, storage, dissipation = fields(witness, "witness", "change", "storage", "dissipation")
+    inner = measured_last(plant, change)
+    n = plant.states
+    functions = n * len(plant.delays)
+    points = plant.B.ncols() + plant.C10.nrows() + n + functions
+    V = _sum_of_squares(storage, "witness.storage", n, functions, degree)
+    N = _sum_of_squares(dissipation, "witness.dissipation", points, functions, degree)
+    for power, part in V.S.items():
+        for i, j in product(range(functions), repeat=2):
+            require(i // n == j // n or part[i, j] == 0, f"V couples two delays in S at power {power}")
+    require_zero(total(rate(inner, gamma, V), N), inner, cancelled=False, what="the identity of Theorem 3 fails")
+
+
+def _sum_of_squares(value: Any, path: str, points: int, functions: int, degree: int) -> Form:
+    plain, weighted = sequence(value, path, symmetric, 2)
+    for gram, order in ((plain, degree), (weighted, degree - 1)):
+        size = basis_size(points, functions, order)
+        require(gram.nrows() == size, f"{path} of degree {order} must have {size} rows, got {gram.nrows()}")
+        require_positive_definite(gram, f"{path} of degree {order}")
+    return total(
+        square(plain, UNIFORM, points, functions, degree), square(weighted, BUMP, points, functions, degree - 1)
+    )
+
+
+def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
+    """dV/dt - gamma(|w|^2 + |v|^2) + 2 v'z on (w, v, e, l) and the histories f; l = f(-1), e = f(0) for every delay.
+
+    e' = A0 e + [A_1 ..] l - B w and f' = rates df/ds with rates = 1/delay: integrated by parts.
+    """
+    n, count = plant.states, len(plant.delays)
+    width = n * count
+    r, p = plant.B.ncols(), plant.C10.nrows()
+    rates = zeros(width, width)
+    for k in range(width):
+        rates[k, k] = 1 / plant.delays[k // n]
+    copies = block([[identity(n)] for _ in range(count)])
+    ends = {point: at(V.Q, point, (n, width)) * rates for point in (0, -1)}
+    bounds = {point: at(V.S, point, (width, width)) * rates for point in (0, -1)}
+    half = V.P * plant.A0 + ends[0] * copies
+    now = half + half.transpose() + copies.transpose() * bounds[0] * copies
+    cross = V.P * plant.late - ends[-1]
+    drive = -plant.B.transpose() * V.P
+    output, late = plant.C10, plant.late_output
+    P = block(
+        [
+            [identity(r) * -gamma, zeros(r, p), drive, zeros(r, width)],
+            [zeros(p, r), identity(p) * -gamma, output, late],
+            [drive.transpose(), output.transpose(), now, cross],
+            [zeros(width, r), late.transpose(), cross.transpose(), -bounds[-1]],
+        ]
+    )
+    push = block([[-plant.B.transpose()], [zeros(p, n)], [plant.A0.transpose()], [plant.late.transpose()]])
+    lift = block([[zeros(r + p, n)], [identity(n)], [zeros(width, n)]])
+    drop = block([[zeros(r + p + n, width)], [identity(width)]])
+    Q: Polynomial = {}
+    for power, part in V.Q.items():
+        add_to(Q, power, push * part)
+    for power, part in slope(V.Q).items():
+        add_to(Q, power, -(lift * part * rates))
+    for power, part in row_at(V.R, 0).items():
+        add_to(Q, power, lift * copies.transpose() * rates * part)
+    for power, part in row_at(V.R, -1).items():
+        add_to(Q, power, -(drop * rates * part))
+    R: Kernel = {}
+    for (first, second), part in slope_first(V.R).items():
+        moved = -(rates * part)
+        add_to(R, (first, second), moved)
+        add_to(R, (second, first), moved.transpose())
+    return Form(P, Q, {power: -(part * rates) for power, part in slope(V.S).items()}, R)
+
+
+def require_zero(form: Form, plant: DelayPlant, *, cancelled: bool, what: str) -> None:
+    """Refuse unless all coefficients vanish that 2<e, Z C2 e> can cancel (`cancelled`), or all that it cannot.
+
+    Z maps the measured parts of e, of l and of f to the whole of e and f: it reaches (e, e), (e, f) and (f, f) where
+    either side is measured, and (e, l) and (f, l) where l is measured; in S it acts within one delay.
+    """
+    n, q = plant.states, plant.C2.nrows()
+    start = plant.B.ncols() + plant.C10.nrows()
+    late = start + n
+
+    def seen(i: int) -> bool:
+        return i % n >= n - q
+
+    def between_points(i: int, j: int) -> bool:
+        low, high = min(i, j), max(i, j)
+        return start <= low < late and (seen(high - start) or (high < late and seen(low - start)))
+
+    def to_history(i: int, j: int) -> bool:
+        return i >= start and (seen(i - start) or (i < late and seen(j)))
+
+    def kernel(i: int, j: int) -> bool:
+        return seen(i) or seen(j)
+
+    def local(i: int, j: int) -> bool:
+        return i // n == j // n and kernel(i, j)
+
+    parts = [(form.P, between_points, "P")]
+    parts += [(part, to_history, f"Q, power {power}") for power, part in form.Q.items()]
+    parts += [(part, local, f"S, power {power}") for power, part in form.S.items()]
+    parts += [(part, kernel, f"R, powers {powers}") for powers, part in form.R.items()]
+    for part, reached, name in parts:
+        for i in range(part.nrows()):
+            for j in range(part.ncols()):
+                if reached(i, j) is cancelled:
+                    require(part[i, j] == 0, f"{what} in {name}: entry ({i}, {j}) is {part[i, j]}")

@@ -1,0 +1,201 @@
+"""The loop's response to y_d = sin σt: its steady state, and the largest error of that between and at all instants.
+
+With s = jσ all signals of the steady state are Im(amplitude · e^{st}) with amplitudes of period M T: at the slow
+instants X = (e^{sMT} I − Φ)^{-1} Γ, where Γ is what the command alone brings about in one slow period.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
+
+from replication.verify.dualrate.loop import Loop, Passage, monodromy, pass_period
+from replication.verify.dualrate.roots import is_less, require_roots_within
+from replication.verify.reading import integer, positive, rational, sequence
+from replication.verify.theorem import Refused, require
+
+TERMS, PIECES, PARTS = 24, 32, 2000
+"""Of the Taylor polynomials; of a fast period; that a piece may be cut into before the bound is given up."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """v' = N v on one fast period, v = (x, u, w) with u held and w' = s w, and the error y − y_d = row · v.
+
+    scales: positive weights of v, in which ‖v‖ = max |v_i|/scales_i and `growth` is a bound of the norm of N.
+    """
+
+    N: acb_mat
+    row: acb_mat
+    scales: Sequence[fmpq]
+
+    @property
+    def growth(self) -> arb:
+        """Largest row sum of N in the weights."""
+        sums = [
+            sum((abs(entry) * arb(b) for entry, b in zip(row, self.scales, strict=True)), arb(0)) / arb(a)
+            for row, a in zip(self.N.tolist(), self.scales, strict=True)
+        ]
+        return largest(sums)
+
+    def size(self, v: acb_mat) -> arb:
+        """‖v‖."""
+        return largest([abs(entry) / arb(a) for entry, a in zip(v.entries(), self.scales, strict=True)])
+
+    def output_size(self) -> arb:
+        """The largest |row · v| with ‖v‖ = 1."""
+        return sum((abs(c) * arb(a) for c, a in zip(self.row.entries(), self.scales, strict=True)), arb(0))
+
+
+def largest(values: Sequence[arb]) -> arb:
+    """The maximum of balls."""
+    found = values[0]
+    for value in values[1:]:
+        found = found.max(value)
+    return found
+
+
+def require_position_form(loop: Loop) -> None:
+    """Refuse unless the plant is θ''' + a₃ θ'' + a₂ θ' = b u with x = (θ, θ', θ'') and y = θ."""
+    require(loop.order == 3, f"the command is defined for a plant of order 3, not {loop.order}")
+    b = loop.B[2, 0]
+    chained = loop.A.entries()[:7] == [0, 1, 0, 0, 0, 1, 0]
+    reached = [*loop.C.entries(), *loop.B.entries()] == [1, 0, 0, 0, 0, b]
+    require(chained and reached and b != 0, "the command is defined for a plant in position, speed and acceleration")
+
+
+def command_amplitude(loop: Loop, s: acb) -> acb:
+    """r of u = K x̂ + Im(r e^{st}) as printed: ȳ_d − K (y_d, y_d', y_d''), with ȳ_d = (y_d'' + a₂ y_d' + a₃ y_d)/b.
+
+    The loop is one for which `require_position_form` holds.
+    """
+    A, b = loop.A, loop.B[2, 0]
+    a2, a3 = -A[2, 1], -A[2, 2]
+    printed = (s**2 + acb(a2) * s + acb(a3)) / acb(b)
+    return printed - sum((acb(loop.K[0, i]) * s**i for i in range(3)), acb(0))
+
+
+def turn(s: acb, time: fmpq) -> acb:
+    """e^{s t}."""
+    return (s * acb(time)).exp()
+
+
+def steady_start(loop: Loop, observer: str, s: acb) -> acb_mat:
+    """X: amplitude of (x, ζ) at the slow instants, shape (2n, 1); refused if e^{sMT} may be an eigenvalue of Φ."""
+    n, amplitude = loop.order, command_amplitude(loop, s)
+    nothing = acb_mat([[0]] * n)
+    end = pass_period(loop, observer, nothing, nothing, lambda k: amplitude * turn(s, k * loop.T))
+    added = acb_mat(end.state.tolist() + end.estimate.tolist())
+    shift = turn(s, loop.M * loop.T)
+    Phi = acb_mat(monodromy(loop, observer))
+    shifted = acb_mat([[shift * int(i == j) for j in range(2 * n)] for i in range(2 * n)]) - Phi
+    try:
+        return shifted.solve(added)
+    except ZeroDivisionError:
+        raise Refused("the reference may excite an eigenvalue of Φ on the unit circle") from None
+
+
+def steady_passage(loop: Loop, observer: str, s: acb) -> Passage:
+    """Amplitudes at the phases of a slow period that starts at t = 0, not turned back."""
+    n, amplitude, start = loop.order, command_amplitude(loop, s), steady_start(loop, observer, s).tolist()
+    return pass_period(
+        loop, observer, acb_mat(start[:n]), acb_mat(start[n:]), lambda k: amplitude * turn(s, k * loop.T)
+    )
+
+
+def motion(loop: Loop, s: acb, scales: Sequence[fmpq]) -> Motion:
+    """The motion of x, the held input and the reference within a fast period."""
+    n = loop.order
+    A, B = loop.A.tolist(), loop.B.tolist()
+    zero = acb(0)
+    N = [[*map(acb, A[i]), *map(acb, B[i]), zero] for i in range(n)] + [[zero] * (n + 2), [*[zero] * (n + 1), s]]
+    return Motion(N=acb_mat(N), row=acb_mat([[*loop.C.entries(), 0, -1]]), scales=scales)
+
+
+def starts(loop: Loop, passage: Passage, s: acb) -> list[acb_mat]:
+    """v = (x, u, w) at each phase."""
+    return [
+        acb_mat([*x.tolist(), *u.tolist(), [turn(s, k * loop.T)]])
+        for k, (x, u) in enumerate(zip(passage.states, passage.inputs, strict=True))
+    ]
+
+
+def steady_motion(loop: Loop, observer: str, sigma: fmpq, scales: Sequence[fmpq]) -> tuple[Motion, list[acb_mat]]:
+    """The motion within a fast period and v at each phase, with y_d = sin σt; refused unless the loop is stable."""
+    require_position_form(loop)
+    require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
+    s = acb(0, arb(sigma))
+    return motion(loop, s, scales), starts(loop, steady_passage(loop, observer, s), s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """Where an error is large: a time after the instant of a phase; and the weights in which the motion is bounded."""
+
+    phase: int
+    time: fmpq
+    scales: Sequence[fmpq]
+
+
+def read_place(loop: Loop, phase: Any, time: Any, scales: Any, path: str) -> Place:
+    """Refused unless phase and time lie within a slow period."""
+    at, after = integer(phase, f"{path}.phase"), rational(time, f"{path}.time")
+    require(at < loop.M and 0 <= after <= loop.T, f"{path}.phase or {path}.time lies outside the slow period")
+    return Place(phase=at, time=after, scales=sequence(scales, f"{path}.scales", positive, loop.order + 2))
+
+
+def error_at(moving: Motion, start: acb_mat, time: fmpq) -> arb:
+    """|y − y_d| at a time after an instant."""
+    return abs((moving.row * (moving.N * acb(time)).exp() * start)[0, 0])
+
+
+def pieces(moving: Motion, start: acb_mat, length: fmpq) -> Iterator[tuple[acb_poly, arb]]:
+    """Taylor polynomial of the error about the middle of each piece of [0, length], and a bound of its remainder.
+
+    With x = growth · h, h the half width, the remainder is at most |row| ‖v‖ x^n/n! e^x.
+    """
+    half = length / (2 * PIECES)
+    reach = moving.growth * arb(half)
+    step = (moving.N * acb(2 * half)).exp()
+    v = (moving.N * acb(half)).exp() * start
+    tail = moving.output_size() * reach**TERMS / arb.fac_ui(TERMS) * reach.exp()
+    for _ in range(PIECES):
+        coefficients, power = [], v
+        for k in range(TERMS):
+            coefficients.append((moving.row * power)[0, 0])
+            power = moving.N * power / (k + 1)
+        yield acb_poly(coefficients), tail * moving.size(v)
+        v = step * v
+
+
+def require_all_below(moving: Motion, begun: Sequence[acb_mat], length: fmpq, bound: fmpq) -> None:
+    """Refuse unless |y − y_d| ≤ bound in all fast periods of a slow one."""
+    for start in begun:
+        require_error_below(moving, start, length, bound)
+
+
+def require_error_below(moving: Motion, start: acb_mat, length: fmpq, bound: fmpq) -> None:
+    """Refuse unless |y − y_d| ≤ bound on all of a fast period."""
+    half = length / (2 * PIECES)
+    for polynomial, remainder in pieces(moving, start, length):
+        allowed = arb(bound) - remainder
+        require(is_less(0, allowed), "the remainder of the Taylor polynomial exceeds the bound; choose other scales")
+        parts = polynomial.coeffs()
+        real, imaginary = arb_poly([c.real for c in parts]), arb_poly([c.imag for c in parts])
+        require_below(real * real + imaginary * imaginary - arb_poly([allowed**2]), -half, half)
+
+
+def require_below(polynomial: arb_poly, left: fmpq, right: fmpq) -> None:
+    """Refuse unless the polynomial is negative on [left, right]: halves, with the mean value theorem on each part."""
+    slope, todo = polynomial.derivative(), [(left, right)]
+    for _ in range(PARTS):
+        if not todo:
+            return
+        a, b = todo.pop()
+        middle, steepest = (a + b) / 2, abs(slope(arb(a).union(arb(b))))
+        if not is_less(polynomial(arb(middle)) + steepest * arb(b - middle), 0):
+            todo += [(a, middle), (middle, b)]
+    raise Refused("the largest error is not proved to be below the bound")

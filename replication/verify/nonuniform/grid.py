@@ -1,0 +1,201 @@
+"""Theorem 1, eq. (9) and Algorithm 1 in balls: the periods that the small-gain condition covers, and the grid.
+
+alpha(h) = ||A Phi(h) (zI - Phi(h))^{-1}||_inf is that of every filter: Sigma_11 of (7) sees the plant's states only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
+
+from replication.verify.algebra.balls import between, require_positive_definite
+from replication.verify.algebra.linear import identity
+from replication.verify.algebra.linear import require_positive_definite as require_definite
+from replication.verify.nonuniform.gain import circle_point, complex_vector, energy, require_ratio, total
+from replication.verify.nonuniform.system import Plant, along, beside, seconds, solved, step_at
+from replication.verify.reading import fields, matrix, positive, rational, sequence, symmetric
+from replication.verify.theorem import Refused, require
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Balls of the ends of an open interval of periods."""
+
+    lower: arb
+    upper: arb
+
+
+@dataclass(frozen=True)
+class Covering:
+    """How Algorithm 1 ended: the number of elements, and the interval (9) of the first one."""
+
+    size: int
+    passes: int
+    first: Interval
+
+
+def logarithmic_norm(A: fmpq_mat) -> arb:
+    """mu(A), the larger eigenvalue of (A + A')/2, for A of order two."""
+    require(A.nrows() == 2, "the logarithmic norm is written out for two states")
+    S = (A + A.transpose()) / 2
+    mean, half = (S[0, 0] + S[1, 1]) / 2, (S[0, 0] - S[1, 1]) / 2
+    return arb(mean) + arb(half * half + S[0, 1] * S[0, 1]).sqrt()
+
+
+def small_gain(A: fmpq_mat, Phi: arb_mat, given: Any, path: str) -> tuple[fmpq, fmpq]:
+    """Proved bounds of alpha for Phi in a ball, from a witness {lower, upper, P, turn, direction}.
+
+    Above: P > 0 with [P - (A Phi)'(A Phi), 0; 0, g^2 I] - [Phi, I]'P[Phi, I] > 0 (bounded real lemma). Below: the
+    response to a rational direction at a point of the unit circle.
+    """
+    low, high, storage, turn, direction = fields(given, path, "lower", "upper", "P", "turn", "direction")
+    lower, upper = positive(low, f"{path}.lower"), positive(high, f"{path}.upper")
+    n = A.nrows()
+    P = symmetric(storage, f"{path}.P", n)
+    require_definite(P, f"{path}.P")
+    one, balls, seen = arb_mat(identity(n)), arb_mat(P), arb_mat(A) * Phi
+    state = balls - seen.transpose() * seen - Phi.transpose() * balls * Phi
+    # The sign of the cross term is without effect on definiteness.
+    cross, input_ = Phi.transpose() * balls, one * arb(upper**2) - balls
+    rows = beside(state, cross).tolist() + beside(cross.transpose(), input_).tolist()
+    require_positive_definite(arb_mat(rows), f"{path}: the bounded real lemma at {upper}")
+    require_response(A, Phi, lower, {"turn": turn, "direction": direction}, path)
+    return lower, upper
+
+
+def require_response(A: fmpq_mat, Phi: arb_mat, lower: fmpq, given: Any, path: str) -> None:
+    """Refuse unless A Phi (zI - Phi)^{-1} amplifies a complex direction by more than `lower` at a point z."""
+    turn, direction = fields(given, path, "turn", "direction")
+    n = A.nrows()
+    xi = complex_vector(direction, f"{path}.direction", n)
+    z = circle_point(rational(turn, f"{path}.turn"))
+    response = energy(acb_mat(arb_mat(A) * Phi) * solved(acb_mat(identity(n)) * z - acb_mat(Phi), xi, "zI - Phi"))
+    require_ratio(response, energy(xi), lower, f"{path}: the response")
+
+
+def covered(h: arb, below: arb, above: arb, printed: arb, gain: arb) -> Interval:
+    """H(h, gain) of (9), cases L3 and U3: below = mu(-A), above = mu(A); `printed` stands in the logarithm of U3."""
+    for mu in (below, above):
+        require(bool(mu != 0) and bool(mu > -gain), f"(9) is not in case L3 and U3: mu = {mu.str(5)}")
+    argument = 1 + printed / gain
+    require(argument > 0, "the logarithm of U3 has no value")
+    return Interval(h - (1 + below / gain).log() / below, h + argument.log() / above)
+
+
+def run_algorithm(plant: Plant, given: Any) -> Covering:
+    """Algorithm 1 with alpha in both steps, U3 with mu(A), and a set-minus in step 4, until it ends.
+
+    Every decision is made in balls, or refused. `given` lists for each pass the witnesses of alpha of the new elements,
+    in increasing order.
+    """
+    start, stop = seconds(plant.h_l), seconds(plant.h_u)
+    below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
+    passes = sequence(given, "witness.passes", lambda value, path: sequence(value, path, lambda entry, _: entry))
+    new, intervals = [(start + stop) / 2], list[Interval]()
+    for count, witnesses in enumerate(passes):
+        path = f"witness.passes[{count}]"
+        require(len(witnesses) == len(new), f"{path} must have {len(new)} elements, got {len(witnesses)}")
+        for position, h in enumerate(new):
+            Phi = state_transition(plant, h)
+            gain = between(*small_gain(plant.A, Phi, witnesses[position], f"{path}[{position}]"))
+            intervals.append(covered(h, below, above, above, gain))
+        new = [(a + b) / 2 for a, b in gaps(intervals, start, stop)]
+        if not new:
+            require(count + 1 == len(passes), "witness.passes goes on after the range is covered")
+            return Covering(len(intervals), len(passes), intervals[0])
+    raise Refused(f"after {len(passes)} passes the range is not covered: {len(new)} gaps are left")
+
+
+def state_transition(plant: Plant, h: arb) -> arb_mat:
+    """Phi(h)."""
+    n = plant.A.nrows()
+    return arb_mat([row[:n] for row in step_at(plant, h).tolist()])
+
+
+def gaps(intervals: list[Interval], start: arb, stop: arb) -> list[tuple[arb, arb]]:
+    """The parts of [start, stop] that no interval covers: (L_j, U_j) of step 4. Each interval holds a point of it."""
+    ordered = sorted(intervals, key=lambda interval: float(interval.lower.mid()))
+    require(all(before(a.lower, b.lower) for a, b in pairwise(ordered)), "the intervals are not in order")
+    found, reached = [], start
+    for interval in ordered:
+        if before(reached, interval.lower):
+            found.append((reached, interval.lower))
+        if before(reached, interval.upper):
+            reached = interval.upper
+    if before(reached, stop):
+        found.append((reached, stop))
+    return found
+
+
+def before(first: arb, second: arb) -> bool:
+    """Whether first < second; refused if the balls do not tell them apart."""
+    if first < second:
+        return True
+    require(bool(first > second), f"{first.str(8)} and {second.str(8)} are not told apart")
+    return False
+
+
+def require_one_interval_is_not_enough(plant: Plant, covering: Covering) -> None:
+    """Refuse unless the interval (9) of the first element leaves out part of the range, which more elements cover."""
+    require(not covers(covering.first, seconds(plant.h_l), seconds(plant.h_u)), "one element covers the range")
+
+
+def covers(interval: Interval, start: arb, stop: arb) -> bool:
+    """Whether an open interval holds all of [start, stop]."""
+    return before(interval.lower, start) and before(stop, interval.upper)
+
+
+def require_stall(plant: Plant, given: Any) -> str:
+    """Refuse unless Algorithm 1 as printed leaves its grid as it is although step 3 fails; in words, how.
+
+    As printed: mu(-A) in the logarithm of U3, alpha in step 3, its root in step 4. Without a set-minus the union of the
+    range and the intervals, as far as sampling periods occur, is the range, and its middle is in the grid already. With
+    a set-minus: if the interval by the root is empty the gap is the whole range; if it covers the range there is none.
+    """
+    start, stop = seconds(plant.h_l), seconds(plant.h_u)
+    h = (start + stop) / 2
+    below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
+    alpha = between(*small_gain(plant.A, state_transition(plant, h), given, "witness"))
+    tested, marked = (covered(h, below, above, below, gain) for gain in (alpha, alpha.sqrt()))
+    require(not covers(tested, start, stop), "step 3 does not fail: the algorithm ends")
+    if before(marked.upper, marked.lower):
+        return "the interval by the root of alpha is empty, and the middle of the range is in the grid already"
+    require(covers(marked, start, stop), "step 4 adds an element")
+    return "the interval by the root of alpha covers the range, and step 4 has nothing to add"
+
+
+def require_upper_end(plant: Plant) -> str:
+    """Refuse unless U3 with mu(-A) in the logarithm misses the end of what (8) covers; in words, how.
+
+    With e^{mu theta} = 1 + m/alpha the bound of Lemma 3 times alpha is m/mu at the end: one for m = mu(A). For
+    mu(A) > 0 the printed m = mu(-A) > mu(A) goes too far; for mu(A) < 0 < mu(-A) its logarithm is positive and the end
+    lies below the centre. Case U3 needs mu(A) > -alpha; alpha is at least the gain at z = 1.
+    """
+    below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
+    if above > 0:
+        require(before(above, below), "the printed end of U3 does not go too far")
+        return f"as printed the bound exceeds 1/alpha at the end by the factor {(below / above).str(6, radius=False)}"
+    require(bool(above < 0), "neither U3 nor its misprint is decided by these signs")
+    Phi = state_transition(plant, seconds(along(plant.h_l, plant.h_u, fmpq(1, 2))))
+    one = arb_mat(identity(plant.A.nrows()))
+    at_one = arb_mat(plant.A) * Phi * solved(one - Phi, one, "I - Phi")
+    # The squared entries of a matrix of order n add up to at most n times its squared norm.
+    least = total([entry * entry for entry in at_one.entries()]) / plant.A.nrows()
+    require(before(-above, least.sqrt()), "case U3 is not met")
+    return "as printed the upper end lies below the centre of the interval"
+
+
+def require_lower_end(plant: Plant) -> None:
+    """Refuse unless mu(-A) > 0, so that case L3 applies."""
+    require(before(arb(0), logarithmic_norm(-plant.A)), "case L3 is not met")
+
+
+def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, given: Any, path: str) -> None:
+    """Refuse unless Delta(theta) = A^{-1} (e^{theta A} - I) amplifies a rational direction by more than `lower`."""
+    n = A.nrows()
+    v = arb_mat(matrix(given, path, n, 1))
+    image = solved(arb_mat(A), ((arb_mat(A) * theta).exp() - arb_mat(identity(n))) * v, "A")
+    require_ratio(energy(acb_mat(image)), energy(acb_mat(v)), lower, f"{path}: Delta")
