@@ -7,10 +7,12 @@ evaluated. `papers/<key>/theorems.json` lists the wanted theorems, and the claim
 from __future__ import annotations
 
 import ast
-from collections.abc import Mapping, Sequence
+import importlib.util
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn, cast
 
 from replication.verify.algebra.decimals import decimal
 from replication.verify.plants import PLANTS
@@ -96,9 +98,39 @@ def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     """A plant of a paper as certificates write it; the name "" stands for no plant."""
     if not name:
         return {"name": ""}
-    plants = PLANTS[paper](literals(root / "papers" / paper / "data.py")) if paper in PLANTS else {}
+    folder = root / "papers" / paper
+    if (folder / "printed.toml").is_file():
+        plants = plants_of(folder / "plants.py")(printed(folder / "printed.toml"))
+    else:
+        plants = PLANTS[paper](literals(folder / "data.py")) if paper in PLANTS else {}
     require(name in plants, f"the paper {paper} has no plant named {name!r}; there are {', '.join(plants) or 'none'}")
     return {"name": name, **written(plants[name])}
+
+
+def printed(path: Path) -> dict[str, Any]:
+    """The printed values of a paper by name: strings, integers, and lists and tables of them; no float."""
+
+    def refuse(text: str) -> NoReturn:
+        raise Refused(f"{path.name} holds the number {text:.40}, which must be a string")
+
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=refuse)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise Refused(f"{path.name} is not valid TOML: {error}") from None
+    for name, table in tables.items():
+        require(isinstance(table, dict) and "value" in table, f"{path.name}: [{name}] has no value")
+    return {name: table["value"] for name, table in tables.items()}
+
+
+def plants_of(path: Path) -> Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]]:
+    """The function `plants` of a paper's plants.py, loaded from its file alone: no package of papers is imported."""
+    if not path.is_file():
+        return lambda data: {}
+    spec = importlib.util.spec_from_file_location(f"plants of {path.parent.name}", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return cast(Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]], module.plants)
 
 
 def literals(path: Path) -> dict[str, Any]:
