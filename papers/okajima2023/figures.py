@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from papers.okajima2023.designs import KEY, PERIOD_TABLE
-from papers.okajima2023.period_table import all_periods
+from papers.okajima2023.cases import PERIOD_TABLE, all_periods
 from replication.audit.model import Figure, FigureData, Results
 from replication.drawing.style import COLOURS, FOREGROUND, line, new_axes
 
-RESPONSES, WORST = f"{KEY}.responses", f"{KEY}.worst-disturbance"
 AXIS_LIMIT, LAST_SHOWN = 0.5, 500
 """The axes of Figs. 2-8 of the paper: errors from -0.5 to 0.5, instants from 0 to 500."""
 
@@ -25,15 +23,11 @@ _SHOWN = (
 )
 
 
-def errors_of(name: str) -> Callable[[Results], FigureData]:
+def errors(name: str, results: Results) -> FigureData:
     """The three estimation errors of one observer under the seeded draw, k = 0 ... 500."""
-
-    def errors(results: Results) -> FigureData:
-        rows = results[RESPONSES]["errors"][name][: LAST_SHOWN + 1]
-        columns = {f"e_{i + 1}": tuple(row[i] for row in rows) for i in range(len(rows[0]))}
-        return FigureData(columns={"k": tuple(float(k) for k in range(len(rows))), **columns})
-
-    return errors
+    rows = results["responses"]["errors"][name][: LAST_SHOWN + 1]
+    columns = {f"e_{i + 1}": tuple(row[i] for row in rows) for i in range(len(rows[0]))}
+    return FigureData(columns={"k": tuple(float(k) for k in range(len(rows))), **columns})
 
 
 def plot_errors(figure: FigureData) -> Any:
@@ -188,7 +182,7 @@ def describe_levels_by_timing(figure: FigureData) -> str:
 
 def disturbances(results: Results) -> FigureData:
     """Size of the error under the worst disturbance and under a random one of the same energy."""
-    found = results[WORST]
+    found = results["worst-disturbance"]
     return FigureData(
         columns={
             "k": tuple(float(k) for k in range(len(found["worst_error"]))),
@@ -226,7 +220,7 @@ def describe_disturbances(figure: FigureData) -> str:
 FIGURES = (
     *(
         Figure(
-            name=f"{KEY}-{place.lower().replace('. ', '')}",
+            name=place.lower().replace(". ", ""),
             place=place,
             title=f"Estimation errors of {what}",
             caption=(
@@ -234,15 +228,15 @@ FIGURES = (
                 "published figure is another draw, so sizes compare and single peaks do not."
             ),
             published=True,
-            uses=(RESPONSES,),
-            data=errors_of(name),
+            uses=("responses",),
+            data=partial(errors, name),
             plot=plot_errors,
             alt=describe_errors,
         )
         for name, place, what in _SHOWN
     ),
     Figure(
-        name=f"{KEY}-periods",
+        name="periods",
         place="Beyond Table 1",
         title="Optimal level for all periods up to six",
         caption=(
@@ -256,7 +250,7 @@ FIGURES = (
         alt=describe_table_of_periods,
     ),
     Figure(
-        name=f"{KEY}-timing",
+        name="timing",
         place="Beyond Sec. IV-B",
         title="Optimal level against the timing of the second sensor",
         caption="Only θ₂ modulo the greatest common divisor of the periods matters, so each curve shows that many.",
@@ -267,7 +261,7 @@ FIGURES = (
         alt=describe_levels_by_timing,
     ),
     Figure(
-        name=f"{KEY}-worst",
+        name="worst",
         place="Beyond eq. (34)",
         title="The worst disturbance beside a random one",
         caption=(
@@ -275,7 +269,7 @@ FIGURES = (
             "why every simulated ratio is far below the level."
         ),
         published=False,
-        uses=(WORST,),
+        uses=("worst-disturbance",),
         data=disturbances,
         plot=plot_disturbances,
         alt=describe_disturbances,

@@ -15,8 +15,7 @@ import pytest
 
 import papers
 from papers.mustafa.names import DRAWS as SEQUENCES
-from papers.okajima2023.claims.simulation import DRAWS
-from papers.okajima2023.designs import PERIOD_TABLE
+from papers.okajima2023.cases import DRAWS, PERIOD_TABLE
 from papers.peet2019.names import cell, default_cells
 from papers.shao.experiments import SEARCH
 from replication.audit.model import Paper, Results
@@ -27,10 +26,10 @@ from replication.audit.store.cache import Cache
 
 ROOT = Path(__file__).resolve().parents[2]
 SWEEPS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
-    "timings": (PERIOD_TABLE, {"largest": 2}),
+    "timings": (tuple(f"okajima2023.{name}" for name in PERIOD_TABLE), {"largest": 2}),
     "readings": (SEARCH, {"decoys": 1}),
     "sequences": (SEQUENCES, {"seeds": 8}),
-    "draws": (DRAWS, {"seeds": 8}),
+    "draws": (tuple(f"okajima2023.{name}" for name in DRAWS), {"seeds": 8}),
     "cells": (tuple(cell(n, k) for n, k in default_cells()), {}),
 }
 """Experiments of each sweep, and the inputs that make them short."""

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from papers.okajima2023.experiments.problem import Json, Matrix, build
 from papers.okajima2023.method.lmi import theorem1_matrix, theorem2_matrix
-from papers.okajima2023.problem import Json, Matrix, build
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule

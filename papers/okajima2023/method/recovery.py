@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from papers.okajima2023 import data
+from papers.okajima2023.printed import PLANT
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.validation import Array, ComplexArray, as_matrix, positive_integer, positive_scalar
 
@@ -84,7 +84,7 @@ def recover_outputs(
     # Reversing time reverses the product.
     other = _search(state, gains[::-1], target, bound)
     shown = as_matrix(
-        "printed_C", data.matrix(data.C) if printed_C is None else printed_C, rows=gains.shape[2], columns=len(state)
+        "printed_C", PLANT["C"] if printed_C is None else printed_C, rows=gains.shape[2], columns=len(state)
     )
     return {
         "bound": bound,

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from papers.okajima2023.experiments import design, norm_of_gains
-from papers.okajima2023.problem import Json, Matrix, build
-from papers.okajima2023.recovery import by_modulus, recover_outputs, recover_poles, upper_half
-from papers.okajima2023.recovery_inputs import recover_inputs
+from papers.okajima2023.experiments.designs import design, norm_of_gains
+from papers.okajima2023.experiments.problem import Json, Matrix, build
+from papers.okajima2023.method.input_recovery import recover_inputs
+from papers.okajima2023.method.recovery import by_modulus, recover_outputs, recover_poles, upper_half
 
 PERIODS, OFFSETS = [2, 3], [0, 0]
 """The schedule of Sec. IV-A, which Sec. IV-C keeps."""

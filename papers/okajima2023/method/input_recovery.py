@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from papers.okajima2023.method.central_path import CentralPoint, central_path
-from papers.okajima2023.recovery import by_modulus, gains_array
+from papers.okajima2023.method.recovery import by_modulus, gains_array
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import frequency_response

@@ -1,18 +1,22 @@
-"""Designs and norms behind Table 1, Cases A-C, the timing cases and the printed gains; functions of JSON values."""
+"""Designs, norms and schedules behind Table 1, Cases A-C, the timing cases and the printed gains."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from papers.okajima2023.experiments.problem import Json, Matrix, bracket_json, build, optimum_json
 from papers.okajima2023.method.lmi import cyclic_size, lmi_analysis, lmi_design, theorem2_size
 from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
-from papers.okajima2023.problem import Json, Matrix, bracket_json, build, optimum_json
+from replication.audit.judge.perturb import Parameters, spread
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
 from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import white_noise_variance
+from replication.estimation.multirate.timing import search_timing
 
 INACCURATE = ("optimal", "optimal_inaccurate")
 """Theorem 1 is only a cross-check of the exact norm here: an inaccurate solution is shown with its status."""
@@ -80,6 +84,47 @@ def norm_of_gains(
         "rounding_spread": _rounding_spread(problem, L, rounding),
         "solvers": [analysis.report.to_dict()],
     }
+
+
+def selections(periods: list[int], offsets: list[int]) -> Json:
+    """The diagonals of S_0 ... S_{N-1}, eq. (4), one row per phase: sensor i measures every N_i instants."""
+    schedule = SensingSchedule(tuple(periods), tuple(offsets))
+    return {"period": schedule.period, "diagonals": schedule.mask.astype(float).tolist()}
+
+
+def period_row(plant: dict[str, Matrix], first: int, largest: int) -> Json:
+    """Smallest achievable gain for N_1 = first, N_2 = 1 ... largest, sensors at instant 0 and with the best offsets."""
+    system = build(plant, [1, 1], [0, 0], [0, 1]).plant
+    cells = []
+    for second in range(1, largest + 1):
+        search = search_timing(system, (first, second))
+        best = search.optima[search.best]
+        cells.append(
+            {
+                "periods": [first, second],
+                "synchronous": optimum_json(search.synchronous),
+                "best": optimum_json(best),
+                "best_offset": search.best[1],
+                "by_offset": [search.optima[offsets].value for offsets in sorted(search.optima)],
+            }
+        )
+    return {"cells": cells}
+
+
+def rounded_levels(plant: Mapping[str, str], designs: list[Json]) -> Json:
+    """The optimum of each of `designs` (periods, offsets, sensors, claims) while printed entries of the plant move.
+
+    They move within their rounding, one at a time; returns what `spread` does.
+    """
+
+    def compute(parameters: Parameters) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for entry in designs:
+            problem = build(dict(parameters), entry["periods"], entry["offsets"], entry["sensors"])
+            found |= dict.fromkeys(entry["claims"], optimum(problem).value)
+        return found
+
+    return spread(plant, compute)
 
 
 def _rounding_spread(problem: MultirateProblem, gains: np.ndarray[Any, Any], half_unit: float) -> float:
