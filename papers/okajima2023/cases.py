@@ -6,22 +6,7 @@ from typing import Any
 
 from papers._common import INPUTS
 from papers.okajima2023 import common
-from papers.okajima2023.experiments.designs import (
-    constant_matrix,
-    design,
-    norm_of_gains,
-    period_row,
-    rounded_levels,
-    selections,
-)
-from papers.okajima2023.experiments.identities import (
-    identities,
-    observability,
-    observable_but_not_detectable,
-    product_orders,
-)
-from papers.okajima2023.experiments.simulations import draws, response, worst_disturbance
-from papers.okajima2023.experiments.unstable import as_printed, recovered
+from papers.okajima2023.experiments import designs, identities, simulations, unstable
 from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, matrix, poles
 from replication.audit.declare import experiment
 from replication.audit.model import Results
@@ -90,6 +75,8 @@ _PROPOSED = {**CASES["proposed"], "gains": GAINS["33"]}
 _SIMULATED = {**CASES, "proposed": _PROPOSED}
 _TIMED = {f"timing-{n}": {**both((3, 3), n - 1), "gains": GAINS[str(37 + n)]} for n in (1, 2, 3)}
 _NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DATA["last-summed"]}
+_DRAWN = {"seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
+_WORST = {"case": _PROPOSED, "horizon": WORST_HORIZON}
 _ROUNDED = [
     *({**both(periods), "claims": [table_claim(periods)]} for periods in TABLE_1),
     *({**CASES[name], "claims": [f"gamma.case-{name.lower()}"]} for name in "ABC"),
@@ -107,44 +94,39 @@ def _unsensed(inputs: Json) -> Json:
     return {name: inputs[name] for name in ("periods", "offsets")}
 
 
+def _printed_gains(equation: str) -> Json:
+    return {"gains": GAINS[equation], "rounding": HALF_UNIT_OF_GAINS}
+
+
 EXPERIMENTS = (
-    *(experiment(name, design, plant=PLANT, **inputs) for name, inputs in DESIGNS.items()),
+    *(experiment(name, designs.design, plant=PLANT, **inputs) for name, inputs in DESIGNS.items()),
     *(
-        experiment(
-            gain_set(equation),
-            norm_of_gains,
-            plant=PLANT,
-            **_unsensed(inputs),
-            gains=GAINS[equation],
-            rounding=HALF_UNIT_OF_GAINS,
-        )
-        for equation, inputs in GAIN_SETS.items()
+        experiment(gain_set(name), designs.norm_of_gains, plant=PLANT, **_unsensed(inputs), **_printed_gains(name))
+        for name, inputs in GAIN_SETS.items()
     ),
     experiment("common", common.levels, **INPUTS),
-    experiment("sensitivity", rounded_levels, plant=PRINTED_PLANT, designs=_ROUNDED),
-    *(experiment(f"schedule.{name}", selections, **_unsensed(found)) for name, found in SCHEDULES.items()),
-    experiment("schedule.dual-rate", selections, **_unsensed(CASES["C"])),
+    experiment("sensitivity", designs.rounded_levels, plant=PRINTED_PLANT, designs=_ROUNDED),
+    *(experiment(f"schedule.{name}", designs.selections, **_unsensed(found)) for name, found in SCHEDULES.items()),
+    experiment("schedule.dual-rate", designs.selections, **_unsensed(CASES["C"])),
     *(
-        experiment(name, period_row, plant=PLANT, first=first, largest=LARGEST_PERIOD)
+        experiment(name, designs.period_row, plant=PLANT, first=first, largest=LARGEST_PERIOD)
         for first, name in enumerate(PERIOD_TABLE, start=1)
     ),
-    experiment("constant-matrix", constant_matrix, plant=PLANT, **_unsensed(both((2, 1)))),
-    experiment("identities", identities, trials=IDENTITY_TRIALS, seed=SEED),
-    experiment("observability", observability, plant=PLANT),
-    experiment("observable-not-detectable", observable_but_not_detectable),
-    experiment("product-orders", product_orders, plant=PLANT, **_unsensed(_PROPOSED), gains=GAINS["33"]),
-    experiment("responses", response, plant=PLANT, cases=_SIMULATED | _TIMED, **_NOISE, seed=SEED),
+    experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **_unsensed(both((2, 1)))),
+    experiment("identities", identities.identities, trials=IDENTITY_TRIALS, seed=SEED),
+    experiment("observability", identities.observability, plant=PLANT),
+    experiment("observable-not-detectable", identities.observable_but_not_detectable),
+    experiment("product-orders", identities.product_orders, plant=PLANT, **_unsensed(_PROPOSED), gains=GAINS["33"]),
+    experiment("responses", simulations.response, plant=PLANT, cases=_SIMULATED | _TIMED, **_NOISE, seed=SEED),
     *(
-        experiment(
-            name, draws, plant=PLANT, cases=_SIMULATED, **_NOISE, seeds=SEEDS, seed=SEED, part=part, parts=len(DRAWS)
-        )
+        experiment(name, simulations.draws, plant=PLANT, cases=_SIMULATED, **_NOISE, **_DRAWN, part=part)
         for part, name in enumerate(DRAWS)
     ),
-    experiment("worst-disturbance", worst_disturbance, plant=PLANT, case=_PROPOSED, horizon=WORST_HORIZON, seed=SEED),
-    experiment("unstable.as-printed", as_printed, plant=PLANT, gains=GAINS["42"]),
+    experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, **_WORST, seed=SEED),
+    experiment("unstable.as-printed", unstable.as_printed, plant=PLANT, gains=GAINS["42"]),
     experiment(
         "unstable.recovered",
-        recovered,
+        unstable.recovered,
         printed_A=matrix(DATA["unstable-A"]),
         printed_gains=GAINS["42"],
         stated_poles=poles(DATA["poles"]),

@@ -70,39 +70,30 @@ def table_of_periods(results: Results) -> FigureData:
     )
 
 
+def _columns(figure: FigureData, *names: str) -> list[tuple[float, ...]]:
+    return [figure.columns[name] for name in names]
+
+
 def plot_table_of_periods(figure: FigureData) -> Any:
     """Two tables of numbers on a shaded grid, one row per N₁."""
     columns = figure.columns
     size = int(max(columns["N1"]))
     drawing, axes = new_axes(1, 2, row_height=3.0)
     best, worst = min(columns["gamma_synchronous"]), max(columns["gamma_synchronous"])
-    for axis, key, title in zip(
-        axes, ("gamma_synchronous", "gamma_best_timing"), ("all sensors at k = 0", "best timing"), strict=True
-    ):
-        for first, second, value, offset in zip(
-            columns["N1"], columns["N2"], columns[key], columns["best_offset"], strict=True
-        ):
-            shade = (value - best) / (worst - best)
-            axis.fill_between(
-                [second - 0.5, second + 0.5],
-                first - 0.5,
-                first + 0.5,
-                color=COLOURS[1],
-                alpha=0.55 * shade,
-                linewidth=0,
-            )
+    shown = {"gamma_synchronous": "all sensors at k = 0", "gamma_best_timing": "best timing"}
+    for axis, (key, title) in zip(axes, shown.items(), strict=True):
+        for first, second, value, offset in zip(*_columns(figure, "N1", "N2", key, "best_offset"), strict=True):
+            shade = 0.55 * (value - best) / (worst - best)
+            across = [second - 0.5, second + 0.5]
+            axis.fill_between(across, first - 0.5, first + 0.5, color=COLOURS[1], alpha=shade, linewidth=0)
             moved = key == "gamma_best_timing" and offset > 0
+            centred: dict[str, Any] = {"ha": "center", "va": "center"}
+            weight = "bold" if moved else "normal"
             axis.text(
-                second,
-                first - (0.13 if moved else 0),
-                f"{value:.3f}",
-                ha="center",
-                va="center",
-                fontsize=7.5,
-                fontweight="bold" if moved else "normal",
+                second, first - (0.13 if moved else 0), f"{value:.3f}", fontsize=7.5, fontweight=weight, **centred
             )
             if moved:
-                axis.text(second, first + 0.24, f"θ₂ = {offset:.0f}", ha="center", va="center", fontsize=6)
+                axis.text(second, first + 0.24, f"θ₂ = {offset:.0f}", fontsize=6, **centred)
         axis.set(
             xlim=(0.5, size + 0.5),
             ylim=(size + 0.5, 0.5),
@@ -119,17 +110,8 @@ def plot_table_of_periods(figure: FigureData) -> Any:
 def describe_table_of_periods(figure: FigureData) -> str:
     """Range of the table and the largest gain by timing."""
     columns = figure.columns
-    savings = [
-        (1 - best / plain, first, second, offset)
-        for plain, best, first, second, offset in zip(
-            columns["gamma_synchronous"],
-            columns["gamma_best_timing"],
-            columns["N1"],
-            columns["N2"],
-            columns["best_offset"],
-            strict=True,
-        )
-    ]
+    names = ("gamma_synchronous", "gamma_best_timing", "N1", "N2", "best_offset")
+    savings = [(1 - best / plain, *cell) for plain, best, *cell in zip(*_columns(figure, *names), strict=True)]
     saving, first, second, offset = max(savings)
     return (
         f"Optimal levels for periods 1 to {max(columns['N1']):.0f}: from {min(columns['gamma_synchronous']):.4f} to "
