@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from replication.audit.data import read_printed
 from replication.audit.judge.printed import parse
 
@@ -28,7 +26,7 @@ def bracketed(rows: Matrix) -> str:
     return "[" + "; ".join(" ".join(f"{entry:g}" for entry in row) for row in rows) + "]"
 
 
-DATA = read_printed(Path(__file__).with_suffix(".toml"))
+DATA = read_printed(__file__)
 PRINTED_PLANT = {name: DATA["plant"][name] for name in ("A", "B_d", "C", "D")}
 PLANT = {name: matrix(text) for name, text in PRINTED_PLANT.items()}
 GAINS = {equation: [matrix(text) for text in printed] for equation, printed in DATA["gains"].items()}

@@ -37,12 +37,14 @@ class PrintedValue(str):
         return made
 
 
-def read_printed(path: Path) -> Mapping[str, Any]:
+def read_printed(file: str | Path) -> Mapping[str, Any]:
     """The values of a file of printed data by name, each string a `PrintedValue`.
 
+    file: the TOML file, or the module beside it that has its name: `read_printed(__file__)` in printed.py.
     Raises AuditError that names file and entry for what is no table with place and value, for an unknown field, and for
     a number that is not written as a string.
     """
+    path = Path(file).with_suffix(".toml")
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
     except OSError as error:

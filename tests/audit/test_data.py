@@ -88,6 +88,11 @@ def test_what_is_no_printed_data_is_refused_by_file_and_entry(tmp_path: Path, te
     assert str(tmp_path / "printed.toml") in str(caught.value)
 
 
+def test_a_module_reads_the_file_beside_it(tmp_path: Path) -> None:
+    read(tmp_path, GOOD)
+    assert read_printed(str(tmp_path / "printed.py"))["period"] == "0.20"
+
+
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(AuditError, match=r"printed.toml cannot be read: No such file"):
         read_printed(tmp_path / "printed.toml")
