@@ -51,10 +51,19 @@ class Part:
     """One part of a paper, as its scope calls it, with the claims declared on it and the figures that belong to it.
 
     A part without claims and figures says by `reason` why it is left out. also: claims of other parts on it.
+    reading: that of its claims, unless one of them names another.
     """
 
-    def __init__(self, title: str, *, figures: Iterable[str] = (), also: Iterable[str] = (), reason: str = "") -> None:
-        self.title, self.figures, self.also, self.reason = title, tuple(figures), tuple(also), reason
+    def __init__(
+        self, title: str, *, reading: str = "", figures: Iterable[str] = (), also: Iterable[str] = (), reason: str = ""
+    ) -> None:
+        self.title, self.reading, self.figures, self.also, self.reason = (
+            title,
+            reading,
+            tuple(figures),
+            tuple(also),
+            reason,
+        )
         self.claims: list[Claim] = []
 
     def claim(
@@ -70,6 +79,7 @@ class Part:
         erratum: str | None = None,
         tolerance: str | None = None,
         tolerance_reason: str = "",
+        reading: str = "",
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
 
@@ -98,6 +108,7 @@ class Part:
                     tolerance=tolerance,
                     tolerance_reason=tolerance_reason,
                     erratum=erratum,
+                    reading=reading or self.reading,
                 )
             )
             return answer
@@ -138,7 +149,7 @@ def paper(
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: (),
     **about: Any,
 ) -> Paper:
-    """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, notebook, formulas."""
+    """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, formulas, and the like."""
 
     def full(names: Iterable[str]) -> tuple[str, ...]:
         return tuple(f"{key}.{name}" for name in names)
