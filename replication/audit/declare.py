@@ -51,12 +51,20 @@ class Part:
     """One part of a paper, as its scope calls it, with the claims declared on it and the figures that belong to it.
 
     A part without claims and figures says by `reason` why it is left out. also: claims of other parts on it.
+    reading: that of its claims, unless one of them names another.
     """
 
     def __init__(
-        self, title: str, *, figures: str | Iterable[str] = (), also: str | Iterable[str] = (), reason: str = ""
+        self,
+        title: str,
+        *,
+        reading: str = "",
+        figures: str | Iterable[str] = (),
+        also: str | Iterable[str] = (),
+        reason: str = "",
     ) -> None:
-        self.title, self.figures, self.also, self.reason = title, _names(figures), _names(also), reason
+        self.title, self.reading, self.reason = title, reading, reason
+        self.figures, self.also = _names(figures), _names(also)
         self.claims: list[Claim] = []
 
     def claim(
@@ -72,6 +80,7 @@ class Part:
         erratum: str | None = None,
         tolerance: str | None = None,
         tolerance_reason: str = "",
+        reading: str = "",
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
 
@@ -100,6 +109,7 @@ class Part:
                     tolerance=tolerance,
                     tolerance_reason=tolerance_reason,
                     erratum=erratum,
+                    reading=reading or self.reading,
                 )
             )
             return answer
@@ -156,7 +166,7 @@ def paper(
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: (),
     **about: Any,
 ) -> Paper:
-    """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, notebook, formulas.
+    """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, formulas, and the like.
 
     Raises AuditError for a name that has the key in front already.
     """

@@ -21,6 +21,7 @@ from replication.audit.model import (
     Kind,
     Paper,
     Proof,
+    Reading,
     Results,
     Sensitivity,
     Table,
@@ -172,6 +173,15 @@ def test_the_statement_is_the_docstring_in_one_line_unless_given() -> None:
     part.value("b", PRINTED, statement="Given.", place="Sec. 2")(partial(partial(level), "motor"))
     assert [claim.statement for claim in part.claims] == ["The optimal level for both sensors.", "Given."]
     assert part.claims[1].place == "Sec. 2"
+
+
+def test_a_claim_rests_on_the_reading_of_its_part_unless_it_names_its_own() -> None:
+    part = Part("p", reading="start")
+    part.value("a", PRINTED)(answer)
+    part.value("b", PRINTED, reading="norm")(answer)
+    made = paper(**ABOUT, parts=[part], experiments=(), readings=(Reading(name="start", place="p", text="at rest"),))
+    assert [claim.reading for claim in made.claims] == ["start", "norm"]
+    assert [reading.name for reading in made.readings] == ["start"]
 
 
 @pytest.mark.parametrize(
