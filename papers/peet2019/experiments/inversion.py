@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.peet2019.identities import DELAYS, POINTS, Array, gauss_nodes
+from papers.peet2019.experiments.identities import DELAYS, POINTS, Array, gauss_nodes
 
 
 def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
