@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 
 from papers.peet2019.claims.theory import ROUNDING
 from papers.peet2019.printed import DATA, EXAMPLES
@@ -12,26 +12,22 @@ WRONG = 1.0
 """A residual at least this large, with data of size one, is no rounding."""
 
 
-def terms(*misprints: str) -> Callable[[Results], Proof]:
-    """A proof: the identity of Sec. VI fails with these terms as printed and holds with all of them corrected."""
-
-    def residuals(results: Results) -> Proof:
-        found = results["identities"]
-        corrected = found["theorem_3"]["none"]["largest"]
-        printed = {name: found["theorem_3"][name]["median"] for name in misprints}
-        return Proof(
-            holds=corrected <= ROUNDING and all(value >= WRONG for value in printed.values()),
-            text=(
-                f"{found['trials']} random cases with delays {found['delays']}: both sides of the identity of Sec. VI "
-                "agree to rounding when corrected, and do not when these terms alone are left as printed."
-            ),
-            quantities={
-                "largest residual, corrected": corrected,
-                **{f"median residual, {name} as printed": value for name, value in printed.items()},
-            },
-        )
-
-    return residuals
+def terms(misprints: tuple[str, ...], results: Results) -> Proof:
+    """The identity of Sec. VI fails with these terms as printed and holds with all of them corrected."""
+    found = results["identities"]
+    corrected = found["theorem_3"]["none"]["largest"]
+    printed = {name: found["theorem_3"][name]["median"] for name in misprints}
+    return Proof(
+        holds=corrected <= ROUNDING and all(value >= WRONG for value in printed.values()),
+        text=(
+            f"{found['trials']} random cases with delays {found['delays']}: both sides of the identity of Sec. VI "
+            "agree to rounding when corrected, and do not when these terms alone are left as printed."
+        ),
+        quantities={
+            "largest residual, corrected": corrected,
+            **{f"median residual, {name} as printed": value for name, value in printed.items()},
+        },
+    )
 
 
 def theorem_4(results: Results) -> Proof:
@@ -81,7 +77,7 @@ ERRATA: tuple[Erratum, ...] = (
         place="Theorem 3, D and F_i; proof, D_1 and F_1i",
         printed="Diagonal blocks S_i(-τ_i) of D, and +dS_i/ds in F_i",
         meant="-S_i(-τ_i), and -dS_i/ds",
-        prove=terms("d-sign", "f-sign"),
+        prove=partial(terms, ("d-sign", "f-sign")),
         uses=("identities",),
     ),
     Erratum(
@@ -89,7 +85,7 @@ ERRATA: tuple[Erratum, ...] = (
         place="Theorem 3, E_i, Φ_0i and Φ_ji",
         printed="E_i = [-Φ_wi 0 Φ_0i .. Φ_Ki]ᵀ with Z_4i C_2 + C_2ᵀZ_3iᵀ in Φ_0i and Z_5ij C_2 in Φ_ji",
         meant="Blocks stacked without the outer transpose: -BᵀQ_i, 0, then Φ with Z_3i C_2 + C_2ᵀZ_4iᵀ and C_2ᵀZ_5ijᵀ",
-        prove=terms("e-transposes"),
+        prove=partial(terms, ("e-transposes",)),
         uses=("identities",),
     ),
     Erratum(
@@ -97,7 +93,7 @@ ERRATA: tuple[Erratum, ...] = (
         place="Eq. (10)",
         printed="z_i(s) in the second row; the proof of Theorem 3 has τ_K g_i(s); G_2ij in the proof lacks τ_K",
         meant="The second row is τ_K times the printed one, and G_2ij carries τ_K as in Theorem 3",
-        prove=terms("eq10-factor"),
+        prove=partial(terms, ("eq10-factor",)),
         uses=("identities",),
     ),
     Erratum(
@@ -105,7 +101,7 @@ ERRATA: tuple[Erratum, ...] = (
         place="Sec. VI, the identity, three times",
         printed="+‖C_1e‖²/γ, beside a form in h that holds v",
         meant="-γ‖v‖² + 2⟨v, C_1e⟩, which equals it only after v = C_1e/γ is put in; v ∈ R^p",
-        prove=terms("theorem-1-sign"),
+        prove=partial(terms, ("theorem-1-sign",)),
         uses=("identities",),
     ),
     Erratum(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
@@ -9,68 +10,64 @@ from papers.peet2019.printed import DATA, DEGREES, published
 from replication.audit.model import Figure, FigureData, Results
 from replication.drawing.style import COLOURS, line, new_axes
 
+GAINS = ("l3", "l4", "l5", "l6")
+WAYS = {"bessel": "small cone", "total": "full cone", "plain": "full cone, cvxpy"}
+
+
+def _data(**columns: Iterable[float]) -> FigureData:
+    return FigureData(columns={name: tuple(map(float, values)) for name, values in columns.items()})
+
 
 def fig_1(results: Results) -> FigureData:
     """Disturbance and both errors for one reading of the sinc."""
     found = results["fig1"]
-    return FigureData(
-        columns={"t": tuple(found["t"]), "w": tuple(found["w"]), **{
-            f"e_{i + 1}": tuple(values) for i, values in enumerate(found["e"])
-        }}
-    )  # fmt: skip
+    return _data(t=found["t"], w=found["w"], **{f"e_{i}": values for i, values in enumerate(found["e"], 1)})
 
 
 def convergence(results: Results) -> FigureData:
     """Relative distance from the exact gain of Example 2 against order and degree."""
-    found = results["convergence.ex2"]
-    exact = results["reference.ex2"]["exact"]["upper"]
+    found, exact = results["convergence.ex2"], results["reference.ex2"]["exact"]["upper"]
     levels = [results[f"sos.ex2.d{degree}"]["tensor"]["gamma"] for degree in DEGREES]
-    return FigureData(
-        columns={
-            "order": tuple(float(order) for order in found["orders"]),
-            "pade": tuple(abs(value / exact - 1.0) for value in found["pade"]),
-            "chebyshev": tuple(abs(value / exact - 1.0) for value in found["chebyshev"]),
-            "degree": tuple(float(degree) for degree in DEGREES),
-            "sos": tuple(abs(level / exact - 1.0) for level in levels),
-        }
+
+    def away(levels: Iterable[float]) -> list[float]:
+        return [abs(level / exact - 1.0) for level in levels]
+
+    return _data(
+        order=found["orders"],
+        pade=away(found["pade"]),
+        chebyshev=away(found["chebyshev"]),
+        degree=DEGREES,
+        sos=away(levels),
     )
 
 
 def gains(results: Results) -> FigureData:
     """The gains of one observer as functions of s; first and second state."""
     found = results["gains"]
-    columns: dict[str, tuple[float, ...]] = {"s": tuple(found["s"])}
-    for name in ("l3", "l4", "l5", "l6"):
-        for i, values in enumerate(found[name]):
-            columns[f"{name}_{i + 1}"] = tuple(values)
-    return FigureData(columns=columns)
+    return _data(s=found["s"], **{f"{name}_{i}": values for name in GAINS for i, values in enumerate(found[name], 1)})
 
 
 def against_delay(results: Results) -> FigureData:
     """Least gain of Example 2 against its delay."""
-    found = results["tau"]
-    return FigureData(columns={name: tuple(found[name]) for name in ("tau", "sos", "chebyshev")})
-
-
-WAYS = {"bessel": "small cone", "total": "full cone", "plain": "full cone, cvxpy"}
+    return _data(**{name: results["tau"][name] for name in ("tau", "sos", "chebyshev")})
 
 
 def cost(results: Results) -> FigureData:
     """Published seconds, our CPU seconds as recorded, and the equalities of both cones, against n·K."""
     cells = results["sizes"]["cells"]
-    columns: dict[str, tuple[float, ...]] = {
-        "published_product": tuple(float(n * k) for n, k, _ in published()),
-        "published_seconds": tuple(float(seconds) for *_, seconds in published()),
-        "total_product": tuple(float(cell["states"] * cell["delays"]) for cell in cells),
-        "total_equalities": tuple(float(cell["equalities"]) for cell in cells),
+    columns = {
+        "published_product": [n * k for n, k, _ in published()],
+        "published_seconds": [float(seconds) for *_, seconds in published()],
+        "total_product": [cell["states"] * cell["delays"] for cell in cells],
+        "total_equalities": [cell["equalities"] for cell in cells],
     }
     for way in WAYS:
         ours = [c for c in results["measured"]["cells"] if c["cone"] == way and c["cpu_seconds"] is not None]
-        columns[f"{way}_measured_product"] = tuple(float(c["states"] * c["delays"]) for c in ours)
-        columns[f"{way}_seconds"] = tuple(c["cpu_seconds"] for c in ours)
+        columns[f"{way}_measured_product"] = [c["states"] * c["delays"] for c in ours]
+        columns[f"{way}_seconds"] = [c["cpu_seconds"] for c in ours]
         if way == "bessel":
-            columns[f"{way}_equalities"] = tuple(float(c["equalities"]) for c in ours)
-    return FigureData(columns=columns)
+            columns[f"{way}_equalities"] = [c["equalities"] for c in ours]
+    return _data(**columns)
 
 
 GAIN_TICKS = (1, 2, 3, 5, 10)
@@ -109,7 +106,7 @@ def plot_convergence(figure: FigureData) -> Any:
 def plot_gains(figure: FigureData) -> Any:
     """One panel per gain."""
     drawing, axes = new_axes(2, 2, row_height=1.7)
-    for axis, name in zip(axes, ("l3", "l4", "l5", "l6"), strict=True):
+    for axis, name in zip(axes, GAINS, strict=True):
         for i in (1, 2):
             axis.plot(figure.columns["s"], figure.columns[f"{name}_{i}"], label=f"state {i}", **line(i - 1))
         axis.set_ylabel(f"$L_{name[1]}(s)$")
@@ -178,7 +175,7 @@ def describe_gains(figure: FigureData) -> str:
     parts = [
         f"L{name[1]} from {c[f'{name}_1'][0]:.3g} to {c[f'{name}_1'][-1]:.3g} (state 1) and from "
         f"{c[f'{name}_2'][0]:.3g} to {c[f'{name}_2'][-1]:.3g} (state 2)"
-        for name in ("l3", "l4", "l5", "l6")
+        for name in GAINS
     ]
     return f"Four gains over s from {c['s'][0]:g} to {c['s'][-1]:g} s: {'; '.join(parts)}."
 
