@@ -55,7 +55,7 @@ def against_delay(results: Results) -> FigureData:
 def cost(results: Results) -> FigureData:
     """Published seconds, our CPU seconds as recorded, and the equalities of both cones, against n·K."""
     cells = results["sizes"]["cells"]
-    columns = {
+    columns: dict[str, list[float]] = {
         "published_product": [n * k for n, k, _ in published()],
         "published_seconds": [float(seconds) for *_, seconds in published()],
         "total_product": [cell["states"] * cell["delays"] for cell in cells],
