@@ -97,7 +97,7 @@ def test_values_are_the_same_with_their_types() -> None:
 
 
 def test_all_that_is_wanted_must_be_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for name in ("printed.toml", "plants.py", "theorems.json"):
+    for name in ("data.py", "theorems.json"):
         (tmp_path / "papers" / "okajima2023").mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / "papers" / "okajima2023" / name, tmp_path / "papers" / "okajima2023" / name)
     shutil.copytree(FOLDER, tmp_path / "certificates" / "okajima2023")
