@@ -107,8 +107,7 @@ def as_printed(plant: Json, degree: int) -> Json:
     rows = np.concatenate(
         [np.unique(target.pair(first.ravel(), second.ravel())), np.arange(target.pair_count, target.size)]
     )
-    for row in rows:
-        derivative[[row], source.pair_count :] = -derivative[[row], source.pair_count :]
+    derivative[rows, source.pair_count :] *= -1.0
     printed = replace(assembly, derivative=derivative.tocsr())
     out: Json = {}
     for epsilon in (0.0, 1e-3):

@@ -252,7 +252,10 @@ def identities(trials: int, seed: int) -> dict[str, Any]:
     return {
         "trials": trials,
         "delays": list(DELAYS),
-        "theorem_3": {
-            name: {"largest": max(values), "median": float(np.median(values))} for name, values in residuals.items()
-        },
+        "theorem_3": summaries(residuals),
     }
+
+
+def summaries(residuals: dict[str, list[float]]) -> dict[str, dict[str, float]]:
+    """Largest and median residual by name."""
+    return {name: {"largest": max(found), "median": float(np.median(found))} for name, found in residuals.items()}

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.peet2019.experiments.identities import EACH, LAST, NODES, POINTS, Array, K
+from papers.peet2019.experiments.identities import EACH, LAST, NODES, POINTS, Array, K, summaries
 
 N, DEGREE = 2, 1
 WIDTH = N * (DEGREE + 1)
@@ -32,12 +32,7 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
             eye = np.eye(case["operator"].shape[0])
             found["theorem_4"][reading].append(float(np.abs(inverse["operator"] @ case["operator"] - eye).max()))
             found["lemma_5"][reading].append(_lemma_5(case, inverse, rng, reading == "corrected"))
-    return {
-        part: {
-            reading: {"largest": max(values), "median": float(np.median(values))} for reading, values in sets.items()
-        }
-        for part, sets in found.items()
-    }
+    return {part: summaries(residuals) for part, residuals in found.items()}
 
 
 def _coercive(rng: np.random.Generator) -> dict[str, Any]:
