@@ -71,8 +71,7 @@ def findings(results: Results) -> tuple[str, ...]:
 
 
 def _sensitivity(results: Results) -> tuple[Sensitivity, ...]:
-    found = [results[f"sensitivity.ex{example}"] for example in MOVED if f"sensitivity.ex{example}" in results]
-    return tuple(move for spread in found for move in sensitivities(spread))
+    return tuple(move for example in MOVED for move in sensitivities(results[f"sensitivity.ex{example}"]))
 
 
 PAPER = paper(
