@@ -16,7 +16,7 @@ import pytest
 import papers
 from papers.mustafa.names import DRAWS as SEQUENCES
 from papers.okajima2023.cases import DRAWS, PERIOD_TABLE
-from papers.peet2019.names import cell, default_cells
+from papers.peet2019.runs import DEFAULT_CELLS
 from papers.shao.experiments import SEARCH
 from replication.audit.model import Paper, Results
 from replication.audit.run.pool import Processes
@@ -30,7 +30,7 @@ SWEEPS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "readings": (SEARCH, {"decoys": 1}),
     "sequences": (SEQUENCES, {"seeds": 8}),
     "draws": (tuple(f"okajima2023.{name}" for name in DRAWS), {"seeds": 8}),
-    "cells": (tuple(cell(n, k) for n, k in default_cells()), {}),
+    "cells": (tuple(f"peet2019.ex4.n{n}k{k}" for n, k in DEFAULT_CELLS), {}),
 }
 """Experiments of each sweep, and the inputs that make them short."""
 TRIED, FINISHED = 2, 1

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from papers.peet2019.experiments import solver_record
+from papers.peet2019.experiments.examples import solver_record
 from replication.estimation.conic.sdpa import Program, SdpaOptions, Solution, solve_sdpa
 from replication.estimation.delay.sos import bessel, lie, synthesis
 from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.system import DelaySystem, delay_system, transformed
-from replication.estimation.validation import Array
 
 Json = dict[str, Any]
 
@@ -49,14 +48,18 @@ def cost_program(states: int, delays: int, level: float | None) -> Program:
 
 def cost(states: int, delays: int, level: float | None, threads: int = 1) -> Json:
     """Example 4 at degree 1: least γ, or a certificate of `level`; the size of the program and what the solver said."""
-    task = cost_program(states, delays, level)
+    return _solved(cost_program(states, delays, level), level, threads)[0]
+
+
+def _solved(task: Program, level: float | None, threads: int) -> tuple[Json, Solution]:
     solution = solve_sdpa(task, replace(ROUGH if level is None else CERTIFY, threads=threads))
-    return {
+    found = {
         "gamma": float(solution.linear[0]) if level is None else level,
         "equalities": task.a.shape[0],
         "blocks": list(task.blocks),
         "solver": solver_record(solution),
     }
+    return found, solution
 
 
 def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) -> Json:
@@ -65,57 +68,34 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
     The solution is written in the matrices of `cost_program`; what it misses there is measured, without a solver.
     """
     small = synthesis.assemble(example_4(states, delays, jordan=1.0), 1, DegreeRule.BESSEL)
-    task = synthesis.program(small, 0.0, level)
-    solution = solve_sdpa(task, replace(CERTIFY, threads=threads))
-    matrices = _in_degree_one(small, solution)
-    full = cost_program(states, delays, level)
-    residual = np.abs(full.a @ np.concatenate([matrix.ravel() for matrix in matrices]) - full.b).max()
-    return {
-        "gamma": level,
-        "equalities": task.a.shape[0],
-        "blocks": list(task.blocks),
-        "solver": solver_record(solution),
-        "full": {
-            "equalities": full.a.shape[0],
-            "residual": float(residual / (1.0 + np.abs(full.b).max())),
-            "least_eigenvalue": min(float(np.linalg.eigvalsh(matrix)[0]) for matrix in matrices),
-        },
-    }
-
-
-def _in_degree_one(small: synthesis.Assembly, solution: Solution) -> list[Array]:
-    """The matrices of both cones at degree 1, total rule, from a solution in the small cone."""
+    found, solution = _solved(synthesis.program(small, 0.0, level), level, threads)
     spaces = (lie.state_space(small.system, small.count), lie.derivative_space(small.system, small.count))
     first = 1 + 2 * small.system.delay_count
-    parts = (solution.blocks[:first], solution.blocks[first:])
+    parts = zip((solution.blocks[:first], solution.blocks[first:]), spaces, strict=True)
     target = cone_blocks(1, DegreeRule.TOTAL)
-    return [
-        matrix for part, space in zip(parts, spaces, strict=True) for matrix in bessel.lifted(part, space, 1, target)
-    ]
+    matrices = [matrix for part, space in parts for matrix in bessel.lifted(part, space, 1, target)]
+    full = cost_program(states, delays, level)
+    residual = np.abs(full.a @ np.concatenate([matrix.ravel() for matrix in matrices]) - full.b).max()
+    found["full"] = {
+        "equalities": full.a.shape[0],
+        "residual": float(residual / (1.0 + np.abs(full.b).max())),
+        "least_eigenvalue": min(float(np.linalg.eigvalsh(matrix)[0]) for matrix in matrices),
+    }
+    return found
 
 
 def sizes(states: list[int], delays: list[int]) -> Json:
     """Equalities of the program of Example 4 for every cell of Table I; nothing is solved."""
-    cells = []
-    for k in delays:
-        for n in states:
-            task = cost_program(n, k, None)
-            cells.append({"states": n, "delays": k, "equalities": task.a.shape[0]})
-    return {"cells": cells}
+    cells = [(n, k, cost_program(n, k, None).a.shape[0]) for k in delays for n in states]
+    return {"cells": [{"states": n, "delays": k, "equalities": count} for n, k, count in cells]}
 
 
 def example_4_roots(states: list[int], delays: list[int]) -> Json:
-    """Rightmost root for a Jordan block of eigenvalue 1 and of eigenvalue 0, over all cells."""
-    found: Json = {}
-    for name, eigenvalue in (("one", 1.0), ("zero", 0.0)):
-        roots = []
-        for k in delays:
-            for n in states:
-                # A multiple root is found to the n-th root of rounding only; eigenvalues 0 are known in closed form.
-                size = 1 if eigenvalue else n
-                if eigenvalue:
-                    roots.append(float(rightmost_roots(example_4(size, k, jordan=eigenvalue), 1)[0].real))
-                else:
-                    roots.append(0.0)
-        found[name] = {"largest": max(roots), "smallest": min(roots)}
-    return found
+    """Rightmost root for a Jordan block of eigenvalue 1 and of eigenvalue 0, over all cells.
+
+    n states have the roots of one, n times. As a multiple root is found to the n-th root of rounding only, those for
+    eigenvalue 1 are found with one state; for eigenvalue 0 all are zero.
+    """
+    one = [float(rightmost_roots(example_4(1, k, jordan=1.0), 1)[0].real) for k in delays]
+    roots = {"one": one, "zero": [0.0 for _ in states]}
+    return {name: {"largest": max(values), "smallest": min(values)} for name, values in roots.items()}

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-RECORD = Path(__file__).with_name("full_run.jsonl")
+RECORD = Path(__file__).parents[1] / "full_run.jsonl"
 PLAIN = "plain"
 """The full cone of degree 1, written with cvxpy and given to Clarabel: the straightforward way."""
 

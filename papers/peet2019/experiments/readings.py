@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
-from papers.peet2019.experiments import LOOSE, system_of
+from papers.peet2019.experiments.examples import LOOSE
 from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, cone_map
 from replication.estimation.delay.sos.forms import FormSpace, Index
 from replication.estimation.delay.sos.reduction import reduced
 from replication.estimation.delay.sos.synthesis import Assembly, program
-from replication.estimation.delay.system import DelaySystem, gain_scaled, measured_last
+from replication.estimation.delay.system import DelaySystem, delay_system, gain_scaled, measured_last
 
 Json = dict[str, Any]
 
@@ -102,7 +102,7 @@ def readings(plants: dict[str, Json], printed: dict[str, str], epsilon: float) -
     for name, reading in READINGS.items():
         found[name] = {}
         for example, plant in plants.items():
-            system = system_of(plant)
+            system = delay_system(**plant)
             base, moved = least(system, reading, 0.0), least(system, reading, epsilon)
             target, half = float(printed[example]), 0.5 * 10.0 ** -len(printed[example].partition(".")[2])
             slope = (moved - base) / epsilon

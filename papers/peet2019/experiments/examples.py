@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -15,25 +15,19 @@ from replication.estimation.delay.models import chebyshev_model, pade_model
 from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.operators.gains import evaluate, observer_gains
 from replication.estimation.delay.operators.galerkin import check
-from replication.estimation.delay.response import hinf_norm, simulate
+from replication.estimation.delay.response import Trajectory, hinf_norm, simulate
 from replication.estimation.delay.sos import least_gain, lie, synthesis
-from replication.estimation.delay.sos.certificate import certificate_at
+from replication.estimation.delay.sos.certificate import Certificate, certificate_at
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.least_gain import minimum_gain
-from replication.estimation.delay.spectrum import GainBracket, hinf_gain, rightmost_roots
+from replication.estimation.delay.spectrum import hinf_gain, rightmost_roots
 from replication.estimation.delay.system import DelaySystem, delay_system
-from replication.estimation.validation import Array
 
 Json = dict[str, Any]
 
 CHEBYSHEV_ORDER = 12
 LOOSE = SdpaOptions(gap=1e-2, residual=1e-5)
 EPSILONS = (1e-5, 1e-3)
-
-
-def system_of(plant: Json) -> DelaySystem:
-    """The plant of `data.EXAMPLES` as a validated system."""
-    return delay_system(plant["a0"], plant["a"], plant["delays"], plant["b"], plant["c10"], plant["c2"])
 
 
 def solver_record(solution: Solution) -> Json:
@@ -53,31 +47,28 @@ def solver_record(solution: Solution) -> Json:
     }
 
 
-def _bracket(bracket: GainBracket) -> Json:
-    return {"lower": bracket.lower, "upper": bracket.upper, "frequency": bracket.frequency}
-
-
 def references(plant: Json, order: int, visible: Json | None) -> Json:
     """What does not use Theorem 3: roots, LMI (3) on the Padé model, Riccati on two models, and the exact gain.
 
     visible: the scalar system whose gain is the optimum where the measurement does not see x_1, or None.
     """
-    system = system_of(plant)
+    system = delay_system(**plant)
+    root = rightmost_roots(system, 1)[0]
     pade = pade_model(system, order)
     solved = lmi_gain(pade)
     return {
-        "root": [float(part) for part in _parts(rightmost_roots(system, 1)[0])],
+        "root": [float(root.real), float(abs(root.imag))],
         "pade": solved.gamma,
         "pade_states": pade.a.shape[0],
         "pade_status": solved.status,
         "pade_riccati": riccati_gain(pade),
-        "chebyshev": riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER)),
-        "exact": _bracket(hinf_gain(system_of(visible))) if visible else None,
+        "chebyshev": _optimum(system),
+        "exact": asdict(hinf_gain(delay_system(**visible))) if visible else None,
     }
 
 
-def _parts(value: complex) -> tuple[float, float]:
-    return value.real, abs(value.imag)
+def _optimum(system: DelaySystem) -> float:
+    return riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
 
 
 def synthesised(plant: Json, degree: int) -> Json:
@@ -87,7 +78,7 @@ def synthesised(plant: Json, degree: int) -> Json:
     Clarabel on the same program.
     """
     found: Json = {}
-    system = system_of(plant)
+    system = delay_system(**plant)
     for rule in (DegreeRule.TENSOR, DegreeRule.TOTAL):
         certificate = minimum_gain(system, degree, rule)
         found[rule.value] = {"gamma": certificate.gamma, "solver": solver_record(certificate.solution)}
@@ -105,7 +96,7 @@ def as_printed(plant: Json, degree: int) -> Json:
     With those signs the condition asks S_i(-τ_i) <= 0 of a positive S_i: ε > 0 forbids it, by one equality alone; ε = 0
     allows the limit S_i(-τ_i) = 0.
     """
-    assembly = synthesis.assemble(system_of(plant), degree)
+    assembly = synthesis.assemble(delay_system(**plant), degree)
     inner, count = assembly.system, assembly.count
     target = lie.derivative_space(inner, count)
     source = lie.state_space(inner, count)
@@ -116,8 +107,7 @@ def as_printed(plant: Json, degree: int) -> Json:
     rows = np.concatenate(
         [np.unique(target.pair(first.ravel(), second.ravel())), np.arange(target.pair_count, target.size)]
     )
-    for row in rows:
-        derivative[[row], source.pair_count :] = -derivative[[row], source.pair_count :]
+    derivative[rows, source.pair_count :] *= -1.0
     printed = replace(assembly, derivative=derivative.tocsr())
     out: Json = {}
     for epsilon in (0.0, 1e-3):
@@ -138,18 +128,15 @@ def refuted(task: Program) -> bool:
     return any(least_trace(task, multiplier) > ENDLESS for multiplier in multipliers)
 
 
-def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: list[int], c1: Any = None) -> Json:
+def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: list[int]) -> Json:
     """A certificate at `level`, its Galerkin check, and the H∞ norm of the error system at two collocation orders."""
-    system = delay_system(
-        plant["a0"], plant["a"], plant["delays"], plant["b"], plant["c10"], plant["c2"], plant.get("c1")
-    )
-    optimum = riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
-    certificate = certificate_at(system, level * optimum, degree, epsilon=epsilon)
+    system = delay_system(**plant)
+    certificate = _certificate(system, level, degree, epsilon)
     gains = observer_gains(certificate)
     verified = check(certificate)
     norms = [hinf_norm(error_system(system, gains, order)) for order in orders]
     return {
-        "optimum": optimum,
+        "optimum": _optimum(system),
         "level": certificate.gamma,
         "norms": [norm.upper for norm in norms],
         "orders": orders,
@@ -160,23 +147,25 @@ def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: 
     }
 
 
+def _certificate(system: DelaySystem, level: float, degree: int, epsilon: float) -> Certificate:
+    """A certificate at `level` times the optimum."""
+    return certificate_at(system, level * _optimum(system), degree, epsilon=epsilon)
+
+
 def lumped(plant: Json, level: float, degree: int, epsilon: float, states: list[int], reference: int) -> Json:
     """H∞ norm of one closed loop by forward difference with N lumped states, against collocation."""
-    system = system_of(plant)
-    optimum = riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
-    gains = observer_gains(certificate_at(system, level * optimum, degree, epsilon=epsilon))
+    system = delay_system(**plant)
+    gains = observer_gains(_certificate(system, level, degree, epsilon))
     exact = hinf_norm(error_system(system, gains, reference)).upper
     norms = [hinf_norm(error_system(system, gains, count, Scheme.LUMPED)).upper for count in states]
     return {"states": states, "norms": norms, "collocation": exact, "relative": [norm / exact - 1.0 for norm in norms]}
 
 
 def gain_functions(plant: Json, level: float, degree: int, epsilon: float, points: int) -> Json:
-    """The gains as functions of s ∈ [-τ, 0], for the first delay, in the units of eq. (9)."""
-    system = system_of(plant)
-    optimum = riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
-    gains = observer_gains(certificate_at(system, level * optimum, degree, epsilon=epsilon))
+    """The gains as functions of s ∈ [-τ, 0], for the first delay, in the units of eq. (9); z = C_10 x alone."""
+    system = delay_system(**{**plant, "c1": None})
     grid = np.linspace(-1.0, 0.0, points)
-    values = evaluate(gains, grid)
+    values = evaluate(observer_gains(_certificate(system, level, degree, epsilon)), grid)
     delay = system.delays[0]
     return {
         "s": (grid * delay).tolist(),
@@ -187,34 +176,29 @@ def gain_functions(plant: Json, level: float, degree: int, epsilon: float, point
     }
 
 
-def _sinc(times: Array, centre: float, unit: float) -> Array:
-    return np.asarray(np.sinc((times - centre) / unit), dtype=float)
-
-
 def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int) -> Json:
     """Simulated gain for sinc disturbances: shape sin(πx)/(πx) or sin(x)/x, centre, horizon and channels scanned.
 
     The text leaves all four open. The trajectory kept for the figure is sinc(t - τ) on all channels over [0, 20τ].
     """
-    system = system_of(plant)
+    system = delay_system(**plant)
     certificate = certificate_at(system, level, degree, epsilon=epsilon)
     error = error_system(system, observer_gains(certificate), 20)
-    scan, kept = [], None
-    for unit in (1.0, float(np.pi)):
-        for centre in (0.0, 1.0, 5.0, 10.0):
-            for horizon in (10.0, 20.0, 40.0):
-                for channels in ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0)):
-                    times = np.linspace(0.0, horizon, samples)
-                    disturbance = np.outer(_sinc(times, centre, unit), channels)
-                    run = simulate(error, times, disturbance, system.states)
-                    scan.append(
-                        {"unit": unit, "centre": centre, "horizon": horizon, "channels": channels, "gain": run.gain}
-                    )
-                    if (unit, centre, horizon, channels) == (1.0, 1.0, 20.0, (1.0, 1.0)):
-                        kept = run
-    assert kept is not None
+
+    def run(unit: float, centre: float, horizon: float, channels: tuple[float, float]) -> Trajectory:
+        times = np.linspace(0.0, horizon, samples)
+        return simulate(error, times, np.outer(np.sinc((times - centre) / unit), channels), system.states)
+
+    settings: list[Json] = [
+        {"unit": unit, "centre": centre, "horizon": horizon, "channels": channels}
+        for unit in (1.0, float(np.pi))
+        for centre in (0.0, 1.0, 5.0, 10.0)
+        for horizon in (10.0, 20.0, 40.0)
+        for channels in ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0))
+    ]
+    kept = run(1.0, 1.0, 20.0, (1.0, 1.0))
     return {
-        "scan": scan,
+        "scan": [{**setting, "gain": run(**setting).gain} for setting in settings],
         "level": level,
         "t": kept.times.tolist(),
         "w": kept.disturbance[:, 0].tolist(),
@@ -227,7 +211,7 @@ def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int) 
 def one_disturbance(plant: Json, level: float, degree: int) -> Json:
     """A certificate at a small level when one disturbance acts on all states alike."""
     changed = {**plant, "b": [[1.0] for _ in plant["a0"]]}
-    certificate = certificate_at(system_of(changed), level, degree, epsilon=0.0)
+    certificate = certificate_at(delay_system(**changed), level, degree, epsilon=0.0)
     return {"level": level, "solver": solver_record(certificate.solution)}
 
 
@@ -235,15 +219,15 @@ def against_delay(plant: Json, delays: list[float], degree: int) -> Json:
     """Least γ of Theorem 3 and by collocation as the (single) delay varies."""
     sos, chebyshev = [], []
     for delay in delays:
-        system = system_of({**plant, "delays": [delay]})
+        system = delay_system(**{**plant, "delays": [delay]})
         sos.append(minimum_gain(system, degree, options=SdpaOptions(gap=1e-4)).gamma)
-        chebyshev.append(riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER)))
+        chebyshev.append(_optimum(system))
     return {"tau": delays, "sos": sos, "chebyshev": chebyshev}
 
 
 def convergence(plant: Json, orders: list[int]) -> Json:
     """Least γ of the Padé and of the collocated model against their order, by Riccati."""
-    system = system_of(plant)
+    system = delay_system(**plant)
     return {
         "orders": orders,
         "pade": [riccati_gain(pade_model(system, order)) for order in orders],
