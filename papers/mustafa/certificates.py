@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from papers.mustafa.method import certify_grid as nonuniform_grid
-from papers.mustafa.names import BRACKET, DURATION, KEY
-from papers.mustafa.paper import EXPERIMENTS
+from papers.mustafa.experiments.declared import EXPERIMENTS
+from papers.mustafa.method import certify_grid
 from replication.certify.nonuniform import gain as nonuniform
 from replication.verify.subjects import subject
 
-RANGES = {f"{kind}-{e}": names[e] for kind, names in (("range", BRACKET), ("duration", DURATION)) for e in names}
+BRACKETS = {"range": "bracket", "duration": "bracket-duration"}
 """Experiments whose bracket over a range the theorems of these names prove; with their effort."""
 
 
 def make(name: str) -> dict[str, Any]:
     """The certificate of one entry of theorems.json."""
-    theorem = subject(KEY, name)
+    theorem = subject("mustafa", name)
     return {**theorem, **_made(theorem)}
 
 
@@ -34,13 +33,13 @@ def _made(theorem: Mapping[str, Any]) -> dict[str, Any]:
         case "optimum-lower" | "no-filter-keeps-level":
             return nonuniform.optimum_lower(theorem)
         case "grid-size":
-            return nonuniform_grid.grid(theorem)
+            return certify_grid.grid(theorem)
         case "one-interval":
-            return nonuniform_grid.one_interval(theorem)
+            return certify_grid.one_interval(theorem)
         case "stalls":
-            return nonuniform_grid.stall(theorem)
+            return certify_grid.stall(theorem)
         case "same-level":
-            return nonuniform_grid.same_level(theorem)
+            return certify_grid.same_level(theorem)
         case _:
             # What the verifier decides by itself, in exact arithmetic or with a symbol for every entry.
             return {"bound": {}, "witness": {}}
@@ -48,7 +47,8 @@ def _made(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
 def _effort(name: str) -> Mapping[str, Any]:
     """The inputs of the experiment that brackets the same gain, if it is one over a range."""
-    wanted = RANGES.get(name.rpartition("-")[0])
+    kind, _, example = name.rpartition("-")[0].rpartition("-")
+    wanted = f"{BRACKETS.get(kind)}.{example}"
     return next((experiment.inputs for experiment in EXPERIMENTS if experiment.name == wanted), {})
 
 

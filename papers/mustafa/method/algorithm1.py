@@ -10,7 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from papers.mustafa.method.small_gain import Interval, UpperEnd, covered_interval, small_gain_alpha
+from papers.mustafa.method.stability import Interval, UpperEnd, covered_interval, small_gain_alpha
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import positive_integer
 
@@ -34,8 +34,15 @@ class Reading:
     root: bool
     union: bool
 
+    @property
+    def name(self) -> str:
+        """The three choices in words, such as `corrected, alpha, set-minus`."""
+        chosen = ("root" if self.root else "alpha", "union" if self.union else "set-minus")
+        return ", ".join((self.upper.name.lower(), *chosen))
 
-LITERAL = Reading(UpperEnd.PRINTED, root=True, union=True)
+
+AS_PRINTED = Reading(UpperEnd.PRINTED, root=True, union=True)
+WITH_SET_MINUS = Reading(UpperEnd.PRINTED, root=True, union=False)
 CORRECT = Reading(UpperEnd.CORRECTED, root=False, union=False)
 
 

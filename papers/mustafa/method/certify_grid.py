@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from papers.mustafa.method.algorithm1 import gaps
-from papers.mustafa.method.small_gain import covered_interval, delta_block
+from papers.mustafa.method.stability import covered_interval, delta_block
 from replication.certify.multirate.levels import lyapunov_matrices
 from replication.certify.nonuniform.gain import problem_of, robust_upper
 from replication.certify.rounding import rounded, rounded_array, rounded_down, rounded_up

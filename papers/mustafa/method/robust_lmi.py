@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from papers.mustafa.method.small_gain import logarithmic_norm, small_gain_alpha
+from papers.mustafa.method.stability import logarithmic_norm, small_gain_alpha
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.conic.clarabel_blocks import ALMOST, Indices, Inequalities, minimise
 from replication.estimation.conic.solvers import SolverReport

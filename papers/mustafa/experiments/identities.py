@@ -1,5 +1,4 @@
-"""Identities of the text tested on random plants: Lemma 2, the map below (7), the congruence behind (10), sizes of
-F."""
+"""Identities of the text on random plants: Lemmas 2 and 3, the map below (7), the congruence behind (10), eq. (11)."""
 
 from __future__ import annotations
 
@@ -7,11 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from papers.mustafa.method.small_gain import delta_block
+from papers.mustafa.method.stability import delta_block
 from replication.estimation.nonuniform.filter_lmi import LmiVariables, lmi10
 from replication.estimation.nonuniform.filters import Filter, error_output, error_step
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
+
+EXACT = 1e-10
+"""Relative residual below which an identity counts as one."""
 
 
 def random_case(rng: np.random.Generator, n: int, m: int, r: int, s: int) -> tuple[SampledPlant, Filter]:
