@@ -4,32 +4,33 @@ from __future__ import annotations
 
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
-from papers.mustafa.printed import DATA, EXAMPLES, matrix, middle
+from papers.mustafa.printed import DATA, EXAMPLES, matrix, middle, sizes
 from replication.audit.model import Erratum, Proof, Results
 
 
 def order_of_map(results: Results) -> Proof:
     """The map below (7) in both ways to balance its brackets and in the right order, against the transfer matrix."""
-    r = results["identities"]
-    return Proof(
-        holds=r["map reordered"] <= EXACT < min(r["map as printed"], r["(12) as printed"]),
-        text="The printed brackets do not balance. Without the last one, and without the one before the inverse, which "
+    return _exchanged(
+        results,
+        "The printed brackets do not balance. Without the last one, and without the one before the inverse, which "
         "gives (12), the map misses the transfer matrix at a constant Delta; the right order agrees.",
-        quantities={
-            "least residual without the last bracket": r["map as printed"],
-            "least residual without the one before the inverse": r["(12) as printed"],
-            "largest reordered": r["map reordered"],
-        },
+        {" without the last bracket": "map as printed", " without the one before the inverse": "(12) as printed"},
     )
 
 
 def order_of_12(results: Results) -> Proof:
     """The same for (12)."""
+    text = "With the indices 12 and 21 exchanged the map agrees with the transfer matrix; as printed it does not."
+    return _exchanged(results, text, {" as printed": "(12) as printed"})
+
+
+def _exchanged(results: Results, text: str, readings: dict[str, str]) -> Proof:
     r = results["identities"]
+    least = {f"least residual{reading}": r[name] for reading, name in readings.items()}
     return Proof(
-        holds=r["map reordered"] <= EXACT < r["(12) as printed"],
-        text="With the indices 12 and 21 exchanged the map agrees with the transfer matrix; as printed it does not.",
-        quantities={"least residual as printed": r["(12) as printed"], "largest reordered": r["map reordered"]},
+        holds=r["map reordered"] <= EXACT < min(least.values()),
+        text=text,
+        quantities={**least, "largest reordered": r["map reordered"]},
     )
 
 
@@ -51,10 +52,9 @@ def case_u3(results: Results) -> Proof:
 
 def size_of_f(results: Results) -> Proof:
     """F C and B_f = -Y^-1 F must have n rows."""
-    (A_f, B_f), measured = (matrix(DATA["filter"][name]) for name in ("A_f", "B_f")), matrix(DATA["example-2"]["C"])
-    n, r = len(A_f), len(measured)
+    (n, r), size = sizes()
     return Proof(
-        holds=n != r and (len(B_f), len(B_f[0])) == (n, r),
+        holds=n != r and size == (n, r),
         text="The printed B_f = -Y^-1 F has n rows and r columns, so F has.",
         quantities={"n": float(n), "r": float(r)},
     )

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from papers.mustafa import common
-from papers.mustafa.claims.examples import ABSTRACT, RESPONSE
+from papers.mustafa.claims.examples import ABSTRACT, LEVELS, RESPONSE
 from papers.mustafa.claims.extensions import ROBUST_PERFORMANCE
 from papers.mustafa.claims.main_results import ALGORITHM_1, THEOREM_1, THEOREM_2, THEOREM_3
 from papers.mustafa.claims.preliminaries import LEMMAS
-from papers.mustafa.claims.printed_filter import LEVELS
 from papers.mustafa.errata import ERRATA
 from papers.mustafa.experiments.declared import EXPERIMENTS, TRIED
 from papers.mustafa.figures import FIGURES

@@ -55,3 +55,9 @@ def middle(e: int) -> float:
 def printed_filter() -> dict[str, Matrix]:
     """The filter of Example 2 as printed."""
     return {name: matrix(DATA["filter"][f"{name}_f"]) for name in "ABC"}
+
+
+def sizes() -> tuple[tuple[int, int], tuple[int, int]]:
+    """(n, r) of Example 2, and the size of its printed B_f = -Y^-1 F, which is that of F."""
+    filter_ = printed_filter()
+    return (len(filter_["A"]), len(matrix(DATA["example-2"]["C"]))), (len(filter_["B"]), len(filter_["B"][0]))

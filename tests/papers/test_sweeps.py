@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import papers
-from papers.mustafa.names import DRAWS as SEQUENCES
+from papers.mustafa.experiments.draws import DRAWS as SEQUENCES
 from papers.okajima2023.claims.simulation import DRAWS
 from papers.okajima2023.designs import PERIOD_TABLE
 from papers.peet2019.names import cell, default_cells
@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SWEEPS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "timings": (PERIOD_TABLE, {"largest": 2}),
     "readings": (SEARCH, {"decoys": 1}),
-    "sequences": (SEQUENCES, {"seeds": 8}),
+    "sequences": (tuple(f"mustafa.{name}" for name in SEQUENCES), {"seeds": 8}),
     "draws": (DRAWS, {"seeds": 8}),
     "cells": (tuple(cell(n, k) for n, k in default_cells()), {}),
 }

@@ -8,7 +8,7 @@ from functools import partial
 from papers.mustafa.claims.preliminaries import identity, up_to_rounding
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
-from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, matrix, middle
+from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, middle, sizes
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Results
 
@@ -105,8 +105,7 @@ for e in EXAMPLES:
 def lmi_size_of_f(results: Results) -> Evidence:
     """The sizes of the unknowns of (10)."""
     # F C is added to an n by n block in (10), and B_f = -Y^-1 F has the size of F.
-    (A_f, B_f), measured = (matrix(DATA["filter"][name]) for name in ("A_f", "B_f")), matrix(DATA["example-2"]["C"])
-    n, r, size = len(A_f), len(measured), (len(B_f), len(B_f[0]))
+    (n, r), size = sizes()
     return Evidence(
         method="Size of the printed B_f = -Y^-1 F, against n by r.",
         holds=size == (n, r),

@@ -123,12 +123,11 @@ def bracket(
         cuts=cuts,
         per_duration=per_duration,
     )
-    guarantee, attack, stable = found.guarantee, found.attack, stability(system, filter_)
+    guarantee, attack = found.guarantee, found.attack
     return {
         "nominal": periodic_gain(system, filter_, [span.middle]).value,
         "constant": {end: periodic_gain(system, filter_, [getattr(span, end)]).value for end in ("h_l", "h_u")},
-        "plant_abscissa": stable.plant_abscissa,
-        "filter_radius": stable.filter_radius,
+        **vars(stability(system, filter_)),
         "lower": found.lower,
         "upper": found.upper,
         "runs": list(attack.runs),
@@ -190,7 +189,7 @@ def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Jso
         "guaranteed": common.level,
         "lmi13": restored.level,
         "lmi13_alpha": max(restored.alphas),
-        "lmi13_small_gain": max(a * d for a, d in zip(restored.alphas, restored.radii, strict=True)),
+        "lmi13_small_gain": max(restored.alphas) * restored.radius,
         "one_cell_small_gain": small_gain_alpha(modal, span.middle) * whole,
         "solvers": [exchanged.design.report.to_dict(), restored.report.to_dict()],
     }

@@ -78,8 +78,9 @@ def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = COR
         else:
             gains = [np.sqrt(alphas[h]) if reading.root else alphas[h] for h in ordered]
             marked = [covered_interval(plant, h, float(g), reading.upper) for h, g in zip(ordered, gains, strict=True)]
-            open_ = pieces(marked, periods) if reading.union else gaps(marked, periods)
-            new = {(a + b) / 2 for a, b in open_} - grid
+            # United with the intervals, (h_l, h_u) stays one piece; beyond it no sampling period occurs.
+            open_ = [(periods.h_l, periods.h_u)] if reading.union else gaps(marked, periods)
+            new = {(a + b) / 2 for a, b in open_}
             new = {h for h in new if min(abs(h - old) for old in grid) > TOUCH}
             grid |= new
             end = None if new else End.STALLED
@@ -106,15 +107,3 @@ def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, f
     if reached + TOUCH < periods.h_u:
         found.append((reached, periods.h_u))
     return [(a, b) for a, b in found if b - a > TOUCH]
-
-
-def pieces(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, float]]:
-    """The connected parts of (h_l, h_u) united with the intervals, clipped to it: step 4 as printed, without a
-    set-minus.
-
-    One part only, since (h_l, h_u) is connected; outside it no sampling period occurs, so the parts are clipped.
-    """
-    useful = [i for i in intervals if i.upper > periods.h_l and i.lower < periods.h_u]
-    lower = min([periods.h_l, *(max(i.lower, periods.h_l) for i in useful)])
-    upper = max([periods.h_u, *(min(i.upper, periods.h_u) for i in useful)])
-    return [(lower, upper)]
