@@ -67,10 +67,8 @@ def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = COR
     while True:
         rounds += 1
         ordered = sorted(grid)
-        for h in ordered:
-            alphas.setdefault(h, small_gain_alpha(plant, h))
+        alphas |= {h: small_gain_alpha(plant, h) for h in ordered if h not in alphas}
         covered = [covered_interval(plant, h, alphas[h], reading.upper) for h in ordered]
-        end = None
         if len(grid) >= bound:
             end = End.LIMIT
         elif not gaps(covered, periods):
@@ -82,10 +80,11 @@ def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = COR
             open_ = [(periods.h_l, periods.h_u)] if reading.union else gaps(marked, periods)
             new = {(a + b) / 2 for a, b in open_}
             new = {h for h in new if min(abs(h - old) for old in grid) > TOUCH}
-            grid |= new
-            end = None if new else End.STALLED
-        if end is not None:
-            return Grid(tuple(ordered), tuple(alphas[h] for h in ordered), tuple(covered), end, rounds)
+            if new:
+                grid |= new
+                continue
+            end = End.STALLED
+        return Grid(tuple(ordered), tuple(alphas[h] for h in ordered), tuple(covered), end, rounds)
 
 
 def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, float]]:
