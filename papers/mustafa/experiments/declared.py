@@ -47,26 +47,29 @@ def _of_example(e: int) -> tuple[Experiment, ...]:
     )
 
 
-def _declared() -> tuple[Experiment, ...]:
-    first, second = (example(e) for e in EXAMPLES)
-    h_l, h_u = first["periods"]
-    ends = [float(h) for h in np.linspace(0.02, h_u, 5)]
-    prints = {**DATA["example-1"], "h_l": DATA["h_l-1"]}, {**DATA["filter"], "h": DATA["grid-2"]}
-    wave = {name: float(text) for name, text in DATA["disturbance"].items()}
-    drawn = {**second, "printed": FILTERS[2], **wave, "steps": STEPS, "seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
+def _of_first() -> tuple[Experiment, ...]:
+    plant, (h_l, h_u) = example(1).values()
+    printed, ends = {**DATA["example-1"], "h_l": DATA["h_l-1"]}, [float(h) for h in np.linspace(0.02, h_u, 5)]
     return (
-        experiment("common", common.levels, plant=PLANT, multiples=TRIED, leaves=16, horizon=400),
-        experiment("sensitivity.1", sensitivity.nominal_level, prints=prints[0], h_u=h_u, claim="gamma.1"),
-        experiment(
-            "sensitivity.2", sensitivity.filter_norm, prints=prints[1], plant=second["plant"], claim="filter.norm"
-        ),
-        *(entry for e in EXAMPLES for entry in _of_example(e)),
-        experiment(
-            "against-range", levels.against_range, plant=first["plant"], h_l=h_l, ends=ends, horizon=200, leaves=12
-        ),
-        *(experiment(name, draws, **drawn, part=part) for part, name in enumerate(DRAWS)),
-        experiment("identities", identities, trials=TRIALS, seed=SEED),
+        experiment("sensitivity.1", sensitivity.nominal_level, prints=printed, h_u=h_u, claim="gamma.1"),
+        experiment("against-range", levels.against_range, plant=plant, h_l=h_l, ends=ends, horizon=200, leaves=12),
     )
 
 
-EXPERIMENTS = _declared()
+def _of_second() -> tuple[Experiment, ...]:
+    case, printed = example(2), {**DATA["filter"], "h": DATA["grid-2"]}
+    wave = {name: float(text) for name, text in DATA["disturbance"].items()}
+    drawn = {**case, "printed": FILTERS[2], **wave, "steps": STEPS, "seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
+    return (
+        experiment("sensitivity.2", sensitivity.filter_norm, prints=printed, plant=case["plant"], claim="filter.norm"),
+        *(experiment(name, draws, **drawn, part=part) for part, name in enumerate(DRAWS)),
+    )
+
+
+EXPERIMENTS = (
+    experiment("common", common.levels, plant=PLANT, multiples=TRIED, leaves=16, horizon=400),
+    *(entry for e in EXAMPLES for entry in _of_example(e)),
+    *_of_first(),
+    *_of_second(),
+    experiment("identities", identities, trials=TRIALS, seed=SEED),
+)
