@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from papers.mustafa.certificates import make
+from papers.mustafa import certificates
 from papers.mustafa.experiments.identities import random_case
 from papers.mustafa.experiments.levels import problem
-from papers.mustafa.method import certify_grid
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, End, Reading, build_grid
 from papers.mustafa.method.printed_lmi import printed_design
 from papers.mustafa.method.robust_lmi import lmi13, modal_transform, robust_lmi_design
@@ -155,11 +154,11 @@ def test_brackets_of_the_small_gain_hold_for_three_states() -> None:
     A = [[0, 1, 0], [-4, -1, 2], [0, 0, -3]]
     B, L = [[0, 0], [1, 0], [0, 1]], [[0, 1, 0], [1, 0, 1]]
     system = SampledPlant(A, B, [[1, 0, 0]], [[0.1, 0.2]], L)
-    alpha, made = certify_grid._bracket(system, PeriodRange(1 / 20, np.pi / 30).middle, 1e-6)
+    alpha, made = certificates._bracket(system, PeriodRange(1 / 20, np.pi / 30).middle, 1e-6)
     assert Fraction(made["lower"]) < alpha < Fraction(made["upper"]) < Fraction(made["lower"]) * Fraction("1.000003")
 
 
 @pytest.mark.parametrize("name", ["nominal-1-upper", "nominal-2-lower", "printed-filter-lower", "grid-2", "stall-1"])
 def test_theorems_of_the_paper_are_made_again(name: str) -> None:
-    theorem = check(make(name))
+    theorem = check(certificates.make(name))
     assert theorem.sentence
