@@ -1,5 +1,4 @@
-"""The computations behind the audit: nominal optimum, small-gain grids, true worst case, robust designs. JSON in,
-JSON out."""
+"""Nominal optimum, small-gain grids, true worst case, robust designs. JSON in, JSON out."""
 
 from __future__ import annotations
 
@@ -13,14 +12,8 @@ from scipy.optimize import brentq
 from papers.mustafa.method.algorithm1 import Reading, build_grid
 from papers.mustafa.method.printed_lmi import printed_design
 from papers.mustafa.method.robust_lmi import delta_radius, modal_transform, robust_lmi_design
-from papers.mustafa.method.small_gain import (
-    UpperEnd,
-    covered_interval,
-    logarithmic_norm,
-    small_gain_alpha,
-)
-from papers.mustafa.method.stability import stability
-from replication.estimation.nonuniform.bracket import WorstCaseGain, floor_for_any_filter, worst_case_gain
+from papers.mustafa.method.stability import UpperEnd, covered_interval, logarithmic_norm, small_gain_alpha, stability
+from replication.estimation.nonuniform.bracket import floor_for_any_filter, worst_case_gain
 from replication.estimation.nonuniform.exchange import dense_design, robust_design
 from replication.estimation.nonuniform.filter_lmi import FilterDesign, design_for_periods, lmi_size
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
@@ -63,7 +56,7 @@ def nominal(plant: Matrices, periods: list[float]) -> Json:
         "riccati_norm": periodic_gain(system, riccati.filter, [h]).upper,
         "lmi": _design(system, direct, h),
         "printed_lmi": _design(system, printed, h),
-        "filter": {"A": riccati.filter.A.tolist(), "B": riccati.filter.B.tolist(), "C": riccati.filter.C.tolist()},
+        "filter": {name: getattr(riccati.filter, name).tolist() for name in "ABC"},
         "Phi": system.discretise(h)[0].tolist(),
         "unknowns": unknowns,
         "order": order,
@@ -85,13 +78,19 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
         for root in (False, True):
             found = covered_interval(system, span.middle, float(np.sqrt(alpha)) if root else alpha, upper)
             intervals[f"{upper.name.lower()}, {'root' if root else 'alpha'}"] = {
-                "lower": found.lower, "upper": found.upper, "covers": found.covers(span.h_l, span.h_u),
-            }  # fmt: skip
+                "lower": found.lower,
+                "upper": found.upper,
+                "covers": found.covers(span.h_l, span.h_u),
+            }
             for union in (False, True):
-                grid = build_grid(system, span, Reading(upper, root, union), limit=limit)
-                name = f"{upper.name.lower()}, {'root' if root else 'alpha'}, {'union' if union else 'set-minus'}"
-                runs[name] = {"end": grid.end.name, "size": len(grid.periods), "periods": list(grid.periods),
-                              "rounds": grid.rounds}  # fmt: skip
+                reading = Reading(upper, root, union)
+                grid = build_grid(system, span, reading, limit=limit)
+                runs[reading.name] = {
+                    "end": grid.end.name,
+                    "size": len(grid.periods),
+                    "periods": list(grid.periods),
+                    "rounds": grid.rounds,
+                }
     return {
         "alpha": alpha,
         "mu": logarithmic_norm(system.A),
@@ -115,23 +114,20 @@ def bracket(
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     found = worst_case_gain(
-        system, filter_, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves, cuts=cuts,
+        system,
+        filter_,
+        span,
+        horizon=horizon,
+        final_horizon=final_horizon,
+        max_leaves=leaves,
+        cuts=cuts,
         per_duration=per_duration,
-    )  # fmt: skip
-    stable = stability(system, filter_)
-    return {
-        "nominal": periodic_gain(system, filter_, [span.middle]).value,
-        "constant": {"h_l": periodic_gain(system, filter_, [span.h_l]).value,
-                     "h_u": periodic_gain(system, filter_, [span.h_u]).value},
-        "plant_abscissa": stable.plant_abscissa,
-        "filter_radius": stable.filter_radius,
-        **_bracket(found),
-    }  # fmt: skip
-
-
-def _bracket(found: WorstCaseGain) -> Json:
+    )
     guarantee, attack = found.guarantee, found.attack
     return {
+        "nominal": periodic_gain(system, filter_, [span.middle]).value,
+        "constant": {end: periodic_gain(system, filter_, [getattr(span, end)]).value for end in ("h_l", "h_u")},
+        **vars(stability(system, filter_)),
         "lower": found.lower,
         "upper": found.upper,
         "runs": list(attack.runs),
@@ -193,7 +189,7 @@ def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Jso
         "guaranteed": common.level,
         "lmi13": restored.level,
         "lmi13_alpha": max(restored.alphas),
-        "lmi13_small_gain": max(a * d for a, d in zip(restored.alphas, restored.radii, strict=True)),
+        "lmi13_small_gain": max(restored.alphas) * restored.radius,
         "one_cell_small_gain": small_gain_alpha(modal, span.middle) * whole,
         "solvers": [exchanged.design.report.to_dict(), restored.report.to_dict()],
     }

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
-from papers.mustafa.experiments import Json, Matrices, problem, subject
+from papers.mustafa.experiments.levels import Json, Matrices, problem, subject
 from replication.estimation.nonuniform.worst_case import error_ratio, simulate_error
+
+DRAWS = tuple(f"draws-{part}" for part in range(4))
+"""Names of the parts."""
 
 
 def draws(
-    plant: Matrices, periods: list[float], printed: Matrices, size: float, decay: float, frequency: float, steps: int,
-    seeds: int, seed: int, part: int, parts: int,
-) -> Json:  # fmt: skip
+    plant: Matrices,
+    periods: list[float],
+    printed: Matrices,
+    size: float,
+    decay: float,
+    frequency: float,
+    steps: int,
+    seeds: int,
+    seed: int,
+    part: int,
+    parts: int,
+) -> Json:
     """||e|| / ||w|| of the printed filter for w_k = size exp(-decay k) sin(frequency pi k) over every `parts`-th of
     `seeds` sequences of uniform random periods, from number `part` on, and the band of their errors.
 
@@ -37,8 +48,9 @@ def draws(
     }
 
 
-def merged(parts: Sequence[Json]) -> dict[str, Any]:
+def merged(results: Mapping[str, Json]) -> Json:
     """All draws from the results of all parts, in order; e and periods are those of the first draw."""
+    parts = [results[name] for name in DRAWS]
     return {
         **parts[0],
         "band_low": np.min([part["band_low"] for part in parts], axis=0).tolist(),
