@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from replication.verify.plants import mustafa, okajima2023, peet2019, shao
+from replication.verify.plants import mustafa, okajima2023, peet2019
 
 Plants = Mapping[str, Mapping[str, Any]]
 """For each plant of a paper, its matrices (fmpq_mat), numbers (fmpq), and lists of them, by name."""
@@ -17,5 +17,4 @@ PLANTS: Mapping[str, Callable[[Mapping[str, Any]], Plants]] = {
     "mustafa": mustafa.plants,
     "okajima2023": okajima2023.plants,
     "peet2019": peet2019.plants,
-    "shao": shao.plants,
 }
