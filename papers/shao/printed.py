@@ -13,7 +13,7 @@ PARAMETERS = ("resistance", "flux", "inductance", "friction", "inertia", "torque
 REFERENCES = tuple(DATA["table-1"])
 
 
-def column(controller: str) -> tuple[PrintedValue, ...]:
+def table_1(controller: str) -> tuple[PrintedValue, ...]:
     """The column of Table I of SRC, DRC-PMI or DRC-APO."""
     return tuple(row[controller] for row in DATA["table-1"].values())
 

@@ -18,7 +18,7 @@ from papers.mustafa.names import DRAWS as SEQUENCES
 from papers.okajima2023.claims.simulation import DRAWS
 from papers.okajima2023.designs import PERIOD_TABLE
 from papers.peet2019.names import cell, default_cells
-from papers.shao.experiments import SEARCH
+from papers.shao.experiments.readings import SEARCH
 from replication.audit.model import Paper, Results
 from replication.audit.run.pool import Processes
 from replication.audit.run.progress import Action, Silent, Step
@@ -28,7 +28,7 @@ from replication.audit.store.cache import Cache
 ROOT = Path(__file__).resolve().parents[2]
 SWEEPS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "timings": (PERIOD_TABLE, {"largest": 2}),
-    "readings": (SEARCH, {"decoys": 1}),
+    "readings": (tuple(f"shao.{name}" for name in SEARCH), {"decoys": 1}),
     "sequences": (SEQUENCES, {"seeds": 8}),
     "draws": (DRAWS, {"seeds": 8}),
     "cells": (tuple(cell(n, k) for n, k in default_cells()), {}),

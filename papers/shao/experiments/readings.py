@@ -11,7 +11,7 @@ import numpy as np
 
 from papers.shao.method.readings import STRUCTURES
 from papers.shao.method.search import BlockResult, Column, decoy_columns, merge, search_block
-from papers.shao.printed import column
+from papers.shao.printed import table_1
 from papers.shao.problem import APO_READINGS, PMI_READINGS, READINGS
 from replication.audit.declare import experiment
 
@@ -29,7 +29,7 @@ def table_columns(decoys: int, seed: int) -> dict[str, Column]:
     rng = np.random.default_rng(seed)
     columns = {}
     for name, observers in (("pmi", PMI_READINGS), ("apo", APO_READINGS)):
-        printed = column(f"DRC-{name.upper()}")
+        printed = table_1(f"DRC-{name.upper()}")
         values = np.array([float(text) for text in printed]) / 100
         half_widths = np.array([0.5 * 10.0 ** -len(text.split(".")[1]) for text in printed]) / 100
         columns[name] = Column(observers, values, half_widths, decoy_columns(values, decoys, rng))

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
-from papers.shao.printed import DATA, column
+from papers.shao.printed import DATA, table_1
 from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, HELD, LABELS, PMI, REPAIRED, STATE
 from replication.audit.model import Figure, FigureData, Results
 from replication.drawing.style import line, new_axes
@@ -73,7 +73,7 @@ def error_curves(results: Results) -> FigureData:
     found = results["frequencies"]
     columns = {"frequency_rad_s": found["frequencies"]} | {name: found["ratios"][name] for name in SWEPT}
     columns["table_frequency_rad_s"] = FREQUENCIES
-    return columns_of(columns | {f"table_{short}": map(float, column(f"DRC-{short.upper()}")) for short in COLUMNS})
+    return columns_of(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
 
 
 def plot_error_curves(drawn: FigureData) -> Any:
