@@ -44,17 +44,9 @@ def _loop(theorem: Theorem, setting: Mapping[str, Any] | None = None) -> DualRat
     return close_loop(design, OBSERVERS[observer])
 
 
-def _number(*factors: str | Fraction) -> dict[str, Any]:
-    """A quantity that is a product of rational numbers."""
-    value = Fraction(1)
-    for factor in factors:
-        value *= Fraction(factor)
+def _exactly(value: Fraction) -> dict[str, Any]:
+    """A quantity that is a rational number."""
     return {"bound": {"lower": str(value), "upper": str(value)}}
-
-
-def _prediction(theorem: Theorem) -> dict[str, Any]:
-    plant = theorem["plant"]
-    return {"witness": {"lyapunov": dualrate.lyapunov(plant), "chi": dualrate.worst_error(plant)}}
 
 
 def _ordered(theorem: Theorem) -> dict[str, Any]:
@@ -71,10 +63,19 @@ def _constants(theorem: Theorem) -> dict[str, Any]:
     return {"witness": {"lyapunov": dualrate.lyapunov(theorem["plant"])}}
 
 
+def _prediction(theorem: Theorem) -> dict[str, Any]:
+    return {"witness": {**_constants(theorem)["witness"], "chi": dualrate.worst_error(theorem["plant"])}}
+
+
+def _torque(theorem: Theorem) -> dict[str, Any]:
+    p, flux = (Fraction(theorem["plant"][name]) for name in ("p", "Psi"))
+    return _exactly(Fraction(3, 2) * p * flux)
+
+
 MAKERS: Mapping[str, Callable[[Theorem], dict[str, Any]]] = {
     **dict.fromkeys(BARE, lambda theorem: {}),
-    "torque-constant": lambda theorem: _number(Fraction(3, 2), theorem["plant"]["p"], theorem["plant"]["Psi"]),
-    "slow-period": lambda theorem: _number(theorem["plant"]["M"], theorem["plant"]["T"]),
+    "torque-constant": _torque,
+    "slow-period": lambda theorem: _exactly(Fraction(theorem["plant"]["M"]) * Fraction(theorem["plant"]["T"])),
     "lyapunov": lambda theorem: {"witness": {"P": dualrate.lyapunov_solution(theorem["plant"])}},
     "condition": _constants,
     "counterexample": _constants,

@@ -99,13 +99,9 @@ def _readings(results: Results) -> tuple[str, ...]:
 def _near(near: Near) -> str:
     """The choices of a reading, and its numbers in percent."""
     reading = reading_of(READINGS, near)
-    structure = reading.structure
     window = "steady state"
     if reading.window is not None:
         window = f"slow periods {reading.window[0]} to {reading.window[1]} from ζ(0) = {reading.start}"
     numbers = ", ".join(f"{100 * value:.2f}" for value in near.values)
-    return (
-        f"{LABELS[reading.observer]}, {structure.feedforward} feedforward, reference {structure.timing}, "
-        f"{'discrete' if structure.discrete_gain else 'continuous'} gain, "
-        f"{'current' if structure.current else 'predictor'} form, error {WHERE[reading.points]}, {window}: {numbers}"
-    )
+    choices = "{} feedforward, reference {}, {} gain, {} form".format(*reading.structure.words)
+    return f"{LABELS[reading.observer]}, {choices}, error {WHERE[reading.points]}, {window}: {numbers}"

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from papers.shao.method.lyapunov import hurwitz_margins
+from papers.shao.method.lyapunov import hurwitz_margins, slow_eigenvalues
 from papers.shao.method.motor import Feedforward, feedforward
 from papers.shao.problem import APO, DESIGN, FAST, MOTOR, PMI, REPAIRED
 from replication.audit.declare import experiment
 from replication.estimation.dualrate.arguments import increasing_grid
-from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
+from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
 
@@ -45,8 +45,12 @@ def motor_model(seed: int) -> dict[str, Any]:
 
 def motor_eigenvalues(periods: Sequence[float]) -> dict[str, Any]:
     """Moduli of the 2n largest eigenvalues of the motor's monodromy matrix against T at the printed M, decreasing."""
-    found = {name: [_moduli(name, period) for period in periods] for name in (PMI, APO, REPAIRED, FAST)}
-    return {"periods": list(periods), "moduli": found}
+    designs = [replace(DESIGN, period=period) for period in periods]
+    moduli = {
+        name: [np.abs(slow_eigenvalues(design, name)).tolist() for design in designs]
+        for name in (PMI, APO, REPAIRED, FAST)
+    }
+    return {"periods": list(periods), "moduli": moduli}
 
 
 def stable_sets(ratios: Sequence[int], periods: Sequence[float], largest_ratio: int) -> dict[str, Any]:
@@ -123,12 +127,6 @@ def _equation_gap(rng: np.random.Generator) -> float:
     extra = np.concatenate([B @ (K @ (held - zeta)), -L @ (measured - C @ x) - L @ (predicted - measured)])
     second = joint @ np.concatenate([x, xi]) + extra
     return float(np.linalg.norm(first - second) / np.linalg.norm(first))
-
-
-def _moduli(name: str, period: float) -> list[float]:
-    loop = close_loop(replace(DESIGN, period=period), OBSERVERS[name])
-    values = np.sort(np.abs(np.linalg.eigvals(monodromy(loop))))
-    return [float(value) for value in values[::-1][: 2 * DESIGN.model.size]]
 
 
 EXPERIMENTS = (

@@ -6,7 +6,7 @@ from typing import Any
 
 from papers.shao.experiments.readings import SEARCH, merged
 from papers.shao.figures.tracking import columns_of, ours
-from papers.shao.method.readings import STRUCTURES, Structure
+from papers.shao.method.readings import STRUCTURES
 from papers.shao.problem import COLUMNS, LABELS
 from replication.audit.model import FigureData, Results
 from replication.drawing.style import line, new_axes
@@ -37,7 +37,8 @@ def plot_reading_scores(drawn: FigureData) -> Any:
     for row, distances in enumerate(cells):
         for column, distance in enumerate(distances):
             axes[0].text(column + 0.5, row + 0.5, f"{distance:.2f}", ha="center", va="center", fontsize=6.5)
-    axes[0].set_yticks([k + 0.5 for k in range(len(STRUCTURES))], [_words(s) for s in STRUCTURES], fontsize=6.5)
+    choices = ["{}, {}; {}, {}".format(*structure.words) for structure in STRUCTURES]
+    axes[0].set_yticks([k + 0.5 for k in range(len(STRUCTURES))], choices, fontsize=6.5)
     labels = [LABELS[name].replace(" ", "\n") for name in observers]
     axes[0].set_xticks([k + 0.5 for k in range(len(observers))], labels, fontsize=6.5)
     axes[0].invert_yaxis()
@@ -61,13 +62,6 @@ def describe_reading_scores(drawn: FigureData) -> str:
         nearer = sum(d <= own for d in c[f"decoys_{key}"])
         parts.append(f"{name}: {own:.3f}, as near as for {nearer} of {len(c[f'decoys_{key}'])} decoys")
     return f"Distance of the nearest reading. {'; '.join(parts)}."
-
-
-def _words(structure: Structure) -> str:
-    """Feedforward, timing of the reference, kind of gain, form of the observer."""
-    gain = "discrete" if structure.discrete_gain else "continuous"
-    form = "current" if structure.current else "predictor"
-    return f"{structure.feedforward}, {structure.timing}; {gain}, {form}"
 
 
 FIGURES = (

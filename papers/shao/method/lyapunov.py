@@ -72,11 +72,15 @@ def prediction_gap(design: DualRateDesign) -> tuple[float, float]:
     return float(worst), float(constants.alpha[2] * design.period)
 
 
-def slow_rates(design: DualRateDesign, observer: str) -> ComplexArray:
-    """ln(λ)/(M T) of the 2n largest eigenvalues λ of the monodromy matrix, 1/s: the continuous rates it stands for."""
+def slow_eigenvalues(design: DualRateDesign, observer: str) -> ComplexArray:
+    """The 2n largest eigenvalues of the monodromy matrix, of plant and observer; moduli decrease."""
     eigenvalues = np.linalg.eigvals(monodromy(close_loop(design, OBSERVERS[observer]))).astype(complex)
-    order = np.argsort(-np.abs(eigenvalues), kind="stable")[: 2 * design.model.size]
-    return np.asarray(np.log(eigenvalues[order]) / design.slow_period)
+    return np.asarray(eigenvalues[np.argsort(-np.abs(eigenvalues), kind="stable")[: 2 * design.model.size]])
+
+
+def slow_rates(design: DualRateDesign, observer: str) -> ComplexArray:
+    """ln(λ)/(M T) of the slow eigenvalues λ, 1/s: the continuous rates that the loop stands for."""
+    return np.asarray(np.log(slow_eigenvalues(design, observer)) / design.slow_period)
 
 
 def slow_rate_gap(design: DualRateDesign, observer: str, *, period: float, share: float) -> float:

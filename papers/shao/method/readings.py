@@ -54,6 +54,12 @@ class Structure:
         object.__setattr__(self, "feedforward", one_of(Feedforward, self.feedforward))
         object.__setattr__(self, "timing", one_of(ReferenceTiming, self.timing))
 
+    @property
+    def words(self) -> tuple[str, str, str, str]:
+        """Feedforward, timing of the reference, kind of gain, form of the observer."""
+        gain = "discrete" if self.discrete_gain else "continuous"
+        return self.feedforward, self.timing, gain, "current" if self.current else "predictor"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
