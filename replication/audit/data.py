@@ -15,8 +15,9 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
+from decimal import Decimal
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from replication.errors import AuditError
 
@@ -43,10 +44,10 @@ def read_printed(path: Path) -> Mapping[str, Any]:
     a number that is not written as a string.
     """
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=_float)
+        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
     except OSError as error:
         raise AuditError(f"{path} cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, ArithmeticError) as error:
         raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
     return {name: _entry(f"{path}: [{name}]", table) for name, table in tables.items()}
 
@@ -70,18 +71,12 @@ def _value(where: str, value: Any, place: str, unit: str, keys: tuple[str, ...])
         if not value:
             raise AuditError(f"{where} holds an empty string; give what stands in the paper")
         return PrintedValue(value, place.replace("{key}", ", ".join(keys)), unit)
+    if isinstance(value, dict | list) and not value:
+        raise AuditError(f"{where} holds nothing; give what stands in the paper")
     if isinstance(value, dict):
         return {key: _value(f"{where} {key}", entry, place, unit, (*keys, key)) for key, entry in value.items()}
     if isinstance(value, list):
         return [_value(f"{where} {i}", entry, place, unit, (*keys, str(i))) for i, entry in enumerate(value, 1)]
     if isinstance(value, int) and not isinstance(value, bool):
         return value
-    _refuse(where, value)
-
-
-def _float(text: str) -> NoReturn:
-    _refuse("a value", text)
-
-
-def _refuse(where: str, value: Any) -> NoReturn:
     raise AuditError(f"{where} is {value}; write a printed number as a string, since its digits are its tolerance")

@@ -53,8 +53,10 @@ class Part:
     A part without claims and figures says by `reason` why it is left out. also: claims of other parts on it.
     """
 
-    def __init__(self, title: str, *, figures: Iterable[str] = (), also: Iterable[str] = (), reason: str = "") -> None:
-        self.title, self.figures, self.also, self.reason = title, tuple(figures), tuple(also), reason
+    def __init__(
+        self, title: str, *, figures: str | Iterable[str] = (), also: str | Iterable[str] = (), reason: str = ""
+    ) -> None:
+        self.title, self.figures, self.also, self.reason = title, _names(figures), _names(also), reason
         self.claims: list[Claim] = []
 
     def claim(
@@ -93,7 +95,7 @@ class Part:
                     statement=said,
                     expected=_verdict(name, pinned or USUAL[kind]),
                     answer=answer,
-                    uses=(uses,) if isinstance(uses, str) else tuple(uses),
+                    uses=_names(uses),
                     printed=str(printed),
                     tolerance=tolerance,
                     tolerance_reason=tolerance_reason,
@@ -120,6 +122,22 @@ def _not_checkable(reason: str, results: Results) -> Evidence:
     return Evidence(method="", not_checkable=reason)
 
 
+def positive(margin: float, **told: Any) -> Evidence:
+    """Evidence of a statement that holds if a margin is positive; told: the other fields of `Evidence`."""
+    return Evidence(holds=margin > 0, margin=margin, **told)
+
+
+def below(residual: float, threshold: float, reason: str, **told: Any) -> Evidence:
+    """Evidence of a statement that holds if a residual is below a threshold; reason: why that much is allowed."""
+    return Evidence(
+        holds=residual < threshold,
+        margin=threshold - residual,
+        threshold=threshold,
+        threshold_reason=reason,
+        **told,
+    )
+
+
 def experiment(name: str, function: Callable[..., Any], /, **inputs: Any) -> Experiment:
     """An experiment under its short name; inputs: JSON values, in which printed values become plain strings."""
     return Experiment(name=name, function=function, inputs={key: _plain(value) for key, value in inputs.items()})
@@ -138,16 +156,27 @@ def paper(
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: (),
     **about: Any,
 ) -> Paper:
-    """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, notebook, formulas."""
+    """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, notebook, formulas.
+
+    Raises AuditError for a name that has the key in front already.
+    """
+
+    def one(name: str, link: str = ".") -> str:
+        if name.startswith(key + link):
+            raise AuditError(f"the name {name!r} begins with the key of its paper; leave {key + link!r} out")
+        return f"{key}{link}{name}"
 
     def full(names: Iterable[str]) -> tuple[str, ...]:
-        return tuple(f"{key}.{name}" for name in names)
+        return tuple(map(one, names))
+
+    def cell(text: str) -> str:
+        return CELL + one(text.removeprefix(CELL)) if text.startswith(CELL) else str(text)
 
     def own(function: Callable[[Results], Any]) -> Any:
         return _Own(key, function)
 
     def moved(results: Results) -> tuple[Sensitivity, ...]:
-        return tuple(msgspec.structs.replace(row, claim=f"{key}.{row.claim}") for row in sensitivity(results))
+        return tuple(msgspec.structs.replace(row, claim=one(row.claim)) for row in sensitivity(results))
 
     parts = tuple(parts)
     return Paper(
@@ -155,10 +184,10 @@ def paper(
         claims=tuple(
             replace(
                 claim,
-                id=f"{key}.{claim.id}",
+                id=one(claim.id),
                 uses=full(claim.uses),
                 answer=own(claim.answer),
-                erratum=None if claim.erratum is None else f"{key}.{claim.erratum}",
+                erratum=None if claim.erratum is None else one(claim.erratum),
             )
             for part in parts
             for claim in part.claims
@@ -167,22 +196,21 @@ def paper(
             ScopeItem(
                 part=part.title,
                 claims=full([*(claim.id for claim in part.claims), *part.also]),
-                figures=tuple(f"{key}-{name}" for name in part.figures),
+                figures=tuple(one(name, "-") for name in part.figures),
                 reason=part.reason,
             )
             for part in parts
         ),
-        experiments=tuple(replace(entry, name=f"{key}.{entry.name}") for entry in experiments),
+        experiments=tuple(replace(entry, name=one(entry.name)) for entry in experiments),
         errata=tuple(
-            replace(entry, id=f"{key}.{entry.id}", uses=full(entry.uses), prove=own(entry.prove)) for entry in errata
+            replace(entry, id=one(entry.id), uses=full(entry.uses), prove=own(entry.prove)) for entry in errata
         ),
         figures=tuple(
-            replace(figure, name=f"{key}-{figure.name}", uses=full(figure.uses), data=own(figure.data))
+            replace(figure, name=one(figure.name, "-"), uses=full(figure.uses), data=own(figure.data))
             for figure in figures
         ),
         tables=tuple(
-            replace(table, rows=tuple(tuple(_cell(key, cell) for cell in row) for row in table.rows))
-            for table in tables
+            replace(table, rows=tuple(tuple(cell(text) for text in row) for row in table.rows)) for table in tables
         ),
         findings=own(findings),
         sensitivity=own(moved),
@@ -217,8 +245,8 @@ class _Short(Mapping[str, Any]):
         return sum(1 for _ in self)
 
 
-def _cell(key: str, cell: str) -> str:
-    return f"{CELL}{key}.{cell.removeprefix(CELL)}" if cell.startswith(CELL) else str(cell)
+def _names(names: str | Iterable[str]) -> tuple[str, ...]:
+    return (names,) if isinstance(names, str) else tuple(names)
 
 
 def _plain(value: Any) -> Any:
