@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from papers.shao.claims.margins import ROUND_OFF
+from papers.shao.claims.theory import ROUND_OFF
 from papers.shao.printed import DATA
 from papers.shao.problem import DESIGN
 from replication.audit.model import Erratum, Proof, Results

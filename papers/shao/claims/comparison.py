@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from functools import partial
 
-from papers.shao.claims.margins import positive
 from papers.shao.printed import DATA
 from papers.shao.problem import APO, COLUMNS, FREQUENCIES, HELD, PMI, SINGLE, SRC
-from replication.audit.declare import Part
+from replication.audit.declare import Part, positive
 from replication.audit.model import Evidence, Results
 
-STABILITY = Part("Sec. V: stability of the three controllers", figures=("stable-sets",))
+STABILITY = Part("Sec. V: stability of the three controllers", figures="stable-sets")
 RESPONSES = Part("Figs. 2 and 3", figures=("fig2", "fig3", "robustness"))
 
 
@@ -19,8 +18,8 @@ def unstable(results: Results) -> Evidence:
     """The loop under SRC is unstable."""
     radius = results["table"]["radius"][SRC]
     return positive(
-        "monodromy radius over one slow period, which does not depend on the reference",
         radius - 1,
+        method="monodromy radius over one slow period, which does not depend on the reference",
         cross_check="the textbook sampled-data loop at M T, in the tests",
         quantities={"radius": radius},
     )
@@ -30,8 +29,8 @@ def stable(observer: str, results: Results) -> Evidence:
     """Radius of a dual-rate loop below one."""
     radius = results["table"]["radius"][observer]
     return positive(
-        "monodromy radius over one slow period, literal reading",
         1 - radius,
+        method="monodromy radius over one slow period, literal reading",
         cross_check="simulated responses obey the characteristic polynomial of the monodromy matrix, in the tests",
         quantities={"radius": radius},
     )
@@ -51,8 +50,8 @@ def better_estimate(sigma: float, results: Results) -> Evidence:
     found = results["table"]["estimation"]
     error = {name: found[name][FREQUENCIES.index(sigma)] for name in (APO, PMI, HELD, SINGLE)}
     return positive(
-        "largest |θ − θ̂| at the fast instants in the steady state, literal reading",
         1 - error[APO] / error[PMI],
+        method="largest |θ − θ̂| at the fast instants in the steady state, literal reading",
         quantities={
             "DRC-APO, percent": error[APO],
             "DRC-PMI, percent": error[PMI],
@@ -77,8 +76,8 @@ def better_transient(results: Results) -> Evidence:
     """DRC-APO has a much better transient than DRC-PMI."""
     constants = results["transients"]["time_constants"]
     return positive(
-        "time constant −M T/ln(monodromy radius) of the slowest mode, literal reading",
         constants[PMI] / constants[APO] - 1,
+        method="time constant −M T/ln(monodromy radius) of the slowest mode, literal reading",
         quantities={f"{name}, s": value for name, value in constants.items()},
         note=(
             "The transient of DRC-APO dies out more slowly than that of every stable reading of DRC-PMI, because (6) "

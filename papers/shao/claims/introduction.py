@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from papers.shao.claims.margins import positive
 from papers.shao.printed import REFERENCES
 from papers.shao.problem import APO, FAST, HELD, PMI, REPAIRED, SINGLE, STATE
-from replication.audit.declare import Part
+from replication.audit.declare import Part, positive
 from replication.audit.model import Evidence, Results
 
-INTRODUCTION = Part("Sec. I: works like a loop with a fast sensor, higher bandwidth", figures=("error-frequency",))
+INTRODUCTION = Part("Sec. I: works like a loop with a fast sensor, higher bandwidth", figures="error-frequency")
 
 
 @INTRODUCTION.order(
@@ -52,8 +51,8 @@ def higher_bandwidth(results: Results) -> Evidence:
     """DRC-APO has a higher bandwidth than DRC-PMI."""
     levels, bandwidth = results["frequencies"]["levels"], results["frequencies"]["bandwidth"]
     return positive(
-        "first σ at which the steady-state error ratio reaches a level, refined by root finding",
         min(a / p - 1 for a, p in zip(bandwidth[APO], bandwidth[PMI], strict=True)),
+        method="first σ at which the steady-state error ratio reaches a level, refined by root finding",
         quantities={
             f"{name}, error {level:.1%}, rad/s": sigma
             for name in (PMI, APO, REPAIRED, STATE, HELD, SINGLE)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from papers.shao.claims.margins import positive, residual
+from papers.shao.claims.theory import residual
 from papers.shao.printed import DATA
-from replication.audit.declare import Part
+from replication.audit.declare import Part, positive
 from replication.audit.model import Evidence, Results
 
 MOTOR = Part("Sec. V: motor model, parameters, gains, feedforward")
@@ -30,7 +30,7 @@ def position_coordinates(results: Results) -> Evidence:
 def hurwitz(which: str, results: Results) -> Evidence:
     """Growth rate of A + B K or of A − L C."""
     growth = results["motor"][f"{which}_margin"]
-    return positive("largest real part of the eigenvalues", -growth, quantities={"1/s": growth})
+    return positive(-growth, method="largest real part of the eigenvalues", quantities={"1/s": growth})
 
 
 for which, matrix in (("feedback", "A + B K"), ("observer", "A − L C")):

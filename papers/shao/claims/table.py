@@ -8,17 +8,16 @@ from itertools import pairwise, product
 from typing import Any
 
 from papers.shao.claims.comparison import unstable
-from papers.shao.claims.margins import positive
 from papers.shao.experiments.readings import SEARCH, merged
 from papers.shao.method.search import chance
 from papers.shao.printed import DATA
 from papers.shao.problem import APO, APO_READINGS, COLUMNS, HELD, PMI, PMI_READINGS
-from replication.audit.declare import Part
+from replication.audit.declare import Part, positive
 from replication.audit.model import Evidence, Results
 
 NOT_SEARCHED = "Not searched: delays, different discretisations of plant and observer, other parameters or gains."
 LITERAL = "steady state by the lifted form, literal reading, supremum over all times"
-TABLE = Part("Table I and what is concluded from it", figures=("readings",))
+TABLE = Part("Table I and what is concluded from it", figures="readings")
 
 
 def cell(observer: str, index: int, results: Results) -> Evidence:
@@ -90,8 +89,8 @@ def smaller_error(results: Results) -> Evidence:
     ratios, shares = table["ratios"], weak_gain_shares(table)
     wins, pairs = ordering_counts(results["orderings"])
     return positive(
-        LITERAL,
         min(1 - a / p for a, p in zip(ratios[APO], ratios[PMI], strict=True)),
+        method=LITERAL,
         quantities={
             "pairs of readings": pairs,
             "pairs in which it holds": wins,
@@ -112,8 +111,8 @@ def growing(observer: str, results: Results) -> Evidence:
     """Whether each row of a column exceeds the one before it."""
     readings = stable_columns(results["orderings"], PMI_READINGS if observer == PMI else APO_READINGS)
     return positive(
-        LITERAL,
         min(later / earlier - 1 for earlier, later in pairwise(results["table"]["ratios"][observer])),
+        method=LITERAL,
         quantities={
             "readings": len(readings),
             "readings in which it holds": sum(all(a < b for a, b in pairwise(column)) for column in readings),

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
-from papers.shao.claims.margins import positive, residual
 from papers.shao.problem import APO, REPAIRED
-from replication.audit.declare import Part
+from replication.audit.declare import Part, below, positive
 from replication.audit.model import Evidence, Results
 
-OBSERVER = Part("Sec. III: observer and its discrete form, eqs. (1) to (8)", figures=("lag",))
+OBSERVER = Part("Sec. III: observer and its discrete form, eqs. (1) to (8)", figures="lag")
 THEOREM = Part("Sec. IV: stability theorem, eqs. (9) to (22)", figures=("rates", "motor-eigenvalues"))
+
+ROUND_OFF = 1e-9
+"""A residual below this is rounding."""
+
+
+def residual(method: str, gap: float, as_printed: Evidence | None = None) -> Evidence:
+    """Evidence that an identity holds up to rounding."""
+    return below(
+        gap,
+        ROUND_OFF,
+        "An identity holds up to rounding, relative to the size of its terms.",
+        method=method,
+        quantities={"residual": gap},
+        as_printed=as_printed,
+    )
 
 
 @OBSERVER.feasible("theory.discrete-observer", place="eqs. (3) and (7)", uses="table")
@@ -29,8 +43,8 @@ def lyapunov_matrix(results: Results) -> Evidence:
     """The Lyapunov equation has a positive definite solution for the printed data."""
     smallest = results["theorem"]["motor"]["smallest"]
     return positive(
-        "smallest eigenvalue of P in ÃᵀP + P Ã = −I for the printed data",
         smallest,
+        method="smallest eigenvalue of P in ÃᵀP + P Ã = −I for the printed data",
         quantities={"smallest eigenvalue": smallest},
     )
 
@@ -87,8 +101,8 @@ def example_covered(results: Results) -> Evidence:
     """The example meets the condition of the stability theorem."""
     motor = results["theorem"]["motor"]
     return positive(
-        "α₄ λ_max(P) T with spectral norms and P from its Lyapunov equation",
         1 - motor["condition"],
+        method="α₄ λ_max(P) T with spectral norms and P from its Lyapunov equation",
         quantities={"left side of (18)": motor["condition"], "α₄": motor["alpha4"]},
         note="The loop is stable all the same: the condition is only sufficient, and far from necessary here.",
     )
@@ -98,8 +112,8 @@ def example_covered(results: Results) -> Evidence:
 def contraction(results: Results) -> Evidence:
     """The factor φ is below one whenever (18) holds."""
     return positive(
-        "smallest (1 − φ)/(1 − e^{−T/(2 λ_max)}) over a grid of T/λ_max and of the left side of (18) below one",
         results["theorem"]["factor_margin"],
+        method="smallest (1 − φ)/(1 − e^{−T/(2 λ_max)}) over a grid of T/λ_max and of the left side of (18) below one",
     )
 
 
