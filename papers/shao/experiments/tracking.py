@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming
+from papers.shao.experiments.motor import radius
+from papers.shao.method.motor import Feedforward, Motor
 from papers.shao.method.readings import STRUCTURES, Structure
 from papers.shao.method.simulation import simulate
-from papers.shao.method.sweeps import over_plants
+from papers.shao.printed import DATA
 from papers.shao.problem import (
     APO,
     APO_READINGS,
@@ -28,12 +29,12 @@ from papers.shao.problem import (
     START,
     STATE,
     literal_loop,
-    reading_loop,
 )
+from replication.audit.declare import experiment
 from replication.errors import InfeasibleError
-from replication.estimation.dualrate.loop import DualRateLoop, noise_gain, stability_radius
+from replication.estimation.dualrate.loop import MARGINAL, DualRateLoop, close_loop, noise_gain, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import plant_of
+from replication.estimation.dualrate.problem import Plant, plant_of
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.tracking import (
     bandwidth,
@@ -55,14 +56,16 @@ def table(simulated_periods: int) -> dict[str, Any]:
     agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
     weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error far below the rates of the loops.
     """
-    stable = [name for name in OBSERVERS if stability_radius(literal_loop(name, FREQUENCIES[0])) < 1]
+    radii = {name: radius(DESIGN, name) for name in OBSERVERS}
+    stable = [name for name in OBSERVERS if radii[name] < 1]
+    corrected = Structure(feedforward=Feedforward.CORRECTED)
     weak = replace(DESIGN, injection=DESIGN.injection / DESIGN.ratio)
     return {
         "ratios": {name: _percent(literal_loop(name, f) for f in FREQUENCIES) for name in stable},
-        "corrected": {name: _percent(_corrected(name, f) for f in FREQUENCIES) for name in stable},
+        "corrected": {name: _percent(READINGS.loop(name, corrected, f) for f in FREQUENCIES) for name in stable},
         "weak_gain": {name: _percent(literal_loop(name, f, weak) for f in FREQUENCIES) for name in (PMI, HELD)},
         "slow": {name: _percent([literal_loop(name, LOW_FREQUENCY)])[0] for name in (PMI, HELD, APO)},
-        "radius": {name: stability_radius(literal_loop(name, FREQUENCIES[0])) for name in OBSERVERS},
+        "radius": radii,
         "agreement": {name: [_agreement(name, f, simulated_periods) for f in FREQUENCIES] for name in (PMI, HELD, APO)},
         "estimation": {
             name: [100 * estimation_error_ratio(literal_loop(name, f)) for f in FREQUENCIES]
@@ -95,22 +98,22 @@ def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> di
 
 def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
     """Responses of Figs. 2 and 3 from the printed start with ζ(0) = 0, and time constants −M T/ln(radius) in s."""
+    sigmas = [float(sigma) for sigma in DATA["frequency"].values()]
     return {
         "responses": {
-            name: {str(f): _response(name, f, slow_periods, substeps) for f in (0.5, 1.5)} for name in (PMI, APO)
+            name: {str(f): _response(name, f, slow_periods, substeps) for f in sigmas} for name in (PMI, APO)
         },
-        "time_constants": {
-            name: -DESIGN.slow_period / float(np.log(stability_radius(literal_loop(name, 1.0)))) for name in COMPARED
-        },
+        "time_constants": {name: -DESIGN.slow_period / float(np.log(radius(DESIGN, name))) for name in COMPARED},
     }
 
 
 def lags(ratios: Sequence[int], frequency: float) -> dict[str, Any]:
     """Mean lag of the estimate (s) at a very slow reference against M, for the literal and the repaired observers."""
-    found: dict[str, list[float]] = {name: [] for name in (PMI, HELD, APO, REPAIRED)}
-    for ratio in ratios:
-        for name, values in found.items():
-            values.append(estimation_lag(literal_loop(name, frequency, replace(DESIGN, ratio=ratio))))
+    designs = [replace(DESIGN, ratio=ratio) for ratio in ratios]
+    found = {
+        name: [estimation_lag(literal_loop(name, frequency, design)) for design in designs]
+        for name in (PMI, HELD, APO, REPAIRED)
+    }
     return {"ratios": list(ratios), "lags": found, "period": DESIGN.period}
 
 
@@ -119,22 +122,27 @@ def robustness(factors: Sequence[float]) -> dict[str, Any]:
     result: dict[str, Any] = {"factors": list(factors)}
     for parameter in ("inertia", "flux", "resistance"):
         plants = [plant_of(_motor_with(parameter, factor).system()) for factor in factors]
-        result[parameter] = {
-            name: [
-                [radius, None if ratio is None else 100 * ratio]
-                for radius, ratio in over_plants(literal_loop(name, 1.0), OBSERVERS[name], plants)
-            ]
-            for name in DISTURBED
-        }
+        result[parameter] = {name: over_plants(literal_loop(name, 1.0), name, plants) for name in DISTURBED}
     return result
 
 
-def _percent(loops: Any) -> list[float]:
+def over_plants(nominal: DualRateLoop, observer: str, plants: Sequence[Plant]) -> list[list[float | None]]:
+    """[radius, percent tracking error or None without a steady state] of the nominal loop around each true plant.
+
+    The observer, the gains and the command stay those of the model. Raises InvalidInputError for a plant that does
+    not fit, or a loop without a reference.
+    """
+    harmonic = reference(nominal)
+    found: list[list[float | None]] = []
+    for plant in plants:
+        loop = close_loop(nominal.design, OBSERVERS[observer], plant=plant, harmonic=harmonic)
+        size = stability_radius(loop)
+        found.append([size, 100 * tracking_error_ratio(loop) if size < 1.0 - MARGINAL else None])
+    return found
+
+
+def _percent(loops: Iterable[DualRateLoop]) -> list[float]:
     return [100 * tracking_error_ratio(loop) for loop in loops]
-
-
-def _corrected(name: str, frequency: float) -> DualRateLoop:
-    return reading_loop(name, frequency, Feedforward.CORRECTED, ReferenceTiming.HELD)
 
 
 def _structure_ratios(name: str, structure: Structure) -> list[float] | None:
@@ -171,7 +179,20 @@ def _response(name: str, frequency: float, slow_periods: int, substeps: int) -> 
 
 
 def _motor_with(parameter: str, factor: float) -> Motor:
-    changes = {parameter: getattr(MOTOR, parameter) * factor}
-    if parameter == "flux":
-        changes["torque_constant"] = MOTOR.torque_constant * factor
-    return replace(MOTOR, **changes)
+    parameters = (parameter, "torque_constant") if parameter == "flux" else (parameter,)
+    return replace(MOTOR, **{name: getattr(MOTOR, name) * factor for name in parameters})
+
+
+EXPERIMENTS = (
+    experiment("table", table, simulated_periods=60),
+    experiment("orderings", orderings),
+    experiment(
+        "frequencies",
+        frequency_sweep,
+        frequencies=np.geomspace(0.05, 8.0, 40).tolist(),
+        levels=[0.1, 1 - 0.5**0.5, 0.5],
+    ),
+    experiment("transients", transients, slow_periods=40, substeps=10),
+    experiment("lags", lags, ratios=list(range(1, 11)), frequency=1e-3),
+    experiment("robustness", robustness, factors=np.geomspace(0.5, 2.0, 25).tolist()),
+)

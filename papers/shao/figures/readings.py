@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.shao.experiments import SEARCH
-from papers.shao.figures_tracking import columns_of
-from papers.shao.method.readings import STRUCTURES, Structure
-from papers.shao.problem import LABELS
-from papers.shao.search import merged
-from replication.audit.model import Figure, FigureData, Results
+from papers.shao.experiments.readings import SEARCH, merged
+from papers.shao.figures.tracking import columns_of, ours
+from papers.shao.method.readings import STRUCTURES
+from papers.shao.problem import COLUMNS, LABELS
+from replication.audit.model import FigureData, Results
 from replication.drawing.style import line, new_axes
+
+NAMES = {"pmi": "DRC-PMI", "apo": "DRC-APO", "common": "both columns"}
 
 
 def reading_scores(results: Results) -> FigureData:
@@ -20,9 +21,8 @@ def reading_scores(results: Results) -> FigureData:
     columns: dict[str, list[float]] = {"structure": [float(block["structure"]) for block in blocks]}
     for name in found.by_observer:
         columns[name] = [block["by_observer"][name] for block in blocks]
-    for key, own in (("pmi", found.nearest["pmi"].distance), ("apo", found.nearest["apo"].distance)):
-        columns[f"decoys_{key}"] = sorted(found.decoys[key])
-        columns[f"nearest_{key}"] = [own]
+    for key in COLUMNS:
+        columns |= {f"decoys_{key}": sorted(found.decoys[key]), f"nearest_{key}": [found.nearest[key].distance]}
     columns |= {"decoys_common": sorted(found.joint_decoys), "nearest_common": [found.joint_distance]}
     return columns_of(columns)
 
@@ -37,15 +37,16 @@ def plot_reading_scores(drawn: FigureData) -> Any:
     for row, distances in enumerate(cells):
         for column, distance in enumerate(distances):
             axes[0].text(column + 0.5, row + 0.5, f"{distance:.2f}", ha="center", va="center", fontsize=6.5)
-    axes[0].set_yticks([k + 0.5 for k in range(len(STRUCTURES))], [_words(s) for s in STRUCTURES], fontsize=6.5)
+    choices = ["{}, {}; {}, {}".format(*structure.words) for structure in STRUCTURES]
+    axes[0].set_yticks([k + 0.5 for k in range(len(STRUCTURES))], choices, fontsize=6.5)
     labels = [LABELS[name].replace(" ", "\n") for name in observers]
     axes[0].set_xticks([k + 0.5 for k in range(len(observers))], labels, fontsize=6.5)
     axes[0].invert_yaxis()
     axes[0].grid(visible=False)
-    for index, key in enumerate(("pmi", "apo", "common")):
-        share = [(k + 1) / len(c[f"decoys_{key}"]) for k in range(len(c[f"decoys_{key}"]))]
-        name = "both columns" if key == "common" else f"DRC-{key.upper()}"
-        axes[1].step(c[f"decoys_{key}"], share, where="post", label=f"decoys, {name}", **line(index))
+    for index, (key, name) in enumerate(NAMES.items()):
+        decoys = c[f"decoys_{key}"]
+        share = [(k + 1) / len(decoys) for k in range(len(decoys))]
+        axes[1].step(decoys, share, where="post", label=f"decoys, {name}", **line(index))
         axes[1].axvline(c[f"nearest_{key}"][0], **line(index))
     axes[1].set(xlabel="distance of the nearest reading", ylabel="share of decoys", xscale="log")
     axes[1].legend()
@@ -56,23 +57,16 @@ def describe_reading_scores(drawn: FigureData) -> str:
     """The nearest readings and how many decoys come as near."""
     c = drawn.columns
     parts = []
-    for key, name in (("pmi", "DRC-PMI"), ("apo", "DRC-APO"), ("common", "both columns")):
+    for key, name in NAMES.items():
         own = c[f"nearest_{key}"][0]
         nearer = sum(d <= own for d in c[f"decoys_{key}"])
         parts.append(f"{name}: {own:.3f}, as near as for {nearer} of {len(c[f'decoys_{key}'])} decoys")
     return f"Distance of the nearest reading. {'; '.join(parts)}."
 
 
-def _words(structure: Structure) -> str:
-    """Feedforward, timing of the reference, kind of gain, form of the observer."""
-    gain = "discrete" if structure.discrete_gain else "continuous"
-    form = "current" if structure.current else "predictor"
-    return f"{structure.feedforward}, {structure.timing}; {gain}, {form}"
-
-
-READING_FIGURES = (
-    Figure(
-        name="shao-readings",
+FIGURES = (
+    ours(
+        name="readings",
         place="Table I",
         title="How near the readings come to Table I, and to random columns",
         caption=(
@@ -80,7 +74,6 @@ READING_FIGURES = (
             "structure (feedforward, timing of the reference; gain, form of the observer). Lower: the same search for "
             "smooth random columns; vertical lines are the printed ones."
         ),
-        published=False,
         uses=SEARCH,
         data=reading_scores,
         plot=plot_reading_scores,

@@ -6,14 +6,21 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
-from papers.shao import data
-from papers.shao.problem import APO, FAST, FREQUENCIES, HELD, LABELS, PMI, REPAIRED, STATE
+from papers.shao.printed import DATA, table_1
+from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, HELD, LABELS, PMI, REPAIRED, STATE
 from replication.audit.model import Figure, FigureData, Results
 from replication.drawing.style import line, new_axes
 
 SWEPT = (PMI, APO, HELD, REPAIRED, FAST, STATE)
 LAGGING = (PMI, APO, HELD, REPAIRED)
 DISTURBED = (PMI, APO, HELD, REPAIRED, FAST)
+RESPONSES = {
+    "output": ("time_s", "θ, rad"),
+    "estimate": ("instant_s", "θ̂, rad"),
+    "error": ("time_s", "e, rad"),
+    "estimation_error": ("instant_s", "θ − θ̂, rad"),
+}
+"""Rows of Figs. 2 and 3: what is drawn against which time, and its label."""
 
 
 def columns_of(columns: Mapping[str, Iterable[float]]) -> FigureData:
@@ -23,46 +30,38 @@ def columns_of(columns: Mapping[str, Iterable[float]]) -> FigureData:
 
 def responses(sigma: str, results: Results) -> FigureData:
     """Time, reference, outputs, tracking errors; instants, estimates and estimation errors."""
-    found = {name: results["shao.transients"]["responses"][name][sigma] for name in (PMI, APO)}
-    first = found[PMI]
+    found = {short: results["transients"]["responses"][name][sigma] for short, name in COLUMNS.items()}
+    first = found["pmi"]
     columns = {
         "time_s": first["time"],
         "reference": [y - e for y, e in zip(first["output"], first["error"], strict=True)],
         "instant_s": first["instants"],
     }
-    for short, name in (("pmi", PMI), ("apo", APO)):
-        columns |= {
-            f"output_{short}": found[name]["output"],
-            f"error_{short}": found[name]["error"],
-            f"estimate_{short}": found[name]["estimate"],
-            f"estimation_error_{short}": found[name]["estimation_error"],
-        }
+    for short in found:
+        for key in ("output", "error", "estimate", "estimation_error"):
+            columns[f"{key}_{short}"] = found[short][key]
     return columns_of(columns)
 
 
 def plot_responses(drawn: FigureData) -> Any:
     """Four rows: output, estimate, tracking error, estimation error."""
-    figure, axes = new_axes(4)
+    figure, axes = new_axes(len(RESPONSES))
     c = drawn.columns
     for axis in axes[:2]:
         axis.plot(c["time_s"], c["reference"], color="#777777", label="reference")
-    for index, short in enumerate(("pmi", "apo")):
-        label = f"DRC-{short.upper()}"
-        axes[0].plot(c["time_s"], c[f"output_{short}"], label=label, **line(index))
-        axes[1].plot(c["instant_s"], c[f"estimate_{short}"], label=label, **line(index))
-        axes[2].plot(c["time_s"], c[f"error_{short}"], label=label, **line(index))
-        axes[3].plot(c["instant_s"], c[f"estimation_error_{short}"], label=label, **line(index))
-    for axis, label in zip(axes, ("θ, rad", "θ̂, rad", "e, rad", "θ − θ̂, rad"), strict=True):
+    for axis, (key, (time, label)) in zip(axes, RESPONSES.items(), strict=True):
+        for index, short in enumerate(COLUMNS):
+            axis.plot(c[time], c[f"{key}_{short}"], label=f"DRC-{short.upper()}", **line(index))
         axis.set_ylabel(label)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    axes[3].set_xlabel("t, s")
+    axes[-1].set_xlabel("t, s")
     return figure
 
 
 def describe_responses(drawn: FigureData) -> str:
     """Largest errors in the second half of the time shown."""
     half = len(drawn.columns["error_pmi"]) // 2
-    late = {s: max(abs(e) for e in drawn.columns[f"error_{s}"][half:]) for s in ("pmi", "apo")}
+    late = {short: max(abs(e) for e in drawn.columns[f"error_{short}"][half:]) for short in COLUMNS}
     return (
         f"Position, its estimate, tracking error and estimation error over {drawn.columns['time_s'][-1]:.0f} s. In the "
         f"second half the error reaches {late['pmi']:.3f} rad under DRC-PMI and {late['apo']:.3f} rad under DRC-APO."
@@ -71,14 +70,10 @@ def describe_responses(drawn: FigureData) -> str:
 
 def error_curves(results: Results) -> FigureData:
     """Percent error against σ, and Table I."""
-    found = results["shao.frequencies"]
+    found = results["frequencies"]
     columns = {"frequency_rad_s": found["frequencies"]} | {name: found["ratios"][name] for name in SWEPT}
-    columns |= {
-        "table_frequency_rad_s": FREQUENCIES,
-        "table_pmi": [float(text) for text in data.TABLE_PMI],
-        "table_apo": [float(text) for text in data.TABLE_APO],
-    }
-    return columns_of(columns)
+    columns["table_frequency_rad_s"] = FREQUENCIES
+    return columns_of(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
 
 
 def plot_error_curves(drawn: FigureData) -> Any:
@@ -87,14 +82,9 @@ def plot_error_curves(drawn: FigureData) -> Any:
     c = drawn.columns
     for index, name in enumerate(SWEPT):
         axis.loglog(c["frequency_rad_s"], c[name], label=LABELS[name], **line(index))
-    for index, (short, marker) in enumerate((("pmi", "s"), ("apo", "o"))):
-        axis.plot(
-            c["table_frequency_rad_s"],
-            c[f"table_{short}"],
-            marker,
-            color=line(index)["color"],
-            label=f"Table I, DRC-{short.upper()}",
-        )
+    for index, (short, marker) in enumerate(zip(COLUMNS, "so", strict=True)):
+        label = f"Table I, DRC-{short.upper()}"
+        axis.plot(c["table_frequency_rad_s"], c[f"table_{short}"], marker, color=line(index)["color"], label=label)
     axis.set(xlabel="σ, rad/s", ylabel="tracking error, percent")
     axis.legend()
     return figure
@@ -111,7 +101,7 @@ def describe_error_curves(drawn: FigureData) -> str:
 
 def lag_curves(results: Results) -> FigureData:
     """Mean lag of the estimate against M, with half the hold beside it."""
-    found = results["shao.lags"]
+    found = results["lags"]
     halves = [ratio * found["period"] / 2 for ratio in found["ratios"]]
     return columns_of({"ratio": found["ratios"]} | dict(found["lags"]) | {"half_slow_period_s": halves})
 
@@ -144,7 +134,7 @@ PARAMETERS = {"inertia": "J", "flux": "Ψ_f and K_T", "resistance": "R"}
 
 def robustness_curves(results: Results) -> FigureData:
     """Percent error at σ = 1 rad/s against the factor by which a parameter of the plant is off."""
-    found = results["shao.robustness"]
+    found = results["robustness"]
     columns: dict[str, list[float]] = {"factor": found["factors"]}
     for parameter in PARAMETERS:
         for name in DISTURBED:
@@ -177,56 +167,51 @@ def describe_robustness_curves(drawn: FigureData) -> str:
     )
 
 
-def _published(number: int, index: int) -> Figure:
-    sigma = data.FIGURE_FREQUENCIES[index]
-    return Figure(
-        name=f"shao-fig{number}",
-        place=f"Fig. {number}",
-        title=f"Tracking of sin({sigma} t)",
-        caption="Literal reading, printed initial state, observer started at zero. The published axes carry no numbers "
-        "in the text at hand.",
-        published=True,
-        uses=("shao.transients",),
-        data=partial(responses, sigma),
-        plot=plot_responses,
-        alt=describe_responses,
-    )
-
-
-TRACKING_FIGURES = (
-    _published(2, 0),
-    _published(3, 1),
-    Figure(
-        name="shao-robustness",
+ours = partial(Figure, published=False)
+FIGURES = (
+    *(
+        Figure(
+            name=f"fig{number}",
+            place=f"Fig. {number}",
+            title=f"Tracking of sin({sigma} t)",
+            caption="Literal reading, printed initial state, observer started at zero. The published axes carry no "
+            "numbers in the text at hand.",
+            published=True,
+            uses=("transients",),
+            data=partial(responses, sigma),
+            plot=plot_responses,
+            alt=describe_responses,
+        )
+        for number, sigma in DATA["frequency"].items()
+    ),
+    ours(
+        name="robustness",
         place="Sec. V",
         title="Error at 1 rad/s when the plant is not the model",
         caption="Literal reading. The observer and the feedforward keep the printed parameters.",
-        published=False,
-        uses=("shao.robustness",),
+        uses=("robustness",),
         data=robustness_curves,
         plot=plot_robustness_curves,
         alt=describe_robustness_curves,
     ),
-    Figure(
-        name="shao-error-frequency",
+    ours(
+        name="error-frequency",
         place="Table I",
         title="Tracking error against frequency",
         caption="Steady state under the literal reading, with the points of Table I.",
-        published=False,
-        uses=("shao.frequencies",),
+        uses=("frequencies",),
         data=error_curves,
         plot=plot_error_curves,
         alt=describe_error_curves,
     ),
-    Figure(
-        name="shao-lag",
+    ours(
+        name="lag",
         place="eqs. (2) and (6)",
         title="Bias of held and of virtual measurements",
         caption="Mean lag of the position estimate for a very slow reference. A held measurement is late by half the "
         "hold on average; (6) has the same lag at frequencies far below its slow rate. So the lag does not explain the "
         "difference of the columns of Table I, whose frequencies lie above that rate.",
-        published=False,
-        uses=("shao.lags",),
+        uses=("lags",),
         data=lag_curves,
         plot=plot_lag_curves,
         alt=describe_lag_curves,

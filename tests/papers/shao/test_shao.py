@@ -3,22 +3,22 @@
 import json
 from dataclasses import asdict, replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from papers.shao import PAPER, data, problem
-from papers.shao.claims_table import any_reading
-from papers.shao.experiments import SEARCH
-from papers.shao.findings import findings
+from papers.shao import PAPER, printed, problem
+from papers.shao.experiments.readings import SEARCH, block, merged, table_columns
 from papers.shao.method.search import BlockResult, search_block
-from papers.shao.search import block, merged, table_columns
+from papers.shao.plants import PARAMETERS, plants
 from replication.audit.judge.validate import validate_claims
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Verdict
 from replication.audit.store.jsonvalues import encode
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.verify import subjects
 
 SECOND_TRANSCRIPTION = """
 sin(t/2) - 11.38 1.02
@@ -28,6 +28,23 @@ sin(2t) - 24.73 9.91
 sin(5t/2) - 33.85 16.73
 sin(3t) - 42.03 25.92
 """
+SECOND_TRANSCRIPTION_OF_THE_TEXT = {
+    "resistance": "0.54",
+    "flux": "0.61",
+    "inductance": "0.0096",
+    "pole_pairs": "4",
+    "friction": "0.0001",
+    "inertia": "0.016",
+    "torque_constant": "3.66",
+    "start": "-0.5 1 -1",
+    "period": "0.2",
+    "ratio": "5",
+    "slow_period": "1",
+    "feedback": "-20 -0.1 -0.01",
+    "injection": "0.45 0.9 0.9",
+    "frequency": "0.5 1.5",
+}
+BLOCKS = tuple(f"shao.{name}" for name in SEARCH)
 CLAIMS = {claim.id: claim for claim in PAPER.claims}
 FINDINGS_USE = ("shao.bounds", "shao.theorem", "shao.table", "shao.transients", "shao.orderings")
 EXPERIMENTS = {experiment.name: experiment for experiment in PAPER.experiments}
@@ -52,11 +69,41 @@ def verdict(claim_id: str, results: dict[str, object] | None = None) -> Verdict:
 
 def test_table_was_transcribed_twice_with_the_same_outcome() -> None:
     rows = [line.split() for line in SECOND_TRANSCRIPTION.strip().splitlines()]
-    assert tuple(row[0] for row in rows) == data.REFERENCES
-    assert tuple(row[2] for row in rows) == data.TABLE_PMI
-    assert tuple(row[3] for row in rows) == data.TABLE_APO
+    assert tuple(row[0] for row in rows) == printed.REFERENCES
+    for index, controller in enumerate(("SRC", "DRC-PMI", "DRC-APO"), 1):
+        assert tuple(row[index] for row in rows) == printed.table_1(controller)
     words = {"sin(t/2)": 0.5, "sin(t)": 1, "sin(3t/2)": 1.5, "sin(2t)": 2, "sin(5t/2)": 2.5, "sin(3t)": 3}
     assert tuple(words[row[0]] for row in rows) == problem.FREQUENCIES
+
+
+def test_the_rest_was_transcribed_twice_with_the_same_outcome() -> None:
+    entries = {name: value for name, value in printed.DATA.items() if name != "table-1"}
+    texts = {name: " ".join([value] if isinstance(value, str) else value) for name, value in entries.items()}
+    texts["frequency"] = " ".join(entries["frequency"].values())
+    assert texts == SECOND_TRANSCRIPTION_OF_THE_TEXT
+
+
+def number(exact: object) -> float:
+    return int(exact.numer()) / int(exact.denom())
+
+
+def floats(exact: object) -> list[list[float]]:
+    return [[number(entry) for entry in row] for row in exact.tolist()]
+
+
+def test_the_verifier_is_given_the_plants_that_are_computed_with() -> None:
+    exact = plants(subjects.printed(Path(printed.__file__).with_suffix(".toml")))
+    motor, started = exact["parameters"], exact["motor-from-start"]
+    assert {name: number(motor[symbol]) for symbol, name in PARAMETERS.items()} == asdict(problem.MOTOR)
+    for name, design in {"motor": problem.DESIGN, "scalar": problem.COUNTEREXAMPLE}.items():
+        loop, model = exact[name], design.model
+        matrices = {"A": model.state, "B": model.input, "C": model.output, "K": design.feedback, "L": design.injection}
+        for symbol, matrix in matrices.items():
+            np.testing.assert_allclose(floats(loop[symbol]), matrix, rtol=1e-14)
+        assert (number(loop["T"]), loop["M"]) == (design.period, design.ratio)
+    assert floats(started.pop("start")) == problem.START[:, None].tolist()
+    assert started == exact["motor"]
+    assert all(motor[symbol] == exact["motor"][symbol] for symbol in "ABC")
 
 
 def test_the_paper_is_well_formed_and_has_about_forty_claims() -> None:
@@ -66,7 +113,7 @@ def test_the_paper_is_well_formed_and_has_about_forty_claims() -> None:
 
 
 @pytest.mark.parametrize(
-    "claim_id", [claim.id for claim in PAPER.claims if not set(claim.uses) & {*SEARCH, "shao.stable-sets"}]
+    "claim_id", [claim.id for claim in PAPER.claims if not set(claim.uses) & {*BLOCKS, "shao.stable-sets"}]
 )
 def test_each_claim_has_its_pinned_verdict(claim_id: str) -> None:
     assert verdict(claim_id) is CLAIMS[claim_id].expected
@@ -86,7 +133,7 @@ def test_a_printed_value_one_unit_off_is_not_reproduced() -> None:
 def test_changed_data_turn_claims_red() -> None:
     """A motor that ties the radius, and a table that agrees, are told from the pinned verdicts."""
     table = dict(result("shao.table"))
-    agreeing = {**table, "ratios": {**table["ratios"], problem.APO: [float(v) for v in data.TABLE_APO]}}
+    agreeing = {**table, "ratios": {**table["ratios"], problem.APO: [float(v) for v in printed.table_1("DRC-APO")]}}
     assert verdict("shao.table.apo-3", {"shao.table": agreeing}) is Verdict.REPRODUCED
     weak = {**table, "radius": {**table["radius"], problem.APO: 1.5}}
     assert verdict("shao.stability.apo", {"shao.table": weak}) is Verdict.DIFFERS
@@ -139,16 +186,18 @@ def test_weak_gain_finding_is_not_an_artefact_of_the_table_experiment() -> None:
 
 @pytest.mark.slow
 def test_no_reading_hits_table_one_and_near_misses_are_chance() -> None:
-    results = {name: result(name) for name in SEARCH}
+    results = {name: result(name) for name in BLOCKS}
     found = merged(list(results.values()))
     assert sum(found.tried.values()) >= 1e6
     assert found.joint_hits == 0
     assert verdict("shao.table.any-reading") is Verdict.DIFFERS
     assert 0 < sum(found.distinct.values()) < sum(found.tried.values()) / 10
-    words = " ".join(findings({**results, **{name: result(name) for name in FINDINGS_USE}}))
+    words = " ".join(PAPER.findings({**results, **{name: result(name) for name in FINDINGS_USE}}))
     assert "Not searched: delays" in words
     assert f"{100 * found.joint['apo'].values[0]:.2f}" in words
-    shares = [v for k, v in any_reading(results).quantities.items() if k.startswith("share")]
+    shares = [
+        v for k, v in CLAIMS["shao.table.any-reading"].answer(results).quantities.items() if k.startswith("share")
+    ]
     assert len(shares) == 3
     assert min(shares) > 0.05
 

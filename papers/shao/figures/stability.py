@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.shao.figures_tracking import columns_of
+from papers.shao.figures.tracking import columns_of, ours
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, LABELS, PMI, REPAIRED
-from replication.audit.model import Figure, FigureData, Results
+from replication.audit.model import FigureData, Results
 from replication.drawing.style import line, new_axes
 
 SETS = (PMI, APO, REPAIRED)
@@ -14,7 +14,7 @@ SETS = (PMI, APO, REPAIRED)
 
 def stable_sets(results: Results) -> FigureData:
     """Ends of the stable intervals of T for each M and observer."""
-    found = results["shao.stable-sets"]
+    found = results["stable-sets"]
     columns: dict[str, list[float]] = {}
     for name in SETS:
         rows = [
@@ -56,7 +56,7 @@ def describe_stable_sets(drawn: FigureData) -> str:
 
 def eigenvalues(results: Results) -> FigureData:
     """Moduli of the eigenvalues under DRC-APO, and the radii of the other loops, against T."""
-    found = results["shao.eigenvalues"]
+    found = results["eigenvalues"]
     moduli = found["moduli"][APO]
     columns = {"period_s": found["periods"]}
     columns |= {f"{APO}_{rank + 1}": [row[rank] for row in moduli] for rank in range(len(moduli[0]))}
@@ -93,7 +93,7 @@ def describe_eigenvalues(drawn: FigureData) -> str:
 
 def rates(results: Results) -> FigureData:
     """Slowest rate of the counter-example against T, and its two candidate limits."""
-    found = results["shao.rates"]
+    found = results["rates"]
     a, gain = COUNTEREXAMPLE.model.state[0, 0], (COUNTEREXAMPLE.injection @ COUNTEREXAMPLE.model.output)[0, 0]
     ends = [found["periods"][0], found["periods"][-1]]
     return columns_of(
@@ -125,39 +125,36 @@ def describe_rates(drawn: FigureData) -> str:
     )
 
 
-STABILITY_FIGURES = (
-    Figure(
-        name="shao-stable-sets",
+FIGURES = (
+    ours(
+        name="stable-sets",
         place="Sec. V",
         title="Stable fast periods T for each ratio M",
         caption="Bars cover the periods with a stable motor loop. Sampling folds the motor's fast mode, so the stable "
         "set is not an interval; gaps narrower than the grid of T may be missed.",
-        published=False,
-        uses=("shao.stable-sets",),
+        uses=("stable-sets",),
         data=stable_sets,
         plot=plot_stable_sets,
         alt=describe_stable_sets,
     ),
-    Figure(
-        name="shao-motor-eigenvalues",
+    ours(
+        name="motor-eigenvalues",
         place="Sec. V",
         title="Eigenvalues of the motor loop against T",
         caption="Moduli of the eigenvalues of the monodromy matrix at the printed M: all of DRC-APO (thick: the "
         "largest), the largest of the other loops. Above one the loop is unstable.",
-        published=False,
-        uses=("shao.eigenvalues",),
+        uses=("eigenvalues",),
         data=eigenvalues,
         plot=plot_eigenvalues,
         alt=describe_eigenvalues,
     ),
-    Figure(
-        name="shao-rates",
+    ours(
+        name="rates",
         place="Sec. IV",
         title="Slowest rate of the counter-example against T",
         caption="With the virtual measurement as printed the gain acts once in M periods: the rate tends to that of "
         "A − LC/M, which is positive here.",
-        published=False,
-        uses=("shao.rates",),
+        uses=("rates",),
         data=rates,
         plot=plot_rates,
         alt=describe_rates,
