@@ -26,7 +26,7 @@ def command(chosen: argparse.Namespace) -> int:
     from replication.audit.inspect.compare import compare, render
     from replication.audit.store.records import read_results
 
-    old, new = read_results(chosen.old), read_results(chosen.new)
+    old, new = (read_results(path, also_older=True) for path in (chosen.old, chosen.new))
     changes = compare(old, new)
     if chosen.html is not None:
         from replication.audit.report.diff import build_page

@@ -9,7 +9,8 @@ from decimal import Decimal
 from msgspec.structs import replace
 
 from replication.audit.inspect.headline import Basis, basis
-from replication.audit.judge.printed import parse
+from replication.audit.judge.agreement import Target
+from replication.audit.judge.printed import Printed
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Kind, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
@@ -28,77 +29,89 @@ class Control:
     missed: tuple[ClaimRecord, ...]
 
 
-def controls(results: ResultsFile) -> tuple[Control, ...]:
-    """Every kind of alteration that `results` has a claim for, tried on each such claim."""
-    errata = {erratum.id: erratum for erratum in results.errata}
+Errata = Mapping[str, ErratumRecord]
+Maker = Callable[[ClaimRecord, Errata, Printed | None], Iterator[tuple[ClaimRecord, Errata]]]
+"""Yields alterations of a claim, given how its print was read: the record, and the errata to judge it with."""
+
+
+def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Control, ...]:
+    """Every kind of alteration that `results` has a claim for, tried on each such claim; targets: by claim."""
     made = (
-        _control("a printed number moved by a unit of its last place", "no agreement", _moved_prints, results, errata),
-        _control("a statement that holds turned into one that does not", "no agreement", _denied, results, errata),
-        _control("the proof of an erratum taken away", "no agreement", _unproved, results, errata),
-        _control("the evidence of a claim taken away", "an error", _emptied, results, errata),
-        _control("a print that differs replaced by what was computed", "agreement", _mended, results, errata, True),
+        _control(results, targets, "a printed number moved by a unit of its last place", _moved_prints),
+        _control(results, targets, "a statement that holds turned into one that does not", _denied),
+        _control(results, targets, "the proof of an erratum taken away", _unproved),
+        _control(results, targets, "the evidence of a claim taken away", _emptied, "an error"),
+        _control(results, targets, "a print that differs replaced by what was computed", _mended, "agreement"),
     )
     return tuple(control for control in made if control.tried)
 
 
-Alteration = tuple[ClaimRecord, Mapping[str, ErratumRecord]]
-Maker = Callable[[ClaimRecord, Mapping[str, ErratumRecord]], Iterator[Alteration]]
-
-
 def _control(
-    altered: str,
-    expected: str,
-    make: Maker,
-    results: ResultsFile,
-    errata: Mapping[str, ErratumRecord],
-    agree: bool = False,
+    results: ResultsFile, targets: Mapping[str, Target], altered: str, make: Maker, expected: str = "no agreement"
 ) -> Control:
-    tried = [(claim, *alteration) for claim in results.claims for alteration in make(claim, errata)]
-    unnoticed = [claim for claim, record, known in tried if (rejudge(record, known).verdict in AGREEING) is not agree]
-    missed = tuple({claim.id: claim for claim in unnoticed}.values())
-    return Control(
-        altered=altered, expected=expected, tried=len(tried), caught=len(tried) - len(unnoticed), missed=missed
-    )
+    errata = {erratum.id: erratum for erratum in results.errata}
+    tried, caught = 0, 0
+    unnoticed: dict[str, ClaimRecord] = {}
+    for claim in results.claims:
+        target = targets.get(claim.id)
+        for record, known in make(claim, errata, target.printed if target else None):
+            # A print that was left alone is not read again.
+            judged = rejudge(record, known, target if record.claim is claim.claim else None)
+            tried += 1
+            if (judged.verdict in AGREEING) is (expected == "agreement"):
+                caught += 1
+            else:
+                unnoticed[claim.id] = claim
+    return Control(altered=altered, expected=expected, tried=tried, caught=caught, missed=tuple(unnoticed.values()))
 
 
-def _moved_prints(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict in AGREEING and basis(claim) is Basis.DIGITS and not parse(claim.printed).relation:
-        for text in moved(claim.printed):
-            yield replace(claim, printed=text), errata
+def _reprinted(record: ClaimRecord, text: str) -> ClaimRecord:
+    return replace(record, claim=replace(record.claim, printed=text))
 
 
-def _denied(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict in AGREEING and claim.holds is not None and claim.margin is not None:
-        yield replace(claim, holds=not claim.holds, margin=-abs(claim.margin) - 1), errata
+def _moved_prints(record: ClaimRecord, errata: Errata, printed: Printed | None) -> Iterator[tuple[ClaimRecord, Errata]]:
+    if record.verdict in AGREEING and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
+        for text in moved(printed):
+            yield _reprinted(record, text), errata
 
 
-def _unproved(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and claim.erratum is not None:
-        yield claim, {**errata, claim.erratum: replace(errata[claim.erratum], holds=False)}
+def _denied(record: ClaimRecord, errata: Errata, printed: Printed | None) -> Iterator[tuple[ClaimRecord, Errata]]:
+    evidence = record.evidence
+    if record.verdict in AGREEING and evidence.holds is not None and evidence.margin is not None:
+        denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1)
+        yield replace(record, evidence=denied), errata
 
 
-def _emptied(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict in AGREEING:
-        yield replace(claim, computed=None, lower=None, upper=None, holds=None, margin=None, probability=None), errata
+def _unproved(record: ClaimRecord, errata: Errata, printed: Printed | None) -> Iterator[tuple[ClaimRecord, Errata]]:
+    name = record.claim.erratum
+    if record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and name is not None:
+        yield record, {**errata, name: replace(errata[name], holds=False)}
 
 
-def _mended(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict is not Verdict.DIFFERS or claim.kind is not Kind.VALUE:
+def _emptied(record: ClaimRecord, errata: Errata, printed: Printed | None) -> Iterator[tuple[ClaimRecord, Errata]]:
+    if record.verdict in AGREEING:
+        nothing = dict.fromkeys(("value", "lower", "upper", "holds", "margin", "probability"))
+        yield replace(record, evidence=replace(record.evidence, **nothing)), errata
+
+
+def _mended(record: ClaimRecord, errata: Errata, printed: Printed | None) -> Iterator[tuple[ClaimRecord, Errata]]:
+    value = record.evidence.value
+    if record.verdict is not Verdict.DIFFERS or record.claim.kind is not Kind.VALUE or printed is None:
         return
-    if isinstance(claim.computed, int | float):
-        (entry,) = parse(claim.printed).entries
+    if isinstance(value, int | float):
+        (entry,) = printed.entries
         places = max(0, -Decimal(str(float(entry.unit))).adjusted())
-        yield replace(claim, printed=f"{claim.computed:.{places}f}"), errata
+        yield _reprinted(record, f"{value:.{places}f}"), errata
 
 
-def moved(printed: str) -> Iterator[str]:
-    """`printed` with one of its numbers moved by one unit of its last place, up and down, for each number in turn.
+def moved(printed: Printed) -> Iterator[str]:
+    """A print with one of its numbers moved by one unit of its last place, up and down, for each number in turn.
 
     A number that would change its sign is moved up only: its printed form has another length then.
     """
-    text = printed.replace("−", "-")
+    text = printed.text.replace("−", "-")
     begin = 0
-    for entry in parse(printed).entries:
+    for entry in printed.entries:
         digits = entry.text.lstrip("+-")
         begin = text.index(digits, begin)
         end = begin + len(digits)

@@ -28,7 +28,7 @@ def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
     found = counts(chosen)
     checked = len(chosen) - found[Verdict.NOT_CHECKABLE] - found[Verdict.ERROR]
     agree = found[Verdict.REPRODUCED] + found[Verdict.REPRODUCED_AFTER_ERRATUM] + found[Verdict.CONSISTENT]
-    moved = sum(claim.verdict != claim.expected_verdict for claim in chosen)
+    moved = sum(claim.unexpected for claim in chosen)
     text = f"{moved} off the pin" if moved else f"{agree} of {checked} agree"
     return draw(label, text, fine=not moved)
 

@@ -26,7 +26,8 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
     if slowest:
         yield "slowest: " + ", ".join(f"{step.name} {step.seconds:.1f} s" for step in slowest[:SLOWEST])
     for claim in unexpected(results):
-        yield f"changed verdict: {claim.id} is {claim.verdict}, pinned is {claim.expected_verdict}: {claim.reason}"
+        pinned, reason = claim.claim.expected, claim.judgement.reason
+        yield f"changed verdict: {claim.id} is {claim.verdict}, pinned is {pinned}: {reason}"
     proved = sum(certificate.proved for certificate in results.certificates)
     if results.certificates:
         yield f"certificates: {proved} of {len(results.certificates)} proved"
@@ -38,7 +39,7 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
 
 def unexpected(results: ResultsFile) -> tuple[ClaimRecord, ...]:
     """The claims whose verdict is not the pinned one, errors aside."""
-    return tuple(claim for claim in results.claims if claim.verdict not in (claim.expected_verdict, Verdict.ERROR))
+    return tuple(claim for claim in results.claims if claim.unexpected and claim.verdict is not Verdict.ERROR)
 
 
 def unproved(results: ResultsFile) -> tuple[CertificateRecord, ...]:
@@ -51,7 +52,7 @@ def errors(results: ResultsFile) -> tuple[str, ...]:
     experiments = [f"experiment {part.name}: {part.error}" for part in results.experiments if part.error]
     errata = [f"erratum {part.id}: {part.error}" for part in results.errata if part.error]
     figures = [f"figure {part.name}: {part.error}" for part in results.figures if part.error]
-    claims = [f"claim {part.id}: {part.reason}" for part in results.claims if part.verdict is Verdict.ERROR]
+    claims = [f"claim {part.id}: {part.judgement.reason}" for part in results.claims if part.verdict is Verdict.ERROR]
     return (*experiments, *claims, *errata, *figures)
 
 
@@ -65,19 +66,24 @@ def list_lines(papers: Sequence[Paper], records: Mapping[str, ClaimRecord]) -> I
             yield f"  {claim.id:<{width}}  {verdict:<25}  {claim.place}"
 
 
-def claim_rows(claim: ClaimRecord) -> Iterator[tuple[str, str]]:
+def claim_rows(record: ClaimRecord) -> Iterator[tuple[str, str]]:
     """All that is known of a claim, as pairs of a label and a text; what is empty is left out."""
-    yield "statement", claim.statement
-    for name, value in msgspec.structs.asdict(claim).items():
-        if name not in NOT_SHOWN and value not in (None, "", ()):
+    yield "statement", record.claim.statement
+    for part in (record.claim, record.judgement, record.evidence):
+        for name, value in _given(part):
             yield name.replace("_", " "), _text(value)
-    if claim.as_printed is not None:
-        given = {k: v for k, v in msgspec.structs.asdict(claim.as_printed).items() if v is not None}
-        yield "as printed", ", ".join(f"{name} {_text(value)}" for name, value in given.items()) or "nothing"
-    for name, number in claim.quantities.items():
+    if (printed := record.evidence.as_printed) is not None:
+        yield "as printed", ", ".join(f"{name} {_text(value)}" for name, value in _given(printed)) or "nothing"
+    for name, number in record.evidence.quantities.items():
         yield f"· {name}", repr(number)
-    for solver in claim.solvers:
+    for solver in record.evidence.solvers:
         yield "solver", solver_text(solver)
+
+
+def _given(part: msgspec.Struct) -> Iterator[tuple[str, object]]:
+    for name, value in msgspec.structs.asdict(part).items():
+        if name not in NOT_SHOWN and value not in (None, "", ()):
+            yield name, value
 
 
 def solver_text(solver: SolverRecord) -> str:

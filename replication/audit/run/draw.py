@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.audit.model import Figure, FigureData, Paper
-from replication.audit.store.records import FigureRecord
+from replication.audit.store.records import FigureRecord, shared
 from replication.drawing import svg
 from replication.drawing.style import house_style
 from replication.errors import AuditError
@@ -65,12 +65,8 @@ def _write_figure(figure: Figure, paper: str, results: Mapping[str, Any], direct
         else:
             write_atomically(path, content)
     return FigureRecord(
-        name=figure.name,
+        **shared(FigureRecord, figure),
         paper=paper,
-        place=figure.place,
-        title=figure.title,
-        caption=figure.caption,
-        published=figure.published,
         alt="" if failure else alt,
         csv_sha256="" if failure else hashlib.sha256(table).hexdigest(),
         error=failure,

@@ -6,24 +6,32 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from replication.audit.model import Claim, Erratum, Experiment, Figure, Paper
+from replication.audit.model import Experiment, Paper
 from replication.audit.run.worker import function_name
 from replication.audit.store.jsonvalues import encode
-from replication.audit.store.records import ResultsFile, TableRecord
+from replication.audit.store.records import (
+    ErratumRecord,
+    FigureRecord,
+    PaperRecord,
+    ResultsFile,
+    StatedClaim,
+    shared,
+)
 
 Name = tuple[str, str]
 """The sort of a record (`claim`, `erratum`, …) and its id, key or name."""
 
 
-def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, object]]:
+def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
     """The fields that the code states, by record; the errors of `encode` and `function_name` are those of a run."""
-    made: dict[Name, dict[str, object]] = {}
+    made: dict[Name, dict[str, Any]] = {}
     for paper in papers:
-        made["paper", paper.key] = paper_fields(paper)
-        made |= {("claim", claim.id): _claim(paper, claim) for claim in paper.claims}
-        made |= {("erratum", erratum.id): _erratum(paper, erratum) for erratum in paper.errata}
-        made |= {("figure", figure.name): _figure(paper, figure) for figure in paper.figures}
-        made |= {("experiment", experiment.name): _experiment(paper, experiment) for experiment in paper.experiments}
+        key = {"paper": paper.key}
+        made["paper", paper.key] = shared(PaperRecord, paper)
+        made |= {("claim", claim.id): shared(StatedClaim, claim) for claim in paper.claims}
+        made |= {("erratum", erratum.id): shared(ErratumRecord, erratum) | key for erratum in paper.errata}
+        made |= {("figure", figure.name): shared(FigureRecord, figure) | key for figure in paper.figures}
+        made |= {("experiment", experiment.name): _experiment(experiment) | key for experiment in paper.experiments}
     return made
 
 
@@ -31,69 +39,13 @@ def stored(results: ResultsFile) -> Mapping[Name, Any]:
     """The records of a results file under the same names; the last one of those that share a name."""
     return {
         **{("paper", record.key): record for record in results.papers},
-        **{("claim", record.id): record for record in results.claims},
+        **{("claim", record.id): record.claim for record in results.claims},
         **{("erratum", record.id): record for record in results.errata},
         **{("figure", record.name): record for record in results.figures},
         **{("experiment", record.name): record for record in results.experiments},
     }
 
 
-def paper_fields(paper: Paper) -> dict[str, Any]:
-    """All fields of a `PaperRecord` but its findings."""
-    return {
-        "key": paper.key,
-        "title": paper.title,
-        "authors": paper.authors,
-        "year": paper.year,
-        "venue": paper.venue,
-        "doi": paper.doi,
-        "summary": paper.summary,
-        "bibtex": paper.bibtex,
-        "notebook": paper.notebook,
-        "formulas": tuple((formula.text, formula.latex) for formula in paper.formulas),
-        "tables": tuple(
-            TableRecord(place=table.place, caption=table.caption, header=table.header, rows=table.rows)
-            for table in paper.tables
-        ),
-        "scope": paper.scope,
-    }
-
-
-def _claim(paper: Paper, claim: Claim) -> dict[str, object]:
-    return {
-        "paper": paper.key,
-        "place": claim.place,
-        "kind": claim.kind,
-        "statement": claim.statement,
-        "printed": claim.printed,
-        "expected_verdict": claim.expected,
-        "tolerance": claim.tolerance,
-        "tolerance_reason": claim.tolerance_reason,
-        "erratum": claim.erratum,
-        "experiments": claim.uses,
-    }
-
-
-def _erratum(paper: Paper, erratum: Erratum) -> dict[str, object]:
-    return {
-        "paper": paper.key,
-        "place": erratum.place,
-        "printed": erratum.printed,
-        "meant": erratum.meant,
-        "inference": erratum.inference,
-    }
-
-
-def _figure(paper: Paper, figure: Figure) -> dict[str, object]:
-    return {
-        "paper": paper.key,
-        "place": figure.place,
-        "title": figure.title,
-        "caption": figure.caption,
-        "published": figure.published,
-    }
-
-
-def _experiment(paper: Paper, experiment: Experiment) -> dict[str, object]:
+def _experiment(experiment: Experiment) -> dict[str, Any]:
     inputs = encode(f"the inputs of {experiment.name}", dict(experiment.inputs), sort=True)
-    return {"paper": paper.key, "function": function_name(experiment), "inputs": json.loads(inputs)}
+    return {"function": function_name(experiment), "inputs": json.loads(inputs)}

@@ -46,13 +46,13 @@ def lineages(results: ResultsFile) -> tuple[Lineage, ...]:
 
 def _lineage(key: str, title: str, results: ResultsFile) -> Lineage:
     claims = [claim for claim in results.claims if claim.paper == key]
-    used = {name for claim in claims for name in claim.experiments}
+    used = {name for claim in claims for name in claim.claim.uses}
     experiments = [record for record in results.experiments if record.paper == key and record.name in used]
     rows = max(len(claims), len(experiments), 1)
     left = {record.name: _height(index, len(experiments), rows) for index, record in enumerate(experiments)}
     ordered = _by_experiment(claims, left)
     right = {claim.id: _height(index, len(ordered), rows) for index, claim in enumerate(ordered)}
-    lines = tuple(_line(left[name], right[claim.id]) for claim in ordered for name in claim.experiments if name in left)
+    lines = tuple(_line(left[name], right[claim.id]) for claim in ordered for name in claim.claim.uses if name in left)
     return Lineage(
         paper=key,
         title=title,
@@ -69,7 +69,7 @@ def _by_experiment(claims: Sequence[ClaimRecord], left: dict[str, float]) -> lis
     """The claims at the mean height of their experiments, so that few lines cross; those without any come last."""
 
     def mean(claim: ClaimRecord) -> float:
-        heights = [left[name] for name in claim.experiments if name in left]
+        heights = [left[name] for name in claim.claim.uses if name in left]
         return sum(heights) / len(heights) if heights else float("inf")
 
     return sorted(claims, key=mean)

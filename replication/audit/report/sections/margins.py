@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from replication.audit.judge.printed import parse
 from replication.audit.model import Sensitivity
 from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
@@ -59,8 +58,9 @@ def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
 
 
 def _claim_room(claim: ClaimRecord, tried: Sequence[Sensitivity]) -> ClaimRoom:
-    (entry,) = parse(claim.printed).entries
-    least, most = entry.value - entry.unit / 2, entry.value + entry.unit / 2
+    if len(claim.judgement.intervals) != 1:
+        raise AuditError(f"a sensitivity names {claim.id!r}, which does not print one number that is a value")
+    least, most = (Fraction(end) for end in claim.judgement.intervals[0])
     made = sorted((_room(moves, least, most) for moves in tried), key=lambda room: room.share)
     return ClaimRoom(claim=claim, agrees=least <= Fraction(tried[0].base) <= most, rooms=tuple(made))
 

@@ -26,17 +26,17 @@ def proofs(results: ResultsFile) -> Proofs | None:
     """What the certificates of `results` prove, each with its claims; None if there is no certificate."""
     if not results.certificates:
         return None
-    asked = [claim for claim in results.claims if claim.kind in PROVABLE]
+    asked = [claim for claim in results.claims if claim.claim.kind in PROVABLE]
     reasons: dict[str, list[ClaimRecord]] = {}
     for claim in asked:
-        if not claim.proved:
-            reasons.setdefault(claim.unproved or NO_REASON, []).append(claim)
+        if not claim.judgement.proved:
+            reasons.setdefault(claim.judgement.unproved or NO_REASON, []).append(claim)
     return Proofs(
         certificates=tuple(
-            (certificate, tuple(claim for claim in results.claims if certificate.path in claim.certificates))
+            (certificate, tuple(claim for claim in results.claims if certificate.path in claim.evidence.certificates))
             for certificate in results.certificates
         ),
         asked=len(asked),
-        proved=sum(claim.proved for claim in asked),
+        proved=sum(claim.judgement.proved for claim in asked),
         open=tuple((reason, tuple(claims)) for reason, claims in reasons.items()),
     )

@@ -31,11 +31,11 @@ def allowances(claims: Iterable[ClaimRecord]) -> tuple[Allowance, ...]:
 
 
 def _of(claim: ClaimRecord) -> Iterator[tuple[str, str, str]]:
-    if claim.tolerance is not None:
-        yield "distance from the print", f"≤ {claim.tolerance}", claim.tolerance_reason
-    for reading in (claim, claim.as_printed):
-        if reading is not None and reading.threshold is not None:
-            yield "residual of the statement", f"≤ {numerals.short(reading.threshold)}", reading.threshold_reason
+    if claim.claim.tolerance is not None:
+        yield "distance from the print", f"≤ {claim.claim.tolerance}", claim.claim.tolerance_reason
+    for evidence in (claim.evidence, claim.evidence.as_printed):
+        if evidence is not None and evidence.threshold is not None:
+            yield "residual of the statement", f"≤ {numerals.short(evidence.threshold)}", evidence.threshold_reason
     if basis(claim) is Basis.DRAW:
         allowed = f"≥ {numerals.short(SMALLEST_PROBABILITY)}"
         yield "probability of a draw as extreme", allowed, SMALLEST_PROBABILITY_REASON
