@@ -219,7 +219,8 @@ def test_check_finds_a_verdict_set_by_hand(ran: Lab) -> None:
     assert ran.cli("check").returncode == 0
     path = ran.root / "report" / "results.json"
     content = json.loads(path.read_bytes())
-    content["claims"][2]["verdict"] = content["claims"][2]["expected_verdict"] = "reproduced"
+    forged = content["claims"][2]
+    forged["judgement"]["verdict"] = forged["claim"]["expected"] = "reproduced"
     path.write_text(json.dumps(content), encoding="utf-8")
     done = ran.cli("check")
     assert done.returncode == 1

@@ -1,15 +1,44 @@
-"""What journals and checkers of computations read: CODECHECK configurations, ReScience metadata, BibTeX."""
+"""The folder of exports: badges, linked data, CODECHECK configurations, ReScience metadata and BibTeX of a run."""
 
 from __future__ import annotations
+
+import json
+from pathlib import Path
 
 import msgspec
 
 from replication.audit.inspect.headline import sentence
-from replication.audit.publish.linked_data import Json, without_empty
-from replication.audit.publish.software import Software
+from replication.audit.publish.badges import badge
+from replication.audit.publish.linked_data import Json, claims_graph, without_empty
+from replication.audit.publish.software import Software, read_software
 from replication.audit.store.records import PaperRecord, ResultsFile
+from replication.files import write_atomically
 
 CODECHECK = "https://codecheck.org.uk/spec/config/1.0/"
+
+
+def export_texts(results: ResultsFile, software: Software) -> dict[str, str]:
+    """Name and text of each exported file; the same results give the same texts."""
+    texts = {
+        "badges/all.svg": badge("replication", results.claims),
+        "claims.jsonld": to_json(claims_graph(results, software)),
+        "citation.bib": bibtex(results, software),
+        "metadata.yaml": rescience(results, software),
+    }
+    for paper in results.papers:
+        claims = [claim for claim in results.claims if claim.paper == paper.key]
+        texts[f"badges/{paper.key}.svg"] = badge(paper.key, claims)
+        texts[f"codecheck/{paper.key}/codecheck.yml"] = codecheck(paper, results, software)
+    return dict(sorted(texts.items()))
+
+
+def write_exports(results: ResultsFile, root: Path, directory: Path) -> tuple[Path, ...]:
+    """Write every export of `results` below `directory`; returns the paths. root: of the project, for CITATION.cff."""
+    paths = []
+    for name, text in export_texts(results, read_software(root)).items():
+        write_atomically(directory / name, text.encode())
+        paths.append(directory / name)
+    return tuple(paths)
 
 
 def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> str:
@@ -89,6 +118,11 @@ def bibtex(results: ResultsFile, software: Software) -> str:
     lines = [f"  {name} = {{{value}}}," for name, value in fields.items() if value]
     own = "\n".join(["@software{replication,", *lines, "}"])
     return "\n\n".join([own, *(paper.bibtex.strip() for paper in results.papers)]) + "\n"
+
+
+def to_json(content: Json) -> str:
+    """Indented JSON with the fields in their order and one newline at the end."""
+    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
 
 
 def _yaml(content: Json) -> str:
