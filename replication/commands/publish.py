@@ -85,7 +85,8 @@ def _for_artifact(parser: argparse.ArgumentParser) -> None:
     which.add_argument("--check", type=Path, metavar="DIR", help="compare an unpacked archive with its checksums")
 
 
-_ARTIFACT_NOTES = """The same commit and results give the same bytes. Unpacked, the archive is a project again: `make report`
+_ARTIFACT_NOTES = """\
+The same commit and results give the same bytes. Unpacked, the archive is a project again: `make report`
 rebuilds it and `make test` runs its tests.
 
 """
