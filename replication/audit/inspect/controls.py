@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 
@@ -18,6 +18,18 @@ from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsF
 AGREEING = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.CONSISTENT)
 
 
+EXPECTED = {
+    "a printed number moved by a unit of its last place": "no agreement",
+    "a statement that holds turned into one that does not": "no agreement",
+    "the proof of an erratum taken away": "no agreement",
+    "the evidence of a claim taken away": "an error",
+    "a print that differs replaced by what was computed": "agreement",
+}
+"""What each kind of alteration must give."""
+_MOVED, _DENIED, _UNPROVED, _EMPTIED, _MENDED = EXPECTED
+Errata = Mapping[str, ErratumRecord]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Control:
     """One kind of alteration: what was altered, how often it was tried, and the claims where it went unnoticed."""
@@ -29,79 +41,53 @@ class Control:
     missed: tuple[ClaimRecord, ...]
 
 
-Errata = Mapping[str, ErratumRecord]
-Maker = Callable[[ClaimRecord, Errata, Printed | None], Iterator[tuple[ClaimRecord, Errata]]]
-"""Yields alterations of a claim, given how its print was read: the record, and the errata to judge it with."""
-
-
 def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Control, ...]:
     """Every kind of alteration that `results` has a claim for, tried on each such claim; targets: by claim."""
-    made = (
-        _control(results, targets, "a printed number moved by a unit of its last place", _moved_prints),
-        _control(results, targets, "a statement that holds turned into one that does not", _denied),
-        _control(results, targets, "the proof of an erratum taken away", _unproved),
-        _control(results, targets, "the evidence of a claim taken away", _emptied, "an error"),
-        _control(results, targets, "a print that differs replaced by what was computed", _mended, "agreement"),
-    )
-    return tuple(control for control in made if control.tried)
-
-
-def _control(
-    results: ResultsFile, targets: Mapping[str, Target], altered: str, make: Maker, expected: str = "no agreement"
-) -> Control:
     errata = {erratum.id: erratum for erratum in results.errata}
-    tried, caught = 0, 0
-    unnoticed: dict[str, ClaimRecord] = {}
+    noticed: dict[str, list[bool]] = {altered: [] for altered in EXPECTED}
+    missed: dict[str, dict[str, ClaimRecord]] = {altered: {} for altered in EXPECTED}
     for claim in results.claims:
         target = targets.get(claim.id)
-        for record, known in make(claim, errata, target.printed if target else None):
+        for altered, record, known in _alterations(claim, errata, target.printed if target else None):
             # A print that was left alone is not read again.
             judged = rejudge(record, known, target if record.claim is claim.claim else None)
-            tried += 1
-            if (judged.verdict in AGREEING) is (expected == "agreement"):
-                caught += 1
-            else:
-                unnoticed[claim.id] = claim
-    return Control(altered=altered, expected=expected, tried=tried, caught=caught, missed=tuple(unnoticed.values()))
+            noticed[altered].append((judged.verdict in AGREEING) is (EXPECTED[altered] == "agreement"))
+            if not noticed[altered][-1]:
+                missed[altered][claim.id] = claim
+    return tuple(
+        Control(
+            altered=altered,
+            expected=expected,
+            tried=len(noticed[altered]),
+            caught=sum(noticed[altered]),
+            missed=tuple(missed[altered].values()),
+        )
+        for altered, expected in EXPECTED.items()
+        if noticed[altered]
+    )
 
 
-def _reprinted(record: ClaimRecord, text: str) -> ClaimRecord:
-    return replace(record, claim=replace(record.claim, printed=text))
-
-
-def _moved_prints(record: ClaimRecord, errata: Errata, printed: Printed | None) -> Iterator[tuple[ClaimRecord, Errata]]:
-    if record.verdict in AGREEING and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
-        for text in moved(printed):
-            yield _reprinted(record, text), errata
-
-
-def _denied(record: ClaimRecord, errata: Errata, printed: Printed | None) -> Iterator[tuple[ClaimRecord, Errata]]:
-    evidence = record.evidence
-    if record.verdict in AGREEING and evidence.holds is not None and evidence.margin is not None:
-        denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1)
-        yield replace(record, evidence=denied), errata
-
-
-def _unproved(record: ClaimRecord, errata: Errata, printed: Printed | None) -> Iterator[tuple[ClaimRecord, Errata]]:
-    name = record.claim.erratum
-    if record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and name is not None:
-        yield record, {**errata, name: replace(errata[name], holds=False)}
-
-
-def _emptied(record: ClaimRecord, errata: Errata, printed: Printed | None) -> Iterator[tuple[ClaimRecord, Errata]]:
+def _alterations(
+    record: ClaimRecord, errata: Errata, printed: Printed | None
+) -> Iterator[tuple[str, ClaimRecord, Errata]]:
+    """What can be altered of a claim: the kind, the record, and the errata to judge it with."""
+    claim, evidence, erratum = record.claim, record.evidence, record.claim.erratum
     if record.verdict in AGREEING:
+        if basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
+            for text in moved(printed):
+                yield _MOVED, replace(record, claim=replace(claim, printed=text)), errata
+        if evidence.holds is not None and evidence.margin is not None:
+            denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1)
+            yield _DENIED, replace(record, evidence=denied), errata
+        if record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and erratum is not None:
+            yield _UNPROVED, record, {**errata, erratum: replace(errata[erratum], holds=False)}
         nothing = dict.fromkeys(("value", "lower", "upper", "holds", "margin", "probability"))
-        yield replace(record, evidence=replace(record.evidence, **nothing)), errata
-
-
-def _mended(record: ClaimRecord, errata: Errata, printed: Printed | None) -> Iterator[tuple[ClaimRecord, Errata]]:
-    value = record.evidence.value
-    if record.verdict is not Verdict.DIFFERS or record.claim.kind is not Kind.VALUE or printed is None:
-        return
-    if isinstance(value, int | float):
+        yield _EMPTIED, replace(record, evidence=replace(evidence, **nothing)), errata
+    single = claim.kind is Kind.VALUE and isinstance(evidence.value, int | float)
+    if record.verdict is Verdict.DIFFERS and single and printed is not None:
         (entry,) = printed.entries
         places = max(0, -Decimal(str(float(entry.unit))).adjusted())
-        yield _reprinted(record, f"{value:.{places}f}"), errata
+        yield _MENDED, replace(record, claim=replace(claim, printed=f"{evidence.value:.{places}f}")), errata
 
 
 def moved(printed: Printed) -> Iterator[str]:

@@ -70,14 +70,8 @@ def _dependencies(
     # The functions of a figure may hold values of the module that made them, so all files of the paper count.
     files = {**sources.files_of(f"papers.{paper.key}"), **sources.files_of(DRAWING)}
     used = {name: _sha256(encode(name, results[name]).encode()) for name in figure.uses if name in results}
-    return Dependencies(
-        sources=dict(sorted(files.items())),
-        function=DRAWING,
-        inputs=encode(figure.name, used, sort=True),
-        lock=environment.lock_sha256,
-        python=environment.python,
-        packages=environment.packages,
-    )
+    inputs = encode(figure.name, used, sort=True)
+    return Dependencies.on(environment, dict(sorted(files.items())), DRAWING, inputs)
 
 
 def _checksums(directory: Path, name: str) -> list[str]:
