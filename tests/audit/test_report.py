@@ -29,8 +29,8 @@ from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import WORST_FIRST, anchor, targets, views
 from replication.audit.report.formulas import mathml
 from replication.audit.report.page import build_report, render
+from replication.audit.report.sections.rounding import allowances
 from replication.audit.report.sections.theorems import proofs
-from replication.audit.report.sections.tolerances import allowances
 from replication.audit.report.templates import SOURCES, code_link
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
@@ -435,6 +435,15 @@ def test_what_does_not_fit_is_still_shown(tmp_path: Path) -> None:
     page = render(replace(made, claims=(first, odd, *made.claims[2:])), tmp_path)
     assert "(1, 2)" in page
     assert "about two" in page
+
+
+@pytest.mark.parametrize("intervals", [(), (("a", "b"),), (("1/0", "2/1"),), (("1/1", "2/1"), ("3/1", "4/1"))])
+def test_intervals_that_are_none_are_not_shown(intervals: Any, tmp_path: Path) -> None:
+    made = results(tmp_path)
+    odd = altered(made.claims[0], intervals=intervals)
+    page = html5lib.parse(render(replace(made, claims=(odd, *made.claims[1:])), tmp_path))
+    row = by_id(page, anchor("claim", odd.id))
+    assert odd.claim.printed in text_of(row) and "Stands for" not in text_of(row)
 
 
 def test_results_without_anything_give_a_page(made: ResultsFile, tmp_path: Path) -> None:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from enum import Enum
 from fractions import Fraction
 
@@ -14,9 +11,6 @@ from replication.audit.judge.printed import Entry, Printed, decimal_fraction, pa
 from replication.audit.model import Evidence, Judgement, Verdict
 from replication.audit.store.records import StatedClaim
 from replication.errors import AuditError
-
-MOST_DIGITS = 60
-"""Digits in which the end of a bracket is written at most; a float near 1 has no more than 53."""
 
 
 class Position(Enum):
@@ -81,8 +75,14 @@ class Target:
 
     @classmethod
     def judged(cls, claim: StatedClaim, judgement: Judgement) -> Target:
-        """The same of a claim that was judged, with the intervals of its judgement; raises AuditError likewise."""
-        return cls(parse(claim.printed), tuple(Interval(Fraction(low), Fraction(h)) for low, h in judgement.intervals))
+        """The same of a claim that was judged, with the intervals of its judgement.
+
+        Raises AuditError if the print cannot be read, or the intervals are not those of its numbers.
+        """
+        printed, intervals = parse(claim.printed), stored_intervals(claim, judgement)
+        if len(intervals) != (0 if printed.relation else len(printed.entries)):
+            raise AuditError(f"{claim.id} has {len(intervals)} intervals for the printed {claim.printed!r}")
+        return cls(printed, intervals)
 
     @property
     def written(self) -> tuple[tuple[str, str], ...]:
@@ -115,8 +115,8 @@ class Measured:
         """The number or its bracket in digits, enough of them to tell it from `ends`."""
         prefix = f"{self.label}: " if self.label else ""
         if not self.has_bracket:
-            return f"{prefix}computed {digits(self.value, *ends)}"
-        return f"{prefix}bracket {_enclosure(self.bracket, *ends)}"
+            return f"{prefix}computed {numerals.digits(self.value, *ends)}"
+        return f"{prefix}bracket {numerals.enclosure(self.bracket.low, self.bracket.high, *ends)}"
 
 
 def judge_value(target: Target, evidence: Evidence) -> Judgement:
@@ -138,7 +138,7 @@ def judge_value(target: Target, evidence: Evidence) -> Judgement:
     return Judgement(
         verdict=_VERDICTS[decisive],
         reason=_sentence(f"{count}{_against(measured[index], ends[index], decisive.value)}"),
-        deviation_ulp=_as_float(worst.deviation),
+        deviation_ulp=numerals.nearest(worst.deviation),
     )
 
 
@@ -164,7 +164,15 @@ def judge_bound(target: Target, evidence: Evidence) -> Judgement:
     else:
         verdict, words = Verdict.NOT_CHECKABLE, "is too wide to decide"
     text = f"{number.describe(number.entry.value)} {words} the printed {printed.text}"
-    return Judgement(verdict=verdict, reason=_sentence(text), deviation_ulp=_as_float(number.deviation))
+    return Judgement(verdict=verdict, reason=_sentence(text), deviation_ulp=numerals.nearest(number.deviation))
+
+
+def stored_intervals(claim: StatedClaim, judgement: Judgement) -> tuple[Interval, ...]:
+    """The intervals of a judgement as numbers; raises AuditError if they are none."""
+    try:
+        return tuple(Interval(Fraction(low), Fraction(high)) for low, high in judgement.intervals)
+    except (ValueError, ZeroDivisionError):
+        raise AuditError(f"the intervals of {claim.id} are not pairs of numbers: {judgement.intervals!r}") from None
 
 
 def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
@@ -198,62 +206,8 @@ def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
     return tuple(measured)
 
 
-def _enclosure(bracket: Interval, *ends: Fraction | None) -> str:
-    """The bracket rounded outwards, fine enough to show its width and to stand on its side of all `ends`."""
-    low, high = bracket.low, bracket.high
-    width = None if low is None or high is None or low == high else high - low
-    low_text = "−inf" if low is None else _outward(low, ROUND_FLOOR, width, ends)
-    return f"[{low_text}, {'inf' if high is None else _outward(high, ROUND_CEILING, width, ends)}]"
-
-
-def _outward(number: Fraction, rounding: str, width: Fraction | None, ends: Sequence[Fraction | None]) -> str:
-    """`number` rounded down or up by no more than `width`, in at least six digits."""
-    for count in range(6, MOST_DIGITS):
-        rounded = Context(prec=count, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
-        shown = Fraction(rounded)
-        fine = width is None or abs(shown - number) <= width
-        if fine and all(end is None or _side(shown, end) == _side(number, end) for end in ends):
-            return numerals.decimal(rounded)
-    return _decimal(number)
-
-
-def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
-    """`number` in `least` significant digits, or in as many as it takes to stand on its side of all `ends`."""
-    value = _as_float(number)
-    for count in range(least, 18):
-        text = f"{value:.{count}g}"
-        if all(end is None or _side(Fraction(text), end) == _side(number, end) for end in ends):
-            return numerals.decimal(Decimal(text))
-    return numerals.full(value)
-
-
-def apart(first: Fraction, second: Fraction, least: int = 6) -> tuple[str, str]:
-    """Two numbers in `least` significant digits, or in as many as it takes to show which one is larger."""
-    values = _as_float(first), _as_float(second)
-    for count in range(least, 18):
-        texts = f"{values[0]:.{count}g}", f"{values[1]:.{count}g}"
-        if _side(Fraction(texts[0]), Fraction(texts[1])) == _side(first, second):
-            return numerals.decimal(Decimal(texts[0])), numerals.decimal(Decimal(texts[1]))
-    return numerals.full(values[0]), numerals.full(values[1])
-
-
 def _fraction(number: Fraction) -> str:
     return f"{number.numerator}/{number.denominator}"
-
-
-def _decimal(number: Fraction) -> str:
-    """A fraction that comes from decimals, in all its digits."""
-    return numerals.decimal(Decimal(number.numerator) / Decimal(number.denominator))
-
-
-def _as_float(number: Fraction) -> float:
-    """The nearest float; beyond their range the largest one, which is as telling for a deviation."""
-    largest = Fraction(sys.float_info.max)
-    return float(max(-largest, min(largest, number)))
-
-
-def _side(number: Fraction, end: Fraction) -> int:
-    return (number > end) - (number < end)
 
 
 def _negative(end: Fraction | None) -> Fraction | None:
@@ -272,8 +226,8 @@ def _position(bracket: Interval, least: Fraction, most: Fraction) -> Position:
 def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> str:
     half = Fraction(1, 2)
     negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))
-    deviation = "0" if negligible else digits(number.deviation, -half, half, least=3)
-    interval = f"[{_decimal(ends[0])}, {_decimal(ends[1])}]"
+    deviation = "0" if negligible else numerals.digits(number.deviation, -half, half, least=3)
+    interval = f"[{numerals.of_decimals(ends[0])}, {numerals.of_decimals(ends[1])}]"
     return (
         f"{number.describe(*ends)} {words} {interval}, for which the printed {number.entry.text} stands"
         f" (deviation in units of its last place: {deviation})"

@@ -14,7 +14,8 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.agreement import Target, apart, digits, judge_bound, judge_value
+from replication.audit.judge.agreement import Target, judge_bound, judge_value
+from replication.audit.judge.numerals import apart, digits
 from replication.audit.judge.proofs import with_proofs
 from replication.audit.model import Claim, Evidence, Judgement, Kind, Proof, Verdict
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, StatedClaim

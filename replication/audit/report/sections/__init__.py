@@ -2,7 +2,7 @@
 
 A section is a line in `_SECTIONS` and a template `report/<name>.html.j2`, which finds what the builder of the section
 returned under the name `shown`. A builder that returns None leaves its section out. Whatever takes more than a
-few lines to build is a module of its own (`allowances` for the tolerances, for example), and a section that is
+few lines to build is a module of its own (`rounding`, for example), and a section that is
 about all papers together stands first. What a builder derives from the results it hands over as numbers, which the
 template writes: a number inside a text of the builder's own stops the build (`guard`).
 """
@@ -17,9 +17,8 @@ from replication.audit.inspect.controls import controls
 from replication.audit.judge.agreement import Target
 from replication.audit.report.sections.across import across
 from replication.audit.report.sections.lineage import lineages
-from replication.audit.report.sections.margins import rooms
+from replication.audit.report.sections.rounding import allowances, rooms
 from replication.audit.report.sections.theorems import proofs
-from replication.audit.report.sections.tolerances import allowances
 from replication.audit.store.records import ResultsFile
 
 
