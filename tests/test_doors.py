@@ -183,7 +183,7 @@ def import_graph(root: Path, packages: tuple[str, ...] = ("replication", "papers
     graph: Graph = {}
     for module, path in paths.items():
         package = ".".join(path.relative_to(root).parent.parts)
-        graph[module] = edges = {}
+        edges: dict[str, int] = graph.setdefault(module, {})
         for line, name in imported(ast.parse(path.read_text(encoding="utf-8")), package):
             found = next((part for part in (name, name.rpartition(".")[0]) if part in paths), None)
             if found is not None:

@@ -92,12 +92,14 @@ def test_sorts_by_any_of_four_columns_in_both_directions(visit: Any) -> None:
 
 def test_the_address_keeps_sorting_and_filter_together(visit: Any) -> None:
     page = visit(fragment=f"{PLACE}?kind=value&sort=place&order=descending")
-    wanted = ids(record for record in claims()[::-1] if record.kind == "value")
+    wanted = ids(record for record in claims()[::-1] if record.claim.kind == "value")
     assert shown(page) == wanted
     found = page.find_element(By.CSS_SELECTOR, ".found").text
     assert found == f"{len(wanted)} of {len(claims())} claims, from the end of the paper"
     page.find_element(By.CSS_SELECTOR, ".filter [name=proved]").click()
-    assert shown(page) == ids(record for record in claims()[::-1] if record.kind == "value" and record.proved)
+    assert shown(page) == ids(
+        record for record in claims()[::-1] if record.claim.kind == "value" and record.judgement.proved
+    )
     assert page.current_url.endswith(f"{PLACE}?kind=value&proved=yes&sort=place&order=descending")
 
 
@@ -114,7 +116,7 @@ def test_a_count_of_the_summary_leads_to_its_claims(visit: Any) -> None:
     page.find_element(By.CSS_SELECTOR, ".counts td[data-label=differs] a").click()
     assert set(shown(page)) == set(ids(c for c in claims() if c.verdict is Verdict.DIFFERS))
     visit().find_element(By.CSS_SELECTOR, ".counts td[data-label='of them proved'] a").click()
-    assert set(shown(page)) == set(ids(c for c in claims() if c.proved))
+    assert set(shown(page)) == set(ids(c for c in claims() if c.judgement.proved))
 
 
 def test_says_so_when_no_claim_fits(visit: Any) -> None:

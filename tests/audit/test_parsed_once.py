@@ -85,7 +85,7 @@ def test_a_second_reader_is_found_out(
 ) -> None:
     from replication.audit.report import paper
 
-    once: Callable[..., object] = paper.views
+    once: Callable[..., object] = vars(paper)["views"]
     monkeypatch.setattr(paper, "views", lambda claims, read: once(claims, paper_targets(claims)))
     from replication.audit.report.claim import targets as paper_targets
 
