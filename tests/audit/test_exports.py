@@ -15,8 +15,7 @@ from lab import Lab, make_lab
 from sample import results as sample
 
 from replication.audit.publish.archive import changed_files
-from replication.audit.publish.badges import badge, draw
-from replication.audit.publish.exports import export_texts
+from replication.audit.publish.exports import badge, draw, export_texts
 from replication.audit.publish.linked_data import media_type
 from replication.audit.publish.software import read_software
 from replication.audit.store.records import ResultsFile

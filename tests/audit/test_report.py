@@ -29,8 +29,8 @@ from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import WORST_FIRST, anchor, targets, views
 from replication.audit.report.formulas import mathml
 from replication.audit.report.page import build_report, render
+from replication.audit.report.sections.lineage import proofs
 from replication.audit.report.sections.rounding import allowances
-from replication.audit.report.sections.theorems import proofs
 from replication.audit.report.templates import SOURCES, code_link
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError

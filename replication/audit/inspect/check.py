@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from replication.audit.judge.proofs import sha256, wanted, with_proofs
 from replication.audit.judge.verdict import rejudge
-from replication.audit.model import Paper, Verdict
-from replication.audit.run.stated import stated, stored
+from replication.audit.model import Experiment, Paper, Verdict
+from replication.audit.run.worker import function_name
+from replication.audit.store.jsonvalues import encode
 from replication.audit.store.records import (
     SCHEMA_VERSION,
     CertificateRecord,
     ClaimRecord,
     ErratumRecord,
+    FigureRecord,
+    PaperRecord,
     ResultsFile,
+    StatedClaim,
+    shared,
 )
 from replication.errors import AuditError
 
@@ -34,6 +41,9 @@ class Cause(StrEnum):
     TEXT = "text"
     CERTIFICATE = "certificate"
 
+
+Name = tuple[str, str]
+"""The sort of a record (`claim`, `erratum`, …) and its id, key or name."""
 
 Fault = tuple[str, str]
 """Where, and what is wrong with a proof."""
@@ -55,7 +65,7 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
 
     Every verdict, its deviation and its reason must follow from the stored numbers; every verdict must be the pinned
     one; nothing may have ended in an error. With `papers`, all that the file repeats from the code must be as it stands
-    there: the papers, their claims, errata, figures and experiments, by name and by what they say (`stated.stated`).
+    there: the papers, their claims, errata, figures and experiments, by name and by what they say (`stated`).
     What claims gain by certificates must follow from the proofs in the file; with the project's `root`, those must be
     of the certificates that lie there. They are not verified again: `python verify.py` does that.
 
@@ -176,7 +186,7 @@ def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
 
 
 def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Problem]:
-    records, code = stored(results), stated(papers)
+    records, code = _stored(results), stated(papers)
     for names, message in (
         (code.keys() - records.keys(), "in the code and not in the file"),
         (records.keys() - code.keys(), "in the file and not in the code"),
@@ -188,6 +198,35 @@ def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Pro
             if key in records and (found := getattr(records[key], field)) != said:
                 message = f"{field} is {_show(found)} in the file and {_show(said)} in the code"
                 yield Problem(where=key[1], cause=Cause.TEXT, message=message)
+
+
+def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
+    """The fields that the code states, by record; the errors of `encode` and `function_name` are those of a run."""
+    made: dict[Name, dict[str, Any]] = {}
+    for paper in papers:
+        key = {"paper": paper.key}
+        made["paper", paper.key] = shared(PaperRecord, paper)
+        made |= {("claim", claim.id): shared(StatedClaim, claim) for claim in paper.claims}
+        made |= {("erratum", erratum.id): shared(ErratumRecord, erratum) | key for erratum in paper.errata}
+        made |= {("figure", figure.name): shared(FigureRecord, figure) | key for figure in paper.figures}
+        made |= {("experiment", experiment.name): _experiment(experiment) | key for experiment in paper.experiments}
+    return made
+
+
+def _stored(results: ResultsFile) -> Mapping[Name, Any]:
+    """The records of a results file under the same names; the last one of those that share a name."""
+    return {
+        **{("paper", record.key): record for record in results.papers},
+        **{("claim", record.id): record.claim for record in results.claims},
+        **{("erratum", record.id): record for record in results.errata},
+        **{("figure", record.name): record for record in results.figures},
+        **{("experiment", record.name): record for record in results.experiments},
+    }
+
+
+def _experiment(experiment: Experiment) -> dict[str, Any]:
+    inputs = encode(f"the inputs of {experiment.name}", dict(experiment.inputs), sort=True)
+    return {"function": function_name(experiment), "inputs": json.loads(inputs)}
 
 
 def _show(value: object) -> str:

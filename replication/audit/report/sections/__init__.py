@@ -16,9 +16,8 @@ from typing import Any
 from replication.audit.inspect.controls import controls
 from replication.audit.judge.agreement import Target
 from replication.audit.report.sections.across import across
-from replication.audit.report.sections.lineage import lineages
+from replication.audit.report.sections.lineage import lineages, proofs
 from replication.audit.report.sections.rounding import allowances, rooms
-from replication.audit.report.sections.theorems import proofs
 from replication.audit.store.records import ResultsFile
 
 
