@@ -9,12 +9,9 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Verdict
-from replication.audit.store.records import ClaimRecord, ExperimentRecord, ResultsFile
+from replication.audit.store.records import DECIDING, ClaimRecord, ExperimentRecord, ResultsFile
 
 TEXT = ("printed", "statement", "place", "kind", "expected", "tolerance", "tolerance_reason", "erratum")
-NUMBERS = (
-    "value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability", "not_checkable",
-)  # fmt: skip
 
 
 class Cause(StrEnum):
@@ -105,9 +102,9 @@ def _compared(record: ClaimRecord) -> dict[str, Any]:
     fields = {
         "verdict": judgement.verdict,
         **{name: getattr(claim, name) for name in TEXT},
-        **{name: getattr(evidence, name) for name in NUMBERS},
+        **{name: getattr(evidence, name) for name in (*DECIDING, "not_checkable")},
         "proved": judgement.proved,
-        "as_printed": None if printed is None else {name: getattr(printed, name) for name in NUMBERS[:-1]},
+        "as_printed": None if printed is None else {name: getattr(printed, name) for name in DECIDING},
         "quantities": evidence.quantities,
     }
     return dict(msgspec.to_builtins(fields))

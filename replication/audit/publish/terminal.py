@@ -9,10 +9,12 @@ import msgspec
 
 from replication.audit.model import Paper, SolverRecord, Verdict
 from replication.audit.run.progress import Action, Step
-from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
+from replication.audit.store.records import DECIDING, CertificateRecord, ClaimRecord, ResultsFile
 
 SLOWEST = 5
-NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed"})
+NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed", "intervals"})
+LABELS = {"value": "computed", "expected": "expected verdict", "uses": "experiments"}
+"""Fields that are called otherwise in words."""
 
 
 def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]) -> Iterator[str]:
@@ -69,11 +71,13 @@ def list_lines(papers: Sequence[Paper], records: Mapping[str, ClaimRecord]) -> I
 def claim_rows(record: ClaimRecord) -> Iterator[tuple[str, str]]:
     """All that is known of a claim, as pairs of a label and a text; what is empty is left out."""
     yield "statement", record.claim.statement
+    yield "paper", record.paper
     for part in (record.claim, record.judgement, record.evidence):
         for name, value in _given(part):
-            yield name.replace("_", " "), _text(value)
+            yield LABELS.get(name, name.replace("_", " ")), _text(value)
     if (printed := record.evidence.as_printed) is not None:
-        yield "as printed", ", ".join(f"{name} {_text(value)}" for name, value in _given(printed)) or "nothing"
+        given = ((name, value) for name, value in _given(printed) if name in DECIDING)
+        yield "as printed", ", ".join(f"{name} {_text(value)}" for name, value in given) or "nothing"
     for name, number in record.evidence.quantities.items():
         yield f"· {name}", repr(number)
     for solver in record.evidence.solvers:

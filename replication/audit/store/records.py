@@ -26,6 +26,8 @@ from replication.files import write_atomically
 
 SCHEMA_VERSION = 3
 Name = str
+DECIDING = ("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability")
+"""The fields of an evidence that a verdict is made from."""
 
 
 class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
