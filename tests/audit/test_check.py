@@ -56,6 +56,7 @@ def test_a_verdict_cannot_be_set_by_hand(record: ClaimRecord, verdict: Verdict) 
         (GOOD, {"deviation_ulp": 0.0}),
         (GOOD, {"intervals": (("1/1", "2/1"),)}),
         (GOOD, {"intervals": ()}),
+        (GOOD, {"proved": True}),
         (GOOD, {"reason": "It agrees."}),
         (GOOD, {"printed": "1.34"}),
         (GOOD, {"kind": Kind.ORDER}),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -90,16 +90,9 @@ def _schema(results: ResultsFile) -> Iterator[Problem]:
 
 
 def _repeated(results: ResultsFile) -> Iterator[Problem]:
-    for what, ids in (
-        ("claim", [claim.id for claim in results.claims]),
-        ("erratum", [erratum.id for erratum in results.errata]),
-        ("paper", [paper.key for paper in results.papers]),
-        ("figure", [figure.name for figure in results.figures]),
-        ("experiment", [experiment.name for experiment in results.experiments]),
-    ):
-        for name, count in Counter(ids).items():
-            if count > 1:
-                yield Problem(where=name, cause=Cause.SET, message=f"the {what} stands {count} times in the file")
+    for (sort, name), count in Counter(key for key, _ in _stored(results)).items():
+        if count > 1:
+            yield Problem(where=name, cause=Cause.SET, message=f"the {sort} stands {count} times in the file")
 
 
 def _verdict(record: ClaimRecord, errata: dict[str, ErratumRecord]) -> Iterator[Problem]:
@@ -144,7 +137,7 @@ def unsupported(results: ResultsFile) -> Iterator[Fault]:
         paths, found = tuple(entry.path for entry in supporting), claim.evidence.certificates
         if found != paths:
             yield claim.id, f"certificates is {found!r}, but those of the file that name it are {paths!r}"
-        elif claim.evidence.method and supporting and (difference := _difference(claim, supporting)):
+        elif claim.evidence.method and (difference := _difference(claim, supporting)):
             yield claim.id, difference
 
 
@@ -186,7 +179,7 @@ def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
 
 
 def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Problem]:
-    records, code = _stored(results), stated(papers)
+    records, code = dict(_stored(results)), stated(papers)
     for names, message in (
         (code.keys() - records.keys(), "in the code and not in the file"),
         (records.keys() - code.keys(), "in the file and not in the code"),
@@ -213,15 +206,15 @@ def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
     return made
 
 
-def _stored(results: ResultsFile) -> Mapping[Name, Any]:
-    """The records of a results file under the same names; the last one of those that share a name."""
-    return {
-        **{("paper", record.key): record for record in results.papers},
-        **{("claim", record.id): record.claim for record in results.claims},
-        **{("erratum", record.id): record for record in results.errata},
-        **{("figure", record.name): record for record in results.figures},
-        **{("experiment", record.name): record for record in results.experiments},
-    }
+def _stored(results: ResultsFile) -> list[tuple[Name, Any]]:
+    """The records of a results file under the same names."""
+    return [
+        *((("claim", record.id), record.claim) for record in results.claims),
+        *((("erratum", record.id), record) for record in results.errata),
+        *((("paper", record.key), record) for record in results.papers),
+        *((("figure", record.name), record) for record in results.figures),
+        *((("experiment", record.name), record) for record in results.experiments),
+    ]
 
 
 def _experiment(experiment: Experiment) -> dict[str, Any]:
