@@ -160,6 +160,13 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     sensitivity: tuple[Sensitivity, ...]
     common: tuple[CommonLevel, ...]
 
+    @property
+    def cited(self) -> str:
+        """How a text refers to it: surnames and year."""
+        names = [(author.split() or [author])[-1] for author in self.authors] or [self.key]
+        who = f"{names[0]} et al." if len(names) > 2 else " and ".join(names)
+        return f"{who} ({self.year or 'undated'})"
+
 
 class RunRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Provenance of a run: the sources, the lock, the machine. `date` is SOURCE_DATE_EPOCH when that is set."""
