@@ -48,7 +48,7 @@ def command(chosen: argparse.Namespace) -> int:
 
     import papers
     from replication.audit.publish.terminal import run_lines
-    from replication.audit.run.redraw import draw_figures
+    from replication.audit.run.draw import draw_figures
     from replication.audit.run.runner import run
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import write_results

@@ -21,7 +21,7 @@ import msgspec
 from replication.audit.run.pool import KILLED, end_with
 from replication.audit.run.worker import Answer, Task, compute
 from replication.audit.store.provenance import read_environment, read_packages
-from replication.audit.store.sources import SourceTree
+from replication.audit.store.sources import SourceTree, default_packages
 from replication.errors import AuditError
 
 TIMEOUT = 10
@@ -100,8 +100,6 @@ def compute_apart(order: bytes) -> bytes:
 
 def fulfil(order: Order) -> Answer:
     """Compute `order` in this process, unless this machine has other sources, Python or packages than it asks for."""
-    from replication.audit.run.runner import default_packages
-
     try:
         packages = default_packages(_project(order.function))
         refusal = _other(order, SourceTree(packages))

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import replication
 from replication.audit.judge.proofs import Wanted, record, wanted
 from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Experiment, Paper
@@ -23,7 +22,7 @@ from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup
 from replication.audit.store.jsonvalues import encode, solvers_in
 from replication.audit.store.provenance import read_environment, run_record
 from replication.audit.store.records import ResultsFile
-from replication.audit.store.sources import SourceTree
+from replication.audit.store.sources import SourceTree, default_packages
 from replication.errors import AuditError
 
 EDITED = "not kept: its sources were edited while it ran"
@@ -52,11 +51,6 @@ class _Plan:
     dependencies: Dependencies
     lookup: Lookup
     arguments: str
-
-
-def default_packages(root: Path) -> dict[str, Path]:
-    """The packages whose files count as sources: this one, wherever it is installed, and the papers at `root`."""
-    return {"replication": Path(replication.__file__).parent, "papers": root / "papers"}
 
 
 def run(
