@@ -26,7 +26,8 @@ from replication.certify.delay.forms import (
     supply,
 )
 from replication.errors import InfeasibleError
-from replication.estimation.conic.sdpa import Program, SdpaOptions, solve_sdpa
+from replication.estimation.conic.program import Program
+from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay import DelaySystem
 from replication.estimation.delay.sos import synthesis
 from replication.estimation.validation import Array

@@ -10,8 +10,9 @@ from enum import StrEnum
 import numpy as np
 
 from replication.errors import SolverError
-from replication.estimation.conic.clarabel_blocks import ALMOST, Inequalities, minimise, symmetric_basis
-from replication.estimation.conic.sdpa_blocks import minimise_dense
+from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
+from replication.estimation.conic.program import Inequalities, symmetric_basis
+from replication.estimation.conic.refined import minimise_refined
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.linear.norms import hinf_norm
 from replication.estimation.nonuniform.filters import Filter, gramian
@@ -212,10 +213,10 @@ def solve_for_periods(normalised: Normalised, grid: Sequence[float], *, solver: 
     cost = np.zeros(group.coefficients.shape[1])
     cost[0] = 1.0
     if solver is Solver.SDPA:
-        x, duals, report = minimise_dense(cost, group)
+        x, duals, report = minimise_refined(cost, group)
     else:
-        solution = minimise(cost, (group,), accept=ALMOST)
-        x, duals, report = solution.x, solution.duals[0], solution.report
+        solution = solve_clarabel(group.program(cost), accept=ALMOST)
+        x, duals, report = solution.multipliers, np.array(solution.blocks), solution.report
     variables = combine(basis, x)
     level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))
     weights = np.trace(duals, axis1=1, axis2=2)
