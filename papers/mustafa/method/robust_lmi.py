@@ -18,7 +18,7 @@ import scipy.linalg
 from papers.mustafa.method.small_gain import logarithmic_norm, small_gain_alpha
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
-from replication.estimation.conic.program import Indices, Inequalities
+from replication.estimation.conic.program import Indices, Inequalities, program_under
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
@@ -80,7 +80,7 @@ def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int, *, 
     group, unknowns = _inequalities(normalised.plant, frame, centres, radius)
     cost = np.zeros(unknowns + count)
     cost[0] = 1.0
-    solution = solve_clarabel(group.program(cost), accept=ALMOST)
+    solution = solve_clarabel(program_under(cost, group), accept=ALMOST)
     v = combine(variable_basis(normalised.plant), solution.multipliers[:unknowns])
     return RobustLmiDesign(
         normalised.scale * float(np.sqrt(v.delta)),

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
-from papers.okajima2023.method.reduced_lmi import Layout, reduced_program
+from papers.okajima2023.method.reduced_lmi import Layout, inequalities
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.conic.program import Program
+from replication.estimation.conic.program import Inequalities
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.validation import Array, positive_scalar
@@ -42,14 +41,6 @@ class CentralPoint:
     report: SolverReport
 
 
-class _Block(NamedTuple):
-    """F_k(x) = constant + sum_i x[variables[i]] coefficients[i]; shapes (s, s), (v,), (v, s, s)."""
-
-    constant: Array
-    variables: npt.NDArray[np.int64]
-    coefficients: Array
-
-
 def central_path(
     problem: MultirateProblem, start_gains: npt.ArrayLike, *, gap: float, factor: float = 1.5
 ) -> Iterator[CentralPoint]:
@@ -66,14 +57,14 @@ def central_path(
     if factor <= 1:
         raise InvalidInputError(f"factor must be above 1, got {factor!r}: the gap is divided by it from point to point")
     layout = Layout(problem)
-    blocks = _blocks(reduced_program(layout))
+    blocks = inequalities(layout)
     x = _interior_point(problem, np.asarray(start_gains, dtype=float), layout, blocks)
     return _follow(layout, blocks, x, gap, factor)
 
 
-def _follow(layout: Layout, blocks: list[_Block], x: Array, gap: float, factor: float) -> Iterator[CentralPoint]:
+def _follow(layout: Layout, blocks: list[Inequalities], x: Array, gap: float, factor: float) -> Iterator[CentralPoint]:
     """The points of `central_path` from the interior point x; at a centre, the gap is (sum of the sizes of F_k) / t."""
-    order = sum(len(block.constant) for block in blocks)
+    order = sum(block.constant.shape[-1] for block in blocks)
     current = max(float(x[layout.level]), gap)
     while True:
         x, report = _centre(x, layout.level, order / current, blocks)
@@ -84,20 +75,7 @@ def _follow(layout: Layout, blocks: list[_Block], x: Array, gap: float, factor: 
         current = max(current / factor, gap)
 
 
-def _blocks(program: Program) -> list[_Block]:
-    """The matrices of eq. (30), phase by phase, as dense coefficients of the few variables that stand in them."""
-    blocks, start = [], 0
-    for size in program.blocks:
-        entries = slice(start, start + size * size)
-        part = program.a[:, entries]
-        variables = np.flatnonzero(np.diff(part.indptr))
-        coefficients = -part[variables].toarray().reshape(-1, size, size)
-        blocks.append(_Block(program.c[entries].reshape(size, size), variables, coefficients))
-        start += size * size
-    return blocks
-
-
-def _interior_point(problem: MultirateProblem, gains: Array, layout: Layout, blocks: list[_Block]) -> Array:
+def _interior_point(problem: MultirateProblem, gains: Array, layout: Layout, blocks: list[Inequalities]) -> Array:
     """Variables with all F_k > 0: P_{k-1} = A_ek' P_k A_ek + W'W + Q with Q > 0, Y_k = P_k L_k, and a large gamma^2."""
     system = problem.error_system(gains)
     radius = system.spectral_radius()
@@ -133,16 +111,16 @@ def _interior_point(problem: MultirateProblem, gains: Array, layout: Layout, blo
     return x
 
 
-def _value(block: _Block, x: Array) -> Array:
+def _value(block: Inequalities, x: Array) -> Array:
     """F_k(x), shape (s, s)."""
-    return np.asarray(block.constant + np.tensordot(x[block.variables], block.coefficients, 1))
+    return np.asarray(block.constant[0] + np.tensordot(x[block.variables[0]], block.coefficients[0], 1))
 
 
 def _positive_definite(matrix: Array) -> bool:
     return bool(np.linalg.eigvalsh(matrix)[0] > 0)
 
 
-def _centre(x: Array, level: int, t: float, blocks: list[_Block]) -> tuple[Array, SolverReport]:
+def _centre(x: Array, level: int, t: float, blocks: list[Inequalities]) -> tuple[Array, SolverReport]:
     """Damped Newton method for the minimum of t x[level] - sum_k log det F_k(x) from an interior point."""
     for count in range(1, MAX_STEPS + 1):
         try:
@@ -164,14 +142,15 @@ def _centre(x: Array, level: int, t: float, blocks: list[_Block]) -> tuple[Array
 _ADVICE = "ask for a wider gap or a smaller factor, and see that (d, w) disturb every state (else there is no centre)"
 
 
-def _derivatives(x: Array, blocks: list[_Block]) -> tuple[Array, Array]:
+def _derivatives(x: Array, blocks: list[Inequalities]) -> tuple[Array, Array]:
     """Gradient (v,) and Hessian (v, v) of -sum_k log det F_k at x."""
     gradient, hessian = np.zeros(len(x)), np.zeros((len(x), len(x)))
     for block in blocks:
         inverse = np.linalg.inv(np.linalg.cholesky(_value(block, x)))
-        whitened = (inverse @ block.coefficients @ inverse.T).reshape(len(block.variables), -1)
-        gradient[block.variables] -= whitened[:, :: len(inverse) + 1].sum(axis=1)
-        hessian[np.ix_(block.variables, block.variables)] += whitened @ whitened.T
+        (variables,) = block.variables
+        whitened = (inverse @ block.coefficients[0] @ inverse.T).reshape(len(variables), -1)
+        gradient[variables] -= whitened[:, :: len(inverse) + 1].sum(axis=1)
+        hessian[np.ix_(variables, variables)] += whitened @ whitened.T
     return gradient, hessian
 
 

@@ -8,14 +8,12 @@ absent. The states of each phase are scaled by the Kalman covariance, without wh
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sparse
 
 from replication.estimation.conic.clarabel import SOLVED, solve_clarabel
-from replication.estimation.conic.program import Program
+from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.multirate.kalman import state_scales
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
@@ -33,15 +31,6 @@ class LmiDesign:
     report: SolverReport
 
 
-class _Terms(NamedTuple):
-    """Linear terms of one upper triangle: entry (row, column) gets coefficient times variable."""
-
-    row: npt.NDArray[np.int64]
-    column: npt.NDArray[np.int64]
-    variable: npt.NDArray[np.int64]
-    coefficient: Array
-
-
 def reduced_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = SOLVED) -> LmiDesign:
     """Minimise gamma^2 subject to the reduced inequalities of eq. (30) for all phases.
 
@@ -49,7 +38,9 @@ def reduced_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = S
     """
     require_problem(problem)
     layout = Layout(problem)
-    solution = solve_clarabel(reduced_program(layout), accept=accept)
+    cost = np.zeros(layout.variables)
+    cost[layout.level] = 1.0
+    solution = solve_clarabel(program_under(cost, *inequalities(layout)), accept=accept)
     return layout.design(solution.multipliers, solution.report)
 
 
@@ -104,63 +95,38 @@ class Layout:
         return LmiDesign(float(np.sqrt(max(x[self.level], 0.0))), gains, P, report)
 
 
-def reduced_program(layout: Layout) -> Program:
-    """Minimise gamma^2 with the matrices of eq. (30), reduced and in scaled states, positive semidefinite."""
-    sizes = tuple(layout.block_size(k) for k in range(layout.period))
-    starts = np.concatenate([[0], np.cumsum(np.square(sizes))])
-    data, variables, entries = [], [], []
-    for k, (size, start) in enumerate(zip(sizes, starts, strict=False)):
-        row, column, variable, coefficient = (np.concatenate(parts) for parts in zip(*_phase(layout, k), strict=True))
-        upper = row <= column
-        row, column, variable, coefficient = row[upper], column[upper], variable[upper], coefficient[upper]
-        below = row < column
-        data += [-coefficient, -coefficient[below]]
-        variables += [variable, variable[below]]
-        entries += [start + row * size + column, start + column[below] * size + row[below]]
-    position = np.concatenate(variables), np.concatenate(entries)
-    cost = np.zeros(layout.variables)
-    cost[layout.level] = 1.0
-    constants = np.concatenate([_constant(layout, k).ravel() for k in range(layout.period)])
-    a = sparse.csr_array((np.concatenate(data), position), shape=(layout.variables, int(starts[-1])))
-    return Program(a, -cost, constants, 0, sizes)
+def inequalities(layout: Layout) -> list[Inequalities]:
+    """The matrix of eq. (30) at each phase, reduced and in scaled states, with the few variables that stand in it."""
+    return [_phase(layout, k) for k in range(layout.period)]
 
 
-def _phase(layout: Layout, k: int) -> list[_Terms]:
-    """The linear terms of the matrix of eq. (30) at phase k."""
-    plant, n, rows = layout.plant, layout.n, layout.rows[k]
+def _phase(layout: Layout, k: int) -> Inequalities:
+    plant, n, rows, size = layout.plant, layout.n, layout.rows[k], layout.block_size(k)
     T, T_next = layout.scales[k], layout.scales[(k + 1) % layout.period]
-    terms = [
-        _product(layout.P(k), np.eye(n), (0, 0)),
-        _product(layout.P(k), np.linalg.solve(T_next, plant.A @ T), (0, n)),
-        _product(layout.P(k), np.linalg.solve(T_next, plant.B_d), (0, 2 * n)),
-        _product(layout.P(k - 1), np.eye(n), (n, n)),
-        _diagonal(layout.level, 2 * n, layout.block_size(k)),
-    ]
+    basis, triangle = symmetric_basis(n), np.triu_indices(n)
+    ahead, now = np.zeros((2, len(basis), size, size))
+    ahead[:, :n, :n] = basis
+    _beside(ahead, n, basis @ np.linalg.solve(T_next, plant.A @ T))
+    _beside(ahead, 2 * n, basis @ np.linalg.solve(T_next, plant.B_d))
+    now[:, n : 2 * n, n : 2 * n] = basis
+    level = np.diag(np.arange(size) >= 2 * n).astype(float)
+    parts = [(ahead, layout.P(k)[triangle]), (now, layout.P(k - 1)[triangle]), (level[None], np.array([layout.level]))]
+    if layout.period == 1:
+        parts[:2] = [(ahead + now, layout.P(k)[triangle])]
     if rows:
-        terms.append(_product(layout.Y(k), -plant.C[rows] @ T, (0, n)))
-        terms.append(_product(layout.Y(k), -plant.D[rows], (0, 2 * n + layout.disturbances)))
-    return terms
+        units = np.eye(n * len(rows)).reshape(-1, n, len(rows))
+        columns = np.zeros((len(units), size, size))
+        _beside(columns, n, units @ (-plant.C[rows] @ T))
+        _beside(columns, 2 * n + layout.disturbances, units @ -plant.D[rows])
+        parts.append((columns, layout.Y(k).ravel()))
+    constant = np.zeros((1, size, size))
+    constant[0, n : 2 * n, n : 2 * n] = -T.T @ plant.W.T @ plant.W @ T
+    coefficients, variables = (np.concatenate(part)[None] for part in zip(*parts, strict=True))
+    return Inequalities(constant, coefficients, variables)
 
 
-def _constant(layout: Layout, k: int) -> Array:
-    """Its constant part."""
-    n, size, T = layout.n, layout.block_size(k), layout.scales[k]
-    constant = np.zeros((size, size))
-    constant[n : 2 * n, n : 2 * n] = -T.T @ layout.plant.W.T @ layout.plant.W @ T
-    return constant
-
-
-def _product(variables: npt.NDArray[np.int64], right: npt.NDArray[Any], corner: tuple[int, int]) -> _Terms:
-    """Terms of the block (matrix of variables) times `right`, whose upper left entry stands at `corner`."""
-    i, m, j = np.meshgrid(*(np.arange(s) for s in (*variables.shape, right.shape[1])), indexing="ij")
-    i, m, j = i.ravel(), m.ravel(), j.ravel()
-    coefficient = right[m, j]
-    used = coefficient != 0
-    i, m, j, coefficient = i[used], m[used], j[used], coefficient[used]
-    return _Terms(i + corner[0], j + corner[1], variables[i, m], coefficient)
-
-
-def _diagonal(variable: int, start: int, stop: int) -> _Terms:
-    """Terms that put one variable on the diagonal from `start` to `stop`."""
-    at = np.arange(start, stop, dtype=np.int64)
-    return _Terms(at, at, np.full(len(at), variable, dtype=np.int64), np.ones(len(at)))
+def _beside(matrices: Array, start: int, blocks: Array) -> None:
+    """Write blocks into the first rows from the column `start` on, and their transposes below."""
+    rows, stop = blocks.shape[1], start + blocks.shape[2]
+    matrices[:, :rows, start:stop] = blocks
+    matrices[:, start:stop, :rows] = np.swapaxes(blocks, 1, 2)

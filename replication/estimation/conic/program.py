@@ -4,7 +4,7 @@
     maximise b'y  subject to  c - A'y = (s, vec S_1, .., vec S_k),  s >= 0,  S_j positive semidefinite,
 
 are dual to each other. A program in a few matrices under equations is written by the first, one in scalar unknowns
-under matrix inequalities by the second (`Inequalities.program`).
+under matrix inequalities by the second (`program_under`).
 """
 
 from __future__ import annotations
@@ -71,15 +71,23 @@ class Inequalities:
     coefficients: Array
     variables: Indices
 
-    def program(self, cost: Array) -> Program:
-        """Minimise cost'x under them; the unknowns are the multipliers of the program, the duals its matrices."""
-        count, terms, size, _ = self.coefficients.shape
-        used = np.flatnonzero(self.coefficients)
+
+def program_under(cost: Array, *groups: Inequalities) -> Program:
+    """Minimise cost'x under all `groups`: the unknowns are the multipliers of the program, the duals its matrices."""
+    data, unknowns, entries, constants, blocks, start = [], [], [], [], [], 0
+    for group in groups:
+        count, terms, size, _ = group.coefficients.shape
+        used = np.flatnonzero(group.coefficients)
         inequality, term, entry = np.unravel_index(used, (count, terms, size * size))
-        position = self.variables[inequality, term], inequality * size * size + entry
-        data = -self.coefficients.ravel()[used]
-        a = sparse.coo_array((data, position), shape=(len(cost), count * size * size))
-        return Program(a, -cost, self.constant.ravel(), 0, (size,) * count)
+        data.append(-group.coefficients.ravel()[used])
+        unknowns.append(group.variables[inequality, term])
+        entries.append(start + inequality * size * size + entry)
+        constants.append(group.constant.ravel())
+        blocks += [size] * count
+        start += count * size * size
+    position = np.concatenate(unknowns), np.concatenate(entries)
+    a = sparse.coo_array((np.concatenate(data), position), shape=(len(cost), start))
+    return Program(a, -cost, np.concatenate(constants), 0, tuple(blocks))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from replication.errors import SolverError
-from replication.estimation.conic.program import Inequalities
+from replication.estimation.conic.program import Inequalities, program_under
 from replication.estimation.conic.sdpa import run_sdpa
 from replication.estimation.conic.solvers import Options, SolverReport
 from replication.estimation.validation import Array
@@ -69,7 +69,7 @@ def minimise_refined(cost: Array, group: Inequalities) -> tuple[Array, Array, So
 
 def _solve(cost: Array, group: Inequalities, options: Options) -> tuple[Array, Array, SolverReport]:
     """The point and the duals (K, q, q) at which SDPA ended."""
-    program = group.program(cost)
+    program = program_under(cost, group)
     duals, point, said = run_sdpa(program, options)
     return point, np.array(program.matrices(duals)), said
 

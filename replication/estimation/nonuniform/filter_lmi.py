@@ -11,7 +11,7 @@ import numpy as np
 
 from replication.errors import SolverError
 from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
-from replication.estimation.conic.program import Inequalities, symmetric_basis
+from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
 from replication.estimation.conic.refined import minimise_refined
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.linear.norms import hinf_norm
@@ -215,7 +215,7 @@ def solve_for_periods(normalised: Normalised, grid: Sequence[float], *, solver: 
     if solver is Solver.SDPA:
         x, duals, report = minimise_refined(cost, group)
     else:
-        solution = solve_clarabel(group.program(cost), accept=ALMOST)
+        solution = solve_clarabel(program_under(cost, group), accept=ALMOST)
         x, duals, report = solution.multipliers, np.array(solution.blocks), solution.report
     variables = combine(basis, x)
     level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
-from replication.estimation.conic.program import Inequalities, symmetric_basis
+from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.nonuniform.filters import Filter, error_output
 from replication.estimation.nonuniform.guarantee.context_tree import ContextTree, Word
@@ -159,7 +159,7 @@ def solve(
     group = Inequalities(np.array(constants), np.array(coefficients), np.array(variables))
     cost = np.zeros(1 + terms * len(tree.leaves))
     cost[0] = 1.0
-    solution = solve_clarabel(group.program(cost), accept=accept)
+    solution = solve_clarabel(program_under(cost, group), accept=accept)
     x, duals = solution.multipliers, np.array(solution.blocks)
     P = np.einsum("cl,lab->cab", x[1:].reshape(-1, terms), basis)
     flux = np.zeros(len(tree.leaves))
