@@ -162,6 +162,17 @@ def test_a_result_without_a_statement_says_which_one_does_not_fit() -> None:
         certificate(delay.analyse(result_of("delay").system))  # type: ignore[arg-type, attr-defined]
 
 
+@pytest.mark.parametrize("observer", [name for name in dualrate.OBSERVERS if name != "state_feedback"])
+def test_observers_that_are_taken_are_those_that_the_verifier_carries_out(observer: str) -> None:
+    servo = dualrate.make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])
+    if observer in own.CARRIED_OUT:
+        assert check(certificate(dualrate.design(servo, period=0.01, ratio=2, observer=observer))).holds
+    else:
+        made = certificate(result_of("dualrate"))
+        with pytest.raises(Refused, match="observer must be one of"):
+            check({**made, "parameters": {"observer": observer}})
+
+
 def test_what_the_verifier_refuses_is_not_handed_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(own, "WIDTH", "1/1000000000000")
     with pytest.raises(SolverError, match=r"verifier refuses.*relative width"):

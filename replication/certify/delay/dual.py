@@ -8,10 +8,8 @@ coordinates there is room for rounding.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import cvxpy as cp
@@ -28,10 +26,11 @@ from replication.certify.delay.forms import (
     derivative,
     supply,
 )
-from replication.certify.delay.levels import change_of, dynamics_of, rational, written
-from replication.certify.rounding import rounded
+from replication.certify.delay.levels import change_of, dynamics_of
+from replication.certify.rounding import as_floats, floats, modelled, rational, rounded
 from replication.errors import SolverError
 from replication.estimation.validation import Array
+from replication.verify.reading import written
 
 STEP = 8e-6
 """Relative distance of the bound from the dual optimum: leaves room for rounding."""
@@ -149,12 +148,9 @@ def _weights(dynamics: Dynamics, dual: Dual, constant: list[fmpq], free: fmpq_ma
 
     Raises SolverError if there is no room for rounding.
     """
-    cost = np.array([_float(value) for value in _costs(dynamics, dual)])
+    cost = as_floats(written(_costs(dynamics, dual)))
     t, margin = cp.Variable(free.ncols()), cp.Variable()
-    y = (
-        np.array([_float(value) for value in constant])
-        + np.array([[_float(v) for v in row] for row in free.tolist()]) @ t
-    )
+    y = as_floats(written(constant)) + floats(free) @ t
     grams = []
     for matrix, hidden in zip(dual.matrices, dual.hidden, strict=True):
         entries = sparse.csr_array(_map(matrix, hidden, len(dual.keys))) @ y
@@ -171,29 +167,21 @@ def _weights(dynamics: Dynamics, dual: Dual, constant: list[fmpq], free: fmpq_ma
     return [value + moved[i, 0] for i, value in enumerate(constant)]
 
 
-def _float(value: fmpq) -> float:
-    return float(Fraction(str(value)))
-
-
 def _map(matrix: dict[Entry, Row], hidden: tuple[int, ...], count: int) -> Array:
     """The map from y to the entries of the matrix on the hidden coordinates, row by row."""
     place = {i: k for k, i in enumerate(hidden)}
     size = len(hidden)
-    result = np.zeros((size * size, count))
+    result = np.zeros((size, size, count))
     for (i, j), row in matrix.items():
         if i in place and j in place:
             for column, amount in row.items():
-                value = _float(amount)
-                result[place[i] * size + place[j], column] = value
-                result[place[j] * size + place[i], column] = value
-    return result
+                result[place[i], place[j], column] = result[place[j], place[i], column] = as_floats(str(amount))
+    return result.reshape(size * size, count)
 
 
 def _solved(problem: cp.Problem) -> float:
-    """The optimum. How accurate Clarabel says it is does not matter: the margin is measured on what it returned."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-        problem.solve(solver=cp.CLARABEL, max_threads=1, tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9)
+    """The optimum; raises SolverError without one."""
+    modelled(problem)
     if problem.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
         raise SolverError(f"Clarabel found no functional: status {problem.status}")
     return float(np.asarray(problem.value))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
@@ -57,6 +58,25 @@ def raise_unless_solved(report: SolverReport, *, accept: tuple[str, ...]) -> Non
         f"{report.name} stopped with status {report.status} after {report.iterations} iterations (residuals "
         f"{report.residuals}); rescale the states of the plant, or use the Riccati route"
     )
+
+
+def solve_modelled(problem: Any, options: Options = CLARABEL_OPTIONS) -> str:
+    """Solve a problem of cvxpy with Clarabel on one thread; the status, which says too whether it is inaccurate.
+
+    Raises SolverError if Clarabel gives no answer at all.
+    """
+    import cvxpy
+
+    try:
+        with warnings.catch_warnings():
+            # cvxpy warns of an inaccurate solution; here its status says so, and the caller decides.
+            warnings.filterwarnings("ignore", message="Solution may be inaccurate")
+            problem.solve(solver=cvxpy.CLARABEL, max_threads=1, **options)
+    except cvxpy.error.SolverError as error:
+        raise SolverError(
+            f"Clarabel through cvxpy failed: {error}; rescale the plant, or use the Riccati route"
+        ) from None
+    return str(problem.status)
 
 
 @contextmanager
