@@ -23,7 +23,7 @@ from replication.certify.delay.forms import (
     Entry,
     Key,
     cancellable,
-    derivative,
+    contribution,
     supply,
 )
 from replication.certify.delay.levels import change_of, dynamics_of
@@ -66,22 +66,13 @@ def dual_of(dynamics: Dynamics, degree: int) -> Dual:
             for entry, key, factor in basis.terms():
                 row = rows.setdefault(entry, {})
                 half = factor / (1 if entry[0] == entry[1] else 2)
-                for target, amount in _targets(dynamics, key, moving).items():
-                    if amount != 0:
-                        column = position.setdefault(target, len(position))
-                        row[column] = row.get(column, fmpq(0)) + half * amount
+                fed = {} if cancellable(dynamics, key) else {key: fmpq(1)}
+                for target, amount in (contribution(dynamics, key) if moving else fed).items():
+                    column = position.setdefault(target, len(position))
+                    row[column] = row.get(column, fmpq(0)) + half * amount
             matrices.append(rows)
             hidden.append(tuple(i for i in range(basis.size) if not _measured(dynamics, basis, i, moving)))
     return Dual(tuple(position), tuple(matrices), tuple(hidden))
-
-
-def _targets(dynamics: Dynamics, key: Key, moving: bool) -> dict[Key, fmpq]:
-    """The coefficients of the identity, as far as Z cannot cancel them, that a coefficient of N or of V feeds."""
-    n = dynamics.states
-    if moving and key[0] == "local" and key[2] // n != key[3] // n:
-        return {("coupling", *key): fmpq(1)}
-    reached = derivative(dynamics, {key: fmpq(1)}) if moving else {key: fmpq(1)}
-    return {target: amount for target, amount in reached.items() if not cancellable(dynamics, target)}
 
 
 def _measured(dynamics: Dynamics, basis: Basis, i: int, moving: bool) -> bool:

@@ -172,6 +172,14 @@ def derivative(system: Dynamics, storage: Form) -> Form:
     return form
 
 
+def contribution(system: Dynamics, key: Key) -> Form:
+    """What a coefficient of V adds to those of its derivative that Z cannot cancel; S may not couple two delays."""
+    if key[0] == "local" and key[2] // system.states != key[3] // system.states:
+        return {("coupling", *key): fmpq(1)}
+    reached = derivative(system, {key: fmpq(1)})
+    return {target: amount for target, amount in reached.items() if amount != 0 and not cancellable(system, target)}
+
+
 def supply(system: Dynamics, gamma: fmpq) -> Form:
     """2 v'z - gamma (|w|^2 + |v|^2)."""
     r, p, n = system.B.ncols(), system.C10.nrows(), system.states

@@ -21,10 +21,12 @@ from replication.certify.delay.forms import (
     Form,
     Key,
     cancellable,
+    contribution,
     derivative,
     form_of,
     supply,
 )
+from replication.certify.rounding import exact, rounded_array
 from replication.errors import InfeasibleError
 from replication.estimation.conic.program import Program
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
@@ -102,21 +104,16 @@ def _legendre_powers(degree: int) -> Array:
     return table
 
 
-def _rounded(matrix: Array, bits: int) -> fmpq_mat:
-    """The nearest symmetric matrix of multiples of 2^-bits."""
-    scale = 2**bits
-    integers = [[round(float(value) * scale) for value in row] for row in np.asarray((matrix + matrix.T) / 2.0)]
-    return fmpq_mat(len(integers), len(integers), [fmpq(value, scale) for row in integers for value in row])
-
-
 def exact_grams(dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint) -> dict[str, list[fmpq_mat]]:
     """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
     bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
     n, width = dynamics.states, dynamics.functions
     v_bases = [Basis(n, width, degree - weight, weight) for weight in (0, 1)]
     h_bases = [Basis(dynamics.points, width, degree - weight, weight) for weight in (0, 1)]
-    storage = [_rounded(matrix, bits) for matrix in point.storage]
-    dissipation = [_rounded(matrix, bits) for matrix in point.dissipation]
+    storage, dissipation = (
+        [exact(rounded_array((matrix + matrix.T) / 2.0, bits)) for matrix in pair]
+        for pair in (point.storage, point.dissipation)
+    )
     reached = {key for basis in h_bases for _, key, _ in basis.terms()}
     _meet_storage(dynamics, v_bases, storage, reached)
     value_function = _sum(form_of(basis, gram) for basis, gram in zip(v_bases, storage, strict=True))
@@ -142,7 +139,8 @@ def _meet_storage(dynamics: Dynamics, bases: Sequence[Basis], grams: list[fmpq_m
     for weight, basis in enumerate(bases):
         for entry, key, value in basis.terms():
             if key not in unmet:
-                unmet[key] = _unmet(dynamics, key, reached)
+                fed = contribution(dynamics, key)
+                unmet[key] = {target: amount for target, amount in fed.items() if target not in reached}
             for target, per_unit in unmet[key].items():
                 amount = value * per_unit
                 if (weight, entry) not in position:
@@ -164,19 +162,6 @@ def _meet_storage(dynamics: Dynamics, bases: Sequence[Basis], grams: list[fmpq_m
         column = next(k for k in range(len(columns) + 1) if reduced[i, k] != 0)
         weight, entry = columns[column]
         _change(grams[weight], entry, -reduced[i, len(columns)])
-
-
-def _unmet(dynamics: Dynamics, key: Key, reached: set[Key]) -> Form:
-    """What a monomial of V contributes to the coefficients that must vanish by themselves."""
-    n = dynamics.states
-    if key[0] == "local" and key[2] // n != key[3] // n:
-        return {("coupling", *key): fmpq(1)}
-    rate = derivative(dynamics, {key: fmpq(1)})
-    return {
-        target: amount
-        for target, amount in rate.items()
-        if amount != 0 and target not in reached and not cancellable(dynamics, target)
-    }
 
 
 def _sum(forms: Iterable[Form]) -> Form:
