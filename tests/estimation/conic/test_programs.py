@@ -8,7 +8,7 @@ import scipy.sparse as sparse
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.clarabel import solve_clarabel
-from replication.estimation.conic.program import Program, residuals
+from replication.estimation.conic.program import Inequalities, Program, program_under, residuals
 from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay import SdpaOptions
 
@@ -75,3 +75,28 @@ def test_multipliers_bound_the_trace() -> None:
     assert Program(trace, np.array([2.0]), eye, 0, (2,)).least_trace(np.ones(1)) == pytest.approx(2.0)
     negative = Program(trace, -np.ones(1), eye, 0, (2,))
     assert negative.least_trace(-np.ones(1)) == np.inf and negative.least_trace(np.ones(1)) == 0.0
+
+
+@pytest.mark.parametrize("matrices", [True, False])
+def test_clarabel_solves_either_form(matrices: bool) -> None:
+    root = np.random.default_rng(3).standard_normal((4, 4))
+    program = least_eigenvalue(root + root.T)
+    solution = solve_clarabel(program, matrices=matrices)
+    assert solution.objective == pytest.approx(np.linalg.eigvalsh(root + root.T)[0], abs=1e-7)
+    assert solution.multipliers == pytest.approx([solution.objective], abs=1e-6)
+    assert solution.report.residuals["gap"] < 1e-6
+
+
+@pytest.mark.parametrize("solve", [solve_sdpa, solve_clarabel])
+def test_inequalities_of_different_sizes_under_one_cost(solve: object) -> None:
+    """min t + s subject to [[t, 1], [1, t]] >= 0, where t is named twice, and s >= 2: three, and the multipliers."""
+    half = np.diag([0.5, 0.5])
+    pair = Inequalities(np.array([[[0.0, 1.0], [1.0, 0.0]]]), np.array([[half, half]]), np.array([[0, 0]]))
+    single = Inequalities(np.array([[[-2.0]]]), np.ones((1, 1, 1, 1)), np.array([[1]]))
+    program = program_under(np.ones(2), pair, single)
+    assert program.blocks == (2, 1)
+    solution = solve(program)  # type: ignore[operator]
+    np.testing.assert_allclose(solution.multipliers, [1.0, 2.0], atol=1e-5)
+    np.testing.assert_allclose(solution.blocks[0], [[0.5, -0.5], [-0.5, 0.5]], atol=1e-5)
+    np.testing.assert_allclose(solution.blocks[1], [[1.0]], atol=1e-5)
+    assert -solution.dual_objective == pytest.approx(3.0, abs=1e-5)
