@@ -22,8 +22,10 @@ from replication.certify.delay.forms import (
     Dynamics,
     Entry,
     Key,
+    add,
     cancellable,
     contribution,
+    echelon,
     supply,
 )
 from replication.certify.delay.levels import change_of, dynamics_of
@@ -68,8 +70,7 @@ def dual_of(dynamics: Dynamics, degree: int) -> Dual:
                 half = factor / (1 if entry[0] == entry[1] else 2)
                 fed = {} if cancellable(dynamics, key) else {key: fmpq(1)}
                 for target, amount in (contribution(dynamics, key) if moving else fed).items():
-                    column = position.setdefault(target, len(position))
-                    row[column] = row.get(column, fmpq(0)) + half * amount
+                    add(row, position.setdefault(target, len(position)), half * amount)
             matrices.append(rows)
             hidden.append(tuple(i for i in range(basis.size) if not _measured(dynamics, basis, i, moving)))
     return Dual(tuple(position), tuple(matrices), tuple(hidden))
@@ -88,21 +89,17 @@ def degree_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     change = change_of(plant)
     dynamics = dynamics_of(plant, change)
     dual = dual_of(dynamics, degree)
-    constant, free = _equalities(dynamics, dual)
-    weights = _weights(dynamics, dual, constant, free)
-    value = sum((weight * cost for weight, cost in zip(weights, _costs(dynamics, dual), strict=True)), fmpq(0))
+    # The coefficients of 2 v'z at the keys of the dual.
+    plain = supply(dynamics, fmpq(0))
+    costs = [plain.get(key, fmpq(0)) for key in dual.keys]
+    weights = _weights(dual, costs, *_equalities(dynamics, dual, costs))
+    value = sum((weight * cost for weight, cost in zip(weights, costs, strict=True)), fmpq(0))
     gamma = str(fmpq((value * 2**LEVEL_BITS).floor(), 2**LEVEL_BITS))
     functional = _as_matrices(dynamics, 2 * degree + 1, dict(zip(dual.keys, weights, strict=True)))
     return {"bound": {"lower": gamma}, "witness": {"change": written(change), "functional": functional}}
 
 
-def _costs(dynamics: Dynamics, dual: Dual) -> list[fmpq]:
-    """The coefficients of 2 v'z at the keys of the dual."""
-    plain = supply(dynamics, fmpq(0))
-    return [plain.get(key, fmpq(0)) for key in dual.keys]
-
-
-def _equalities(dynamics: Dynamics, dual: Dual) -> tuple[list[fmpq], fmpq_mat]:
+def _equalities(dynamics: Dynamics, dual: Dual, costs: list[fmpq]) -> tuple[list[fmpq], fmpq_mat]:
     """y = constant + free t: the solutions of all equations, with the value on |w|^2 + |v|^2 equal to one."""
     count = len(dual.keys)
     rows: list[Row] = []
@@ -111,15 +108,8 @@ def _equalities(dynamics: Dynamics, dual: Dual) -> tuple[list[fmpq], fmpq_mat]:
         rows += [row for (i, j), row in matrix.items() if row and not (i in kept and j in kept)]
     unique = {tuple(sorted((k, str(v)) for k, v in row.items())): row for row in rows}
     level = supply(dynamics, fmpq(-1))
-    table = fmpq_mat(len(unique) + 1, count + 1)
-    for i, row in enumerate(unique.values()):
-        for column, amount in row.items():
-            table[i, column] = amount
-    for column, (key, cost) in enumerate(zip(dual.keys, _costs(dynamics, dual), strict=True)):
-        table[len(unique), column] = level.get(key, fmpq(0)) - cost
-    table[len(unique), count] = fmpq(1)
-    reduced, rank = table.rref()
-    pivots = [next(k for k in range(count + 1) if reduced[i, k] != 0) for i in range(rank)]
+    scale = {k: level.get(key, fmpq(0)) - cost for k, (key, cost) in enumerate(zip(dual.keys, costs, strict=True))}
+    reduced, pivots = echelon([*unique.values(), {**scale, count: fmpq(1)}], count + 1)
     if count in pivots:
         raise SolverError("the equations of the dual have no solution; the degree is too low")
     others = [k for k in range(count) if k not in set(pivots)]
@@ -134,12 +124,12 @@ def _equalities(dynamics: Dynamics, dual: Dual) -> tuple[list[fmpq], fmpq_mat]:
     return constant, free
 
 
-def _weights(dynamics: Dynamics, dual: Dual, constant: list[fmpq], free: fmpq_mat) -> list[fmpq]:
+def _weights(dual: Dual, costs: list[fmpq], constant: list[fmpq], free: fmpq_mat) -> list[fmpq]:
     """Rational y in the interior: the largest value first, then the largest margin a little below it.
 
     Raises SolverError if there is no room for rounding.
     """
-    cost = as_floats(written(_costs(dynamics, dual)))
+    cost = as_floats(written(costs))
     t, margin = cp.Variable(free.ncols()), cp.Variable()
     y = as_floats(written(constant)) + floats(free) @ t
     grams = []

@@ -6,7 +6,7 @@ Functionals u are numbered: the point variables, then int t^c f_k(t) dt at point
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,9 +76,28 @@ def pair(first: int, second: int) -> Key:
     return ("pair", min(first, second), max(first, second))
 
 
-def add(form: Form, key: Key, value: fmpq) -> None:
+def add(form: dict[Any, fmpq], key: Any, value: fmpq) -> None:
     """Add to one coefficient."""
     form[key] = form.get(key, fmpq(0)) + value
+
+
+def total(forms: Iterable[Form]) -> Form:
+    """The sum of forms."""
+    result: Form = {}
+    for form in forms:
+        for key, value in form.items():
+            add(result, key, value)
+    return result
+
+
+def echelon(rows: Sequence[Mapping[int, fmpq]], width: int) -> tuple[fmpq_mat, list[int]]:
+    """Reduced row echelon form of sparse rows of `width` columns, and the column of each pivot."""
+    table = fmpq_mat(len(rows), width)
+    for i, row in enumerate(rows):
+        for column, amount in row.items():
+            table[i, column] = amount
+    reduced, rank = table.rref()
+    return reduced, [next(k for k in range(width) if reduced[i, k] != 0) for i in range(rank)]
 
 
 def form_of(basis: Basis, gram: fmpq_mat) -> Form:

@@ -6,7 +6,7 @@ entries so that every equality holds exactly; whether they are positive definite
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,11 +20,14 @@ from replication.certify.delay.forms import (
     Entry,
     Form,
     Key,
+    add,
     cancellable,
     contribution,
     derivative,
+    echelon,
     form_of,
     supply,
+    total,
 )
 from replication.certify.rounding import exact, rounded_array
 from replication.errors import InfeasibleError
@@ -116,11 +119,11 @@ def exact_grams(dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint) 
     )
     reached = {key for basis in h_bases for _, key, _ in basis.terms()}
     _meet_storage(dynamics, v_bases, storage, reached)
-    value_function = _sum(form_of(basis, gram) for basis, gram in zip(v_bases, storage, strict=True))
-    target = _sum([derivative(dynamics, value_function), supply(dynamics, gamma)])
+    value_function = total(form_of(basis, gram) for basis, gram in zip(v_bases, storage, strict=True))
+    target = total([derivative(dynamics, value_function), supply(dynamics, gamma)])
     # The highest moment against a point variable stands in the weighted matrix and moves the next lower one.
     for last in (True, False):
-        now = _sum([target, *(form_of(basis, gram) for basis, gram in zip(h_bases, dissipation, strict=True))])
+        now = total([target, *(form_of(basis, gram) for basis, gram in zip(h_bases, dissipation, strict=True))])
         for key, value in now.items():
             if value == 0 or cancellable(dynamics, key):
                 continue
@@ -132,7 +135,6 @@ def exact_grams(dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint) 
 
 def _meet_storage(dynamics: Dynamics, bases: Sequence[Basis], grams: list[fmpq_mat], reached: set[Key]) -> None:
     """Change V so that S couples no two delays and dV/dt has no term that neither N nor Z can cancel."""
-    columns: list[tuple[int, Entry]] = []
     rows: dict[Key, dict[int, fmpq]] = {}
     position: dict[tuple[int, Entry], int] = {}
     unmet: dict[Key, Form] = {}
@@ -142,34 +144,17 @@ def _meet_storage(dynamics: Dynamics, bases: Sequence[Basis], grams: list[fmpq_m
                 fed = contribution(dynamics, key)
                 unmet[key] = {target: amount for target, amount in fed.items() if target not in reached}
             for target, per_unit in unmet[key].items():
-                amount = value * per_unit
-                if (weight, entry) not in position:
-                    position[weight, entry] = len(columns)
-                    columns.append((weight, entry))
-                row = rows.setdefault(target, {})
-                column = position[weight, entry]
-                row[column] = row.get(column, fmpq(0)) + amount
+                column = position.setdefault((weight, entry), len(position))
+                add(rows.setdefault(target, {}), column, value * per_unit)
     if not rows:
         return
-    system = fmpq_mat(len(rows), len(columns) + 1)
-    for i, row in enumerate(rows.values()):
-        for column, amount in row.items():
-            weight, (a, b) = columns[column]
-            system[i, column] = amount
-            system[i, len(columns)] += amount * grams[weight][a, b]
-    reduced, rank = system.rref()
-    for i in range(rank):
-        column = next(k for k in range(len(columns) + 1) if reduced[i, k] != 0)
+    columns, last = list(position), len(position)
+    now = [grams[weight][entry] for weight, entry in columns]
+    missed = [{**row, last: sum((amount * now[k] for k, amount in row.items()), fmpq(0))} for row in rows.values()]
+    reduced, pivots = echelon(missed, last + 1)
+    for i, column in enumerate(pivots):
         weight, entry = columns[column]
-        _change(grams[weight], entry, -reduced[i, len(columns)])
-
-
-def _sum(forms: Iterable[Form]) -> Form:
-    result: Form = {}
-    for form in forms:
-        for key, value in form.items():
-            result[key] = result.get(key, fmpq(0)) + value
-    return result
+        _change(grams[weight], entry, -reduced[i, last])
 
 
 def _pivot(bases: Sequence[Basis], key: Key) -> tuple[int, Entry, fmpq]:
