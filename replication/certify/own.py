@@ -129,7 +129,7 @@ def _multirate(result: MultirateResult, name: str, number: Any) -> Made:
         raise InvalidInputError(
             "no certificate: multirate.gain is a statement on gains above zero, and this may be zero"
         )
-    return {**theorem, **multirate_makers.gain(theorem)}
+    return {**theorem, **multirate_makers.gain_in_units(theorem)}
 
 
 def _nonuniform(result: NonuniformResult, name: str, number: Any) -> Made:

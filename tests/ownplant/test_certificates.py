@@ -105,6 +105,26 @@ def test_units_do_not_matter_to_a_certificate_with_delays(time: float, state: fl
     assert upper is not None and float(Fraction(str(upper))) == pytest.approx(result.value, rel=1e-6)
 
 
+def test_units_do_not_matter_to_a_certificate_of_several_rates() -> None:
+    """States in units that are five orders of magnitude apart, and a small weight of the error."""
+    rng = np.random.default_rng(1)
+    A, units = rng.standard_normal((5, 5)), np.diag([1e-3, 1e2, 1.0, 1e1, 1e-2])
+    back = np.linalg.inv(units)
+    A *= 0.9 / np.abs(np.linalg.eigvals(A)).max()
+    plant = multirate.MultiratePlant(
+        A=units @ A @ back,
+        B_d=units @ rng.standard_normal((5, 2)),
+        C=rng.standard_normal((2, 5)) @ back,
+        D=np.eye(2),
+        W=1e-4 * np.eye(5)[:1] @ back,
+    )
+    result = multirate.design(plant, periods=(2, 3))
+    theorem = check(certificate(result))
+    assert theorem.lower is not None and theorem.upper is not None
+    bounds = [float(Fraction(str(bound))) for bound in (theorem.lower, theorem.upper)]
+    assert bounds[0] < result.bracket.lower <= result.value < bounds[1] < bounds[0] * (1 + 1e-6)
+
+
 def test_numbers_are_taken_as_written_or_as_floats() -> None:
     given = (certificate(result_of("multirate"), as_written=written)["plant"]["A"] for written in (True, False))
     written, exact = (Fraction(A[0][1]) for A in given)
