@@ -9,7 +9,7 @@ import clarabel
 import numpy as np
 import scipy.sparse as sparse
 
-from replication.estimation.conic.program import Indices, Program, Solution, solution_of
+from replication.estimation.conic.program import Indices, Program, Solution
 from replication.estimation.conic.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
 from replication.estimation.validation import Array
 
@@ -60,7 +60,7 @@ def solve_clarabel(
     triangles, y = (said.x, -np.array(said.z[: len(program.b)])) if matrices else (said.z, np.array(said.x))
     x = np.zeros(program.a.shape[1])
     x[place] = x[mirrored] = np.array(triangles) / weights
-    return solution_of(program, x, y, report)
+    return Solution(program, x, y, report)
 
 
 def _packed(program: Program, place: Indices, weights: Array) -> sparse.csc_matrix:
