@@ -34,7 +34,9 @@ def solve_clarabel(
     for name, value in chosen.items():
         setattr(settings, name, value)
     place, mirrored, weights = _triangles(program)
-    packed, cost = _packed(program, place, weights), program.c[place] * weights
+    # An unknown off the diagonal stands for two entries of x, each of them 1/sqrt(2) times it.
+    factors = np.where(place == mirrored, 1.0, 2.0 / weights) if matrices else weights
+    packed, cost = _packed(program, place, factors), program.c[place] * factors
     cones: list[Any] = [clarabel.NonnegativeConeT(program.linear)] if program.linear else []
     cones += [clarabel.PSDTriangleConeT(size) for size in program.blocks]
     # Clarabel's own form: minimise q'u subject to M u + s = h with s in the cones.
