@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -20,7 +21,8 @@ import scipy.io
 from replication.cli import main
 from replication.errors import InvalidInputError
 from replication.estimation.multirate import MultiratePlant, search_timing
-from replication.ownplant import designs, writing
+from replication.ownplant import writing
+from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
 from replication.ownplant.searching import FEW, every_core
 from replication.ownplant.writing import FILES
@@ -140,7 +142,7 @@ def test_an_earlier_design_is_replaced_only_if_asked_and_nothing_else_ever(
 def test_a_place_that_cannot_be_written_is_named_before_anything_is_computed(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setitem(designs.DESIGNS, "dualrate", None)
+    monkeypatch.setitem(METHODS, "dualrate", replace(METHODS["dualrate"], design=None))
     (here / "file").write_text("keep", encoding="utf-8")
     assert run("dualrate", "--output", "file/deep/out") == 2
     assert "file is no directory that can be written; choose another --output" in capsys.readouterr().err

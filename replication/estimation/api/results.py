@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import to_c_header, to_json, to_mat
 from replication.estimation.api.signals import Signals
@@ -49,18 +50,6 @@ class Evidence:
     value: float | int | str | bool
     method: str
     unit: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class Panel:
-    """Curves over a common axis x (M,). levels: horizontal lines. steps: values are held until the next x."""
-
-    x: Array
-    x_label: str
-    y_label: str
-    lines: Mapping[str, Array]
-    levels: Mapping[str, float]
-    steps: bool = False
 
 
 class Shown(ABC):

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from replication.drawing.panel import Panel
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import (
     Bracket,
     Evidence,
     GainResult,
-    Panel,
     Shown,
     Simulation,
     frozen,

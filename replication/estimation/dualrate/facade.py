@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.linalg
 
+from replication.drawing.panel import Panel
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.results import (
     EXACT_GAIN,
     Bracket,
     Evidence,
     GainResult,
-    Panel,
     Simulation,
     frozen,
     require_result,

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.results import (
     EXACT_GAIN,
     Bracket,
     Evidence,
     GainResult,
-    Panel,
     Simulation,
     frozen,
     require_result,

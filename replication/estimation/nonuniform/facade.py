@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from scipy.sparse.linalg import ArpackNoConvergence
 
+from replication.drawing.panel import Panel
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import (
     Bracket,
     Evidence,
     GainResult,
-    Panel,
     Simulation,
     frozen,
     require_result,
