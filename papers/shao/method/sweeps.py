@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import brentq
 
-from replication.estimation.dualrate.arguments import increasing_grid
 from replication.estimation.dualrate.loop import MARGINAL, DualRateLoop, close_loop, stability_radius
 from replication.estimation.dualrate.observers import Builder
 from replication.estimation.dualrate.problem import DualRateDesign, Plant
 from replication.estimation.dualrate.tracking import reference, tracking_error_ratio
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, increasing_grid
 
 if TYPE_CHECKING:
     import control

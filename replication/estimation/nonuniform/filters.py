@@ -23,9 +23,21 @@ DOUBLINGS = 50
 
 @dataclass(frozen=True)
 class Filter:
-    """Eq. (4): x^(k+1) = A x^(k) + B y(k), z^(k) = C x^(k); A (nf, nf), B (nf, r), C (s, nf).
+    """Eq. (4): x^(k+1) = A x^(k) + B y(k), z^(k) = C x^(k).
 
-    Raises InvalidInputError if the shapes do not fit or an entry is not finite.
+    Parameters
+    ----------
+    A : array (nf, nf)
+        State transition from sample to sample, whatever the period.
+    B : array (nf, r)
+        Effect of the measurements.
+    C : array (s, nf)
+        The estimate.
+
+    Raises
+    ------
+    InvalidInputError
+        The shapes do not fit or an entry is not finite.
     """
 
     A: Array
@@ -48,7 +60,18 @@ class Filter:
             object.__setattr__(self, name, matrix)
 
     def to_statespace(self, dt: float | bool = True) -> control.StateSpace:
-        """The filter as a discrete-time `control.StateSpace` from y to z^; dt True means an unspecified period."""
+        """The filter from y to z^.
+
+        Parameters
+        ----------
+        dt : float or True
+            Sampling period, s; True means an unspecified one.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time and strictly proper.
+        """
         import control
 
         return control.StateSpace(self.A, self.B, self.C, np.zeros((len(self.C), self.B.shape[1])), dt)

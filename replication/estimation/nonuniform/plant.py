@@ -11,6 +11,8 @@ import numpy.typing as npt
 import scipy.linalg
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.plants import PlantReader
+from replication.estimation.api.signals import Signals, measured_outputs, numbered
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer, positive_scalar
 
 if TYPE_CHECKING:
@@ -27,7 +29,20 @@ observable."""
 
 @dataclass(frozen=True)
 class PeriodRange:
-    """The sampling periods [h_l, h_u] of eq. (2), in seconds; raises InvalidInputError unless 0 < h_l <= h_u < inf."""
+    """The sampling periods [h_l, h_u] of eq. (2).
+
+    Parameters
+    ----------
+    h_l : float
+        Shortest sampling period, s.
+    h_u : float
+        Longest sampling period, s.
+
+    Raises
+    ------
+    InvalidInputError
+        Unless 0 < h_l <= h_u < inf.
+    """
 
     h_l: float
     h_u: float
@@ -53,9 +68,24 @@ class PeriodRange:
 class SampledPlant:
     """Eq. (1): x' = Ax + Bw, y = Cx + Dw measured when sampled, z = Lx to be estimated; w is held between samples.
 
-    Shapes: A (n, n), B (n, m), C (r, n), D (r, m), L (s, n). Raises InvalidInputError if a shape does not fit, an
-    entry is not finite, a matrix is larger than LARGEST or smaller than its inverse, B or L is zero, A is not Hurwitz
-    (no filter of form (4) then has a bounded error) or (C, A) is not observable.
+    Parameters
+    ----------
+    A : array (n, n)
+        Hurwitz, in 1/s; otherwise no filter of form (4) has a bounded error.
+    B : array (n, m)
+        Effect of the disturbance w.
+    C : array (r, n)
+        Sensors.
+    D : array (r, m)
+        Effect of w on the sensors, their noise.
+    L : array (s, n)
+        What is estimated.
+
+    Raises
+    ------
+    InvalidInputError
+        A shape does not fit, an entry is not finite, a matrix is larger than LARGEST or smaller than its inverse, B or
+        L is zero, A is not Hurwitz or (C, A) is not observable.
     """
 
     A: Array
@@ -97,9 +127,24 @@ class SampledPlant:
 
     @classmethod
     def from_statespace(cls, system: control.StateSpace, measured: int) -> SampledPlant:
-        """From a continuous-time `control.StateSpace` with inputs w, first `measured` outputs y and the others z.
+        """From a continuous-time `control.StateSpace` with inputs w, first outputs y and the others z.
 
-        Raises InvalidInputError if the system is not continuous-time, has no z, or z has direct feedthrough from w.
+        Parameters
+        ----------
+        system : control.StateSpace
+            Continuous-time, without feedthrough from w to z.
+        measured : int
+            How many of the first outputs are y.
+
+        Returns
+        -------
+        SampledPlant
+            The same matrices, the outputs split.
+
+        Raises
+        ------
+        InvalidInputError
+            The system is not continuous-time, has no z, or z has direct feedthrough from w.
         """
         if not system.isctime(strict=True):
             raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
@@ -175,3 +220,31 @@ def _require_observable(A: Array, C: Array) -> None:
             raise InvalidInputError(
                 f"(C, A) is not observable: C does not see the mode {eigenvalue:.6g}; remove it or add a sensor"
             )
+
+
+class SampledPlantReader(PlantReader[SampledPlant]):
+    """Continuous-time plants whose outputs are measured, y, or estimated, z."""
+
+    kind = SampledPlant
+    arrays, advice = "SampledPlant", "; arrays make one: SampledPlant(A, B, C, D, L)"
+    refusal = "measured belongs to a control.StateSpace; a SampledPlant has C and L"
+
+    def signals_of(self, plant: SampledPlant) -> Signals:
+        """x[0], y[0], z[0] and so on."""
+        return Signals(numbered("x", plant.order), (), numbered("y", len(plant.C)), numbered("z", len(plant.L)))
+
+    def read(self, system: Any, **given: Any) -> tuple[SampledPlant, Signals]:
+        """With the outputs that are measured; the others are estimated."""
+        if given["measured"] is None:
+            raise InvalidInputError("give the measured outputs: measured=1, or their names; the others are estimated")
+        seen, others, signals = measured_outputs(system, given["measured"])
+        if not system.isctime(strict=True):
+            raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
+        if np.any(system.D[others]):
+            raise InvalidInputError(
+                "the estimated outputs must have no feedthrough from w: set these rows of D to zero"
+            )
+        return SampledPlant(system.A, system.B, system.C[seen], system.D[seen], system.C[others]), signals
+
+
+read_plant = SampledPlantReader()
