@@ -121,7 +121,7 @@ def analyse(
 
     Parameters
     ----------
-    plant, delayed, delays, measured
+    plant : DelaySystem or control.StateSpace
         As in `design`.
 
     Returns
@@ -158,6 +158,12 @@ def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
         Equidistant instants, s.
     disturbance : array (M, r)
         w at these instants, linear between them.
+    delayed : sequence of array (n, n)
+        As in `design`.
+    delays : sequence of float
+        As in `design`, s.
+    measured : int, or sequence of int or str
+        As in `design`.
 
     Returns
     -------

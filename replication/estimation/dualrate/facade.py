@@ -123,7 +123,7 @@ def analyse(
 
     Parameters
     ----------
-    plant, period, ratio, observer
+    plant : control.StateSpace or Plant
         As in `design`.
     feedback : array (m, n)
         K with u = K x^, so that A + B K is the loop with full state.
@@ -131,6 +131,12 @@ def analyse(
         L of the observer.
     discrete_gain : bool
         Whether L corrects by steps instead of in the observer's differential equation.
+    period : float
+        As in `design`, s.
+    ratio : int
+        As in `design`.
+    observer : str
+        As in `design`.
 
     Returns
     -------

@@ -31,7 +31,17 @@ MAX_RATIO = 100_000
 
 @dataclass(frozen=True, eq=False)
 class Plant:
-    """x' = state x + input u, y = output x. Shapes: (n, n), (n, m), (p, n)."""
+    """x' = state x + input u, y = output x.
+
+    Attributes
+    ----------
+    state : array (n, n)
+        A, in 1/s.
+    input : array (n, m)
+        B.
+    output : array (p, n)
+        C.
+    """
 
     state: Array
     input: Array

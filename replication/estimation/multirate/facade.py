@@ -108,10 +108,20 @@ def analyse(
 
     Parameters
     ----------
-    plant, periods, offsets, noise, disturbances, weight
+    plant : MultiratePlant or control.StateSpace
         As in `design`.
     gains : array (N, n, q)
         L_k for each instant of the schedule; columns of sensors that do not measure then have no effect.
+    periods : sequence of int, one per sensor
+        As in `design`, in base periods.
+    offsets : sequence of int, one per sensor
+        As in `design`.
+    noise : array (q, q_w), or (q,)
+        As in `design`.
+    disturbances : sequence of int or str, optional
+        As in `design`.
+    weight : array (n_z, n), optional
+        As in `design`.
 
     Returns
     -------

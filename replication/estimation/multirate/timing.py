@@ -18,7 +18,15 @@ Apply = Callable[[Callable[[Offsets], Optimum], Sequence[Offsets]], Iterable[Opt
 
 @dataclass(frozen=True)
 class TimingSearch:
-    """Optimum of every distinct set of offsets for given periods; `best` is the first of the smallest."""
+    """Optimum of every distinct set of offsets for given periods.
+
+    Attributes
+    ----------
+    periods : tuple of int
+        Sensing periods N_i, in base periods.
+    optima : dict
+        `Optimum` by offsets; `best` is the first of the smallest.
+    """
 
     periods: tuple[int, ...]
     optima: dict[Offsets, Optimum]

@@ -122,10 +122,18 @@ def analyse(
 
     Parameters
     ----------
-    plant, periods, measured, leaves, horizon
+    plant : SampledPlant or control.StateSpace
         As in `design`.
     filter_ : Filter or control.StateSpace
         A_f, B_f and C_f of eq. (4), or a strictly proper discrete-time system.
+    periods : (float, float) or PeriodRange
+        As in `design`, s.
+    measured : int, or sequence of int or str
+        As in `design`.
+    leaves : int
+        As in `design`.
+    horizon : int
+        As in `design`.
 
     Returns
     -------

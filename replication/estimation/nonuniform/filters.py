@@ -77,7 +77,13 @@ class Filter:
         return control.StateSpace(self.A, self.B, self.C, np.zeros((len(self.C), self.B.shape[1])), dt)
 
     def spectral_radius(self) -> float:
-        """Largest modulus of the eigenvalues of A_f."""
+        """Stable for every sampling sequence iff it is below one.
+
+        Returns
+        -------
+        float
+            Largest modulus of the eigenvalues of A_f.
+        """
         return float(np.max(np.abs(np.linalg.eigvals(self.A))))
 
 

@@ -60,7 +60,18 @@ class PeriodRange:
         return (self.h_l + self.h_u) / 2
 
     def nodes(self, count: int) -> Array:
-        """`count` >= 1 equally spaced periods from h_l to h_u."""
+        """Equally spaced sampling periods.
+
+        Parameters
+        ----------
+        count : int
+            How many, at least one.
+
+        Returns
+        -------
+        array (count,)
+            From h_l to h_u, s.
+        """
         return np.linspace(self.h_l, self.h_u, positive_integer("the number of periods", count))
 
 
@@ -162,28 +173,82 @@ class SampledPlant:
         return len(self.A)
 
     def transition(self, h: float) -> Array:
-        """exp(h [[A, B], [0, 0]]) of shape (n + m, n + m); its upper rows are [Phi(h), Gamma(h)]. h in seconds."""
+        """exp(h [[A, B], [0, 0]]), whose upper rows are [Phi(h), Gamma(h)].
+
+        Parameters
+        ----------
+        h : float
+            Sampling period, s.
+
+        Returns
+        -------
+        array (n + m, n + m)
+            State and held disturbance over one interval.
+        """
         return np.asarray(scipy.linalg.expm(h * self.generator()))
 
     def transitions(self, periods: Array) -> Array:
-        """`transition` at each of the periods (K,), of shape (K, n + m, n + m)."""
+        """`transition` at each of several sampling periods.
+
+        Parameters
+        ----------
+        periods : array (K,)
+            Sampling periods, s.
+
+        Returns
+        -------
+        array (K, n + m, n + m)
+            One after the other.
+        """
         return np.asarray(scipy.linalg.expm(np.asarray(periods)[:, None, None] * self.generator()))
 
     def generator(self) -> Array:
-        """[[A, B], [0, 0]]: the plant with w held constant, as an autonomous system; shape (n + m, n + m)."""
+        """The plant with w held constant, as an autonomous system.
+
+        Returns
+        -------
+        array (n + m, n + m)
+            [[A, B], [0, 0]], in 1/s.
+        """
         n, m = self.B.shape
         return np.block([[self.A, self.B], [np.zeros((m, n + m))]])
 
     def discretise(self, h: float) -> tuple[Array, Array]:
-        """Phi(h) = e^{hA} (n, n) and Gamma(h) = int_0^h e^{tA} dt B (n, m) of eq. (3), for w held over h > 0
-        seconds."""
+        """The plant between two samples, eq. (3), for w held over h.
+
+        Parameters
+        ----------
+        h : float
+            Sampling period, s.
+
+        Returns
+        -------
+        (array (n, n), array (n, m))
+            Phi(h) = e^{hA} and Gamma(h) = int_0^h e^{tA} dt B.
+        """
         period = positive_scalar("h", h, unit="s")
         n = self.order
         whole = self.transition(period)
         return whole[:n, :n], whole[:n, n:]
 
     def in_coordinates(self, T: Array) -> SampledPlant:
-        """The same plant with state T x, T (n, n); raises InvalidInputError if T is singular or of another shape."""
+        """The same plant with state T x.
+
+        Parameters
+        ----------
+        T : array (n, n)
+            Invertible.
+
+        Returns
+        -------
+        SampledPlant
+            Its w, y and z are the same.
+
+        Raises
+        ------
+        InvalidInputError
+            T is singular or of another shape.
+        """
         T = as_matrix("T", T, rows=self.order, columns=self.order)
         if np.linalg.matrix_rank(T) < self.order:
             raise InvalidInputError(f"T must be invertible, but has rank {np.linalg.matrix_rank(T)} < {self.order}")
