@@ -123,6 +123,12 @@ def analyse(
     ----------
     plant : DelaySystem or control.StateSpace
         As in `design`.
+    delayed : sequence of array (n, n)
+        As in `design`.
+    delays : sequence of float
+        As in `design`, s.
+    measured : int, or sequence of int or str
+        As in `design`.
 
     Returns
     -------
@@ -158,12 +164,6 @@ def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
         Equidistant instants, s.
     disturbance : array (M, r)
         w at these instants, linear between them.
-    delayed : sequence of array (n, n)
-        As in `design`.
-    delays : sequence of float
-        As in `design`, s.
-    measured : int, or sequence of int or str
-        As in `design`.
 
     Returns
     -------

@@ -129,14 +129,14 @@ def analyse(
         K with u = K x^, so that A + B K is the loop with full state.
     injection : array (n, p)
         L of the observer.
-    discrete_gain : bool
-        Whether L corrects by steps instead of in the observer's differential equation.
     period : float
         As in `design`, s.
     ratio : int
         As in `design`.
     observer : str
         As in `design`.
+    discrete_gain : bool
+        Whether L corrects by steps instead of in the observer's differential equation.
 
     Returns
     -------

@@ -43,13 +43,13 @@ def documented(text: str) -> dict[str, bool]:
     return found
 
 
-def taken(thing: Any) -> set[str]:
+def taken(thing: Any) -> list[str]:
     """The arguments of a function, or of the making of an instance; the fields of a dataclass that adds some."""
     if dataclasses.is_dataclass(thing):
         inherited = {name for base in thing.__mro__[1:] for name in getattr(base, "__dataclass_fields__", {})}
-        return {field.name for field in dataclasses.fields(thing)} - inherited
+        return [field.name for field in dataclasses.fields(thing) if field.name not in inherited]
     function = thing.__init__ if inspect.isclass(thing) else thing
-    return {name for name in inspect.signature(function).parameters if name not in ("self", "cls")}
+    return [name for name in inspect.signature(function).parameters if name not in ("self", "cls")]
 
 
 def omissions(thing: Any, *, door: bool = True) -> list[str]:
@@ -57,9 +57,11 @@ def omissions(thing: Any, *, door: bool = True) -> list[str]:
     found = sections(inspect.getdoc(thing) or "")
     said = documented(found.get("Parameters", "") + found.get("Attributes", ""))
     wanted = taken(thing)
-    missing = [f"{name} is not documented" for name in sorted(wanted - said.keys())]
-    missing += [f"{name} is no argument" for name in sorted(said.keys() - wanted)]
+    missing = [f"{name} is not documented" for name in wanted if name not in said]
+    missing += [f"{name} is no argument" for name in said if name not in wanted]
     missing += [f"{name} lacks its type or meaning" for name, whole in said.items() if not whole]
+    if not missing and list(said) != wanted:
+        missing.append(f"documented in another order than {wanted}")
     if inspect.isfunction(thing):
         given = inspect.signature(thing).return_annotation
         if given not in (None, "None", inspect.Signature.empty) and "Returns" not in found:
