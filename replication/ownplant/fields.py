@@ -1,12 +1,17 @@
-"""The keys of a plant file: names, kinds and shapes, as data.
+"""Keys of a plant file and options of the command line, as data: names, kinds and shapes, and how words are read.
 
 The letters of a shape stand for numbers that must agree within a file: n states, u known inputs, q sensors, and so on.
 """
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 
 class Kind(StrEnum):
@@ -41,3 +46,73 @@ def matrix(name: str, rows: str, columns: str, meaning: str, *, required: bool =
 
 NAMES = {"states": "n", "inputs": "u", "measurements": "q", "outputs": "z"}
 """Lists of the table [names], and the letter that says how many there are."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """`--name METAVAR`, passed on to the design under its name; read: its value from the word that was given."""
+
+    name: str
+    read: Callable[[str], Any]
+    metavar: str | None
+    help: str
+    required: bool = False
+    choices: tuple[str, ...] | None = None
+
+    def add(self, parser: argparse.ArgumentParser) -> None:
+        """Add the option to a parser."""
+        parser.add_argument(
+            f"--{self.name}",
+            type=self.read,
+            metavar=self.metavar,
+            help=self.help,
+            required=self.required,
+            choices=self.choices,
+        )
+
+
+def listed(one: Callable[[str], T]) -> Callable[[str], list[T]]:
+    """Reads values that commas separate."""
+    return lambda text: [one(part.strip()) for part in text.split(",")]
+
+
+def two(one: Callable[[str], T]) -> Callable[[str], list[T]]:
+    """Reads exactly two values."""
+
+    def ends(text: str) -> list[T]:
+        found = listed(one)(text)
+        if len(found) != 2:
+            raise argparse.ArgumentTypeError(f"{text!r} must be two numbers, such as 0.1,0.3")
+        return found
+
+    return ends
+
+
+def offsets(text: str) -> list[int] | str:
+    """A list of whole numbers from zero on, or the word `best`."""
+    return text if text == "best" else listed(natural)(text)
+
+
+def natural(text: str) -> int:
+    """A whole number from zero on."""
+    if not text.isascii() or not text.isdecimal() or len(text) > 9:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
+    return int(text)
+
+
+def whole(text: str) -> int:
+    """A whole number from one on."""
+    if natural(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
+    return int(text)
+
+
+def positive(text: str) -> float:
+    """A positive finite number."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number")
+    return number

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from replication.errors import InvalidInputError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.ownplant.fields import Field, Kind, matrix
-from replication.ownplant.options import Option, listed, offsets, positive, two, whole
+from replication.ownplant.fields import Field, Kind, Option, listed, matrix, offsets, positive, two, whole
 from replication.ownplant.searching import every_core
 
 if TYPE_CHECKING:

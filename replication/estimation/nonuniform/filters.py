@@ -115,10 +115,13 @@ def require_settling(plant: SampledPlant, filter_: Filter) -> None:
 
 
 def error_step(plant: SampledPlant, filter_: Filter, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
-    """The state and input matrices of the error system (5) for given Phi (n, n) and Gamma (n, m)."""
-    n, nf = plant.order, len(filter_.A)
-    state = np.block([[Phi, np.zeros((n, nf))], [filter_.B @ plant.C, filter_.A]])
-    return state, np.vstack([Gamma, filter_.B @ plant.D])
+    """The state and input matrices of the error system (5) for given Phi (..., n, n) and Gamma (..., n, m)."""
+    n, nf, m = plant.order, len(filter_.A), plant.B.shape[1]
+    state, drive = np.zeros((*Phi.shape[:-2], n + nf, n + nf)), np.zeros((*Phi.shape[:-2], n + nf, m))
+    state[..., :n, :n], drive[..., :n, :] = Phi, Gamma
+    state[..., n:, :n], drive[..., n:, :] = filter_.B @ plant.C, filter_.B @ plant.D
+    state[..., n:, n:] = filter_.A
+    return state, drive
 
 
 def error_system(plant: SampledPlant, filter_: Filter, h: float, *, per_duration: bool = False) -> Stage:

@@ -3,6 +3,7 @@ discretisation."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -136,16 +137,16 @@ class SampledPlant:
         _require_hurwitz(A)
         _require_observable(A, C)
 
-    @classmethod
-    def from_statespace(cls, system: control.StateSpace, measured: int) -> SampledPlant:
+    @staticmethod
+    def from_statespace(system: control.StateSpace, measured: int | Sequence[int | str]) -> SampledPlant:
         """From a continuous-time `control.StateSpace` with inputs w, first outputs y and the others z.
 
         Parameters
         ----------
         system : control.StateSpace
             Continuous-time, without feedthrough from w to z.
-        measured : int
-            How many of the first outputs are y.
+        measured : int, or sequence of int or str
+            How many of the first outputs are y, or which ones, by index or name.
 
         Returns
         -------
@@ -157,15 +158,7 @@ class SampledPlant:
         InvalidInputError
             The system is not continuous-time, has no z, or z has direct feedthrough from w.
         """
-        if not system.isctime(strict=True):
-            raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
-        if not 1 <= measured < system.noutputs:
-            raise InvalidInputError(
-                f"`measured` must leave at least one y and one z of the {system.noutputs} outputs, got {measured}"
-            )
-        if np.any(system.D[measured:]):
-            raise InvalidInputError("z must have no direct feedthrough from w: set the lower rows of D to zero")
-        return cls(system.A, system.B, system.C[:measured], system.D[:measured], system.C[measured:])
+        return read_plant(system, measured=measured)[0]
 
     @property
     def order(self) -> int:
