@@ -30,7 +30,7 @@ import cvxpy
 from papers.peet2019 import data, scaling
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent, published
 from papers.peet2019.measured import PLAIN, RECORD, Cell, recorded
-from replication.estimation.conic.sdpa import Program
+from replication.estimation.conic.program import Program
 from replication.estimation.delay import DegreeRule
 
 TABLE = Path(__file__).parent / "delay_full.md"

@@ -13,7 +13,13 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 FORBIDDEN = {
-    "replication/estimation": ("papers", "replication.audit", "matplotlib"),
+    "replication/estimation": (
+        "papers",
+        "replication.audit",
+        "replication.certify",
+        "replication.verify",
+        "matplotlib",
+    ),
     "replication/audit": ("papers", "replication.estimation", "control", "cvxpy", "clarabel"),
     "replication/ownplant": ("papers", "matplotlib", "control", "cvxpy", "clarabel"),
 }

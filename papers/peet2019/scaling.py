@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from papers.peet2019.experiments import solver_record
-from replication.estimation.conic.sdpa import Program, SdpaOptions, Solution, solve_sdpa
+from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay.sos import bessel, lie, synthesis
 from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks
 from replication.estimation.delay.spectrum import rightmost_roots
@@ -55,7 +55,7 @@ def cost(states: int, delays: int, level: float | None, threads: int = 1) -> Jso
         "gamma": float(solution.linear[0]) if level is None else level,
         "equalities": task.a.shape[0],
         "blocks": list(task.blocks),
-        "solver": solver_record(solution),
+        "solver": solution.report.to_dict(),
     }
 
 
@@ -74,7 +74,7 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
         "gamma": level,
         "equalities": task.a.shape[0],
         "blocks": list(task.blocks),
-        "solver": solver_record(solution),
+        "solver": solution.report.to_dict(),
         "full": {
             "equalities": full.a.shape[0],
             "residual": float(residual / (1.0 + np.abs(full.b).max())),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from replication.certify.multirate.disturbances import peak_disturbance, unseen_for_long, unseen_forever
-from replication.certify.rounding import as_floats, rounded_array, rounded_down, rounded_up
+from replication.certify.rounding import as_floats, bracket, rounded_array
 from replication.errors import SolverError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem
@@ -33,7 +33,7 @@ def gain(theorem: Mapping[str, Any]) -> dict[str, Any]:
     turn, v = peak_disturbance(system, norm.angle)
     level = norm.upper * (1 + MARGIN)
     return {
-        "bound": bounds(norm.lower, level),
+        "bound": bracket(norm.lower, level, MARGIN, LEVEL_BITS),
         "witness": {"P": rounded_array(lyapunov_matrices(system, level), STATE_BITS), "turn": turn, "v": v},
     }
 
@@ -44,7 +44,10 @@ def optimum_noncausal(theorem: Mapping[str, Any]) -> dict[str, Any]:
     best = optimum(problem)
     turn, d = unseen_forever(problem, best.noncausal.angle)
     upper, witness = design(problem, best)
-    return {"bound": bounds(best.noncausal.lower, upper), "witness": {**witness, "turn": turn, "d": d}}
+    return {
+        "bound": bracket(best.noncausal.lower, upper, MARGIN, LEVEL_BITS),
+        "witness": {**witness, "turn": turn, "d": d},
+    }
 
 
 def optimum_causal(theorem: Mapping[str, Any]) -> dict[str, Any]:
@@ -53,22 +56,14 @@ def optimum_causal(theorem: Mapping[str, Any]) -> dict[str, Any]:
     best = optimum(problem)
     start, d, lower = unseen_for_long(problem, best.lower)
     upper, witness = design(problem, best)
-    return {"bound": bounds(lower, upper), "witness": {**witness, "start": start, "d": d}}
+    return {"bound": bracket(lower, upper, MARGIN, LEVEL_BITS), "witness": {**witness, "start": start, "d": d}}
 
 
 def feasible_design(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """An upper bound alone: a level of Theorem 2 with P_k and Y_k."""
     problem = problem_of(theorem)
     upper, witness = design(problem, optimum(problem))
-    return {"bound": {"upper": bounds(upper, upper)["upper"]}, "witness": witness}
-
-
-def bounds(lower: float, upper: float) -> dict[str, str]:
-    """Both bounds, with a margin for what rounding the witness costs."""
-    return {
-        "lower": rounded_down(lower * (1 - MARGIN), LEVEL_BITS),
-        "upper": rounded_up(upper * (1 + MARGIN), LEVEL_BITS),
-    }
+    return {"bound": {"upper": bracket(upper, upper, MARGIN, LEVEL_BITS)["upper"]}, "witness": witness}
 
 
 def design(problem: MultirateProblem, best: Optimum) -> tuple[float, dict[str, Any]]:

@@ -103,7 +103,7 @@ def design(
     if level is None:
         least = _minimum(system, degree, rule)
         target = least.gamma * (1 + positive_scalar("margin", margin))
-        how = f"degree {degree} of the {rule} rule, {least.solution.solver} {least.solution.version}"
+        how = f"degree {degree} of the {rule} rule, {least.solution.report.name} {least.solution.report.version}"
         facts: tuple[Evidence, ...] = (Evidence("least level", least.gamma, how),)
     else:
         target, facts = positive_scalar("level", level), ()

@@ -156,13 +156,15 @@ def result_of(
     coarse = hinf_norm(error_system(system, operators, max(2 * order // 3, 1)))
     points = grid(order).points
     values = evaluate(operators, points)
-    galerkin, solution = check(certificate), certificate.solution
+    galerkin, report = check(certificate), certificate.solution.report
     evidence = (
         *facts,
         Evidence("lower end attained at", norm.frequency, f"closed loop, {order + 1} Chebyshev points", "rad/s"),
         Evidence("gain on a coarser grid", coarse.lower, f"{max(2 * order // 3, 1) + 1} points"),
         Evidence("upper end proved by", f"degree {certificate.degree}, {certificate.rule} rule", "sums of squares"),
-        Evidence("residual of the proof", solution.equality, f"{solution.solver} {solution.version}, our measure"),
+        Evidence(
+            "residual of the proof", report.residuals["equalities"], f"{report.name} {report.version}, our measure"
+        ),
         Evidence("storage, least eigenvalue", galerkin.storage, "Galerkin check; positive"),
         Evidence("dissipation, largest eigenvalue", galerkin.dissipation, "Galerkin check; zero or negative"),
         Evidence("error decays at", -norm.abscissa, "rightmost eigenvalue of the closed loop", "1/s"),

@@ -8,7 +8,7 @@ from papers.mustafa.method.printed_lmi import printed_design
 from papers.mustafa.method.robust_lmi import lmi13, modal_transform, robust_lmi_design
 from papers.mustafa.method.small_gain import UpperEnd, delta_block
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.conic.sdpa_blocks import GAP
+from replication.estimation.conic.refined import GAP
 from replication.estimation.nonuniform import exchange, filter_lmi
 from replication.estimation.nonuniform.bracket import floor_for_any_filter
 from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, dense_design, robust_design, violations
