@@ -215,6 +215,9 @@ def test_help_of_a_method_lists_the_keys_of_its_file(method: str, capsys: pytest
         main(["design", method, "--help"])
     text = capsys.readouterr().out
     assert "keys of the plant file:" in text and "exit codes:" in text
+    assert all(
+        f"--{option.name} " in text and option.help in " ".join(text.split()) for option in METHODS[method].options
+    )
 
 
 def test_the_best_timing_is_searched_on_every_core(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

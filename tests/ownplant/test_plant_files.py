@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import os
 from pathlib import Path
 
@@ -189,6 +191,14 @@ def test_any_matrix_is_read_or_refused_by_name(value: object) -> None:
 def test_the_help_names_every_key(method: str) -> None:
     for field in METHODS[method].fields:
         assert f"  {field.name} " in METHODS[method].described()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_option_is_an_argument_of_the_design_in_the_library(method: str) -> None:
+    taken = inspect.signature(importlib.import_module(f"replication.estimation.{method}").design).parameters
+    assert {option.name for option in METHODS[method].options} <= set(taken)
+    required = {name for name, argument in taken.items() if argument.default is argument.empty} - {"plant"}
+    assert {option.name for option in METHODS[method].options if option.required} == required
 
 
 def test_examples_are_good_plants() -> None:

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from replication.errors import InfeasibleError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.api.plants import PlantReader
 from replication.estimation.api.results import Evidence
+from replication.estimation.api.signals import Signals, measured_outputs, numbered
 from replication.estimation.api.simulation import Simulation
 from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.response import simulate as simulate_error
@@ -21,7 +23,7 @@ from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.least_gain import LeastGain, minimum_gain
 from replication.estimation.delay.sos.synthesis import degree_for
 from replication.estimation.delay.spectrum import hinf_gain, rightmost_roots
-from replication.estimation.delay.system import DelaySystem, read_plant
+from replication.estimation.delay.system import DelaySystem, delay_system
 from replication.estimation.validation import at_most, one_of, positive_scalar
 
 if TYPE_CHECKING:
@@ -31,6 +33,32 @@ HIGHEST, FINEST = 12, 200
 """Degree and order beyond which programs and closed loops do not end, or rounding decides them."""
 MARGIN, ORDER = 0.05, 24
 """Relative distance from the optimum, whose gains have no bound; points of histories."""
+
+
+class DelaySystemReader(PlantReader[DelaySystem]):
+    """Plants of eq. (1) whose outputs are measured, y, or estimated, z."""
+
+    kind, arrays = DelaySystem, "delay_system(...)"
+    refusal = "delayed, delays and measured belong to a control.StateSpace"
+
+    def signals_of(self, plant: DelaySystem) -> Signals:
+        """x[0], y[0], z[0] and so on."""
+        return Signals(numbered("x", plant.states), (), numbered("y", plant.measurements), numbered("z", plant.outputs))
+
+    def read(self, system: Any, **given: Any) -> tuple[DelaySystem, Signals]:
+        """The delay-free part, with the delayed terms and the outputs that are measured."""
+        if any(value is None for value in given.values()):
+            raise InvalidInputError("a control.StateSpace needs delayed=[A_1, ..], delays=[tau_1, ..] and measured=..")
+        if not system.isctime(strict=True) or np.any(system.D):
+            raise InvalidInputError(
+                f"the plant must be continuous-time without feedthrough, got dt = {system.dt}, D = {system.D.tolist()}"
+            )
+        seen, others, signals = measured_outputs(system, given["measured"])
+        plant = delay_system(system.A, given["delayed"], given["delays"], system.B, system.C[others], system.C[seen])
+        return plant, signals
+
+
+read_plant = DelaySystemReader()
 
 
 def design(

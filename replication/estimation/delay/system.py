@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import PlantReader
-from replication.estimation.api.signals import Signals, measured_outputs, numbered
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 
@@ -230,29 +228,3 @@ def measured_last(system: DelaySystem) -> tuple[DelaySystem, Array]:
         DelaySystem(rotated.a0, rotated.a, rotated.delays, rotated.b, rotated.c10, rotated.c1, sensor),
         change,
     )
-
-
-class DelaySystemReader(PlantReader[DelaySystem]):
-    """Plants of eq. (1) whose outputs are measured, y, or estimated, z."""
-
-    kind, arrays = DelaySystem, "delay_system(...)"
-    refusal = "delayed, delays and measured belong to a control.StateSpace"
-
-    def signals_of(self, plant: DelaySystem) -> Signals:
-        """x[0], y[0], z[0] and so on."""
-        return Signals(numbered("x", plant.states), (), numbered("y", plant.measurements), numbered("z", plant.outputs))
-
-    def read(self, system: Any, **given: Any) -> tuple[DelaySystem, Signals]:
-        """The delay-free part, with the delayed terms and the outputs that are measured."""
-        if any(value is None for value in given.values()):
-            raise InvalidInputError("a control.StateSpace needs delayed=[A_1, ..], delays=[tau_1, ..] and measured=..")
-        if not system.isctime(strict=True) or np.any(system.D):
-            raise InvalidInputError(
-                f"the plant must be continuous-time without feedthrough, got dt = {system.dt}, D = {system.D.tolist()}"
-            )
-        seen, others, signals = measured_outputs(system, given["measured"])
-        plant = delay_system(system.A, given["delayed"], given["delays"], system.B, system.C[others], system.C[seen])
-        return plant, signals
-
-
-read_plant = DelaySystemReader()

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import PlantReader
-from replication.estimation.api.signals import Signals, index_of, is_statespace, numbered
+from replication.estimation.api.signals import index_of, is_statespace
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 _NOT_GIVEN = np.zeros((0, 0))
@@ -166,39 +165,3 @@ class MultiratePlant:
             B_u=B[:, others],
             dt=1.0 if system.dt is True else float(system.dt),
         )
-
-
-class MultirateReader(PlantReader[MultiratePlant]):
-    """Discrete-time plants with process and sensor noise."""
-
-    kind = MultiratePlant
-    arrays = "MultiratePlant"
-    advice = "; arrays make one: MultiratePlant(A=.., B_d=.., C=.., D=..)"
-    refusal = "noise, disturbances and weight belong to a control.StateSpace; a MultiratePlant has D, B_d and W"
-
-    def signals_of(self, plant: MultiratePlant) -> Signals:
-        """x[0], u[0], y[0] and so on."""
-        states, inputs = numbered("x", plant.order), numbered("u", plant.B_u.shape[1])
-        return self._signals(plant, states, inputs, numbered("y", plant.sensors))
-
-    def read(self, system: Any, **given: Any) -> tuple[MultiratePlant, Signals]:
-        """With the noise of the sensors, and the inputs that are process noise."""
-        noise, disturbances = given["noise"], given["disturbances"]
-        if noise is None:
-            raise InvalidInputError("give the sensor noise: noise=D, or one number for each sensor")
-        # A list of numbers stands for a diagonal matrix: each sensor with noise of its own.
-        D = np.diag(noise) if np.ndim(noise) == 1 else noise
-        plant = MultiratePlant.from_statespace(system, D, disturbances=disturbances, W=given["weight"])
-        labels = list(system.input_labels)
-        noisy = set(range(len(labels))) if disturbances is None else {*disturbances}
-        inputs = tuple(name for i, name in enumerate(labels) if i not in noisy and name not in noisy)
-        return plant, self._signals(plant, tuple(system.state_labels), inputs, tuple(system.output_labels))
-
-    def _signals(
-        self, plant: MultiratePlant, states: tuple[str, ...], inputs: tuple[str, ...], measurements: tuple[str, ...]
-    ) -> Signals:
-        whole = np.array_equal(plant.W, np.eye(plant.order))
-        return Signals(states, inputs, measurements, states if whole else numbered("z", len(plant.W)), plant.dt)
-
-
-read_plant = MultirateReader()

@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.api.plants import PlantReader
 from replication.estimation.api.results import Evidence
-from replication.estimation.api.signals import is_statespace
+from replication.estimation.api.signals import Signals, is_statespace, measured_outputs, numbered
 from replication.estimation.api.simulation import Simulation
 from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.filter_lmi import LmiSolution
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.nominal import riccati_level
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods, read_plant
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.nonuniform.result import NonuniformResult, result_of
 from replication.estimation.nonuniform.worst_case import error_ratio, sequence_gain, simulate_error
 
@@ -28,6 +29,34 @@ if TYPE_CHECKING:
 
 LEAVES, HORIZON = 16, 400
 """Default effort: Lyapunov matrices of the guarantee, and samples of the worst sequence searched for."""
+
+
+class SampledPlantReader(PlantReader[SampledPlant]):
+    """Continuous-time plants whose outputs are measured, y, or estimated, z."""
+
+    kind = SampledPlant
+    arrays, advice = "SampledPlant", "; arrays make one: SampledPlant(A, B, C, D, L)"
+    refusal = "measured belongs to a control.StateSpace; a SampledPlant has C and L"
+
+    def signals_of(self, plant: SampledPlant) -> Signals:
+        """x[0], y[0], z[0] and so on."""
+        return Signals(numbered("x", plant.order), (), numbered("y", len(plant.C)), numbered("z", len(plant.L)))
+
+    def read(self, system: Any, **given: Any) -> tuple[SampledPlant, Signals]:
+        """With the outputs that are measured; the others are estimated."""
+        if given["measured"] is None:
+            raise InvalidInputError("give the measured outputs: measured=1, or their names; the others are estimated")
+        seen, others, signals = measured_outputs(system, given["measured"])
+        if not system.isctime(strict=True):
+            raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
+        if np.any(system.D[others]):
+            raise InvalidInputError(
+                "the estimated outputs must have no feedthrough from w: set these rows of D to zero"
+            )
+        return SampledPlant(system.A, system.B, system.C[seen], system.D[seen], system.C[others]), signals
+
+
+read_plant = SampledPlantReader()
 
 
 def design(

@@ -12,8 +12,7 @@ import numpy.typing as npt
 import scipy.linalg
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import PlantReader
-from replication.estimation.api.signals import Signals, measured_outputs, numbered
+from replication.estimation.api.signals import measured_outputs
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer, positive_scalar
 
 if TYPE_CHECKING:
@@ -158,7 +157,14 @@ class SampledPlant:
         InvalidInputError
             The system is not continuous-time, has no z, or z has direct feedthrough from w.
         """
-        return read_plant(system, measured=measured)[0]
+        seen, others, _ = measured_outputs(system, measured)
+        if not system.isctime(strict=True):
+            raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
+        if np.any(system.D[others]):
+            raise InvalidInputError(
+                "the estimated outputs must have no feedthrough from w: set these rows of D to zero"
+            )
+        return SampledPlant(system.A, system.B, system.C[seen], system.D[seen], system.C[others])
 
     @property
     def order(self) -> int:
@@ -278,31 +284,3 @@ def _require_observable(A: Array, C: Array) -> None:
             raise InvalidInputError(
                 f"(C, A) is not observable: C does not see the mode {eigenvalue:.6g}; remove it or add a sensor"
             )
-
-
-class SampledPlantReader(PlantReader[SampledPlant]):
-    """Continuous-time plants whose outputs are measured, y, or estimated, z."""
-
-    kind = SampledPlant
-    arrays, advice = "SampledPlant", "; arrays make one: SampledPlant(A, B, C, D, L)"
-    refusal = "measured belongs to a control.StateSpace; a SampledPlant has C and L"
-
-    def signals_of(self, plant: SampledPlant) -> Signals:
-        """x[0], y[0], z[0] and so on."""
-        return Signals(numbered("x", plant.order), (), numbered("y", len(plant.C)), numbered("z", len(plant.L)))
-
-    def read(self, system: Any, **given: Any) -> tuple[SampledPlant, Signals]:
-        """With the outputs that are measured; the others are estimated."""
-        if given["measured"] is None:
-            raise InvalidInputError("give the measured outputs: measured=1, or their names; the others are estimated")
-        seen, others, signals = measured_outputs(system, given["measured"])
-        if not system.isctime(strict=True):
-            raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
-        if np.any(system.D[others]):
-            raise InvalidInputError(
-                "the estimated outputs must have no feedthrough from w: set these rows of D to zero"
-            )
-        return SampledPlant(system.A, system.B, system.C[seen], system.D[seen], system.C[others]), signals
-
-
-read_plant = SampledPlantReader()
