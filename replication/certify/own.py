@@ -129,7 +129,7 @@ def _multirate(result: MultirateResult, name: str, number: Any) -> Made:
         raise InvalidInputError(
             "no certificate: multirate.gain is a statement on gains above zero, and this may be zero"
         )
-    return {**theorem, **multirate_makers.gain(theorem)}
+    return {**theorem, **multirate_makers.gain_in_units(theorem)}
 
 
 def _nonuniform(result: NonuniformResult, name: str, number: Any) -> Made:
@@ -193,7 +193,7 @@ def _delay(result: DelayResult, name: str, number: Any) -> Made:
     for degree in range(1, result.certificate.degree + 1):
         theorem = _theorem("delay.gain-upper", plant, {"degree": degree})
         try:
-            return {**theorem, **delay_makers.gain_upper(theorem, level)}
+            return {**theorem, "bound": {"upper": level}, "witness": delay_makers.grams_in_units(plant, level, degree)}
         except (InfeasibleError, SolverError) as error:
             told = str(error)
     raise SolverError(f"no certificate: no exact storage was found up to degree {result.certificate.degree} ({told})")

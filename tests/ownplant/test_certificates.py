@@ -94,6 +94,37 @@ def test_the_result_of_the_library_is_certified_and_its_floats_are_exact(method:
     assert all(Fraction(float(Fraction(entry))) == Fraction(entry) for row in numbers for entry in row)
 
 
+@pytest.mark.parametrize(("time", "state", "output"), [(1e-3, 1e-3, 10.0), (1e3, 1e3, 1.0), (1.0, 1.0, 1e4)])
+def test_units_do_not_matter_to_a_certificate_with_delays(time: float, state: float, output: float) -> None:
+    """The plant of `result_of` in other units: solvers would fail on its matrices as they stand."""
+    scale = np.array([[1.0, 1.0 / state], [state, 1.0]])
+    A0, A1 = scale * [[-1, 0.2], [0.5, -2]] / time, scale * [[0, 0], [0.5, 0.2]] / time
+    plant = delay.delay_system(A0, [A1], [0.4 * time], np.diag([1.0, state]), [[0.0, output / state]], [[1.0, 0.0]])
+    result = delay.design(plant)
+    upper = check(certificate(result)).upper
+    assert upper is not None and float(Fraction(str(upper))) == pytest.approx(result.value, rel=1e-6)
+
+
+def test_units_do_not_matter_to_a_certificate_of_several_rates() -> None:
+    """States in units that are five orders of magnitude apart, and a small weight of the error."""
+    rng = np.random.default_rng(1)
+    A, units = rng.standard_normal((5, 5)), np.diag([1e-3, 1e2, 1.0, 1e1, 1e-2])
+    back = np.linalg.inv(units)
+    A *= 0.9 / np.abs(np.linalg.eigvals(A)).max()
+    plant = multirate.MultiratePlant(
+        A=units @ A @ back,
+        B_d=units @ rng.standard_normal((5, 2)),
+        C=rng.standard_normal((2, 5)) @ back,
+        D=np.eye(2),
+        W=1e-4 * np.eye(5)[:1] @ back,
+    )
+    result = multirate.design(plant, periods=(2, 3))
+    theorem = check(certificate(result))
+    assert theorem.lower is not None and theorem.upper is not None
+    bounds = [float(Fraction(str(bound))) for bound in (theorem.lower, theorem.upper)]
+    assert bounds[0] < result.bracket.lower <= result.value < bounds[1] < bounds[0] * (1 + 1e-6)
+
+
 def test_numbers_are_taken_as_written_or_as_floats() -> None:
     given = (certificate(result_of("multirate"), as_written=written)["plant"]["A"] for written in (True, False))
     written, exact = (Fraction(A[0][1]) for A in given)

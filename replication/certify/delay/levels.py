@@ -16,6 +16,7 @@ from replication.certify.delay.gram import centred, exact_grams
 from replication.certify.rounding import as_floats, exact, floats, rational, rounded, rounded_down, rounded_up, stepwise
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DelaySystem, delay_system, minimum_gain, rightmost_roots
+from replication.estimation.delay.units import natural_units
 from replication.verify.algebra.linear import block, identity, take_rows
 from replication.verify.reading import written
 
@@ -83,6 +84,41 @@ def grams(plant: Mapping[str, Any], gamma: str, degree: int, trace: float = TRAC
     if not least > 0.0:
         raise InfeasibleError(f"no room for rounding at the level {gamma}: exact matrices reach {least:.1e}; raise it")
     return {"change": written(change), **made}
+
+
+def grams_in_units(plant: Mapping[str, Any], gamma: str, degree: int) -> dict[str, Any]:
+    """`grams`, found in the natural units of the plant and with a level of about one, written in its own units.
+
+    With x' = S x, t' = t/T, w' = sqrt(T) w, v' = sqrt(T) v and z' = sqrt(T) z/g the identity of Theorem 3 is multiplied
+    by T/g: V' = V/g and N' = (T/g) N. All units are powers of two, T of four, so that nothing is rounded.
+    """
+    units, size = natural_units(floating(plant)), round(np.log2(float(Fraction(gamma))))
+    time, root, gain = (rational(unit) for unit in (units.time, units.time**0.5, 2.0**size))
+    states = exact(units.change)
+    back = states.inv()
+    scaled = {
+        "A0": written(states * exact(plant["A0"]) * back * time),
+        "A": [written(states * exact(matrix) * back * time) for matrix in plant["A"]],
+        "delays": [str(rational(delay) / time) for delay in plant["delays"]],
+        "B": written(states * exact(plant["B"]) * root),
+        "C10": written(exact(plant["C10"]) * back * (root / gain)),
+        "C1": [written(exact(matrix) * back * (root / gain)) for matrix in plant["C1"]],
+        "C2": written(exact(plant["C2"]) * back),
+    }
+    made = grams(scaled, str(rational(gamma) / gain), degree, WIDE_TRACE)
+    inputs = len(plant["B"][0]) + len(plant["C10"])
+
+    def restored(gram: Any) -> Any:
+        unit = identity(len(gram))
+        for i in range(inputs):
+            unit[i, i] = root
+        return written(unit * exact(gram) * unit * (gain / time))
+
+    return {
+        "change": written(exact(made["change"]) * states),
+        "storage": [written(exact(gram) * gain) for gram in made["storage"]],
+        "dissipation": [restored(gram) for gram in made["dissipation"]],
+    }
 
 
 def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str, Any]:

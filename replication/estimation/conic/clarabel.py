@@ -9,7 +9,7 @@ import clarabel
 import numpy as np
 import scipy.sparse as sparse
 
-from replication.estimation.conic.program import Indices, Program, Solution, solution_of
+from replication.estimation.conic.program import Indices, Program, Solution
 from replication.estimation.conic.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
 from replication.estimation.validation import Array
 
@@ -34,7 +34,9 @@ def solve_clarabel(
     for name, value in chosen.items():
         setattr(settings, name, value)
     place, mirrored, weights = _triangles(program)
-    packed, cost = _packed(program, place, weights), program.c[place] * weights
+    # An unknown off the diagonal stands for two entries of x, each of them 1/sqrt(2) times it.
+    factors = np.where(place == mirrored, 1.0, 2.0 / weights) if matrices else weights
+    packed, cost = _packed(program, place, factors), program.c[place] * factors
     cones: list[Any] = [clarabel.NonnegativeConeT(program.linear)] if program.linear else []
     cones += [clarabel.PSDTriangleConeT(size) for size in program.blocks]
     # Clarabel's own form: minimise q'u subject to M u + s = h with s in the cones.
@@ -60,7 +62,7 @@ def solve_clarabel(
     triangles, y = (said.x, -np.array(said.z[: len(program.b)])) if matrices else (said.z, np.array(said.x))
     x = np.zeros(program.a.shape[1])
     x[place] = x[mirrored] = np.array(triangles) / weights
-    return solution_of(program, x, y, report)
+    return Solution(program, x, y, report)
 
 
 def _packed(program: Program, place: Indices, weights: Array) -> sparse.csc_matrix:

@@ -43,6 +43,10 @@ class Program:
             position += size * size
         return blocks
 
+    def symmetric(self, vector: Array) -> Array:
+        """The vector with symmetric blocks."""
+        return np.concatenate([vector[: self.linear], *[block.ravel() for block in self.matrices(vector)]])
+
     def least(self, vector: Array) -> float:
         """The smallest scalar or eigenvalue of a vector in the layout of x."""
         eigenvalues = (float(np.linalg.eigvalsh(block)[0]) for block in self.matrices(vector))
@@ -92,55 +96,58 @@ def program_under(cost: Array, *groups: Inequalities) -> Program:
 
 @dataclass(frozen=True)
 class Solution:
-    """A pair of points x and y with what the solver said of it.
+    """A pair of points with what the solver said of it; x has symmetric blocks, multipliers is y."""
 
-    linear, blocks: the parts l and X_j of x; multipliers: y; objective: cᵀx; dual_objective: bᵀy. slip: |y|ᵀ|Ax-b|, by
-    which, to first order, meeting the equalities may raise the objective.
-    """
-
-    linear: Array
-    blocks: tuple[Array, ...]
+    program: Program
+    x: Array
     multipliers: Array
-    objective: float
-    dual_objective: float
-    slip: float
     report: SolverReport
 
+    @property
+    def linear(self) -> Array:
+        """The part l of x."""
+        return self.x[: self.program.linear]
 
-def solution_of(program: Program, x: Array, y: Array, report: SolverReport) -> Solution:
-    """The solution with symmetric blocks."""
-    blocks = tuple(program.matrices(x))
-    symmetric = np.concatenate([x[: program.linear], *[block.ravel() for block in blocks]])
-    missed = np.abs(program.a @ symmetric - program.b)
-    return Solution(
-        linear=x[: program.linear],
-        blocks=blocks,
-        multipliers=y,
-        objective=float(program.c @ symmetric),
-        dual_objective=float(program.b @ y),
-        slip=float(np.abs(y) @ missed),
-        report=report,
-    )
+    @property
+    def blocks(self) -> tuple[Array, ...]:
+        """The parts X_j of x."""
+        return tuple(self.program.matrices(self.x))
 
+    @property
+    def objective(self) -> float:
+        """cᵀx."""
+        return float(self.program.c @ self.x)
 
-def residuals(program: Program, x: Array, y: Array) -> dict[str, float]:
-    """What a pair of points misses, computed from the data of the program, whatever a solver reported.
+    @property
+    def dual_objective(self) -> float:
+        """bᵀy."""
+        return float(self.program.b @ self.multipliers)
 
-    equalities: ‖Ax-b‖∞/(1+‖b‖∞). The least eigenvalues of x and of the slack s = c - Aᵀy. gap: (|cᵀx-bᵀy| +
-    max(0, -λ_min(s))·tr x)/(1+|cᵀx|), so that a slightly indefinite s cannot hide one.
-    """
-    blocks, slack = program.matrices(x), program.c - program.a.T @ y
-    symmetric = np.concatenate([x[: program.linear], *[block.ravel() for block in blocks]])
-    objective, dual = float(program.c @ symmetric), float(program.b @ y)
-    missed = np.abs(program.a @ symmetric - program.b)
-    least = program.least(slack)
-    trace = float(np.abs(x[: program.linear]).sum() + sum(np.trace(block) for block in blocks))
-    return {
-        "equalities": float(missed.max(initial=0.0) / (1.0 + np.abs(program.b).max(initial=0.0))),
-        "least eigenvalue": program.least(x),
-        "least eigenvalue of the dual": least,
-        "gap": (abs(objective - dual) + max(0.0, -least) * trace) / (1.0 + abs(objective)),
-    }
+    @property
+    def missed(self) -> Array:
+        """|Ax-b|."""
+        return np.asarray(np.abs(self.program.a @ self.x - self.program.b))
+
+    @property
+    def slip(self) -> float:
+        """|y|ᵀ|Ax-b|, by which, to first order, meeting the equalities may raise the objective."""
+        return float(np.abs(self.multipliers) @ self.missed)
+
+    def residuals(self) -> dict[str, float]:
+        """What the points miss, computed from the data of the program, whatever the solver reported.
+
+        equalities: ‖Ax-b‖∞/(1+‖b‖∞). The least eigenvalues of x and of the slack s = c - Aᵀy. gap: (|cᵀx-bᵀy| +
+        max(0, -λ_min(s))·tr x)/(1+|cᵀx|), so that a slightly indefinite s cannot hide one.
+        """
+        program, objective = self.program, self.objective
+        least = program.least(program.c - program.a.T @ self.multipliers)
+        trace = float(np.abs(self.linear).sum() + sum(np.trace(block) for block in self.blocks))
+        return {
+            "equalities": float(self.missed.max(initial=0.0) / (1.0 + np.abs(program.b).max(initial=0.0))),
+            "least eigenvalue": program.least(self.x),
+            "least eigenvalue of the dual": least,
+            "gap": (abs(objective - self.dual_objective) + max(0.0, -least) * trace) / (1.0 + abs(objective)),
+        }
 
 
 def symmetric_basis(size: int) -> Array:

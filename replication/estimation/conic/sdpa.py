@@ -6,7 +6,7 @@ fallback from one solver to the other.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
 
@@ -17,7 +17,7 @@ from sdpap.symcone import SymCone
 from threadpoolctl import ThreadpoolController
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.program import Program, Solution, residuals, solution_of
+from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.solvers import Options, SolverReport, quiet_stdout
 from replication.estimation.validation import Array
 
@@ -100,7 +100,7 @@ def _libraries() -> ThreadpoolController:
 
 
 def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution:
-    """Solve with SDPA, on one thread unless the options say otherwise; the residuals are those of `residuals`.
+    """Solve with SDPA, on one thread unless the options say otherwise; the residuals are those of `Solution.residuals`.
 
     The status is not believed: too small a start makes SDPA call a feasible program infeasible, and rounding often
     stops it just short of the tolerance that it was asked for. Raises InfeasibleError if its multipliers prove that
@@ -109,7 +109,8 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
     """
     settings = options or SdpaOptions()
     x, y, said = run_sdpa(program, settings.as_dict(), settings.threads)
-    found = residuals(program, x, y)
+    solution = Solution(program, program.symmetric(x), y, said)
+    found = solution.residuals()
     trace = program.least_trace(y)
     if trace > ENDLESS:
         raise InfeasibleError(
@@ -123,4 +124,4 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
             f" and residual {residual:.1e}; whether there is a solution is open, it would have a trace above "
             f"{trace:.1e}; raise the degree, or accept the point by `gap` and `residual` of SdpaOptions"
         )
-    return solution_of(program, x, y, said.with_residuals(found))
+    return replace(solution, report=said.with_residuals(found))

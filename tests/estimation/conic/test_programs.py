@@ -8,7 +8,7 @@ import scipy.sparse as sparse
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.clarabel import solve_clarabel
-from replication.estimation.conic.program import Inequalities, Program, program_under, residuals
+from replication.estimation.conic.program import Inequalities, Program, program_under
 from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay import SdpaOptions
 
@@ -27,7 +27,7 @@ def test_least_eigenvalue(solve: object) -> None:
     matrix = root + root.T
     program = least_eigenvalue(matrix)
     solution = solve(program)  # type: ignore[operator]
-    found = residuals(program, np.concatenate([block.ravel() for block in solution.blocks]), solution.multipliers)
+    found = solution.residuals()
     assert solution.objective == pytest.approx(np.linalg.eigvalsh(matrix)[0], abs=1e-6)
     assert found["gap"] < 1e-6 and found["equalities"] < 1e-6 and found["least eigenvalue"] > -1e-8
     # Complementarity: X times the slack matrix - λI vanishes.
