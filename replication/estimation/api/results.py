@@ -17,9 +17,8 @@ import numpy as np
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import to_c_header, to_json, to_mat
-from replication.estimation.api.shown import Shown, as_text, frozen
+from replication.estimation.api.shown import Shown, as_text
 from replication.estimation.api.signals import Signals
-from replication.estimation.api.simulation import Simulation
 from replication.estimation.validation import Array
 
 if TYPE_CHECKING:
@@ -184,14 +183,6 @@ class GainResult(Shown):
         """One panel with the guaranteed level beside curves of the gain over x."""
         shown = {name.replace("_", " "): level for name, level in levels.items()}
         return (Panel(x, x_label, y_label, curves, {**shown, "guaranteed level": self.value}),)
-
-    def _simulation(
-        self, time: Array, signals: Mapping[str, Any], *, ratio: float | None, steps: bool = True
-    ) -> Simulation:
-        """Signals over `time` as the result of this method's `simulate`."""
-        return Simulation(
-            method=self.method, time=time, time_label="time (s)", signals=frozen(signals), ratio=ratio, steps=steps
-        )
 
     def to_dict(self) -> dict[str, Any]:
         """Everything but the plant: level, bracket, gains with their axes, evidence with its methods, names.

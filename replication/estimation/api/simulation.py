@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from replication.drawing.panel import Panel
-from replication.estimation.api.shown import Shown, as_text
+from replication.estimation.api.shown import Shown, as_text, frozen
 from replication.estimation.validation import Array
 
 
@@ -68,6 +68,15 @@ class Simulation(Shown):
             "time": {"label": self.time_label, "value": self.time.tolist()},
             "signals": {name: signal.tolist() for name, signal in self.signals.items()},
         }
+
+
+def simulated(
+    method: str, time: Array, signals: Mapping[str, Any], *, ratio: float | None, steps: bool = True
+) -> Simulation:
+    """What a method's `simulate` hands over: `signals` (M, k) by name over `time` (M,) in seconds."""
+    return Simulation(
+        method=method, time=time, time_label="time (s)", signals=frozen(signals), ratio=ratio, steps=steps
+    )
 
 
 def _columns(name: str, signal: Array) -> dict[str, Array]:

@@ -14,7 +14,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.plants import PlantReader
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.signals import Signals, measured_outputs, numbered
-from replication.estimation.api.simulation import Simulation
+from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.response import simulate as simulate_error
 from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of
@@ -207,7 +207,7 @@ def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
     error = error_system(result.system, result.operators, result.order)
     found = simulate_error(error, times, disturbance, result.system.states)
     signals = {"error of z": found.output, "error of x": found.state, "disturbance": found.disturbance}
-    return result._simulation(found.times, signals, ratio=found.gain, steps=False)
+    return simulated(result.method, found.times, signals, ratio=found.gain, steps=False)
 
 
 def _minimum(system: DelaySystem, degree: int, rule: DegreeRule) -> LeastGain:

@@ -14,7 +14,7 @@ import scipy.linalg
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence
 from replication.estimation.api.shown import frozen
-from replication.estimation.api.simulation import Simulation
+from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.dualrate.loop import (
     MARGINAL,
     close_loop,
@@ -232,7 +232,7 @@ def simulate(
         "input": response.input[held],
         "estimation error": (response.state - response.estimate)[held],
     }
-    return result._simulation(response.time, signals, ratio=None, steps=False)
+    return simulated(result.method, response.time, signals, ratio=None, steps=False)
 
 
 def _radii(problem: DualRateDesign, discrete_gain: bool) -> dict[str, float]:

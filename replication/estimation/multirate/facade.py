@@ -14,7 +14,7 @@ import numpy as np
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import PlantReader
 from replication.estimation.api.signals import Signals, numbered
-from replication.estimation.api.simulation import Simulation
+from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
@@ -218,7 +218,8 @@ def simulate(
     if len(outputs) != count:
         raise InvalidInputError(f"disturbance must have {count} rows, got {len(outputs)}")
     size = float(np.linalg.norm(inputs))
-    return result._simulation(
+    return simulated(
+        result.method,
         np.arange(count, dtype=float) * result.problem.plant.dt,
         {"error": outputs, "disturbance": inputs},
         ratio=float(np.linalg.norm(outputs)) / size if size and initial_error is None else None,

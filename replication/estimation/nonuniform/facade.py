@@ -15,7 +15,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.plants import PlantReader
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.signals import Signals, is_statespace, measured_outputs, numbered
-from replication.estimation.api.simulation import Simulation
+from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.filter_lmi import LmiSolution
 from replication.estimation.nonuniform.filters import Filter
@@ -220,7 +220,7 @@ def simulate(result: NonuniformResult, sampling_periods: Any = None, *, disturba
     # Nothing is held after the last sample.
     signals = {"error": error, "disturbance": np.vstack([w, np.zeros_like(w[:1])])}
     time = np.concatenate([[0.0], np.cumsum(periods)])
-    return result._simulation(time, signals, ratio=error_ratio(periods, w, error) if np.any(w) else None)
+    return simulated(result.method, time, signals, ratio=error_ratio(periods, w, error) if np.any(w) else None)
 
 
 def _require_positive(design: LmiSolution) -> None:
