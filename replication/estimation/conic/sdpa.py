@@ -29,8 +29,22 @@ ENDLESS = 1e9
 class SdpaOptions:
     """Stopping rules and start of SDPA.
 
-    tolerance: relative gap and residuals asked for. scale: the start is scale·I, larger than the solution.
-    step: fraction of the step to the boundary. gap, residual: what must hold by our own measure, see `solve_sdpa`.
+    Attributes
+    ----------
+    tolerance : float
+        Relative gap and residuals asked for.
+    scale : float
+        The start is scale·I, larger than the solution.
+    iterations : int
+        Steps at most.
+    step : float
+        Fraction of the step to the boundary.
+    gap : float
+        Relative gap that must hold by our own measure, see `solve_sdpa`.
+    residual : float
+        Residuals that must hold by our own measure.
+    threads : int
+        Threads of the solver.
     """
 
     tolerance: float = 1e-9
@@ -42,7 +56,13 @@ class SdpaOptions:
     threads: int = 1
 
     def as_dict(self) -> Options:
-        """The options under SDPA's own names."""
+        """The options under SDPA's own names.
+
+        Returns
+        -------
+        dict
+            As its parameters are called.
+        """
         return {
             "epsilonStar": float(self.tolerance),
             "epsilonDash": float(self.tolerance),
