@@ -9,9 +9,10 @@ from collections.abc import Sequence
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, identity, is_schur, require_positive_definite, submatrix, zeros
+from replication.verify.algebra.linear import block, identity, require_positive_definite, solved, submatrix, zeros
+from replication.verify.algebra.roots import is_schur
 from replication.verify.multirate.sensing import Sensing
-from replication.verify.theorem import Refused, require
+from replication.verify.theorem import require
 
 Steps = Sequence[fmpq_mat]
 """[A_k B_k] of each phase, (n, n + m): x(k+1) = A_k x(k) + B_k v(k)."""
@@ -68,11 +69,8 @@ def recurrent(transition: fmpq_mat, driven: fmpq_mat, turn: fmpq_mat) -> fmpq_ma
     eye = identity(n)
     rows = [[eye * turn[i, j] - (transition if i == j else zeros(n, n)) for i in range(r)] for j in range(r)]
     stacked = fmpq_mat(n * r, 1, [driven[i, j] for j in range(r) for i in range(n)])
-    try:
-        solved = block(rows).solve(stacked)
-    except ZeroDivisionError:
-        raise Refused("the disturbance is in resonance with the system") from None
-    return fmpq_mat(n, r, [solved[j * n + i, 0] for i in range(n) for j in range(r)])
+    X = solved(block(rows), stacked, "the disturbance is in resonance with the system")
+    return fmpq_mat(n, r, [X[j * n + i, 0] for i in range(n) for j in range(r)])
 
 
 def attained(steps: Steps, W: fmpq_mat, turn: fmpq_mat, v: list[fmpq_mat]) -> fmpq:
