@@ -1,15 +1,12 @@
 """A statement, declared once: what its certificate holds, how each field is read, and the sentence that is proved.
 
-    @statement(
-        "family.what",
-        "The plant has a root between {left:down} and {right:up}.",
-        plant=read_plant,
-        witness={"left": positive, "right": positive},
-        holds=True,
-    )
+    @statement("family.what", plant=read_plant, witness={"left": positive, "right": positive}, holds=True)
     def what(plant: Plant, left: fmpq, right: fmpq) -> None:
+        '''The plant has a root between {left:down} and {right:up 7}.'''
         ...  # refuse unless the witness proves it
 
+The sentence is the first paragraph of the docstring, a format string on what is read and found, in which `{x:down}` and
+`{x:up 7}` round to 9 and 7 decimals, to the safe side.
 A group (plant, parameters, bound, witness) is a table of readers by field, whose values are passed by the names of the
 fields, or a reader of the whole, passed by the name of the group; None is not read. The plant is None and the others
 are empty unless declared. Groups and fields are read in the order in which they are declared.
@@ -49,7 +46,7 @@ DOUBLE = 53
 
 @dataclass(frozen=True, kw_only=True)
 class Found:
-    """What a proof finds beyond what was stated: words of the sentence by name, and bounds and truth as in a Theorem."""
+    """What a proof finds beyond what was stated: words of the sentence, and bounds and truth as in a Theorem."""
 
     words: Mapping[str, Any] = field(default_factory=dict)
     lower: Side = None
@@ -99,15 +96,20 @@ class Statement:
 
 
 def statement(
-    name: str, sentence: str, *, holds: bool | None = None, bits: int = DOUBLE, **groups: Group
+    name: str, *, holds: bool | None = None, bits: int = DOUBLE, **groups: Group
 ) -> Callable[[Callable[..., Found | None]], Statement]:
     """Declare a statement; the function that is decorated proves it, or raises Refused.
 
-    sentence: a format string on what is read and found, in which `{x:down}` and `{x:up 7}` round to 9 and 7 decimals.
     holds: whether a yes/no statement is true, unless the proof finds that out. bits: of all balls.
     """
     ordered = {**groups, **{group: empty for group, empty in GROUPS.items() if group not in groups}}
-    return lambda prove: Statement(name, sentence, ordered, holds, bits, prove)
+
+    def declared(prove: Callable[..., Found | None]) -> Statement:
+        if prove.__doc__ is None:
+            raise RuntimeError("the sentences of the theorems are docstrings: run Python without -OO")
+        return Statement(name, " ".join(prove.__doc__.split("\n\n")[0].split()), ordered, holds, bits, prove)
+
+    return declared
 
 
 def collected(*families: ModuleType) -> dict[str, Statement]:

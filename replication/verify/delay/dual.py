@@ -15,10 +15,10 @@ from flint import fmpq, fmpq_mat
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.linear import require_positive_semidefinite, zeros
 from replication.verify.delay.forms import BUMP, UNIFORM, Form, basis_size, square
-from replication.verify.delay.plant import DelayPlant, measured_last, read_plant
+from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.delay.sos import rate, require_zero
 from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
-from replication.verify.statement import LOWER, Depends, statement
+from replication.verify.statement import LOWER, Depends
 from replication.verify.theorem import require
 
 
@@ -54,10 +54,8 @@ def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
     return sum((a * b for a, b in zip(first.entries(), second.entries(), strict=True)), fmpq(0))
 
 
-@statement(
+@on_plant(
     "delay.degree-lower",
-    "The plant {plant.name}: Theorem 3 with polynomials of degree {degree} is infeasible below {lower:down}.",
-    plant=read_plant,
     parameters={"degree": sized(integer, 1)},
     bound=LOWER,
     witness={
@@ -66,7 +64,7 @@ def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
     },
 )
 def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, functional: Functional) -> None:
-    """Theorem 3 with polynomials of exactly this degree is infeasible below the bound."""
+    """The plant {plant.name}: Theorem 3 with polynomials of degree {degree} is infeasible below {lower:down}."""
     plant = measured_last(plant, change)
     n, functions, points = plant.states, plant.late.ncols(), plant.points
     require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")
@@ -82,7 +80,7 @@ def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, 
 
 
 def read_functional(value: Any, path: str, plant: DelayPlant, powers: int) -> Functional:
-    """{P, Q, S, R, coupling}: a weight for each coefficient of a form on (w, v, e, l) and the histories, up to a power."""
+    """{P, Q, S, R, coupling}: a weight for each coefficient of a form, as many powers."""
     points, functions = plant.points, plant.late.ncols()
     P, Q, S, R, coupling = fields(value, path, "P", "Q", "S", "R", "coupling")
     kernels = sequence(R, f"{path}.R", sized(matrices, functions, functions, powers), powers)

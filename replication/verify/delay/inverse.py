@@ -152,14 +152,9 @@ def require_correction(corrected: Sequence[Symbolic], printed: Sequence[Symbolic
     require(not all(residual.vanishes() for residual in printed), f"{what} holds as printed")
 
 
-@statement(
-    "delay.operator-identity",
-    "{words}, for all operators of small size (states, rows of Z, points: {sizes}); as printed it does not.",
-    parameters={"part": text},
-    holds=True,
-)
+@statement("delay.operator-identity", parameters={"part": text}, holds=True)
 def operator_identity(part: str) -> Found:
-    """Theorem 4 or Lemma 5 holds as corrected, and does not as printed."""
+    """{words}, for all operators of small size (states, rows of Z, points: {sizes}); as printed it does not."""
     require(part in PARTS, f"parameters.part must be one of {', '.join(PARTS)}")
     words, residuals, cases = PARTS[part]
     for case in cases:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from flint import acb, acb_mat, arb, fmpq
 
 from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
-from replication.verify.delay.plant import DelayPlant, read_plant
+from replication.verify.delay.plant import DelayPlant, on_plant
 from replication.verify.delay.sos import Proof, read_proof, require_level
 from replication.verify.reading import integer, positive, rational, sequence, sized
 from replication.verify.statement import LOWER, UPPER, Depends, Found, statement
@@ -16,58 +16,43 @@ HIDDEN = Depends(lambda given: sized(read_hidden, given.plant.states))
 PROOF = Depends(lambda given: sized(read_proof, given.plant.states))
 
 
-@statement(
-    "delay.gain-upper",
-    "The plant {plant.name}: Theorem 3, from degree {degree} on, is feasible at the level {upper:up}, and the observer "
-    "with the gains of its storage has an L2 gain from w to the error of z below it.",
-    plant=read_plant,
-    parameters={"degree": DEGREE},
-    bound=UPPER,
-    witness=PROOF,
-)
+@on_plant("delay.gain-upper", parameters={"degree": DEGREE}, bound=UPPER, witness=PROOF)
 def gain_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> None:
-    """Theorem 3 at `degree` gives an observer whose error has L2 gain below the bound."""
+    """The plant {plant.name}: Theorem 3, from degree {degree} on, is feasible at the level {upper:up}, and the observer
+    with the gains of its storage has an L2 gain from w to the error of z below it.
+    """
     require_level(plant, upper, degree, witness)
 
 
-@statement(
-    "delay.gain-lower",
-    "The plant {plant.name}: no observer, causal or not, has an L2 gain from w to the error of z below {lower:down}: "
-    "near {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain to z.",
-    plant=read_plant,
-    bound=LOWER,
-    witness=HIDDEN,
-)
+@on_plant("delay.gain-lower", bound=LOWER, witness=HIDDEN)
 def gain_lower(plant: DelayPlant, lower: fmpq, witness: Hidden) -> None:
-    """Every observer that knows y only has at least the gain of the bound."""
+    """The plant {plant.name}: no observer, causal or not, has an L2 gain from w to the error of z below {lower:down}:
+    near {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain to z.
+    """
     require_hidden(plant, lower, witness)
 
 
-@statement(
+@on_plant(
     "delay.near-optimal",
-    "The plant {plant.name}: the observer with the gains of a storage of degree {degree} has an L2 gain below its level "
-    "{level:up}, which is at most {factor} times what any observer has.",
-    plant=read_plant,
     parameters={"degree": DEGREE, "factor": positive},
     witness={"level": positive, "hidden": HIDDEN, "sos": PROOF},
     holds=True,
 )
 def near_optimal(plant: DelayPlant, degree: int, factor: fmpq, level: fmpq, hidden: Hidden, sos: Proof) -> None:
-    """The observer of Theorem 3 at `degree` is within `factor` of the least gain there is."""
+    """The plant {plant.name}: the observer with the gains of a storage of degree {degree} has an L2 gain below its
+    level {level:up}, which is at most {factor} times what any observer has.
+    """
     require_level(plant, level, degree, sos)
     require_hidden(plant, level / factor, hidden)
 
 
-@statement(
-    "delay.unstable",
-    "The plant {plant.name} is unstable: it has a characteristic root between {left:down 6} and {right:up 6} per "
-    "second.",
-    plant=read_plant,
-    witness={"left": positive, "right": positive},
-    holds=True,
-)
+@on_plant("delay.unstable", witness={"left": positive, "right": positive}, holds=True)
 def unstable(plant: DelayPlant, left: fmpq, right: fmpq) -> None:
-    """det M(s) changes its sign between two positive s, so that it has a positive real root."""
+    """The plant {plant.name} is unstable: it has a characteristic root between {left:down 6} and {right:up 6} per
+    second.
+
+    det M(s) changes its sign between two positive s, so that it has a positive real root.
+    """
     require(left < right, "witness.left must be below witness.right")
     ends = [_characteristic(plant, point) for point in (left, right)]
     require(bool(ends[0] * ends[1] < 0), "det M does not change its sign between the two points")
@@ -85,15 +70,12 @@ def _characteristic(plant: DelayPlant, point: fmpq) -> arb:
     return acb_mat(matrix_at).det().real
 
 
-@statement(
-    "delay.not-unstable",
-    "Example 4 is not unstable: it has no characteristic root with positive real part, for any number of states and "
-    "delays, if all eigenvalues of J are among {listed}.",
-    parameters={"eigenvalues": sized(sequence, rational)},
-    holds=False,
-)
+@statement("delay.not-unstable", parameters={"eigenvalues": sized(sequence, rational)}, holds=False)
 def not_unstable(eigenvalues: list[fmpq]) -> Found:
-    """Example 4 has no root in the open right half-plane, if J has no other eigenvalues than these.
+    """Example 4 is not unstable: it has no characteristic root with positive real part, for any number of states and
+    delays, if all eigenvalues of J are among {listed}.
+
+    Example 4 has no root in the open right half-plane, if J has no other eigenvalues than these.
 
     Its roots are those of s + (a/K) sum exp(-s i/K), i = 1..K, for each eigenvalue a of J (in a basis in which J is
     triangular, det M is the product of these). If a = 0 that is s = 0. If

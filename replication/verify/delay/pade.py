@@ -13,9 +13,9 @@ from flint import acb, acb_poly, fmpq, fmpq_mat, fmpq_poly
 from replication.verify.algebra.decimals import above
 from replication.verify.algebra.linear import block, identity, require_positive_definite, submatrix, take_rows, zeros
 from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
-from replication.verify.delay.plant import DelayPlant, measured_last, read_plant
+from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.reading import fields, integer, matrix, rational, sized, symmetric
-from replication.verify.statement import LOWER, UPPER, Depends, statement
+from replication.verify.statement import LOWER, UPPER, Depends
 from replication.verify.theorem import require
 
 LARGEST_ORDER = 50
@@ -42,10 +42,8 @@ def read_order(value: Any, path: str) -> int:
     return order
 
 
-@statement(
+@on_plant(
     "delay.pade-upper",
-    "The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is feasible at the level {upper:up}.",
-    plant=read_plant,
     parameters={"order": read_order},
     bound=UPPER,
     witness={
@@ -55,7 +53,7 @@ def read_order(value: Any, path: str) -> int:
     },
 )
 def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, section: Section, P: fmpq_mat) -> None:
-    """LMI (3) on the Pade model of the given order is feasible at the bound."""
+    """The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is feasible at the level {upper:up}."""
     plant = measured_last(plant, change)
     A, B, C = model(plant, section)
     size, n, q = A.nrows(), plant.states, plant.C2.nrows()
@@ -77,17 +75,16 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
     require_positive_definite(-inequality, f"minus LMI (3) on the kernel of the measurement, level {above(upper)},")
 
 
-@statement(
+@on_plant(
     "delay.pade-lower",
-    "The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is infeasible below {lower:down}: near "
-    "{witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain.",
-    plant=read_plant,
     parameters={"order": read_order},
     bound=LOWER,
     witness=Depends(lambda given: sized(read_hidden, given.plant.states)),
 )
 def pade_lower(plant: DelayPlant, order: int, lower: fmpq, witness: Hidden) -> None:
-    """No observer of the Pade model has a gain below the bound; LMI (3) is infeasible there."""
+    """The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is infeasible below {lower:down}: near
+    {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain.
+    """
     require_hidden(plant, lower, witness, lambda argument: lag(order, argument))
 
 

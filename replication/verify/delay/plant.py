@@ -6,6 +6,7 @@ x'(t) = A0 x(t) + sum A_i x(t - tau_i) + B w(t),  z(t) = C10 x(t) + sum C1_i x(t
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -13,6 +14,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, submatrix, zeros
 from replication.verify.reading import fields, matrices, matrix, positive, sequence, square, text
+from replication.verify.statement import statement
 from replication.verify.theorem import require
 
 
@@ -60,6 +62,10 @@ def read_plant(value: Any, path: str = "plant") -> DelayPlant:
         late_output=block([matrices(c1, f"{path}.C1", output.nrows(), n, len(times))]),
         C2=matrix(c2, f"{path}.C2", columns=n),
     )
+
+
+on_plant = partial(statement, plant=read_plant)
+"""A statement on such a plant."""
 
 
 def measured_last(plant: DelayPlant, new: fmpq_mat) -> DelayPlant:

@@ -42,7 +42,7 @@ class Squares:
     path: str
 
     def form(self, points: int, functions: int, degree: int) -> Form:
-        """The form, of degrees `degree` and `degree` - 1; refuses matrices that are not definite, or of another size."""
+        """The form, of degrees `degree` and `degree` - 1; refuses matrices that are indefinite or of another size."""
         parts = []
         for gram, weight, order in zip(self.grams, (UNIFORM, BUMP), (degree, degree - 1), strict=True):
             size, name = basis_size(points, functions, order), f"{self.path} of degree {order}"

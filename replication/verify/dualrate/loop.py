@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from typing import Any
 
 from flint import acb, acb_mat, arb_mat, fmpq, fmpq_mat
@@ -16,6 +17,7 @@ from flint import acb, acb_mat, arb_mat, fmpq, fmpq_mat
 from replication.verify.algebra.balls import hold
 from replication.verify.algebra.linear import identity
 from replication.verify.reading import fields, matrix, positive, states, text
+from replication.verify.statement import statement
 from replication.verify.theorem import require
 
 LARGEST_RATIO = 100
@@ -50,7 +52,7 @@ Command = Callable[[int], acb]
 
 @dataclass(frozen=True, kw_only=True)
 class Loop:
-    """Plant (1) with one input and one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) or nothing."""
+    """Plant (1) with one input and one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) if given."""
 
     A: fmpq_mat
     B: fmpq_mat
@@ -101,6 +103,10 @@ def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
         M=int(ratio.p),
         start=matrix(first[0], f"{path}.start", n, 1) if first else None,
     )
+
+
+on_loop = partial(statement, plant=read_loop, bits=BITS)
+"""A statement on such a loop."""
 
 
 def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_mat, command: Command) -> Passage:

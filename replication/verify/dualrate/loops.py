@@ -10,7 +10,7 @@ from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat
 from replication.verify.algebra.balls import complex_of, is_less
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.roots import require_roots_within, root_near, without_root
-from replication.verify.dualrate.loop import BITS, Loop, Observer, monodromy, read_loop, read_observer
+from replication.verify.dualrate.loop import Loop, Observer, monodromy, on_loop, read_loop, read_observer
 from replication.verify.dualrate.response import (
     Place,
     error_at,
@@ -21,7 +21,7 @@ from replication.verify.dualrate.response import (
     steady_start,
 )
 from replication.verify.reading import matrix, positive, rational, sequence, sized
-from replication.verify.statement import BOTH, Depends, Found, statement
+from replication.verify.statement import BOTH, Depends, Found
 from replication.verify.theorem import require
 
 MOST_STARTS = 100
@@ -32,56 +32,44 @@ def read_guess(value: Any, path: str) -> acb:
     return complex_of(sequence(value, path, rational, 2))
 
 
-@statement(
-    "dualrate.radius",
-    "Over one slow period {observer.words} has the spectral radius {lower:down} to {upper:up}.",
-    plant=read_loop,
-    parameters={"observer": read_observer},
-    bound=BOTH,
-    witness={"root": read_guess},
-    bits=BITS,
-)
+@on_loop("dualrate.radius", parameters={"observer": read_observer}, bound=BOTH, witness={"root": read_guess})
 def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb) -> None:
-    """Bounds of the largest modulus of the eigenvalues of Φ."""
+    """Over one slow period {observer.words} has the spectral radius {lower:down} to {upper:up}.
+
+    Bounds of the largest modulus of the eigenvalues of Φ.
+    """
     require_eigenvalue_beyond(plant, observer, root, lower)
     require_roots_within(monodromy(plant, observer).charpoly(), upper, "the eigenvalues of Φ")
 
 
-@statement(
-    "dualrate.stable",
-    "Without a reference {observer.words} is stable: its spectral radius over one slow period is below {radius:up}.",
-    plant=read_loop,
-    parameters={"observer": read_observer},
-    witness={"radius": positive},
-    holds=True,
-    bits=BITS,
-)
+@on_loop("dualrate.stable", parameters={"observer": read_observer}, witness={"radius": positive}, holds=True)
 def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
-    """All eigenvalues of Φ lie inside a circle of radius below one."""
+    """Without a reference {observer.words} is stable: its spectral radius over one slow period is below {radius:up}.
+
+    All eigenvalues of Φ lie inside a circle of radius below one.
+    """
     require(radius < 1, f"witness.radius must be below one, got {radius}")
     require_roots_within(monodromy(plant, observer).charpoly(), radius, "the eigenvalues of Φ")
 
 
-@statement(
+@on_loop(
     "dualrate.unstable",
-    "Without a reference {observer.words} is unstable: an eigenvalue over one slow period exceeds {radius:down} in "
-    "modulus.",
-    plant=read_loop,
     parameters={"observer": read_observer},
     witness={"root": read_guess, "radius": positive},
     holds=True,
-    bits=BITS,
 )
 def unstable(plant: Loop, observer: Observer, root: acb, radius: fmpq) -> None:
-    """Φ has an eigenvalue outside the unit circle."""
+    """Without a reference {observer.words} is unstable: an eigenvalue over one slow period exceeds {radius:down} in
+    modulus.
+
+    Φ has an eigenvalue outside the unit circle.
+    """
     require(radius > 1, f"witness.radius must be above one, got {radius}")
     require_eigenvalue_beyond(plant, observer, root, radius)
 
 
-@statement(
+@on_loop(
     "dualrate.no-bounded-error",
-    "With y_d = sin({frequency} t), {observer.words} has no bounded tracking error from this x(0) and {count} starts "
-    "of ζ: they excite an eigenvalue of modulus {size:down 3} or more.",
     plant=lambda value, path: read_loop(value, path, "start"),
     parameters={
         "observer": read_observer,
@@ -90,10 +78,12 @@ def unstable(plant: Loop, observer: Observer, root: acb, radius: fmpq) -> None:
     },
     witness={"root": read_guess},
     holds=True,
-    bits=BITS,
 )
 def no_bounded_error(plant: Loop, observer: Observer, frequency: fmpq, estimates: list[fmpq_mat], root: acb) -> Found:
-    """The tracking error is unbounded from x(0) = start with each of the given ζ(0).
+    """With y_d = sin({frequency} t), {observer.words} has no bounded tracking error from this x(0) and {count} starts
+    of ζ: they excite an eigenvalue of modulus {size:down 3} or more.
+
+    The tracking error is unbounded from x(0) = start with each of the given ζ(0).
 
     d(n) = y − (its steady state) at the slow instants is C Φⁿ (z(0) − Im X). With λ an eigenvalue outside the unit
     circle and ψ(z) = det(z I − Φ)/(z − λ), ψ of the shift makes c λⁿ of it, c = C ψ(Φ)(z(0) − Im X), which is no
@@ -122,18 +112,17 @@ def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Se
     return (applied(polynomial, reached, Phi) * offset)[0, 0]
 
 
-@statement(
+@on_loop(
     "dualrate.tracking-error",
-    "With y_d = sin({frequency} t) and the command as printed, held over T, the largest tracking error of "
-    "{observer.words} in the steady state is {lower:down 7} to {upper:up 7} percent of the amplitude.",
-    plant=read_loop,
     parameters={"observer": read_observer, "frequency": positive},
     bound=BOTH,
     witness=Depends(lambda given: sized(read_place, given.plant)),
-    bits=BITS,
 )
 def tracking_error(plant: Loop, observer: Observer, frequency: fmpq, lower: fmpq, upper: fmpq, witness: Place) -> None:
-    """Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state over all times.
+    """With y_d = sin({frequency} t) and the command as printed, held over T, the largest tracking error of
+    {observer.words} in the steady state is {lower:down 7} to {upper:up 7} percent of the amplitude.
+
+    Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state over all times.
 
     The error is Im(amplitude · e^{st}) with an amplitude of period M T. σ M T is rational and not zero, so no
     rational multiple of π: the phases at which an instant of the period is met are dense, and the supremum is the

@@ -9,7 +9,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.roots import require_hurwitz
-from replication.verify.dualrate.loop import Loop, read_loop
+from replication.verify.dualrate.loop import Loop, on_loop
 from replication.verify.dualrate.response import require_position_form
 from replication.verify.reading import fields, integer, matrix, positive, sequence, sized, text
 from replication.verify.statement import Found, statement
@@ -37,26 +37,29 @@ def read_motor(value: Any, path: str) -> Motor:
     return Motor(given, matrix(A, f"{path}.A", 3, 3), matrix(B, f"{path}.B", 3, 1), matrix(C, f"{path}.C", 1, 3))
 
 
-@statement("dualrate.torque-constant", "1.5 p Ψ_f is {value:down} N m/A.", plant=read_motor, bound=None)
+@statement("dualrate.torque-constant", plant=read_motor, bound=None)
 def torque_constant(plant: Motor) -> Found:
-    """K_T = 1.5 p Ψ_f of a surface-magnet machine."""
+    """1.5 p Ψ_f is {value:down} N m/A.
+
+    K_T = 1.5 p Ψ_f of a surface-magnet machine.
+    """
     return _computed(fmpq(3, 2) * plant.given["p"] * plant.given["Psi"])
 
 
-@statement("dualrate.slow-period", "The sensor's period M T is {value:down} s.", plant=read_loop, bound=None)
+@on_loop("dualrate.slow-period", bound=None)
 def slow_period(plant: Loop) -> Found:
-    """T_s = M T."""
+    """The sensor's period M T is {value:down} s.
+
+    T_s = M T.
+    """
     return _computed(plant.M * plant.T)
 
 
-@statement(
-    "dualrate.coordinates",
-    "With x = (θ, ω, ω') the equations (23) with these parameters are those of A, B and C, exactly.",
-    plant=read_motor,
-    holds=True,
-)
+@statement("dualrate.coordinates", plant=read_motor, holds=True)
 def coordinates(plant: Motor) -> None:
-    """(23) with z = (i_q, ω, θ), z' = N z + e u_q, and x = S z = (θ, ω, ω'): S N = A S, S e = B and C S z = θ.
+    """With x = (θ, ω, ω') the equations (23) with these parameters are those of A, B and C, exactly.
+
+    (23) with z = (i_q, ω, θ), z' = N z + e u_q, and x = S z = (θ, ω, ω'): S N = A S, S e = B and C S z = θ.
 
     S is invertible, its determinant being −K_T/J.
     """
@@ -68,15 +71,12 @@ def coordinates(plant: Motor) -> None:
     require((plant.C * S).entries() == [0, 0, 1], "C does not read the position")
 
 
-@statement(
-    "dualrate.hurwitz",
-    "{name} is Hurwitz: its Hurwitz determinants are positive.",
-    plant=read_loop,
-    parameters={"matrix": text},
-    holds=True,
-)
+@on_loop("dualrate.hurwitz", parameters={"matrix": text}, holds=True)
 def hurwitz(plant: Loop, matrix: str) -> Found:
-    """All eigenvalues of A + B K (`feedback`) or A − L C (`observer`) have negative real parts."""
+    """{name} is Hurwitz: its Hurwitz determinants are positive.
+
+    All eigenvalues of A + B K (`feedback`) or A − L C (`observer`) have negative real parts.
+    """
     matrices = {"feedback": ("A + B K", plant.A + plant.B * plant.K), "observer": ("A − L C", plant.guided)}
     require(matrix in matrices, f"parameters.matrix must be one of {', '.join(matrices)}")
     name, M = matrices[matrix]
@@ -84,15 +84,12 @@ def hurwitz(plant: Loop, matrix: str) -> Found:
     return Found(words={"name": name})
 
 
-@statement(
-    "dualrate.feedforward",
-    "The feedforward with derivatives of orders {orders} is {negation}the inverse of the plant, as an identity of "
-    "rational functions.",
-    plant=read_loop,
-    parameters={"orders": sized(sequence, integer, 3)},
-)
+@on_loop("dualrate.feedforward", parameters={"orders": sized(sequence, integer, 3)})
 def feedforward(plant: Loop, orders: list[int]) -> Found:
-    """Whether (y^(i) + a₂ y^(j) + a₃ y^(k))/b, (i, j, k) = orders, is the input with the output y of the plant.
+    """The feedforward with derivatives of orders {orders} is {negation}the inverse of the plant, as an identity of
+    rational functions.
+
+    Whether (y^(i) + a₂ y^(j) + a₃ y^(k))/b, (i, j, k) = orders, is the input with the output y of the plant.
 
     The transfer function is C adj(sI − A) B/det(sI − A); a₂, a₃ and b are entries of A and B.
     """

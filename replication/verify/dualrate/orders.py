@@ -10,7 +10,7 @@ from flint import acb, acb_mat, arb, fmpq
 from replication.verify.algebra.balls import is_less, largest
 from replication.verify.algebra.decimals import above, below
 from replication.verify.algebra.roots import require_roots_within
-from replication.verify.dualrate.loop import BITS, Loop, Observer, monodromy, read_loop, read_observer
+from replication.verify.dualrate.loop import Loop, Observer, monodromy, on_loop, read_observer
 from replication.verify.dualrate.loops import read_guess, require_eigenvalue_beyond
 from replication.verify.dualrate.response import (
     Place,
@@ -22,7 +22,7 @@ from replication.verify.dualrate.response import (
     steady_passage,
 )
 from replication.verify.reading import fields, positive, sequence, sized
-from replication.verify.statement import Depends, Found, statement
+from replication.verify.statement import Depends, Found
 from replication.verify.theorem import require
 
 MOST_PAIRS = 20
@@ -53,17 +53,17 @@ def read_level(value: Any, path: str, loop: Loop) -> tuple[fmpq, Place]:
     return positive(level, f"{path}.level"), found
 
 
-@statement(
+@on_loop(
     "dualrate.errors-ordered",
-    "Largest tracking errors in the steady state are ordered so: {ordered}.",
-    plant=read_loop,
     parameters={"pairs": sized(sequence, sized(sequence, read_setting, 2))},
     witness={"places": Depends(lambda given: sized(sequence, sized(read_level, given.plant), len(given.pairs)))},
     holds=True,
-    bits=BITS,
 )
 def errors_ordered(plant: Loop, pairs: list[list[Setting]], places: list[tuple[fmpq, Place]]) -> Found:
-    """In each pair of (observer, σ) the first has the smaller largest error: below a level that the second exceeds."""
+    """Largest tracking errors in the steady state are ordered so: {ordered}.
+
+    In each pair of (observer, σ) the first has the smaller largest error: below a level that the second exceeds.
+    """
     require(len(pairs) > 0, "parameters.pairs is empty")
     require(len(pairs) <= MOST_PAIRS, f"parameters.pairs has {len(pairs)} pairs, more than {MOST_PAIRS}")
     for i, ((smaller, greater), (bound, found)) in enumerate(zip(pairs, places, strict=True)):
@@ -75,16 +75,15 @@ def errors_ordered(plant: Loop, pairs: list[list[Setting]], places: list[tuple[f
     return Found(words={"ordered": ", ".join(f"{smaller} < {greater}" for smaller, greater in pairs)})
 
 
-@statement(
+@on_loop(
     "dualrate.estimates-ordered",
-    "With y_d = sin({frequency} t) the largest error of C x̂ at the fast instants is {sizes}.",
-    plant=read_loop,
     parameters={"observer": read_observer, "than": read_observer, "frequency": positive},
     holds=True,
-    bits=BITS,
 )
 def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency: fmpq) -> Found:
-    """The largest |y − C x̂| over the fast instants is smaller for one observer than for another.
+    """With y_d = sin({frequency} t) the largest error of C x̂ at the fast instants is {sizes}.
+
+    The largest |y − C x̂| over the fast instants is smaller for one observer than for another.
 
     As for the tracking error, the supremum is the largest modulus of an amplitude, here over the M phases.
     """
@@ -98,18 +97,17 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
     return Found(words={"sizes": ", ".join(sizes)})
 
 
-@statement(
+@on_loop(
     "dualrate.as-fast",
-    "In its asymptotic rate {observer.words} does not decay as fast as {than.words}: its spectral radius over one slow "
-    "period is at least {radius:down}, and larger than the other one, which is below {radius:up}.",
-    plant=read_loop,
     parameters={"observer": read_observer, "than": read_observer},
     witness={"root": read_guess, "radius": positive},
     holds=False,
-    bits=BITS,
 )
 def as_fast(plant: Loop, observer: Observer, than: Observer, root: acb, radius: fmpq) -> None:
-    """That one loop decays as fast as another is false: an eigenvalue lies outside a circle that holds the others.
+    """In its asymptotic rate {observer.words} does not decay as fast as {than.words}: its spectral radius over one slow
+    period is at least {radius:down}, and larger than the other one, which is below {radius:up}.
+
+    That one loop decays as fast as another is false: an eigenvalue lies outside a circle that holds the others.
 
     This compares asymptotic rates, those of almost every start; a given start need not excite the eigenvalue.
     """

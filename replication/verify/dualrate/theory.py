@@ -16,7 +16,7 @@ from replication.verify.dualrate.identities import (
     require_sampled_observer,
     require_weight,
 )
-from replication.verify.dualrate.loop import BITS, LARGEST_RATIO, Loop, read_loop
+from replication.verify.dualrate.loop import LARGEST_RATIO, Loop, on_loop
 from replication.verify.dualrate.lyapunov import (
     Lyapunov,
     condition_per_second,
@@ -32,33 +32,24 @@ from replication.verify.theorem import require
 SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
 
 
-@statement(
-    "dualrate.sampled-observer",
-    "Between two instants (7) is the solution of (3), for all matrices of the example's size.",
-    holds=True,
-)
+@statement("dualrate.sampled-observer", holds=True)
 def sampled_observer() -> None:
-    """(7) gives the estimates of (3) at the instants."""
+    """Between two instants (7) is the solution of (3), for all matrices of the example's size."""
     require_sampled_observer()
 
 
-@statement(
-    "dualrate.error-equations", "(9) equals (10), for all matrices and states of the example's size.", holds=True
-)
+@statement("dualrate.error-equations", holds=True)
 def error_equations() -> None:
-    """(9) is (10)."""
+    """(9) equals (10), for all matrices and states of the example's size."""
     require_error_equations()
 
 
-@statement(
-    "dualrate.lyapunov",
-    "The Lyapunov equation is solved exactly by a positive definite matrix.",
-    plant=read_loop,
-    witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))},
-    holds=True,
-)
+@on_loop("dualrate.lyapunov", witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))}, holds=True)
 def lyapunov(plant: Loop, P: fmpq_mat) -> None:
-    """ÃᵀP + P Ã = −I has a positive definite solution."""
+    """The Lyapunov equation is solved exactly by a positive definite matrix.
+
+    ÃᵀP + P Ã = −I has a positive definite solution.
+    """
     require_solution(plant, P)
 
 
@@ -87,7 +78,6 @@ def read_weights(value: Any, path: str, quantity: str) -> dict[str, fmpq]:
 
 @statement(
     "dualrate.step-bound",
-    "For every loop and all states {equations}, with the factors {factors}.",
     parameters={
         "quantity": read_quantity,
         "weights": Depends(lambda given: sized(read_weights, given.quantity)),
@@ -96,7 +86,9 @@ def read_weights(value: Any, path: str, quantity: str) -> dict[str, fmpq]:
     holds=True,
 )
 def step_bound(quantity: str, weights: Mapping[str, fmpq], longest: fmpq) -> Found:
-    """(12) and (13), or (14), for all loops: |term| ≤ ‖matrix‖ · weight · |χ| and |χ| ≤ √(V/λ_min(P)), term by term.
+    """For every loop and all states {equations}, with the factors {factors}.
+
+    (12) and (13), or (14), for all loops: |term| ≤ ‖matrix‖ · weight · |χ| and |χ| ≤ √(V/λ_min(P)), term by term.
 
     Integrated from t_k to t this is the bound; the term K L e_p of (14) comes with the factor t − t_k, which its
     bound lacks, so that it holds for periods of up to a second.
@@ -110,60 +102,50 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq], longest: fmpq) -> Fou
     return Found(words={"equations": equations[quantity], "factors": factors})
 
 
-@statement(
+@on_loop(
     "dualrate.prediction-bound",
-    "For no period T up to {longest:up} s does (15) hold: from some χ at a slow instant the error of the next virtual "
-    "measurement is at least {gap:down}, its bound at most {side:up}.",
-    plant=read_loop,
     parameters={"longest": positive},
     witness={"lyapunov": SOLUTION, "chi": Depends(lambda given: sized(matrix, 2 * given.plant.order, 1))},
     holds=False,
-    bits=BITS,
 )
 def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_mat) -> Found:
-    """(15) fails for all periods up to `longest`."""
+    """For no period T up to {longest:up} s does (15) hold: from some χ at a slow instant the error of the next virtual
+    measurement is at least {gap:down}, its bound at most {side:up}.
+    """
     gap, side = prediction_sides(plant, lyapunov, chi, longest)
     require(is_less(side, gap), f"(15) is not proved to fail for all periods up to {longest} s")
     return Found(words={"gap": gap, "side": side})
 
 
-@statement(
-    "dualrate.condition",
-    "The loop {verb} (18), whose left side is {side:down} to {side:up}.",
-    plant=read_loop,
-    witness={"lyapunov": SOLUTION},
-    bits=BITS,
-)
+@on_loop("dualrate.condition", witness={"lyapunov": SOLUTION})
 def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
-    """Whether (18) holds."""
+    """The loop {verb} (18), whose left side is {side:down} to {side:up}."""
     side = condition_per_second(plant, lyapunov) * arb(plant.T)
     holds = is_less(side, 1)
     require(holds or is_less(1, side), f"the left side of (18) is {side.str(8)}: not decided")
     return Found(words={"verb": "meets" if holds else "does not meet", "side": side}, holds=holds)
 
 
-@statement(
-    "dualrate.contraction",
-    "The factor φ of (22) is below one whenever (18) holds: 1 − φ = (1 − E)(1 − c).",
-    holds=True,
-)
+@statement("dualrate.contraction", holds=True)
 def contraction() -> None:
-    """φ < 1 under (18), since 0 < E < 1 for T > 0 and 0 ≤ c < 1 by (18)."""
+    """The factor φ of (22) is below one whenever (18) holds: 1 − φ = (1 − E)(1 − c).
+
+    φ < 1 under (18), since 0 < E < 1 for T > 0 and 0 ≤ c < 1 by (18).
+    """
     require_contraction()
 
 
-@statement(
+@on_loop(
     "dualrate.counterexample",
-    "The stability theorem is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable for every T "
-    "up to {longest} s; (18) holds for every T below {allowed:down} s and for none from {allowed:up} s.",
-    plant=read_loop,
     parameters={"ratios": sized(sequence, sized(integer, 2)), "longest": positive},
     witness={"lyapunov": SOLUTION},
     holds=False,
-    bits=BITS,
 )
 def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyapunov) -> Found:
-    """A loop that is unstable for every period that (18) allows, for each of the ratios M.
+    """The stability theorem is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable for every
+    T up to {longest} s; (18) holds for every T below {allowed:down} s and for none from {allowed:up} s.
+
+    A loop that is unstable for every period that (18) allows, for each of the ratios M.
 
     det(I − Φ) < 0 means that the characteristic polynomial of Φ is negative at one, so Φ has a real eigenvalue above.
     """

@@ -18,29 +18,31 @@ Plant = Mapping[str, Any]
 """A plant as it stands in the certificate, of which each statement reads what it counts."""
 
 
-@statement(
-    "multirate.selection",
-    "The sensors measured at each instant are {measured}, and again from instant {period} on.",
-    parameters=TIMES,
-)
+@statement("multirate.selection", parameters=TIMES)
 def selection(periods: list[int], offsets: list[int]) -> Found:
-    """The diagonals of S_0, S_1, .. of eq. (4), row by row."""
+    """The sensors measured at each instant are {measured}, and again from instant {period} on.
+
+    The diagonals of S_0, S_1, .. of eq. (4), row by row.
+    """
     measured = schedule(periods, offsets)
     entries = [fmpq(int(i in rows)) for rows in measured for i in range(len(periods))]
     words = {"measured": measured, "period": len(measured)}
     return Found(words=words, items=tuple((entry, entry) for entry in entries))
 
 
-@statement("multirate.common-period", "The schedule repeats after {number} instants.", parameters=TIMES)
+@statement("multirate.common-period", parameters=TIMES)
 def common_period(periods: list[int], offsets: list[int]) -> Found:
-    """The number of instants after which the schedule repeats, and no smaller one."""
+    """The schedule repeats after {number} instants.
+
+    The number of instants after which the schedule repeats, and no smaller one.
+    """
     measured = schedule(periods, offsets)
     return _count(next(k for k in count(1) if measured[k:] + measured[:k] == measured))
 
 
-@statement("multirate.idle-instants", "The longest time without a measurement is {number} instants.", parameters=TIMES)
+@statement("multirate.idle-instants", parameters=TIMES)
 def idle_instants(periods: list[int], offsets: list[int]) -> Found:
-    """The longest run of instants without any measurement."""
+    """The longest time without a measurement is {number} instants."""
     measured = schedule(periods, offsets)
     runs, run = [0], 0
     for rows in measured + measured:
@@ -49,47 +51,40 @@ def idle_instants(periods: list[int], offsets: list[int]) -> Found:
     return _count(max(runs))
 
 
-@statement(
-    "multirate.dual-rate", "{all_} sensors measure at instant 0 of {period}, and none at any other.", parameters=TIMES
-)
+@statement("multirate.dual-rate", parameters=TIMES)
 def dual_rate(periods: list[int], offsets: list[int]) -> Found:
-    """Whether all sensors measure at instant 0 and none at any other of the period."""
+    """{all_} sensors measure at instant 0 of {period}, and none at any other."""
     measured = schedule(periods, offsets)
     holds = measured == [list(range(len(periods))), *([] for _ in measured[1:])]
     return Found(words={"all_": "All" if holds else "It is not so that all", "period": len(measured)}, holds=holds)
 
 
-@statement("multirate.variables", "Theorem 2 has {number} unknown numbers.", plant=untouched, parameters=TIMES)
+@statement("multirate.variables", plant=untouched, parameters=TIMES)
 def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
-    """The unknowns of Theorem 2: entries of the symmetric P_k and of Y_k at every phase, and the level."""
+    """Theorem 2 has {number} unknown numbers.
+
+    The unknowns of Theorem 2: entries of the symmetric P_k and of Y_k at every phase, and the level.
+    """
     n = states(plant["A"], "plant.A").nrows()
     at_each_phase = sum(range(n + 1)) + n * len(periods)
     return _count(len(schedule(periods, offsets)) * at_each_phase + 1)
 
 
-@statement(
-    "multirate.rows",
-    "The matrix of Theorem 2 has {number} rows at each phase.",
-    plant=untouched,
-    parameters=untouched,
-    bound=None,
-)
+@statement("multirate.rows", plant=untouched, parameters=untouched, bound=None)
 def rows(plant: Plant, parameters: Any) -> Found:
-    """The rows of the matrix (30) of one phase, from the sizes of its diagonal blocks; they depend on no schedule."""
+    """The matrix of Theorem 2 has {number} rows at each phase.
+
+    The rows of the matrix (30) of one phase, from the sizes of its diagonal blocks; they depend on no schedule.
+    """
     A, C = _observed(plant)
     n = A.nrows()
     B_d, D = matrix(plant["B_d"], "plant.B_d", rows=n), matrix(plant["D"], "plant.D", rows=C.nrows())
     return _count(2 * n + B_d.ncols() + D.ncols())
 
 
-@statement(
-    "multirate.unmeasured",
-    "The gains are {zero} {others} columns of sensors that are not measured at that phase.",
-    plant=untouched,
-    parameters=TIMES,
-)
+@statement("multirate.unmeasured", plant=untouched, parameters=TIMES)
 def unmeasured(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
-    """Whether the gains are zero in the columns of sensors that are not measured."""
+    """The gains are {zero} {others} columns of sensors that are not measured at that phase."""
     measured = schedule(periods, offsets)
     L = _gains(plant, len(periods), len(measured))
     others = [(k, i) for k, rows in enumerate(measured) for i in range(len(periods)) if i not in rows]
@@ -98,14 +93,12 @@ def unmeasured(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     return Found(words={"zero": zero, "others": len(others)}, holds=not wrong)
 
 
-@statement(
-    "multirate.observable",
-    "The observability matrix of (C, A) has rank {rank}, of {n}.",
-    plant=untouched,
-    parameters=untouched,
-)
+@statement("multirate.observable", plant=untouched, parameters=untouched)
 def observable(plant: Plant, parameters: Any) -> Found:
-    """Whether C, CA, .. CA^(n-1) stacked have rank n."""
+    """The observability matrix of (C, A) has rank {rank}, of {n}.
+
+    Whether C, CA, .. CA^(n-1) stacked have rank n.
+    """
     A, C = _observed(plant)
     n, power, blocks = A.nrows(), identity(A.nrows()), []
     for _ in range(n):
@@ -115,15 +108,11 @@ def observable(plant: Plant, parameters: Any) -> Found:
     return Found(words={"rank": rank, "n": n}, holds=rank == n)
 
 
-@statement(
-    "multirate.product",
-    "A_e as a product over one period, later factors to the left, has {shifted} characteristic polynomial from instant "
-    "1 as from instant 0; with the factors in the other order it has {reverse} one.",
-    plant=untouched,
-    parameters=TIMES,
-)
+@statement("multirate.product", plant=untouched, parameters=TIMES)
 def product(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
-    """Whether the poles of the product over one period do not depend on where it starts, but do on its order."""
+    """A_e as a product over one period, later factors to the left, has {shifted} characteristic polynomial from instant
+    1 as from instant 0; with the factors in the other order it has {reverse} one.
+    """
     measured = schedule(periods, offsets)
     A, C = _observed(plant)
     first, *others = without_noise(A, C, measured).error_system(_gains(plant, len(periods), len(measured)))

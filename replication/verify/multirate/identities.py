@@ -10,17 +10,13 @@ from replication.verify.theorem import require
 LARGEST_SIZE = 6
 """Of a vector, and so of a matrix: the polynomials grow with its fourth power."""
 SIZES = dict.fromkeys(("states", "sensors", "disturbances", "inputs"), sized(integer, 1))
-AT_SIZES = " ({states} states, {sensors} sensors, {disturbances} disturbances, {inputs} inputs)."
 
 
-@statement(
-    "multirate.error-system",
-    "The error of the observer (15) obeys eq. (16) for all entries of all matrices" + AT_SIZES,
-    parameters=SIZES,
-    holds=True,
-)
+@statement("multirate.error-system", parameters=SIZES, holds=True)
 def error_system(states: int, sensors: int, disturbances: int, inputs: int) -> None:
-    """Eq. (16): plant (2), (13) less observer (15) is the error system, whatever the entries of L_k and S_k."""
+    """The error of the observer (15) obeys eq. (16) for all entries of all matrices ({states} states, {sensors}
+    sensors, {disturbances} disturbances, {inputs} inputs).
+    """
     n, q, m, p = _limited(states, sensors, disturbances, inputs)
     shapes = {
         "A": (n, n), "B_u": (n, p), "B_d": (n, m), "C": (q, n), "D": (q, q), "L": (n, q), "S": (q, q),
@@ -33,14 +29,11 @@ def error_system(states: int, sensors: int, disturbances: int, inputs: int) -> N
     require_equal(plant - observer, wanted, "eq. (16)")
 
 
-@statement(
-    "multirate.dissipation",
-    "The quadratic form of the matrix (20) is the left-hand side of eq. (23)" + AT_SIZES,
-    parameters=SIZES,
-    holds=True,
-)
+@statement("multirate.dissipation", parameters=SIZES, holds=True)
 def dissipation(states: int, sensors: int, disturbances: int, inputs: int) -> None:
-    """Eqs. (20)-(23): the quadratic form of the matrix (20) is what the weighted square of the error loses."""
+    """The quadratic form of the matrix (20) is the left-hand side of eq. (23) ({states} states, {sensors} sensors,
+    {disturbances} disturbances, {inputs} inputs).
+    """
     m, closed, level = _closed_loop(*_limited(states, sensors, disturbances, inputs))
     P, before, e, d, w = (m[name] for name in ("P", "Q", "e", "d", "w"))
     xi, noise, z = blocks([[e], [d], [w]]), blocks([[d], [w]]), m["W"] @ e
@@ -49,14 +42,12 @@ def dissipation(states: int, sensors: int, disturbances: int, inputs: int) -> No
     require_equal(xi.T @ _theta(m, closed) @ xi, loss, "eq. (23)")
 
 
-@statement(
-    "multirate.schur",
-    "With Y = P L, the Schur complement of P in the matrix (30) is the matrix (20)" + AT_SIZES,
-    parameters=SIZES,
-    holds=True,
-)
+@statement("multirate.schur", parameters=SIZES, holds=True)
 def schur(states: int, sensors: int, disturbances: int, inputs: int) -> None:
-    """Eqs. (30)-(32): with Y = P L, the Schur complement of P in the matrix (30) is the matrix (20).
+    """With Y = P L, the Schur complement of P in the matrix (30) is the matrix (20) ({states} states, {sensors}
+    sensors, {disturbances} disturbances, {inputs} inputs).
+
+    Eqs. (30)-(32): with Y = P L, the Schur complement of P in the matrix (30) is the matrix (20).
 
     The blocks beside P are P F with F = [A_e, B_d, -L S D], so that the complement is the rest less F'P F.
     """

@@ -8,7 +8,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
 from replication.verify.multirate.bounds import attained, require_theorem_1, unseen_for_long, unseen_forever
-from replication.verify.multirate.sensing import CHOSEN, SETTING, Sensing, read_sensing
+from replication.verify.multirate.sensing import CHOSEN, Sensing, read_sensing
 from replication.verify.reading import integer, matrices, sequence, sized, square, symmetric
 from replication.verify.statement import BOTH, Depends, statement
 from replication.verify.theorem import require
@@ -25,8 +25,6 @@ def disturbance(given: Any) -> Any:
 
 @statement(
     "multirate.gain",
-    SETTING + "the error system of the given gains is stable, with an l2 gain between {lower:down} and {upper:up}; "
-    "the upper bound is one of Theorem 1.",
     parameters=CHOSEN,
     plant=Depends(lambda given: sized(read_sensing, given, "L")),
     bound=BOTH,
@@ -40,7 +38,11 @@ def disturbance(given: Any) -> Any:
 def gain(
     plant: Sensing, lower: fmpq, upper: fmpq, P: list[fmpq_mat], turn: fmpq_mat, v: list[fmpq_mat], **chosen: Any
 ) -> None:
-    """The gain of the given gains L_k: Theorem 1 from above, a disturbance from below."""
+    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, the error system of the
+    given gains is stable, with an l2 gain between {lower:down} and {upper:up}; the upper bound is one of Theorem 1.
+
+    The gain of the given gains L_k: Theorem 1 from above, a disturbance from below.
+    """
     require_bracket(lower, upper, chosen["relative"])
     steps = plant.error_system(plant.gains)
     require_theorem_1(steps, plant.W, P, upper)
@@ -49,8 +51,6 @@ def gain(
 
 @statement(
     "multirate.optimum-noncausal",
-    SETTING + "by Theorem 2 some observer has a gain of at most {upper:up}; no estimator, not even a smoother, has one "
-    "below {lower:down}.",
     parameters=CHOSEN,
     plant=PLANT,
     bound=BOTH,
@@ -67,7 +67,11 @@ def optimum_noncausal(
     d: list[fmpq_mat],
     **chosen: Any,
 ) -> None:
-    """The smallest gain where smoothers do no better: Theorem 2 from above, a disturbance that is never seen below."""
+    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, by Theorem 2 some observer
+    has a gain of at most {upper:up}; no estimator, not even a smoother, has one below {lower:down}.
+
+    The smallest gain where smoothers do no better: Theorem 2 from above, a disturbance that is never seen below.
+    """
     require_bracket(lower, upper, chosen["relative"])
     require_theorem_2(plant, P, Y, upper)
     require_lower(lower, unseen_forever(plant, turn, d))
@@ -75,7 +79,6 @@ def optimum_noncausal(
 
 @statement(
     "multirate.optimum-causal",
-    SETTING + "by Theorem 2 some observer has a gain of at most {upper:up}; no observer has one below {lower:down}.",
     parameters=CHOSEN,
     plant=PLANT,
     bound=BOTH,
@@ -97,7 +100,11 @@ def optimum_causal(
     d: list[fmpq_mat],
     **chosen: Any,
 ) -> None:
-    """The smallest gain: Theorem 2 from above, a disturbance of finite length that is seen too late from below."""
+    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, by Theorem 2 some observer
+    has a gain of at most {upper:up}; no observer has one below {lower:down}.
+
+    The smallest gain: Theorem 2 from above, a disturbance of finite length that is seen too late from below.
+    """
     require_bracket(lower, upper, chosen["relative"])
     require_theorem_2(plant, P, Y, upper)
     require_lower(lower, unseen_for_long(plant, start, d))

@@ -38,31 +38,23 @@ RECOVERED = {
 }
 
 
-@statement(
-    "multirate.recovered-poles",
-    "With the diagonal {shown}, all else as printed, A has the stated poles, and is unstable.",
-    plant=untouched,
-    parameters=RECOVERED,
-    holds=True,
-)
+@statement("multirate.recovered-poles", plant=untouched, parameters=RECOVERED, holds=True)
 def poles(plant: Plant, diagonal: list[fmpq], **_: Any) -> Found:
-    """The poles of A with the recovered diagonal, in the order in which they are stated; one is unstable."""
+    """With the diagonal {shown}, all else as printed, A has the stated poles, and is unstable.
+
+    The poles of A with the recovered diagonal, in the order in which they are stated; one is unstable.
+    """
     A, found = _recovered(plant, diagonal)
     require(any(abs(root) > 1 for root in found), "no pole of A is proved to be outside the unit circle")
     parts = [part for root in found for part in ((root.real,) if root.imag == 0 else (root.real, root.imag))]
     return Found(words={"shown": _diagonal(A)}, items=tuple(ends(part) for part in parts))
 
 
-@statement(
-    "multirate.same-setting",
-    "With the A that has the stated poles and the C of Sec. IV-A, the gains (42) leave poles of A_e of modulus "
-    "{outside}.",
-    plant=untouched,
-    parameters=RECOVERED,
-    holds=False,
-)
+@statement("multirate.same-setting", plant=untouched, parameters=RECOVERED, holds=False)
 def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq]) -> Found:
-    """Whether the printed gains stabilise the error system of that A with the sensors of Sec. IV-A: they do not."""
+    """With the A that has the stated poles and the C of Sec. IV-A, the gains (42) leave poles of A_e of modulus
+    {outside}.
+    """
     A, _ = _recovered(plant, diagonal)
     found = roots(_error_polynomial(plant, schedule(periods, offsets), A, matrix(plant["C"], "plant.C")))
     outside = [abs(root) for root in found if abs(root) > 1]
@@ -70,14 +62,12 @@ def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal:
     return Found(words={"outside": ", ".join(size.str(9) for size in outside)})
 
 
-@statement(
-    "multirate.recovered-error-poles",
-    "With the diagonal {shown} of A and C = {sensors} the gains (42) give A_e the poles {matched}.",
-    plant=untouched,
-    parameters={**RECOVERED, "C": matrix},
-)
+@statement("multirate.recovered-error-poles", plant=untouched, parameters={**RECOVERED, "C": matrix})
 def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq], C: fmpq_mat) -> Found:
-    """The poles of A_e for the recovered A and C and the printed gains, in the order in which they are stated."""
+    """With the diagonal {shown} of A and C = {sensors} the gains (42) give A_e the poles {matched}.
+
+    The poles of A_e for the recovered A and C and the printed gains, in the order in which they are stated.
+    """
     A, _ = _recovered(plant, diagonal)
     polynomial = _error_polynomial(plant, schedule(periods, offsets), A, C)
     real = [root.real for root in roots(polynomial) if root.imag == 0]
@@ -93,8 +83,6 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
 
 @statement(
     "multirate.recovered-design",
-    "For the unstable plant with the diagonal {shown} of A, C = {sensors}, B_d = {disturbance} and D = {noise}, which "
-    "has the stated poles, Theorem 2 gives an observer with a gain of at most {upper:up}.",
     plant=untouched,
     parameters={
         **RECOVERED,
@@ -112,7 +100,9 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
 def design(
     plant: Plant, diagonal: list[fmpq], C: fmpq_mat, B_d: fmpq_mat, D: fmpq_mat, upper: fmpq, **given: Any
 ) -> Found:
-    """Theorem 2 for the recovered plant: feasible at the stated level."""
+    """For the unstable plant with the diagonal {shown} of A, C = {sensors}, B_d = {disturbance} and D = {noise}, which
+    has the stated poles, Theorem 2 gives an observer with a gain of at most {upper:up}.
+    """
     A, _ = _recovered(plant, diagonal)
     system = select(A, B_d, identity(A.nrows()), C, D, schedule(given["periods"], given["offsets"]))
     require_theorem_2(system, given["P"], given["Y"], upper)

@@ -96,8 +96,6 @@ CHOSEN = {
     "relative": positive,
 }
 """Which rows of C and D are the sensors, when they measure, and how near the bounds must be to each other."""
-SETTING = "For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, "
-"""How each sentence on `CHOSEN` begins: what is proved for one schedule is not for others."""
 
 
 def schedule(periods: Sequence[int], offsets: Sequence[int]) -> Schedule:

@@ -56,11 +56,7 @@ def energy_before(J: arb_mat, Q: arb_mat) -> arb_mat:
     """X = Q + J'XJ, for a Schur J the sum of (J^k)'Q J^k over k >= 0, by the linear equation for its entries."""
     places = [(i, j) for i in range(J.nrows()) for j in range(J.nrows())]
     equation = [[arb(int(p == q)) - J[q[0], p[0]] * J[q[1], p[1]] for q in places] for p in places]
-    X = solved(
-        arb_mat(equation),
-        arb_mat([[entry] for entry in Q.entries()]),
-        "the equation of the energy is not proved invertible",
-    )
+    X = solved(arb_mat(equation), arb_mat([[entry] for entry in Q.entries()]), "the energy is not proved finite")
     return arb_mat(J.nrows(), J.nrows(), X.entries())
 
 

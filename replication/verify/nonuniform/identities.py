@@ -11,8 +11,6 @@ from flint import fmpq
 from replication.verify.algebra.symbolic import blocks, require_equal, symbols, unit
 from replication.verify.theorem import require
 
-SIZE = "two states of plant and filter and one disturbance, measurement and estimate"
-"""Of the identities below, but for those that hold for all sizes, and the map, with two components of each signal."""
 SQUARE, COLUMN, ROW, ONE = (2, 2), (2, 1), (1, 2), (1, 1)
 
 

@@ -6,6 +6,7 @@ A time is a pair (a, b) of rationals and stands for a + b pi seconds, since one 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
@@ -14,6 +15,7 @@ from replication.verify.algebra.balls import beside, generator, hold
 from replication.verify.algebra.linear import block
 from replication.verify.algebra.roots import is_schur, require_hurwitz
 from replication.verify.reading import fields, known_fields, matrix, positive, rational, sequence, states, text
+from replication.verify.statement import statement
 from replication.verify.theorem import require
 
 PRECISION = 128
@@ -36,7 +38,7 @@ class Filter:
 
 @dataclass(frozen=True)
 class Plant:
-    """Eq. (1): A (n, n), B (n, m), C (r, n), D (r, m), L (s, n), the ends of the range of sampling periods; a filter."""
+    """Eq. (1): A (n, n), B (n, m), C (r, n), D (r, m), L (s, n), the ends of the range of periods, a printed filter."""
 
     A: fmpq_mat
     B: fmpq_mat
@@ -74,6 +76,10 @@ def read_plant(value: Any, path: str = "plant") -> Plant:
     return Plant(A, B, C, D, L, h_l, h_u)
 
 
+on_plant = partial(statement, plant=read_plant, bits=PRECISION)
+"""A statement on such a plant."""
+
+
 def read_filtered(value: Any, path: str) -> Plant:
     """The plant of a certificate with the filter that is printed with it, if any."""
     plant = read_plant(value, path)
@@ -96,7 +102,7 @@ class Case:
     ends: Ends
     weight: str
     filter: Filter
-    level: fmpq = fmpq(0)
+    level: fmpq
 
     @property
     def scope(self) -> str:

@@ -25,14 +25,13 @@ from replication.verify.nonuniform.grid import (
     state_transition,
 )
 from replication.verify.nonuniform.system import (
-    PRECISION,
     Case,
     Filter,
     Plant,
     along,
+    on_plant,
     read_filter,
     read_filtered,
-    read_plant,
     seconds,
 )
 from replication.verify.reading import integer, matrix, positive, sequence, sized
@@ -44,159 +43,112 @@ DIGITS = 40
 PASSES = {"passes": Depends(lambda given: sized(sequence, sized(sequence, sized(read_alpha, given.plant.A.nrows()))))}
 
 
-@statement(
-    "nonuniform.lemma-2",
-    "Phi and Gamma at h_0 + theta are those at h_0 with Delta(theta) in a loop, for every A and B.",
-    holds=True,
-)
+@statement("nonuniform.lemma-2", holds=True)
 def lemma_2() -> None:
-    """Lemma 2."""
+    """Phi and Gamma at h_0 + theta are those at h_0 with Delta(theta) in a loop, for every A and B."""
     identities.require_lemma_2()
 
 
-@statement(
-    "nonuniform.lemma-3",
-    "|e^(At)| <= e^(mu t) for all t >= 0 and every A of order two; here mu(A) = {mu}.",
-    plant=read_plant,
-    holds=True,
-    bits=PRECISION,
-)
+@on_plant("nonuniform.lemma-3", holds=True)
 def lemma_3(plant: Plant) -> Found:
-    """Lemma 3 for two states, with mu of the plant."""
+    """|e^(At)| <= e^(mu t) for all t >= 0 and every A of order two; here mu(A) = {mu}."""
     identities.require_lemma_3()
     return Found(words={"mu": logarithmic_norm(plant.A).str(10, radius=False)})
 
 
-@statement(
-    "nonuniform.map",
-    "For signals of two components w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1 "
-    "Sigma_12. As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21 "
-    "({s} x {n}).",
-    plant=read_plant,
-    holds=True,
-)
+@on_plant("nonuniform.map", holds=True)
 def loop_map(plant: Plant) -> Found:
-    """The map below (7) and in (12), in the right order; the printed order has no value for the plant."""
+    """For signals of two components w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1
+    Sigma_12. As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21
+    ({s} x {n}).
+
+    The map below (7) and in (12), in the right order; the printed order has no value for the plant.
+    """
     identities.require_map()
     n, m, s = plant.A.nrows(), plant.B.ncols(), plant.L.nrows()
     require(m != n and s != n, "the printed order of the factors has a value here: m = n or s = n")
     return Found(words={"n": n, "m": m, "s": s})
 
 
-@statement(
-    "nonuniform.congruence",
-    f"(10) is the congruence of (6) by diag(J_1, I, J_1, I), entry by entry, for {identities.SIZE}.",
-    holds=True,
-)
+@statement("nonuniform.congruence", holds=True)
 def congruence() -> None:
-    """(10) from (6)."""
+    """(10) is the congruence of (6) by diag(J_1, I, J_1, I), entry by entry, for two states of plant and filter and one
+    disturbance, measurement and estimate.
+    """
     identities.require_congruence()
 
 
-@statement(
-    "nonuniform.recovery",
-    "The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for "
-    f"{identities.SIZE}.",
-    holds=True,
-)
+@statement("nonuniform.recovery", holds=True)
 def recovery() -> None:
-    """The filter by (11)."""
+    """The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for two states of
+    plant and filter and one disturbance, measurement and estimate.
+    """
     identities.require_recovery()
 
 
-@statement(
-    "nonuniform.sizes",
-    "F, to be multiplied by C ({r} x {n}) and added to an {n} x {n} block, is {n} x {r}, not {r} x {n}.",
-    plant=read_filtered,
-    holds=True,
-)
+@on_plant("nonuniform.sizes", plant=read_filtered, holds=True)
 def sizes(plant: Plant) -> Found:
-    """The size of F in (10): F C is added to Y Phi."""
+    """F, to be multiplied by C ({r} x {n}) and added to an {n} x {n} block, is {n} x {r}, not {r} x {n}.
+
+    The size of F in (10): F C is added to Y Phi.
+    """
     n, r, B = plant.A.nrows(), plant.C.nrows(), _printed(plant).B
     require((B.nrows(), B.ncols()) == (n, r), "the printed B_f = -Y^-1 F has another size")
     require(r != n, "both sizes are the same here")
     return Found(words={"n": n, "r": r})
 
 
-@statement(
-    "nonuniform.upper-end",
-    "With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9); {printed}.",
-    plant=read_plant,
-    holds=True,
-    bits=PRECISION,
-)
+@on_plant("nonuniform.upper-end", holds=True)
 def upper_end(plant: Plant) -> Found:
-    """Case U3 of (9) with mu(A), and as printed."""
+    """With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9); {printed}.
+
+    Case U3 of (9) with mu(A), and as printed.
+    """
     identities.require_sharp_ends()
     return Found(words={"printed": require_upper_end(plant)})
 
 
-@statement(
-    "nonuniform.lower-end",
-    "At the lower end of (9), case L3, alpha times the bound of Lemma 3 for -A is one.",
-    plant=read_plant,
-    holds=True,
-    bits=PRECISION,
-)
+@on_plant("nonuniform.lower-end", holds=True)
 def lower_end(plant: Plant) -> None:
-    """Case L3 of (9)."""
+    """At the lower end of (9), case L3, alpha times the bound of Lemma 3 for -A is one."""
     identities.require_sharp_ends()
     require_lower_end(plant)
 
 
-@statement(
-    "nonuniform.grid-size",
-    "Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with {lower} elements after "
-    "{number} passes.",
-    plant=read_plant,
-    bound=BOTH,
-    witness=PASSES,
-    bits=PRECISION,
-)
+@on_plant("nonuniform.grid-size", bound=BOTH, witness=PASSES)
 def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[Alpha]]) -> Found:
-    """The number of elements with which Algorithm 1, corrected, ends."""
+    """Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with {lower} elements after
+    {number} passes.
+    """
     covering = run_algorithm(plant, passes)
     found = lower == covering.size == upper
     require(found, f"the grid has {covering.size} elements, not {lower} to {upper}")
     return Found(words={"number": covering.passes})
 
 
-@statement(
-    "nonuniform.one-interval",
-    "The interval (9) around the middle leaves out part of the range, although the error system of every filter with "
-    "A_f Schur is stable on all of it; {size} elements cover the range.",
-    plant=read_plant,
-    witness=PASSES,
-    holds=True,
-    bits=PRECISION,
-)
+@on_plant("nonuniform.one-interval", witness=PASSES, holds=True)
 def one_interval(plant: Plant, passes: list[list[Alpha]]) -> Found:
-    """Theorem 1 for one period leaves out periods for which the error system is stable all the same."""
+    """The interval (9) around the middle leaves out part of the range, although the error system of every filter with
+    A_f Schur is stable on all of it; {size} elements cover the range.
+
+    Theorem 1 for one period leaves out periods for which the error system is stable all the same.
+    """
     covering = run_algorithm(plant, passes)
     require_hurwitz(plant.A, "the plant")
     require_one_interval_is_not_enough(plant, covering)
     return Found(words={"size": covering.size})
 
 
-@statement(
-    "nonuniform.stalls",
-    "Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves all as it is, "
-    "with a set-minus as without: {how}.",
-    plant=read_plant,
-    witness=Depends(lambda given: sized(read_alpha, given.plant.A.nrows())),
-    holds=False,
-    bits=PRECISION,
-)
+@on_plant("nonuniform.stalls", witness=Depends(lambda given: sized(read_alpha, given.plant.A.nrows())), holds=False)
 def stalls(plant: Plant, witness: Alpha) -> Found:
-    """Algorithm 1 as printed neither covers the range nor adds an element."""
+    """Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves all as it is,
+    with a set-minus as without: {how}.
+    """
     return Found(words={"how": require_stall(plant, witness)})
 
 
-@statement(
+@on_plant(
     "nonuniform.same-level",
-    "With {cells} cells, in the coordinates of the plant, one level for both channels is at least {forced:down}, "
-    "whether or not Delta is divided by its norm; a filter has the level {level:up} for every sequence.",
-    plant=read_plant,
     parameters={"cells": sized(integer, 1)},
     witness={
         "cell": integer,
@@ -209,7 +161,6 @@ def stalls(plant: Plant, witness: Alpha) -> Found:
         "storage": Depends(lambda given: sized(read_storage, given.plant.A.nrows() + given.filter.A.nrows())),
     },
     holds=True,
-    bits=PRECISION,
 )
 def same_level(
     plant: Plant,
@@ -222,7 +173,10 @@ def same_level(
     level: fmpq,
     **proof: Any,
 ) -> Found:
-    """One level for both channels of (13) is larger than a level that a filter has for every sequence.
+    """With {cells} cells, in the coordinates of the plant, one level for both channels is at least {forced:down},
+    whether or not Delta is divided by its norm; a filter has the level {level:up} for every sequence.
+
+    One level for both channels of (13) is larger than a level that a filter has for every sequence.
 
     In the coordinates of the plant: a change of coordinates would change alpha and the norm of Delta.
     """
@@ -232,21 +186,20 @@ def same_level(
     half = (seconds(plant.h_u) - seconds(plant.h_l)) / (2 * cells)
     require_radius(plant.A, half, radius, direction)
     storage: Storage = proof["storage"]
-    require_level(plant, Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"]), level, storage)
+    require_level(
+        plant, Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level), level, storage
+    )
     forced = min(alpha, alpha * radius)
     require(level < forced, f"the level {level} of the filter is not below {forced}")
     return Found(words={"forced": forced})
 
 
-@statement(
-    "nonuniform.observer-column",
-    "Column {place} of Phi(h) - B_f C at the middle is [{shown}].",
-    plant=read_filtered,
-    parameters={"column": integer},
-    bits=PRECISION,
-)
+@on_plant("nonuniform.observer-column", plant=read_filtered, parameters={"column": integer})
 def observer_column(plant: Plant, column: int) -> Found:
-    """A column of Phi(h) - B_f C at the middle of the range, with the printed B_f."""
+    """Column {place} of Phi(h) - B_f C at the middle is [{shown}].
+
+    A column of Phi(h) - B_f C at the middle of the range, with the printed B_f.
+    """
     require(column < plant.A.nrows(), "parameters.column is not one of the columns")
     whole = state_transition(plant, seconds(plant.middle)) - arb_mat(_printed(plant).B * plant.C)
     entries = [row[column] for row in whole.tolist()]
