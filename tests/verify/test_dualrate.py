@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from replication.verify.dualrate import theory as dualrate_theory
-from replication.verify.dualrate.loop import SRC, monodromy, read_loop
+from replication.verify.dualrate.loop import Observer, monodromy, read_loop
 from replication.verify.run import check
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused, Theorem
@@ -300,7 +300,7 @@ def test_one_pair_is_enough() -> None:
 def root_of(certificate: dict[str, Any]) -> list[str]:
     """The largest eigenvalue of the single-rate loop, in floating point."""
     loop = read_loop({key: value for key, value in certificate["plant"].items() if key != "start"})
-    Phi = np.array([[float(entry.mid()) for entry in row] for row in monodromy(loop, SRC).tolist()])
+    Phi = np.array([[float(entry.mid()) for entry in row] for row in monodromy(loop, Observer.SRC).tolist()])
     root = max(np.linalg.eigvals(Phi).astype(complex), key=abs)
     return [str(Fraction(float(root.real))), str(Fraction(float(root.imag)))]
 
