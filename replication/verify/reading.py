@@ -94,7 +94,7 @@ def sized(reader: Callable[..., T], *sizes: Any) -> Callable[[Any, str], T]:
     return lambda value, path: reader(value, path, *sizes)
 
 
-def untouched(value: Any, path: str) -> Any:
+def as_written(value: Any, path: str) -> Any:
     """What stands there, for the statement to read."""
     return value
 
@@ -148,6 +148,13 @@ def sequence(value: Any, path: str, reader: Callable[[Any, str], T], length: int
     require(len(value) <= MAX_ENTRIES, f"{path} has {len(value)} entries, more than {MAX_ENTRIES}")
     require(length is None or len(value) == length, f"{path} must have {length} entries, got {len(value)}")
     return [reader(entry, f"{path}[{i}]") for i, entry in enumerate(value)]
+
+
+def several(value: Any, path: str, reader: Callable[[Any, str], T], most: int = MAX_ENTRIES) -> list[T]:
+    """A list of at least one and at most so many entries."""
+    require(value != [], f"{path} is empty")
+    require(not isinstance(value, list) or len(value) <= most, f"{path} has more than {most} entries")
+    return sequence(value, path, reader)
 
 
 def matrix(value: Any, path: str, rows: int | None = None, columns: int | None = None) -> fmpq_mat:

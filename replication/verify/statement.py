@@ -35,7 +35,8 @@ class Depends:
     make: Callable[[Any], Any]
 
 
-Group = Mapping[str, Reader | Depends] | Reader | Depends | None
+Table = Mapping[str, Reader | Depends]
+Group = Table | Reader | Depends | None
 LOWER: Mapping[str, Reader] = {"lower": positive}
 UPPER: Mapping[str, Reader] = {"upper": positive}
 BOTH: Mapping[str, Reader] = {**LOWER, **UPPER}
@@ -71,7 +72,8 @@ class Statement:
         with ctx.workprec(self.bits):
             given = self.read(certificate)
             found = self.prove(**given) or Found()
-            stated = self.groups["bound"] or {}
+            bound = self.groups["bound"]
+            stated = bound if isinstance(bound, Mapping) else {}
             return Theorem(
                 sentence=_Words().vformat(self.sentence, (), {**given, **found.words}),
                 lower=given["lower"] if "lower" in stated else found.lower,

@@ -197,7 +197,7 @@ def test_readers_with_sizes() -> None:
     assert reading.sized(reading.matrix, 1, 2)([["1", "2"]], "M") == fmpq_mat([[1, 2]])
     with pytest.raises(Refused, match="M must have 1 columns, got 2"):
         reading.sized(reading.matrix, 1, 1)([["1", "2"]], "M")
-    assert reading.untouched([1], "x") == [1]
+    assert reading.as_written([1], "x") == [1]
 
 
 def test_texts_and_lists() -> None:

@@ -61,7 +61,7 @@ def generator(A: fmpq_mat, B: fmpq_mat) -> arb_mat:
 
 
 def hold(A: fmpq_mat, B: fmpq_mat, time: fmpq | arb) -> tuple[arb_mat, arb_mat]:
-    """e^{A t} and ∫₀^t e^{A τ} dτ · B, which take the state and the held input to the next state, for all t in a ball."""
+    """e^{A t} and ∫₀^t e^{A τ} dτ · B, which take state and held input to the next state, for all t in a ball."""
     n = A.nrows()
     upper = (generator(A, B) * arb(time)).exp().tolist()[:n]
     return arb_mat([row[:n] for row in upper]), arb_mat([row[n:] for row in upper])

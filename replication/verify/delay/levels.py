@@ -7,7 +7,7 @@ from flint import acb, acb_mat, arb, fmpq
 from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, on_plant
 from replication.verify.delay.sos import Proof, read_proof, require_level
-from replication.verify.reading import integer, positive, rational, sequence, sized
+from replication.verify.reading import integer, positive, rational, several, sized
 from replication.verify.statement import LOWER, UPPER, Depends, Found, statement
 from replication.verify.theorem import require
 
@@ -70,7 +70,7 @@ def _characteristic(plant: DelayPlant, point: fmpq) -> arb:
     return acb_mat(matrix_at).det().real
 
 
-@statement("delay.not-unstable", parameters={"eigenvalues": sized(sequence, rational)}, holds=False)
+@statement("delay.not-unstable", parameters={"eigenvalues": sized(several, rational)}, holds=False)
 def not_unstable(eigenvalues: list[fmpq]) -> Found:
     """Example 4 is not unstable: it has no characteristic root with positive real part, for any number of states and
     delays, if all eigenvalues of J are among {listed}.
@@ -81,7 +81,6 @@ def not_unstable(eigenvalues: list[fmpq]) -> Found:
     triangular, det M is the product of these). If a = 0 that is s = 0. If
     0 < a <= 1, a root with Re s >= 0 has |s| <= 1, so that |Im s| i/K <= 1 < pi/2 and the real part is positive.
     """
-    require(bool(eigenvalues), "parameters.eigenvalues is empty")
     for i, value in enumerate(eigenvalues):
         require(0 <= value <= 1, f"eigenvalue {i} is not between 0 and 1")
     return Found(words={"listed": ", ".join(map(str, eigenvalues))})

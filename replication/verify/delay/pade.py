@@ -53,7 +53,9 @@ def read_order(value: Any, path: str) -> int:
     },
 )
 def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, section: Section, P: fmpq_mat) -> None:
-    """The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is feasible at the level {upper:up}."""
+    """The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is feasible at the level
+    {upper:up}.
+    """
     plant = measured_last(plant, change)
     A, B, C = model(plant, section)
     size, n, q = A.nrows(), plant.states, plant.C2.nrows()

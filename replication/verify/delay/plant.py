@@ -13,7 +13,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, submatrix, zeros
-from replication.verify.reading import fields, matrices, matrix, positive, sequence, square, text
+from replication.verify.reading import fields, matrices, matrix, positive, several, square, text
 from replication.verify.statement import statement
 from replication.verify.theorem import require
 
@@ -46,8 +46,7 @@ def read_plant(value: Any, path: str = "plant") -> DelayPlant:
     """The system in a certificate; refuses shapes that do not fit and delays that do not increase."""
     names = ("name", "A0", "A", "delays", "B", "C10", "C1", "C2")
     name, a0, a, delays, b, c10, c1, c2 = fields(value, path, *names)
-    times = sequence(delays, f"{path}.delays", positive)
-    require(bool(times), f"{path}.delays is empty")
+    times = several(delays, f"{path}.delays", positive)
     require(all(early < late for early, late in pairwise(times)), f"{path}.delays must increase")
     now = square(a0, f"{path}.A0")
     n = now.nrows()

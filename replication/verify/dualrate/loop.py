@@ -52,7 +52,7 @@ Command = Callable[[int], acb]
 
 @dataclass(frozen=True, kw_only=True)
 class Loop:
-    """Plant (1) with one input and one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) if given."""
+    """Plant (1), one input, one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) if given."""
 
     A: fmpq_mat
     B: fmpq_mat

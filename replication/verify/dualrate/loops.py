@@ -20,7 +20,7 @@ from replication.verify.dualrate.response import (
     steady_motion,
     steady_start,
 )
-from replication.verify.reading import matrix, positive, rational, sequence, sized
+from replication.verify.reading import matrix, positive, rational, sequence, several, sized
 from replication.verify.statement import BOTH, Depends, Found
 from replication.verify.theorem import require
 
@@ -74,7 +74,7 @@ def unstable(plant: Loop, observer: Observer, root: acb, radius: fmpq) -> None:
     parameters={
         "observer": read_observer,
         "frequency": positive,
-        "estimates": Depends(lambda given: sized(sequence, sized(matrix, given.plant.order, 1))),
+        "estimates": Depends(lambda given: sized(several, sized(matrix, given.plant.order, 1), MOST_STARTS)),
     },
     witness={"root": read_guess},
     holds=True,
@@ -91,8 +91,6 @@ def no_bounded_error(plant: Loop, observer: Observer, frequency: fmpq, estimates
     """
     count, start = len(estimates), plant.start or fmpq_mat(plant.order, 1)
     require_position_form(plant)
-    require(count > 0, "parameters.estimates is empty")
-    require(count <= MOST_STARTS, f"parameters.estimates has {count} starts, more than {MOST_STARTS}")
     require(len({str(estimate) for estimate in estimates}) == count, "parameters.estimates names a start twice")
     root = eigenvalue_near(plant, observer, root)
     require(is_less(1, abs(root)), "the eigenvalue is not proved to lie outside the unit circle")

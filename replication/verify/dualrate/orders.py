@@ -21,7 +21,7 @@ from replication.verify.dualrate.response import (
     steady_motion,
     steady_passage,
 )
-from replication.verify.reading import fields, positive, sequence, sized
+from replication.verify.reading import fields, positive, sequence, several, sized
 from replication.verify.statement import Depends, Found
 from replication.verify.theorem import require
 
@@ -55,7 +55,7 @@ def read_level(value: Any, path: str, loop: Loop) -> tuple[fmpq, Place]:
 
 @on_loop(
     "dualrate.errors-ordered",
-    parameters={"pairs": sized(sequence, sized(sequence, read_setting, 2))},
+    parameters={"pairs": sized(several, sized(sequence, read_setting, 2), MOST_PAIRS)},
     witness={"places": Depends(lambda given: sized(sequence, sized(read_level, given.plant), len(given.pairs)))},
     holds=True,
 )
@@ -64,8 +64,6 @@ def errors_ordered(plant: Loop, pairs: list[list[Setting]], places: list[tuple[f
 
     In each pair of (observer, σ) the first has the smaller largest error: below a level that the second exceeds.
     """
-    require(len(pairs) > 0, "parameters.pairs is empty")
-    require(len(pairs) <= MOST_PAIRS, f"parameters.pairs has {len(pairs)} pairs, more than {MOST_PAIRS}")
     for i, ((smaller, greater), (bound, found)) in enumerate(zip(pairs, places, strict=True)):
         moving, begun = steady_motion(plant, greater.observer, greater.frequency, found.scales)
         reached = error_at(moving, begun[found.phase], found.time)

@@ -84,7 +84,8 @@ def steady_start(loop: Loop, observer: Observer, s: acb) -> acb_mat:
     end = pass_period(loop, observer, nothing, nothing, lambda k: amplitude * turn(s, k * loop.T))
     added = acb_mat(end.state.tolist() + end.estimate.tolist())
     shifted = acb_mat(identity(2 * n)) * turn(s, loop.M * loop.T) - acb_mat(monodromy(loop, observer))
-    return solved(shifted, added, "the reference may excite an eigenvalue of Φ on the unit circle")
+    X: acb_mat = solved(shifted, added, "the reference may excite an eigenvalue of Φ on the unit circle")
+    return X
 
 
 def steady_passage(loop: Loop, observer: Observer, s: acb) -> Passage:

@@ -25,7 +25,7 @@ from replication.verify.dualrate.lyapunov import (
     require_solution,
 )
 from replication.verify.dualrate.scalar import determinant, require_negative
-from replication.verify.reading import fields, integer, matrix, positive, sequence, sized, symmetric, text
+from replication.verify.reading import fields, integer, matrix, positive, several, sized, symmetric, text
 from replication.verify.statement import Depends, Found, statement
 from replication.verify.theorem import require
 
@@ -137,7 +137,7 @@ def contraction() -> None:
 
 @on_loop(
     "dualrate.counterexample",
-    parameters={"ratios": sized(sequence, sized(integer, 2)), "longest": positive},
+    parameters={"ratios": sized(several, sized(integer, 2)), "longest": positive},
     witness={"lyapunov": SOLUTION},
     holds=False,
 )
@@ -151,7 +151,6 @@ def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyap
     """
     allowed = 1 / condition_per_second(plant, lyapunov)
     require(is_less(allowed, arb(longest)), f"(18) may allow periods above {longest} s")
-    require(len(ratios) > 0, "parameters.ratios is empty")
     require(all(less < more for less, more in pairwise(ratios)), "parameters.ratios must increase")
     require(ratios[-1] <= LARGEST_RATIO, f"parameters.ratios has a ratio above {LARGEST_RATIO}")
     for ratio in ratios:

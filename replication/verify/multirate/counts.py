@@ -11,7 +11,7 @@ from flint import fmpq, fmpq_mat
 from replication.verify.algebra.linear import block, identity, take_rows
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.sensing import TIMES, schedule, without_noise
-from replication.verify.reading import matrices, matrix, states, untouched
+from replication.verify.reading import as_written, matrices, matrix, states
 from replication.verify.statement import Found, statement
 
 Plant = Mapping[str, Any]
@@ -32,10 +32,7 @@ def selection(periods: list[int], offsets: list[int]) -> Found:
 
 @statement("multirate.common-period", parameters=TIMES)
 def common_period(periods: list[int], offsets: list[int]) -> Found:
-    """The schedule repeats after {number} instants.
-
-    The number of instants after which the schedule repeats, and no smaller one.
-    """
+    """The schedule repeats after {number} instants."""
     measured = schedule(periods, offsets)
     return _count(next(k for k in count(1) if measured[k:] + measured[:k] == measured))
 
@@ -59,7 +56,7 @@ def dual_rate(periods: list[int], offsets: list[int]) -> Found:
     return Found(words={"all_": "All" if holds else "It is not so that all", "period": len(measured)}, holds=holds)
 
 
-@statement("multirate.variables", plant=untouched, parameters=TIMES)
+@statement("multirate.variables", plant=as_written, parameters=TIMES)
 def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """Theorem 2 has {number} unknown numbers.
 
@@ -70,7 +67,7 @@ def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     return _count(len(schedule(periods, offsets)) * at_each_phase + 1)
 
 
-@statement("multirate.rows", plant=untouched, parameters=untouched, bound=None)
+@statement("multirate.rows", plant=as_written, parameters=as_written, bound=None)
 def rows(plant: Plant, parameters: Any) -> Found:
     """The matrix of Theorem 2 has {number} rows at each phase.
 
@@ -82,7 +79,7 @@ def rows(plant: Plant, parameters: Any) -> Found:
     return _count(2 * n + B_d.ncols() + D.ncols())
 
 
-@statement("multirate.unmeasured", plant=untouched, parameters=TIMES)
+@statement("multirate.unmeasured", plant=as_written, parameters=TIMES)
 def unmeasured(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """The gains are {zero} {others} columns of sensors that are not measured at that phase."""
     measured = schedule(periods, offsets)
@@ -93,12 +90,9 @@ def unmeasured(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     return Found(words={"zero": zero, "others": len(others)}, holds=not wrong)
 
 
-@statement("multirate.observable", plant=untouched, parameters=untouched)
+@statement("multirate.observable", plant=as_written, parameters=as_written)
 def observable(plant: Plant, parameters: Any) -> Found:
-    """The observability matrix of (C, A) has rank {rank}, of {n}.
-
-    Whether C, CA, .. CA^(n-1) stacked have rank n.
-    """
+    """The observability matrix of (C, A) has rank {rank}, of {n}."""
     A, C = _observed(plant)
     n, power, blocks = A.nrows(), identity(A.nrows()), []
     for _ in range(n):
@@ -108,7 +102,7 @@ def observable(plant: Plant, parameters: Any) -> Found:
     return Found(words={"rank": rank, "n": n}, holds=rank == n)
 
 
-@statement("multirate.product", plant=untouched, parameters=TIMES)
+@statement("multirate.product", plant=as_written, parameters=TIMES)
 def product(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """A_e as a product over one period, later factors to the left, has {shifted} characteristic polynomial from instant
     1 as from instant 0; with the factors in the other order it has {reverse} one.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from flint import fmpq, fmpq_mat
@@ -13,31 +14,25 @@ from replication.verify.reading import integer, matrices, sequence, sized, squar
 from replication.verify.statement import BOTH, Depends, statement
 from replication.verify.theorem import require
 
-PLANT = Depends(lambda given: sized(read_sensing, given))
+Matrices = list[fmpq_mat]
+on_sensors = partial(
+    statement, parameters=CHOSEN, plant=Depends(lambda given: sized(read_sensing, given)), bound=BOTH, holds=True
+)
+"""A statement on the two bounds of a gain of a plant that is seen by chosen sensors."""
 GAINS = Depends(lambda given: sized(matrices, given.plant.order, given.plant.sensors, given.plant.phases))
 STORAGE = Depends(lambda given: sized(sequence, sized(symmetric, given.plant.order), given.plant.phases))
+RECURRENT = Depends(lambda given: sized(matrices, given.plant.B_d.ncols(), given.turn.nrows(), given.plant.phases))
+FINITE = Depends(lambda given: sized(matrices, given.plant.B_d.ncols(), 1))
+NOISES = Depends(lambda given: sized(matrices, given.plant.noises, given.turn.nrows(), given.plant.phases))
+"""Of all disturbances and sensor noises together."""
 
 
-def disturbance(given: Any) -> Any:
-    """A reader of d_k (m, r) at every phase."""
-    return sized(matrices, given.plant.B_d.ncols(), given.turn.nrows(), given.plant.phases)
-
-
-@statement(
+@on_sensors(
     "multirate.gain",
-    parameters=CHOSEN,
     plant=Depends(lambda given: sized(read_sensing, given, "L")),
-    bound=BOTH,
-    witness={
-        "P": STORAGE,
-        "turn": square,
-        "v": Depends(lambda given: sized(matrices, given.plant.noises, given.turn.nrows(), given.plant.phases)),
-    },
-    holds=True,
+    witness={"P": STORAGE, "turn": square, "v": NOISES},
 )
-def gain(
-    plant: Sensing, lower: fmpq, upper: fmpq, P: list[fmpq_mat], turn: fmpq_mat, v: list[fmpq_mat], **chosen: Any
-) -> None:
+def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, v: Matrices, **chosen: Any) -> None:
     """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, the error system of the
     given gains is stable, with an l2 gain between {lower:down} and {upper:up}; the upper bound is one of Theorem 1.
 
@@ -49,23 +44,9 @@ def gain(
     require_lower(lower, attained(steps, plant.W, turn, v))
 
 
-@statement(
-    "multirate.optimum-noncausal",
-    parameters=CHOSEN,
-    plant=PLANT,
-    bound=BOTH,
-    witness={"P": STORAGE, "Y": GAINS, "turn": square, "d": Depends(disturbance)},
-    holds=True,
-)
+@on_sensors("multirate.optimum-noncausal", witness={"P": STORAGE, "Y": GAINS, "turn": square, "d": RECURRENT})
 def optimum_noncausal(
-    plant: Sensing,
-    lower: fmpq,
-    upper: fmpq,
-    P: list[fmpq_mat],
-    Y: list[fmpq_mat],
-    turn: fmpq_mat,
-    d: list[fmpq_mat],
-    **chosen: Any,
+    plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, turn: fmpq_mat, d: Matrices, **chosen: Any
 ) -> None:
     """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, by Theorem 2 some observer
     has a gain of at most {upper:up}; no estimator, not even a smoother, has one below {lower:down}.
@@ -77,28 +58,9 @@ def optimum_noncausal(
     require_lower(lower, unseen_forever(plant, turn, d))
 
 
-@statement(
-    "multirate.optimum-causal",
-    parameters=CHOSEN,
-    plant=PLANT,
-    bound=BOTH,
-    witness={
-        "P": STORAGE,
-        "Y": GAINS,
-        "start": integer,
-        "d": Depends(lambda given: sized(matrices, given.plant.B_d.ncols(), 1)),
-    },
-    holds=True,
-)
+@on_sensors("multirate.optimum-causal", witness={"P": STORAGE, "Y": GAINS, "start": integer, "d": FINITE})
 def optimum_causal(
-    plant: Sensing,
-    lower: fmpq,
-    upper: fmpq,
-    P: list[fmpq_mat],
-    Y: list[fmpq_mat],
-    start: int,
-    d: list[fmpq_mat],
-    **chosen: Any,
+    plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, start: int, d: Matrices, **chosen: Any
 ) -> None:
     """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, by Theorem 2 some observer
     has a gain of at most {upper:up}; no observer has one below {lower:down}.

@@ -7,6 +7,7 @@ they are an inference, and the theorems say what they imply.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from flint import acb, fmpq, fmpq_mat, fmpq_poly
@@ -18,6 +19,7 @@ from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.levels import require_theorem_2
 from replication.verify.multirate.sensing import TIMES, schedule, select, without_noise
 from replication.verify.reading import (
+    as_written,
     matrices,
     matrix,
     positive,
@@ -26,31 +28,34 @@ from replication.verify.reading import (
     sized,
     square,
     symmetric,
-    untouched,
 )
-from replication.verify.statement import UPPER, Depends, Found, statement
+from replication.verify.statement import UPPER, Depends, Found, Table, statement
 from replication.verify.theorem import require
 
 Plant = Mapping[str, Any]
-RECOVERED = {
+RECOVERED: Table = {
     **TIMES,
     "diagonal": Depends(lambda given: sized(sequence, rational, square(given.plant["A"], "plant.A").nrows())),
 }
+DESIGNED: Table = {
+    **RECOVERED,
+    "C": Depends(lambda given: sized(matrix, None, len(given.diagonal))),
+    "B_d": Depends(lambda given: sized(matrix, len(given.diagonal))),
+    "D": Depends(lambda given: sized(matrix, given.C.nrows())),
+}
+on_recovered = partial(statement, plant=as_written, parameters=RECOVERED)
 
 
-@statement("multirate.recovered-poles", plant=untouched, parameters=RECOVERED, holds=True)
+@on_recovered("multirate.recovered-poles", holds=True)
 def poles(plant: Plant, diagonal: list[fmpq], **_: Any) -> Found:
-    """With the diagonal {shown}, all else as printed, A has the stated poles, and is unstable.
-
-    The poles of A with the recovered diagonal, in the order in which they are stated; one is unstable.
-    """
+    """With the diagonal {shown}, all else as printed, A has the stated poles, and is unstable."""
     A, found = _recovered(plant, diagonal)
     require(any(abs(root) > 1 for root in found), "no pole of A is proved to be outside the unit circle")
     parts = [part for root in found for part in ((root.real,) if root.imag == 0 else (root.real, root.imag))]
     return Found(words={"shown": _diagonal(A)}, items=tuple(ends(part) for part in parts))
 
 
-@statement("multirate.same-setting", plant=untouched, parameters=RECOVERED, holds=False)
+@on_recovered("multirate.same-setting", holds=False)
 def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq]) -> Found:
     """With the A that has the stated poles and the C of Sec. IV-A, the gains (42) leave poles of A_e of modulus
     {outside}.
@@ -62,12 +67,9 @@ def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal:
     return Found(words={"outside": ", ".join(size.str(9) for size in outside)})
 
 
-@statement("multirate.recovered-error-poles", plant=untouched, parameters={**RECOVERED, "C": matrix})
+@on_recovered("multirate.recovered-error-poles", parameters={**RECOVERED, "C": matrix})
 def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq], C: fmpq_mat) -> Found:
-    """With the diagonal {shown} of A and C = {sensors} the gains (42) give A_e the poles {matched}.
-
-    The poles of A_e for the recovered A and C and the printed gains, in the order in which they are stated.
-    """
+    """With the diagonal {shown} of A and C = {sensors} the gains (42) give A_e the poles {matched}."""
     A, _ = _recovered(plant, diagonal)
     polynomial = _error_polynomial(plant, schedule(periods, offsets), A, C)
     real = [root.real for root in roots(polynomial) if root.imag == 0]
@@ -81,15 +83,9 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
     return Found(words=words, items=tuple(ends(pole) for pole in matched), holds=is_schur(polynomial))
 
 
-@statement(
+@on_recovered(
     "multirate.recovered-design",
-    plant=untouched,
-    parameters={
-        **RECOVERED,
-        "C": Depends(lambda given: sized(matrix, None, len(given.diagonal))),
-        "B_d": Depends(lambda given: sized(matrix, len(given.diagonal))),
-        "D": Depends(lambda given: sized(matrix, given.C.nrows())),
-    },
+    parameters=DESIGNED,
     bound=UPPER,
     witness={
         "P": Depends(lambda given: sized(sequence, sized(symmetric, len(given.diagonal)), _phases(given))),

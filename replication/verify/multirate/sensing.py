@@ -15,7 +15,7 @@ from flint import fmpq_mat
 
 from replication.verify.algebra.linear import block, take_rows, zeros
 from replication.verify.reading import MAX_ENTRIES, fields, integer, matrices, matrix, positive, sequence, sized, square
-from replication.verify.statement import Depends
+from replication.verify.statement import Depends, Table
 from replication.verify.theorem import require
 
 LONGEST_PERIOD = 1000
@@ -84,12 +84,12 @@ class Sensing:
         return -D.transpose() * gram.solve(self.C[phase] * x) if gram.nrows() else fmpq_mat(D.ncols(), x.ncols())
 
 
-TIMES = {
+TIMES: Table = {
     "periods": sized(sequence, sized(integer, 1)),
     "offsets": Depends(lambda given: sized(sequence, integer, len(given.periods))),
 }
 """Of the sensors, in their order: sampled where (k - offset) mod period == 0."""
-CHOSEN = {
+CHOSEN: Table = {
     "sensors": sized(sequence, integer),
     "periods": Depends(lambda given: sized(sequence, sized(integer, 1), len(given.sensors))),
     "offsets": TIMES["offsets"],

@@ -19,16 +19,16 @@ from replication.verify.nonuniform.system import (
     Filter,
     Plant,
     Time,
+    on_filtered,
     on_plant,
     read_case,
     read_ends,
     read_filter,
-    read_filtered,
     read_weight,
     require_stable,
 )
 from replication.verify.reading import positive, rational, sequence, sized, text
-from replication.verify.statement import LOWER, UPPER, Depends, Found
+from replication.verify.statement import LOWER, UPPER, Depends, Found, Table
 from replication.verify.theorem import require
 
 CASE = Depends(lambda given: sized(read_case, given.plant))
@@ -36,33 +36,33 @@ LEVEL = Depends(lambda given: sized(read_case, given.plant, "level"))
 STORED = {
     "storage": Depends(lambda given: sized(read_storage, given.plant.A.nrows() + given.parameters.filter.A.nrows()))
 }
-ATTAINED = {
+ATTAINED: Table = {
     "pattern": Depends(lambda given: sized(read_pattern, given.parameters.ends)),
     "turn": rational,
     "w": Depends(lambda given: sized(sequence, sized(complex_vector, given.plant.B.ncols()), len(given.pattern))),
 }
 
 
-@on_plant("nonuniform.gain-upper", plant=read_filtered, parameters=CASE, bound=UPPER, witness=STORED)
+@on_filtered("nonuniform.gain-upper", parameters=CASE, bound=UPPER, witness=STORED)
 def gain_upper(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -> None:
     """The gain of the given filter {parameters.scope} is at most {upper:up}."""
     require_level(plant, parameters, upper, storage)
 
 
-@on_plant("nonuniform.keeps-level", plant=read_filtered, parameters=LEVEL, bound=UPPER, witness=STORED, holds=True)
+@on_filtered("nonuniform.keeps-level", parameters=LEVEL, bound=UPPER, witness=STORED, holds=True)
 def keeps_level(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -> None:
     """The given filter has the level {parameters.level:up} {parameters.scope}."""
     require_level(plant, parameters, upper, storage)
     require(upper <= parameters.level, f"the bound {upper} exceeds the level {parameters.level}")
 
 
-@on_plant("nonuniform.gain-lower", plant=read_filtered, parameters=CASE, bound=LOWER, witness=ATTAINED)
+@on_filtered("nonuniform.gain-lower", parameters=CASE, bound=LOWER, witness=ATTAINED)
 def gain_lower(plant: Plant, parameters: Case, lower: fmpq, pattern: list[Time], turn: fmpq, w: list[acb_mat]) -> None:
     """The gain of the given filter {parameters.scope} is more than {lower:down}."""
     require_attained(plant, parameters, lower, pattern, circle_point(turn), w)
 
 
-@on_plant("nonuniform.breaks-level", plant=read_filtered, parameters=LEVEL, bound=LOWER, witness=ATTAINED, holds=False)
+@on_filtered("nonuniform.breaks-level", parameters=LEVEL, bound=LOWER, witness=ATTAINED, holds=False)
 def breaks_level(
     plant: Plant, parameters: Case, lower: fmpq, pattern: list[Time], turn: fmpq, w: list[acb_mat]
 ) -> None:
@@ -114,11 +114,9 @@ def no_filter_keeps_level(plant: Plant, period: str, level: fmpq, lower: fmpq, s
     require(lower >= level, f"the bound {lower} is below the level {level}")
 
 
-@on_plant("nonuniform.stable", plant=read_filtered, parameters=CASE, holds=True)
+@on_filtered("nonuniform.stable", parameters=CASE, holds=True)
 def stable(plant: Plant, parameters: Case) -> None:
     """The error system is exponentially stable for every sampling sequence with periods of at least {parameters.least}
     s: A is Hurwitz, A_f Schur.
-
-    The error system is asymptotically stable for every sampling sequence whose periods are bounded below.
     """
     require_stable(plant, parameters.filter)

@@ -68,22 +68,22 @@ def read_plant(value: Any, path: str = "plant") -> Plant:
     n = A.nrows()
     B, C = matrix(B, f"{path}.B", rows=n), matrix(C, f"{path}.C", columns=n)
     D, L = matrix(D, f"{path}.D", C.nrows(), B.ncols()), matrix(L, f"{path}.L", columns=n)
-    h_l, h_u = (
-        tuple(sequence(end, f"{path}.{name}", rational, 2)) for end, name in zip(ends, ("h_l", "h_u"), strict=True)
-    )
+    h_l, h_u = (read_time(end, f"{path}.{name}") for end, name in zip(ends, ("h_l", "h_u"), strict=True))
     require(seconds(h_l) > 0, f"{path}.h_l must be positive")
     require(seconds(h_u) > seconds(h_l), f"{path}.h_u must exceed {path}.h_l")
     return Plant(A, B, C, D, L, h_l, h_u)
-
-
-on_plant = partial(statement, plant=read_plant, bits=PRECISION)
-"""A statement on such a plant."""
 
 
 def read_filtered(value: Any, path: str) -> Plant:
     """The plant of a certificate with the filter that is printed with it, if any."""
     plant = read_plant(value, path)
     return replace(plant, filter=read_filter(value["filter"], f"{path}.filter", plant)) if "filter" in value else plant
+
+
+def read_time(value: Any, path: str) -> Time:
+    """A time from the strings of its two rationals."""
+    a, b = sequence(value, path, rational, 2)
+    return a, b
 
 
 def read_filter(value: Any, path: str, plant: Plant) -> Filter:
@@ -120,6 +120,11 @@ class Case:
 def _in_words(time: Time) -> str:
     rational_, pi = time
     return " + ".join([str(rational_)] * (rational_ != 0) + [f"{pi} pi"] * (pi != 0))
+
+
+on_plant = partial(statement, plant=read_plant, bits=PRECISION)
+on_filtered = partial(statement, plant=read_filtered, bits=PRECISION)
+"""Statements on a plant, and on one with the filter that is printed with it."""
 
 
 def read_ends(plant: Plant, start: Any, stop: Any) -> Ends:

@@ -4,43 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from flint import arb, arb_mat, fmpq, fmpq_mat
+from flint import arb, arb_mat, fmpq
 
 from replication.verify.algebra.roots import require_hurwitz
-from replication.verify.nonuniform import identities
-from replication.verify.nonuniform.gain import Storage, read_storage, require_level
-from replication.verify.nonuniform.grid import (
-    Alpha,
-    Response,
-    logarithmic_norm,
-    read_alpha,
-    read_response,
-    require_lower_end,
-    require_one_interval_is_not_enough,
-    require_radius,
-    require_response,
-    require_stall,
-    require_upper_end,
-    run_algorithm,
-    state_transition,
-)
-from replication.verify.nonuniform.system import (
-    Case,
-    Filter,
-    Plant,
-    along,
-    on_plant,
-    read_filter,
-    read_filtered,
-    seconds,
-)
+from replication.verify.nonuniform import grid, identities
+from replication.verify.nonuniform.gain import read_storage, require_level
+from replication.verify.nonuniform.system import Case, Filter, Plant, along, on_filtered, on_plant, read_filter, seconds
 from replication.verify.reading import integer, matrix, positive, sequence, sized
 from replication.verify.statement import BOTH, Depends, Found, statement
 from replication.verify.theorem import Refused, require
 
 DIGITS = 40
 """Bits of the bounds of entries."""
-PASSES = {"passes": Depends(lambda given: sized(sequence, sized(sequence, sized(read_alpha, given.plant.A.nrows()))))}
+PASSES = {
+    "passes": Depends(lambda given: sized(sequence, sized(sequence, sized(grid.read_alpha, given.plant.A.nrows()))))
+}
 
 
 @statement("nonuniform.lemma-2", holds=True)
@@ -53,7 +31,7 @@ def lemma_2() -> None:
 def lemma_3(plant: Plant) -> Found:
     """|e^(At)| <= e^(mu t) for all t >= 0 and every A of order two; here mu(A) = {mu}."""
     identities.require_lemma_3()
-    return Found(words={"mu": logarithmic_norm(plant.A).str(10, radius=False)})
+    return Found(words={"mu": grid.logarithmic_norm(plant.A).str(10, radius=False)})
 
 
 @on_plant("nonuniform.map", holds=True)
@@ -61,8 +39,6 @@ def loop_map(plant: Plant) -> Found:
     """For signals of two components w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1
     Sigma_12. As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21
     ({s} x {n}).
-
-    The map below (7) and in (12), in the right order; the printed order has no value for the plant.
     """
     identities.require_map()
     n, m, s = plant.A.nrows(), plant.B.ncols(), plant.L.nrows()
@@ -86,12 +62,9 @@ def recovery() -> None:
     identities.require_recovery()
 
 
-@on_plant("nonuniform.sizes", plant=read_filtered, holds=True)
+@on_filtered("nonuniform.sizes", holds=True)
 def sizes(plant: Plant) -> Found:
-    """F, to be multiplied by C ({r} x {n}) and added to an {n} x {n} block, is {n} x {r}, not {r} x {n}.
-
-    The size of F in (10): F C is added to Y Phi.
-    """
+    """F, to be multiplied by C ({r} x {n}) and added to an {n} x {n} block, is {n} x {r}, not {r} x {n}."""
     n, r, B = plant.A.nrows(), plant.C.nrows(), _printed(plant).B
     require((B.nrows(), B.ncols()) == (n, r), "the printed B_f = -Y^-1 F has another size")
     require(r != n, "both sizes are the same here")
@@ -100,51 +73,48 @@ def sizes(plant: Plant) -> Found:
 
 @on_plant("nonuniform.upper-end", holds=True)
 def upper_end(plant: Plant) -> Found:
-    """With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9); {printed}.
-
-    Case U3 of (9) with mu(A), and as printed.
-    """
+    """With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9); {printed}."""
     identities.require_sharp_ends()
-    return Found(words={"printed": require_upper_end(plant)})
+    return Found(words={"printed": grid.require_upper_end(plant)})
 
 
 @on_plant("nonuniform.lower-end", holds=True)
 def lower_end(plant: Plant) -> None:
     """At the lower end of (9), case L3, alpha times the bound of Lemma 3 for -A is one."""
     identities.require_sharp_ends()
-    require_lower_end(plant)
+    grid.require_lower_end(plant)
 
 
 @on_plant("nonuniform.grid-size", bound=BOTH, witness=PASSES)
-def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[Alpha]]) -> Found:
+def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[grid.Alpha]]) -> Found:
     """Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with {lower} elements after
     {number} passes.
     """
-    covering = run_algorithm(plant, passes)
+    covering = grid.run_algorithm(plant, passes)
     found = lower == covering.size == upper
     require(found, f"the grid has {covering.size} elements, not {lower} to {upper}")
     return Found(words={"number": covering.passes})
 
 
 @on_plant("nonuniform.one-interval", witness=PASSES, holds=True)
-def one_interval(plant: Plant, passes: list[list[Alpha]]) -> Found:
+def one_interval(plant: Plant, passes: list[list[grid.Alpha]]) -> Found:
     """The interval (9) around the middle leaves out part of the range, although the error system of every filter with
     A_f Schur is stable on all of it; {size} elements cover the range.
-
-    Theorem 1 for one period leaves out periods for which the error system is stable all the same.
     """
-    covering = run_algorithm(plant, passes)
+    covering = grid.run_algorithm(plant, passes)
     require_hurwitz(plant.A, "the plant")
-    require_one_interval_is_not_enough(plant, covering)
+    grid.require_one_interval_is_not_enough(plant, covering)
     return Found(words={"size": covering.size})
 
 
-@on_plant("nonuniform.stalls", witness=Depends(lambda given: sized(read_alpha, given.plant.A.nrows())), holds=False)
-def stalls(plant: Plant, witness: Alpha) -> Found:
+@on_plant(
+    "nonuniform.stalls", witness=Depends(lambda given: sized(grid.read_alpha, given.plant.A.nrows())), holds=False
+)
+def stalls(plant: Plant, witness: grid.Alpha) -> Found:
     """Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves all as it is,
     with a set-minus as without: {how}.
     """
-    return Found(words={"how": require_stall(plant, witness)})
+    return Found(words={"how": grid.require_stall(plant, witness)})
 
 
 @on_plant(
@@ -153,7 +123,7 @@ def stalls(plant: Plant, witness: Alpha) -> Found:
     witness={
         "cell": integer,
         "alpha": positive,
-        "response": Depends(lambda given: sized(read_response, given.plant.A.nrows())),
+        "response": Depends(lambda given: sized(grid.read_response, given.plant.A.nrows())),
         "radius": positive,
         "direction": Depends(lambda given: sized(matrix, given.plant.A.nrows(), 1)),
         "filter": Depends(lambda given: sized(read_filter, given.plant)),
@@ -162,46 +132,29 @@ def stalls(plant: Plant, witness: Alpha) -> Found:
     },
     holds=True,
 )
-def same_level(
-    plant: Plant,
-    cells: int,
-    cell: int,
-    alpha: fmpq,
-    response: Response,
-    radius: fmpq,
-    direction: fmpq_mat,
-    level: fmpq,
-    **proof: Any,
-) -> Found:
+def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, level: fmpq, **proof: Any) -> Found:
     """With {cells} cells, in the coordinates of the plant, one level for both channels is at least {forced:down},
     whether or not Delta is divided by its norm; a filter has the level {level:up} for every sequence.
-
-    One level for both channels of (13) is larger than a level that a filter has for every sequence.
 
     In the coordinates of the plant: a change of coordinates would change alpha and the norm of Delta.
     """
     require(cell < cells, "witness.cell is not one of the cells")
     h = seconds(along(plant.h_l, plant.h_u, fmpq(2 * cell + 1, 2 * cells)))
-    require_response(plant.A, state_transition(plant, h), alpha, response)
+    grid.require_response(plant.A, grid.state_transition(plant, h), alpha, proof["response"])
     half = (seconds(plant.h_u) - seconds(plant.h_l)) / (2 * cells)
-    require_radius(plant.A, half, radius, direction)
-    storage: Storage = proof["storage"]
-    require_level(
-        plant, Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level), level, storage
-    )
+    grid.require_radius(plant.A, half, radius, proof["direction"])
+    case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level)
+    require_level(plant, case, level, proof["storage"])
     forced = min(alpha, alpha * radius)
     require(level < forced, f"the level {level} of the filter is not below {forced}")
     return Found(words={"forced": forced})
 
 
-@on_plant("nonuniform.observer-column", plant=read_filtered, parameters={"column": integer})
+@on_filtered("nonuniform.observer-column", parameters={"column": integer})
 def observer_column(plant: Plant, column: int) -> Found:
-    """Column {place} of Phi(h) - B_f C at the middle is [{shown}].
-
-    A column of Phi(h) - B_f C at the middle of the range, with the printed B_f.
-    """
+    """Column {place} of Phi(h) - B_f C at the middle is [{shown}]."""
     require(column < plant.A.nrows(), "parameters.column is not one of the columns")
-    whole = state_transition(plant, seconds(plant.middle)) - arb_mat(_printed(plant).B * plant.C)
+    whole = grid.state_transition(plant, seconds(plant.middle)) - arb_mat(_printed(plant).B * plant.C)
     entries = [row[column] for row in whole.tolist()]
     shown = ", ".join(entry.str(8, radius=False) for entry in entries)
     return Found(words={"place": column + 1, "shown": shown}, items=tuple(_ends(entry) for entry in entries))
