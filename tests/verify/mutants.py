@@ -325,7 +325,7 @@ def _places(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def _left_alone(node: ast.AST) -> bool:
-    """Messages, imports, `strict=True` of a zip, which only guards against mistakes of the verifier itself; dataclasses."""
+    """Messages, imports, dataclasses, `strict=True` of a zip, which guards against mistakes of the verifier only."""
     return (
         isinstance(node, ast.JoinedStr | ast.Import | ast.ImportFrom)
         or (isinstance(node, ast.keyword) and node.arg == "strict")
