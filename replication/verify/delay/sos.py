@@ -14,21 +14,8 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
-from replication.verify.delay.forms import (
-    BUMP,
-    UNIFORM,
-    Form,
-    Kernel,
-    Polynomial,
-    add_to,
-    at,
-    basis_size,
-    row_at,
-    slope,
-    slope_first,
-    square,
-    total,
-)
+from replication.verify.delay import forms
+from replication.verify.delay.forms import Form, Kernel, Polynomial, add_to
 from replication.verify.delay.plant import DelayPlant, measured_last
 from replication.verify.reading import fields, matrix, sequence, symmetric
 from replication.verify.theorem import require
@@ -44,12 +31,12 @@ class Squares:
     def form(self, points: int, functions: int, degree: int) -> Form:
         """The form, of degrees `degree` and `degree` - 1; refuses matrices that are indefinite or of another size."""
         parts = []
-        for gram, weight, order in zip(self.grams, (UNIFORM, BUMP), (degree, degree - 1), strict=True):
-            size, name = basis_size(points, functions, order), f"{self.path} of degree {order}"
+        for gram, weight, order in zip(self.grams, (forms.UNIFORM, forms.BUMP), (degree, degree - 1), strict=True):
+            size, name = forms.basis_size(points, functions, order), f"{self.path} of degree {order}"
             require(gram.nrows() == size, f"{name} must have {size} rows, got {gram.nrows()}")
             require_positive_definite(gram, name)
-            parts.append(square(gram, weight, points, functions, order))
-        return total(*parts)
+            parts.append(forms.square(gram, weight, points, functions, order))
+        return forms.total(*parts)
 
 
 @dataclass(frozen=True)
@@ -77,7 +64,7 @@ def require_level(plant: DelayPlant, gamma: fmpq, degree: int, proof: Proof) -> 
     for power, part in V.S.items():
         for i, j in product(range(functions), repeat=2):
             require(i // n == j // n or part[i, j] == 0, f"V couples two delays in S at power {power}")
-    require_zero(total(rate(inner, gamma, V), N), inner, cancelled=False, what="the identity of Theorem 3 fails")
+    require_zero(forms.total(rate(inner, gamma, V), N), inner, cancelled=False, what="the identity of Theorem 3 fails")
 
 
 def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
@@ -92,8 +79,8 @@ def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
     for k in range(width):
         rates[k, k] = 1 / plant.delays[k // n]
     copies = block([[identity(n)] for _ in range(count)])
-    ends = {point: at(V.Q, point, (n, width)) * rates for point in (0, -1)}
-    bounds = {point: at(V.S, point, (width, width)) * rates for point in (0, -1)}
+    ends = {point: forms.at(V.Q, point, (n, width)) * rates for point in (0, -1)}
+    bounds = {point: forms.at(V.S, point, (width, width)) * rates for point in (0, -1)}
     half = V.P * plant.A0 + ends[0] * copies
     now = half + half.transpose() + copies.transpose() * bounds[0] * copies
     cross = V.P * plant.late - ends[-1]
@@ -113,18 +100,18 @@ def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
     Q: Polynomial = {}
     for power, part in V.Q.items():
         add_to(Q, power, push * part)
-    for power, part in slope(V.Q).items():
+    for power, part in forms.slope(V.Q).items():
         add_to(Q, power, -(lift * part * rates))
-    for power, part in row_at(V.R, 0).items():
+    for power, part in forms.row_at(V.R, 0).items():
         add_to(Q, power, lift * copies.transpose() * rates * part)
-    for power, part in row_at(V.R, -1).items():
+    for power, part in forms.row_at(V.R, -1).items():
         add_to(Q, power, -(drop * rates * part))
     R: Kernel = {}
-    for (first, second), part in slope_first(V.R).items():
+    for (first, second), part in forms.slope_first(V.R).items():
         moved = -(rates * part)
         add_to(R, (first, second), moved)
         add_to(R, (second, first), moved.transpose())
-    return Form(P, Q, {power: -(part * rates) for power, part in slope(V.S).items()}, R)
+    return Form(P, Q, {power: -(part * rates) for power, part in forms.slope(V.S).items()}, R)
 
 
 def require_zero(form: Form, plant: DelayPlant, *, cancelled: bool, what: str) -> None:

@@ -10,16 +10,9 @@ from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat
 from replication.verify.algebra.balls import complex_of, is_less
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.roots import require_roots_within, root_near, without_root
+from replication.verify.dualrate import response
 from replication.verify.dualrate.loop import Loop, Observer, monodromy, on_loop, read_loop, read_observer
-from replication.verify.dualrate.response import (
-    Place,
-    error_at,
-    read_place,
-    require_all_below,
-    require_position_form,
-    steady_motion,
-    steady_start,
-)
+from replication.verify.dualrate.response import Place
 from replication.verify.reading import matrix, positive, rational, sequence, several, sized
 from replication.verify.statement import BOTH, Depends, Found
 from replication.verify.theorem import require
@@ -90,7 +83,7 @@ def no_bounded_error(plant: Loop, observer: Observer, frequency: fmpq, estimates
     bounded sequence unless c = 0; then d is not bounded either, while y_d and the steady state are.
     """
     count, start = len(estimates), plant.start or fmpq_mat(plant.order, 1)
-    require_position_form(plant)
+    response.require_position_form(plant)
     require(len({str(estimate) for estimate in estimates}) == count, "parameters.estimates names a start twice")
     root = eigenvalue_near(plant, observer, root)
     require(is_less(1, abs(root)), "the eigenvalue is not proved to lie outside the unit circle")
@@ -103,7 +96,7 @@ def no_bounded_error(plant: Loop, observer: Observer, frequency: fmpq, estimates
 def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Sequence[fmpq]) -> acb:
     """c = C ψ(Φ)(z(0) − Im X) of `no_bounded_error`, z(0) = start."""
     Phi = acb_mat(monodromy(loop, observer))
-    steady = steady_start(loop, observer, acb(0, arb(sigma)))
+    steady = response.steady_start(loop, observer, acb(0, arb(sigma)))
     offset = acb_mat([[arb(z) - X.imag] for z, X in zip(start, steady.entries(), strict=True)])
     reached = acb_mat([[*loop.C.entries(), *[0] * loop.order]])
     polynomial = without_root(acb_poly(Phi.charpoly().coeffs()), root)
@@ -114,7 +107,7 @@ def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Se
     "dualrate.tracking-error",
     parameters={"observer": read_observer, "frequency": positive},
     bound=BOTH,
-    witness=Depends(lambda given: sized(read_place, given.plant)),
+    witness=Depends(lambda given: sized(response.read_place, given.plant)),
 )
 def tracking_error(plant: Loop, observer: Observer, frequency: fmpq, lower: fmpq, upper: fmpq, witness: Place) -> None:
     """With y_d = sin({frequency} t) and the command as printed, held over T, the largest tracking error of
@@ -126,10 +119,10 @@ def tracking_error(plant: Loop, observer: Observer, frequency: fmpq, lower: fmpq
     rational multiple of π: the phases at which an instant of the period is met are dense, and the supremum is the
     largest modulus of the amplitude.
     """
-    moving, begun = steady_motion(plant, observer, frequency, witness.scales)
-    reached = error_at(moving, begun[witness.phase], witness.time)
+    moving, begun = response.steady_motion(plant, observer, frequency, witness.scales)
+    reached = response.error_at(moving, begun[witness.phase], witness.time)
     require(is_less(arb(lower / 100), reached), "the error at the given time is not as large")
-    require_all_below(moving, begun, plant.T, upper / 100)
+    response.require_all_below(moving, begun, plant.T, upper / 100)
 
 
 def require_eigenvalue_beyond(loop: Loop, observer: Observer, guess: acb, low: fmpq) -> None:

@@ -10,17 +10,10 @@ from flint import acb, acb_mat, arb, fmpq
 from replication.verify.algebra.balls import is_less, largest
 from replication.verify.algebra.decimals import above, below
 from replication.verify.algebra.roots import require_roots_within
+from replication.verify.dualrate import response
 from replication.verify.dualrate.loop import Loop, Observer, monodromy, on_loop, read_observer
 from replication.verify.dualrate.loops import read_guess, require_eigenvalue_beyond
-from replication.verify.dualrate.response import (
-    Place,
-    error_at,
-    read_place,
-    require_all_below,
-    require_position_form,
-    steady_motion,
-    steady_passage,
-)
+from replication.verify.dualrate.response import Place
 from replication.verify.reading import fields, positive, sequence, several, sized
 from replication.verify.statement import Depends, Found
 from replication.verify.theorem import require
@@ -49,7 +42,7 @@ def read_setting(value: Any, path: str) -> Setting:
 def read_level(value: Any, path: str, loop: Loop) -> tuple[fmpq, Place]:
     """{level, phase, time, scales}: a level, and where the error of the second of a pair exceeds it."""
     level, *place = fields(value, path, "level", "phase", "time", "scales")
-    found = read_place(dict(zip(("phase", "time", "scales"), place, strict=True)), path, loop)
+    found = response.read_place(dict(zip(("phase", "time", "scales"), place, strict=True)), path, loop)
     return positive(level, f"{path}.level"), found
 
 
@@ -65,11 +58,11 @@ def errors_ordered(plant: Loop, pairs: list[list[Setting]], places: list[tuple[f
     In each pair of (observer, σ) the first has the smaller largest error: below a level that the second exceeds.
     """
     for i, ((smaller, greater), (bound, found)) in enumerate(zip(pairs, places, strict=True)):
-        moving, begun = steady_motion(plant, greater.observer, greater.frequency, found.scales)
-        reached = error_at(moving, begun[found.phase], found.time)
+        moving, begun = response.steady_motion(plant, greater.observer, greater.frequency, found.scales)
+        reached = response.error_at(moving, begun[found.phase], found.time)
         require(is_less(arb(bound), reached), f"the second error of pair {i} does not exceed the level there")
-        moving, begun = steady_motion(plant, smaller.observer, smaller.frequency, found.scales)
-        require_all_below(moving, begun, plant.T, bound)
+        moving, begun = response.steady_motion(plant, smaller.observer, smaller.frequency, found.scales)
+        response.require_all_below(moving, begun, plant.T, bound)
     return Found(words={"ordered": ", ".join(f"{smaller} < {greater}" for smaller, greater in pairs)})
 
 
@@ -114,7 +107,7 @@ def as_fast(plant: Loop, observer: Observer, than: Observer, root: acb, radius: 
 
 
 def _estimation_error(loop: Loop, observer: Observer, sigma: fmpq) -> arb:
-    require_position_form(loop)
+    response.require_position_form(loop)
     require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
-    passage, C = steady_passage(loop, observer, acb(0, arb(sigma))), acb_mat(loop.C)
+    passage, C = response.steady_passage(loop, observer, acb(0, arb(sigma))), acb_mat(loop.C)
     return largest([abs((C * (x - used))[0, 0]) for x, used in zip(passage.states, passage.used, strict=True)])

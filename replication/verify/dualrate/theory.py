@@ -9,21 +9,10 @@ from typing import Any
 from flint import arb, fmpq, fmpq_mat
 
 from replication.verify.algebra.balls import is_less
-from replication.verify.dualrate.identities import (
-    require_contraction,
-    require_error_equations,
-    require_rates,
-    require_sampled_observer,
-    require_weight,
-)
+from replication.verify.dualrate import identities
+from replication.verify.dualrate import lyapunov as equation
 from replication.verify.dualrate.loop import LARGEST_RATIO, Loop, on_loop
-from replication.verify.dualrate.lyapunov import (
-    Lyapunov,
-    condition_per_second,
-    prediction_sides,
-    read_lyapunov,
-    require_solution,
-)
+from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
 from replication.verify.dualrate.scalar import determinant, require_negative
 from replication.verify.reading import fields, integer, matrix, positive, several, sized, symmetric, text
 from replication.verify.statement import Depends, Found, statement
@@ -35,13 +24,13 @@ SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
 @statement("dualrate.sampled-observer", holds=True)
 def sampled_observer() -> None:
     """Between two instants (7) is the solution of (3), for all matrices of the example's size."""
-    require_sampled_observer()
+    identities.require_sampled_observer()
 
 
 @statement("dualrate.error-equations", holds=True)
 def error_equations() -> None:
     """(9) equals (10), for all matrices and states of the example's size."""
-    require_error_equations()
+    identities.require_error_equations()
 
 
 @on_loop("dualrate.lyapunov", witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))}, holds=True)
@@ -50,7 +39,7 @@ def lyapunov(plant: Loop, P: fmpq_mat) -> None:
 
     ÃᵀP + P Ã = −I has a positive definite solution.
     """
-    require_solution(plant, P)
+    equation.require_solution(plant, P)
 
 
 STEPS: Mapping[str, Mapping[str, str]] = {
@@ -93,9 +82,9 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq], longest: fmpq) -> Fou
     Integrated from t_k to t this is the bound; the term K L e_p of (14) comes with the factor t − t_k, which its
     bound lacks, so that it holds for periods of up to a second.
     """
-    require_rates()
+    identities.require_rates()
     for term, weight in weights.items():
-        require_weight(STEPS[quantity][term], weight)
+        identities.require_weight(STEPS[quantity][term], weight)
     require(longest <= 1, "beyond one second the term K L e_p may exceed its bound")
     equations = {"output": "(12) and (13) hold", "feedback": f"(14) holds for t − t_k up to {longest} s"}
     factors = ", ".join(f"{weight} of |{term}|" for term, weight in weights.items())
@@ -112,7 +101,7 @@ def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_m
     """For no period T up to {longest:up} s does (15) hold: from some χ at a slow instant the error of the next virtual
     measurement is at least {gap:down}, its bound at most {side:up}.
     """
-    gap, side = prediction_sides(plant, lyapunov, chi, longest)
+    gap, side = equation.prediction_sides(plant, lyapunov, chi, longest)
     require(is_less(side, gap), f"(15) is not proved to fail for all periods up to {longest} s")
     return Found(words={"gap": gap, "side": side})
 
@@ -120,7 +109,7 @@ def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_m
 @on_loop("dualrate.condition", witness={"lyapunov": SOLUTION})
 def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
     """The loop {verb} (18), whose left side is {side:down} to {side:up}."""
-    side = condition_per_second(plant, lyapunov) * arb(plant.T)
+    side = equation.condition_per_second(plant, lyapunov) * arb(plant.T)
     holds = is_less(side, 1)
     require(holds or is_less(1, side), f"the left side of (18) is {side.str(8)}: not decided")
     return Found(words={"verb": "meets" if holds else "does not meet", "side": side}, holds=holds)
@@ -132,7 +121,7 @@ def contraction() -> None:
 
     φ < 1 under (18), since 0 < E < 1 for T > 0 and 0 ≤ c < 1 by (18).
     """
-    require_contraction()
+    identities.require_contraction()
 
 
 @on_loop(
@@ -149,7 +138,7 @@ def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyap
 
     det(I − Φ) < 0 means that the characteristic polynomial of Φ is negative at one, so Φ has a real eigenvalue above.
     """
-    allowed = 1 / condition_per_second(plant, lyapunov)
+    allowed = 1 / equation.condition_per_second(plant, lyapunov)
     require(is_less(allowed, arb(longest)), f"(18) may allow periods above {longest} s")
     require(all(less < more for less, more in pairwise(ratios)), "parameters.ratios must increase")
     require(ratios[-1] <= LARGEST_RATIO, f"parameters.ratios has a ratio above {LARGEST_RATIO}")

@@ -7,7 +7,7 @@ With gains L_k: e(k+1) = A_k e(k) + B_k v(k), [A_k B_k] = [A B_d 0] - L_k [C_k 0
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import lcm
 from typing import Any
 
@@ -121,31 +121,17 @@ def read_sensing(value: Any, path: str, chosen: Any, *gains: str) -> Sensing:
     C = matrix(parts[2], f"{path}.C", columns=n)
     D = matrix(parts[3], f"{path}.D", rows=C.nrows())
     require(all(i < C.nrows() for i in sensors), f"parameters.sensors names a sensor that is not there: {sensors}")
+    B_d, W = matrix(parts[1], f"{path}.B_d", rows=n), matrix(parts[4], f"{path}.W", columns=n)
     measured = schedule(chosen.periods, chosen.offsets)
+    system = select(A, B_d, W, take_rows(C, sensors), take_rows(D, sensors), measured)
     L = [matrices(part, f"{path}.L", n, len(sensors), len(measured)) for part in parts[5:]]
-    return select(
-        A,
-        matrix(parts[1], f"{path}.B_d", rows=n),
-        matrix(parts[4], f"{path}.W", columns=n),
-        take_rows(C, sensors),
-        take_rows(D, sensors),
-        measured,
-        *L,
-    )
+    return replace(system, gains=L[0]) if L else system
 
 
-def select(
-    A: fmpq_mat,
-    B_d: fmpq_mat,
-    W: fmpq_mat,
-    C: fmpq_mat,
-    D: fmpq_mat,
-    measured: Schedule,
-    gains: Sequence[fmpq_mat] = (),
-) -> Sensing:
+def select(A: fmpq_mat, B_d: fmpq_mat, W: fmpq_mat, C: fmpq_mat, D: fmpq_mat, measured: Schedule) -> Sensing:
     """A plant whose sensors are the rows of C and D, under a schedule."""
     C_k, D_k = ([take_rows(M, rows) for rows in measured] for M in (C, D))
-    return Sensing(A, B_d, W, C_k, D_k, measured, C.nrows(), gains)
+    return Sensing(A, B_d, W, C_k, D_k, measured, C.nrows())
 
 
 def without_noise(A: fmpq_mat, C: fmpq_mat, measured: Schedule) -> Sensing:

@@ -5,41 +5,25 @@ from __future__ import annotations
 from flint import acb_mat, fmpq
 
 from replication.verify.algebra.balls import circle_point
+from replication.verify.nonuniform import gain, system
 from replication.verify.nonuniform.floor import require_no_filter_below
-from replication.verify.nonuniform.gain import (
-    Storage,
-    complex_vector,
-    read_pattern,
-    read_storage,
-    require_attained,
-    require_level,
-)
-from replication.verify.nonuniform.system import (
-    Case,
-    Filter,
-    Plant,
-    Time,
-    on_filtered,
-    on_plant,
-    read_case,
-    read_ends,
-    read_filter,
-    read_weight,
-    require_stable,
-)
+from replication.verify.nonuniform.gain import Storage, require_attained, require_level
+from replication.verify.nonuniform.system import Case, Filter, Plant, Time, on_filtered, on_plant
 from replication.verify.reading import positive, rational, sequence, sized, text
 from replication.verify.statement import LOWER, UPPER, Depends, Found, Table
 from replication.verify.theorem import require
 
-CASE = Depends(lambda given: sized(read_case, given.plant))
-LEVEL = Depends(lambda given: sized(read_case, given.plant, "level"))
+CASE = Depends(lambda given: sized(system.read_case, given.plant))
+LEVEL = Depends(lambda given: sized(system.read_case, given.plant, "level"))
 STORED = {
-    "storage": Depends(lambda given: sized(read_storage, given.plant.A.nrows() + given.parameters.filter.A.nrows()))
+    "storage": Depends(
+        lambda given: sized(gain.read_storage, given.plant.A.nrows() + given.parameters.filter.A.nrows())
+    )
 }
 ATTAINED: Table = {
-    "pattern": Depends(lambda given: sized(read_pattern, given.parameters.ends)),
+    "pattern": Depends(lambda given: sized(gain.read_pattern, given.parameters.ends)),
     "turn": rational,
-    "w": Depends(lambda given: sized(sequence, sized(complex_vector, given.plant.B.ncols()), len(given.pattern))),
+    "w": Depends(lambda given: sized(sequence, sized(gain.complex_vector, given.plant.B.ncols()), len(given.pattern))),
 }
 
 
@@ -75,18 +59,18 @@ def breaks_level(
 
 @on_plant(
     "nonuniform.optimum-upper",
-    parameters={"from": text, "to": text, "weight": read_weight},
+    parameters={"from": text, "to": text, "weight": system.read_weight},
     bound=UPPER,
     witness={
-        "filter": Depends(lambda given: sized(read_filter, given.plant)),
-        "storage": Depends(lambda given: sized(read_storage, given.plant.A.nrows() + given.filter.A.nrows())),
+        "filter": Depends(lambda given: sized(system.read_filter, given.plant)),
+        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.A.nrows() + given.filter.A.nrows())),
     },
 )
 def optimum_upper(
     plant: Plant, from_: str, to: str, weight: str, upper: fmpq, filter: Filter, storage: Storage
 ) -> Found:
     """Some filter has the level {upper:up} {scope}."""
-    case = Case(ends=read_ends(plant, from_, to), weight=weight, filter=filter, level=upper)
+    case = Case(ends=system.read_ends(plant, from_, to), weight=weight, filter=filter, level=upper)
     require_level(plant, case, upper, storage)
     return Found(words={"scope": case.scope})
 
@@ -119,4 +103,4 @@ def stable(plant: Plant, parameters: Case) -> None:
     """The error system is exponentially stable for every sampling sequence with periods of at least {parameters.least}
     s: A is Hurwitz, A_f Schur.
     """
-    require_stable(plant, parameters.filter)
+    system.require_stable(plant, parameters.filter)
