@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
@@ -28,10 +29,7 @@ def is_less(a: arb | int, b: arb | int) -> bool:
 
 def largest(values: Sequence[arb]) -> arb:
     """The maximum of balls."""
-    found = values[0]
-    for value in values[1:]:
-        found = found.max(value)
-    return found
+    return reduce(arb.max, values)
 
 
 def energy(vector: acb_mat | arb_mat) -> arb:

@@ -43,7 +43,9 @@ def require_sampled_observer() -> None:
     for derivative in ("first", "second"):
         solution, rate = A @ solution + rate, pushed * 0
         previous, F = F, A @ F
-        require_equal(solution, F @ zeta + previous @ pushed, f"(3) = (7) in the {derivative} derivative")
+        require_equal(
+            solution, F @ zeta + previous @ B @ u + previous @ L @ y, f"(3) = (7) in the {derivative} derivative"
+        )
 
 
 def require_rates() -> None:

@@ -7,7 +7,7 @@ measurement; so the loop is z = (x, ζ) → Φ z with Φ of size 2n.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
 from typing import Any
@@ -61,7 +61,7 @@ class Loop:
     L: fmpq_mat
     T: fmpq
     M: int
-    start: fmpq_mat | None = None
+    start: fmpq_mat = field(default_factory=partial(fmpq_mat, 0, 1))
 
     @property
     def order(self) -> int:
@@ -101,7 +101,7 @@ def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
         L=matrix(L, f"{path}.L", n, 1),
         T=positive(T, f"{path}.T"),
         M=int(ratio.p),
-        start=matrix(first[0], f"{path}.start", n, 1) if first else None,
+        start=matrix(first[0], f"{path}.start", n, 1) if first else fmpq_mat(0, 1),
     )
 
 

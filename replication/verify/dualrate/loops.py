@@ -82,13 +82,13 @@ def no_bounded_error(plant: Loop, observer: Observer, frequency: fmpq, estimates
     circle and ψ(z) = det(z I − Φ)/(z − λ), ψ of the shift makes c λⁿ of it, c = C ψ(Φ)(z(0) − Im X), which is no
     bounded sequence unless c = 0; then d is not bounded either, while y_d and the steady state are.
     """
-    count, start = len(estimates), plant.start or fmpq_mat(plant.order, 1)
+    count = len(estimates)
     response.require_position_form(plant)
     require(len({str(estimate) for estimate in estimates}) == count, "parameters.estimates names a start twice")
     root = eigenvalue_near(plant, observer, root)
     require(is_less(1, abs(root)), "the eigenvalue is not proved to lie outside the unit circle")
     for estimate in estimates:
-        c = excitation(plant, observer, frequency, root, [*start.entries(), *estimate.entries()])
+        c = excitation(plant, observer, frequency, root, [*plant.start.entries(), *estimate.entries()])
         require(not c.contains(0), "the eigenvalue is not proved to be excited and seen")
     return Found(words={"count": count, "size": abs(root)})
 
