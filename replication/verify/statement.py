@@ -6,7 +6,8 @@
         ...  # refuse unless the witness proves it
 
 The sentence is the first paragraph of the docstring, a format string on what is read and found, in which `{x:down}` and
-`{x:up 7}` round to 9 and 7 decimals, to the safe side.
+`{x:up 7}` round to 9 and 7 decimals, to the safe side, and `{x:ball 9}` and `{x:digits 9}` show balls to 9 digits, with
+and without their radius.
 A group (plant, parameters, bound, witness) is a table of readers by field, whose values are passed by the names of the
 fields, or a reader of the whole, passed by the name of the group; None is not read. The plant is None and the others
 are empty unless declared. Groups and fields are read in the order in which they are declared.
@@ -122,12 +123,15 @@ def collected(*families: ModuleType) -> dict[str, Statement]:
 
 
 class _Words(Formatter):
-    """Numbers to so many decimals, rounded to the safe side."""
+    """Numbers rounded to the safe side, to so many decimals; balls, or lists of them, to so many digits."""
 
     def format_field(self, value: Any, format_spec: str) -> str:
-        side, *places = format_spec.split(" ")
-        if side not in ("down", "up"):
+        kind, *places = format_spec.split(" ")
+        if kind in ("ball", "digits"):
+            balls = value if isinstance(value, list) else [value]
+            return ", ".join(ball.str(*map(int, places), radius=kind == "ball") for ball in balls)
+        if kind not in ("down", "up"):
             return str(super().format_field(value, format_spec))
         if isinstance(value, arb):
-            value = (value.lower() if side == "down" else value.upper()).fmpq()
-        return (below if side == "down" else above)(fmpq(value), *map(int, places))
+            value = (value.lower() if kind == "down" else value.upper()).fmpq()
+        return (below if kind == "down" else above)(fmpq(value), *map(int, places))

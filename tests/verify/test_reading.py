@@ -193,6 +193,14 @@ def test_some_fields_of_an_object_may_be_read() -> None:
             reading.known_fields(value, "x", "a", "b")
 
 
+def test_lists_of_some_entries() -> None:
+    assert reading.several(["1"], "x", reading.rational, 1) == [1]
+    assert reading.several(["1", "2"], "x", reading.rational) == [1, 2]
+    for value, reason in (([], "x is empty"), (["1", "2"], "x has more than 1 entries"), ("1", "x must be a list")):
+        with pytest.raises(Refused, match=reason):
+            reading.several(value, "x", reading.rational, 1)
+
+
 def test_readers_with_sizes() -> None:
     assert reading.sized(reading.matrix, 1, 2)([["1", "2"]], "M") == fmpq_mat([[1, 2]])
     with pytest.raises(Refused, match="M must have 1 columns, got 2"):

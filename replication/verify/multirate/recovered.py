@@ -58,18 +58,18 @@ def poles(plant: Plant, diagonal: list[fmpq], **_: Any) -> Found:
 @on_recovered("multirate.same-setting", holds=False)
 def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq]) -> Found:
     """With the A that has the stated poles and the C of Sec. IV-A, the gains (42) leave poles of A_e of modulus
-    {outside}.
+    {outside:ball 9}.
     """
     A, _ = _recovered(plant, diagonal)
     found = roots(_error_polynomial(plant, schedule(periods, offsets), A, matrix(plant["C"], "plant.C")))
     outside = [abs(root) for root in found if abs(root) > 1]
     require(len(outside) > 0, "no pole of A_e is proved to be outside the unit circle")
-    return Found(words={"outside": ", ".join(size.str(9) for size in outside)})
+    return Found(words={"outside": outside})
 
 
 @on_recovered("multirate.recovered-error-poles", parameters={**RECOVERED, "C": matrix})
 def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq], C: fmpq_mat) -> Found:
-    """With the diagonal {shown} of A and C = {sensors} the gains (42) give A_e the poles {matched}."""
+    """With the diagonal {shown} of A and C = {sensors} the gains (42) give A_e the poles {matched:ball 9}."""
     A, _ = _recovered(plant, diagonal)
     polynomial = _error_polynomial(plant, schedule(periods, offsets), A, C)
     real = [root.real for root in roots(polynomial) if root.imag == 0]
@@ -79,7 +79,7 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
     by_size = iter(sorted(real, key=lambda root: abs(float(root.mid()))))
     places = {i: next(by_size) for i in sorted(range(len(stated)), key=lambda i: abs(stated[i]))}
     matched = [places[i] for i in range(len(stated))]
-    words = {"shown": _diagonal(A), "sensors": _rows(C), "matched": ", ".join(pole.str(9) for pole in matched)}
+    words = {"shown": _diagonal(A), "sensors": _rows(C), "matched": matched}
     return Found(words=words, items=tuple(ends(pole) for pole in matched), holds=is_schur(polynomial))
 
 

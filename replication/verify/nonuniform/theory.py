@@ -29,9 +29,9 @@ def lemma_2() -> None:
 
 @on_plant("nonuniform.lemma-3", holds=True)
 def lemma_3(plant: Plant) -> Found:
-    """|e^(At)| <= e^(mu t) for all t >= 0 and every A of order two; here mu(A) = {mu}."""
+    """|e^(At)| <= e^(mu t) for all t >= 0 and every A of order two; here mu(A) = {mu:digits 10}."""
     identities.require_lemma_3()
-    return Found(words={"mu": grid.logarithmic_norm(plant.A).str(10, radius=False)})
+    return Found(words={"mu": grid.logarithmic_norm(plant.A)})
 
 
 @on_plant("nonuniform.map", holds=True)
@@ -152,12 +152,11 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
 
 @on_filtered("nonuniform.observer-column", parameters={"column": integer})
 def observer_column(plant: Plant, column: int) -> Found:
-    """Column {place} of Phi(h) - B_f C at the middle is [{shown}]."""
+    """Column {place} of Phi(h) - B_f C at the middle is [{entries:digits 8}]."""
     require(column < plant.A.nrows(), "parameters.column is not one of the columns")
     whole = grid.state_transition(plant, seconds(plant.middle)) - arb_mat(_printed(plant).B * plant.C)
     entries = [row[column] for row in whole.tolist()]
-    shown = ", ".join(entry.str(8, radius=False) for entry in entries)
-    return Found(words={"place": column + 1, "shown": shown}, items=tuple(_ends(entry) for entry in entries))
+    return Found(words={"place": column + 1, "entries": entries}, items=tuple(_ends(entry) for entry in entries))
 
 
 def _printed(plant: Plant) -> Filter:
