@@ -18,7 +18,10 @@ def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     return {
         "example-1": {**_matrices(data, 1, printed_matrix(data["A_1"])), **_range_1(data)},
         "example-2": _second(data),
-        "printed-filter": {**_second(data), "filter": {name: printed_matrix(data[f"{name}_F"]) for name in "ABC"}},
+        "printed-filter": {
+            **_second(data),
+            "filter": {name: printed_matrix(data[f"{name}_F"]) for name in "ABC"},
+        },
     }
 
 
