@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from joblib import Parallel, delayed
 
-from papers.okajima2023 import data
 from papers.okajima2023.method.lmi import cyclic_lmi_design, cyclic_size, lmi_design, theorem2_size
 from papers.okajima2023.method.reduced_lmi import reduced_lmi_design
+from papers.okajima2023.printed import PLANT as PRINTED
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum, riccati_design
@@ -27,9 +27,7 @@ from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import white_noise_variance
 from replication.estimation.multirate.timing import search_timing
 
-PLANT = MultiratePlant(
-    **{name: np.array(value) for name, value in data.plant().items() if name in ("A", "B_d", "C", "D")}
-)
+PLANT = MultiratePlant(**{name: np.array(value) for name, value in PRINTED.items()})
 SCHEDULES = ((2, 3), (4, 5), (5, 7), (8, 9))
 ORDERS = (3, 6, 10, 15, 20)
 RANDOM_SCHEDULE = (2, 3)

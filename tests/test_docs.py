@@ -17,7 +17,7 @@ from replication.scaffold.make import scaffold
 ROOT = Path(__file__).parents[1]
 GUIDE = (ROOT / "docs" / "adding-a-paper.md").read_text(encoding="utf-8")
 SWEEPS = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
-BLOCK = re.compile(r"```python\n# (papers/\S+)\n(.*?)```", re.DOTALL)
+BLOCK = re.compile(r"```(?:python|toml)\n# (papers/\S+)\n(.*?)```", re.DOTALL)
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +93,7 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     assert lab.cli("new", "randomwalk").returncode == 0
     blocks = BLOCK.findall(GUIDE)
     assert [name.rpartition("/")[2] for name, _ in blocks] == [
-        "data.py", "experiments.py", "claims.py", "figures.py", "paper.py",
+        "printed.toml", "experiments.py", "claims.py", "figures.py", "paper.py",
     ]  # fmt: skip
     for name, text in blocks:
         (lab.root / name).write_text(text, encoding="utf-8")

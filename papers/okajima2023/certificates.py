@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from papers.okajima2023 import data
-from papers.okajima2023.paper import DIAGONAL_STEP, LARGEST_ENTRY, stated
-from papers.okajima2023.recovery import recover_outputs, recover_poles
-from papers.okajima2023.recovery_inputs import recover_inputs
+from papers.okajima2023.cases import DIAGONAL_STEP, LARGEST_ENTRY
+from papers.okajima2023.method.input_recovery import recover_inputs
+from papers.okajima2023.method.recovery import recover_outputs, recover_poles
+from papers.okajima2023.printed import DATA, GAINS, matrix, poles
 from replication.certify.multirate import levels as multirate
 from replication.certify.rounding import decimals
 from replication.errors import AuditError
@@ -33,15 +33,13 @@ def recovered(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
     They stand in theorems.json, so that the verifier need not search. Raises AuditError if the search finds others.
     """
-    gains, wanted = data.gains(data.GAINS_42), theorem["parameters"]
-    found: dict[str, Any] = {
-        "diagonal": recover_poles(data.matrix(data.A_41), stated(data.POLES_A), DIAGONAL_STEP)["fits"][0]
-    }
+    gains, wanted = GAINS["42"], theorem["parameters"]
+    A = matrix(DATA["unstable-A"])
+    found: dict[str, Any] = {"diagonal": recover_poles(A, poles(DATA["poles"]), DIAGONAL_STEP)["fits"][0]}
     if "C" in wanted:
-        A = data.matrix(data.A_41)
         for i, entry in enumerate(found["diagonal"]):
             A[i][i] = entry
-        error_poles = [pole[0] for pole in stated(data.POLES_A_E)]
+        error_poles = [pole[0] for pole in poles(DATA["error-poles"])]
         found["C"] = recover_outputs(A, gains, error_poles, LARGEST_ENTRY)["C"]
         if "B_d" in wanted:
             inputs = recover_inputs(A, found["C"], gains)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from papers.okajima2023 import data
-from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, DRAWS, all_draws
-from papers.okajima2023.claims.theory import schedule
+from papers.okajima2023.cases import DRAWS
+from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, G_SIM, all_draws
 from papers.okajima2023.claims.unstable import DIAGONAL, PRINTED, RECOVERED, SETTING, USES
-from papers.okajima2023.designs import KEY
-from papers.okajima2023.simulations import READINGS
+from papers.okajima2023.experiments.simulations import READINGS
+from papers.okajima2023.printed import PLANT, bracketed
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Erratum, Proof, Results
 
@@ -20,9 +19,7 @@ def denominator(results: Results) -> Proof:
     possible = [reading for reading in READINGS if least[reading] >= SMALLEST_PROBABILITY]
     return Proof(
         holds=possible == [ALL_NOISE]
-        and all(
-            case["readings"][AS_PRINTED]["percentiles"]["0.0"] > float(data.G_SIM[name]) for name, case in cases.items()
-        ),
+        and all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items()),
         text=(
             f"With d alone, as printed, each of the four values lies below all {found['seeds']} draws. "
             f"Of {len(READINGS)} readings only one makes all four possible: d together with both sensor noises, in "
@@ -57,9 +54,9 @@ def setting(results: Results) -> Proof:
         and attained["largest_change"] < attained["half_unit"],
         text=(
             f"Of {outputs['tried']} integer matrices C with entries up to {outputs['bound']}, one explains the stated "
-            f"poles of A_e within the rounding of the gains: {data.bracketed(outputs['C'])}. With entries up to "
+            f"poles of A_e within the rounding of the gains: {bracketed(outputs['C'])}. With entries up to "
             f"{wider['bound']} there are {wider['fits']}, and this one stays the nearest. Of {inputs['tried']} pairs, "
-            f"B_d = {data.bracketed(inputs['B_d'])} with D = {data.bracketed(inputs['D'])} makes the printed gains "
+            f"B_d = {bracketed(inputs['B_d'])} with D = {bracketed(inputs['D'])} makes the printed gains "
             "nearest to optimal; all 15 entries are then near those of one design. Only the ratio of B_d to D is "
             "identifiable."
         ),
@@ -75,8 +72,8 @@ def setting(results: Results) -> Proof:
 
 def sensor_index(results: Results) -> Proof:
     """S_k C needs as many rows and columns in S_k as there are sensors; the example has fewer sensors than states."""
-    columns = len(results[schedule("sec-4a")]["diagonals"][0])
-    states, sensors = len(data.matrix(data.A)), len(data.matrix(data.C))
+    columns = len(results["schedule.sec-4a"]["diagonals"][0])
+    states, sensors = len(PLANT["A"]), len(PLANT["C"])
     return Proof(
         holds=columns == sensors and columns != states,
         text="S_k multiplies C and y, which have one row per sensor; the example has fewer sensors than states.",
@@ -113,11 +110,11 @@ ERRATA = (
         inference=True,
     ),
     Erratum(
-        id=f"{KEY}.sensor-index",
+        id="sensor-index",
         place="Eq. (4)",
         printed="The diagonal of S_k runs to s_n(k).",
         meant="It runs to s_q(k), one entry per sensor, as the blog has it.",
         prove=sensor_index,
-        uses=(schedule("sec-4a"),),
+        uses=("schedule.sec-4a",),
     ),
 )

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from papers.okajima2023.designs import KEY, PERIOD_TABLE
-from papers.okajima2023.period_table import all_periods
+from papers.okajima2023.cases import PERIOD_TABLE, all_periods
 from replication.audit.model import Figure, FigureData, Results
 from replication.drawing.style import COLOURS, FOREGROUND, line, new_axes
 
-RESPONSES, WORST = f"{KEY}.responses", f"{KEY}.worst-disturbance"
 AXIS_LIMIT, LAST_SHOWN = 0.5, 500
 """The axes of Figs. 2-8 of the paper: errors from -0.5 to 0.5, instants from 0 to 500."""
 
@@ -25,15 +23,11 @@ _SHOWN = (
 )
 
 
-def errors_of(name: str) -> Callable[[Results], FigureData]:
+def errors(name: str, results: Results) -> FigureData:
     """The three estimation errors of one observer under the seeded draw, k = 0 ... 500."""
-
-    def errors(results: Results) -> FigureData:
-        rows = results[RESPONSES]["errors"][name][: LAST_SHOWN + 1]
-        columns = {f"e_{i + 1}": tuple(row[i] for row in rows) for i in range(len(rows[0]))}
-        return FigureData(columns={"k": tuple(float(k) for k in range(len(rows))), **columns})
-
-    return errors
+    rows = results["responses"]["errors"][name][: LAST_SHOWN + 1]
+    columns = {f"e_{i + 1}": tuple(row[i] for row in rows) for i in range(len(rows[0]))}
+    return FigureData(columns={"k": tuple(float(k) for k in range(len(rows))), **columns})
 
 
 def plot_errors(figure: FigureData) -> Any:
@@ -76,39 +70,30 @@ def table_of_periods(results: Results) -> FigureData:
     )
 
 
+def _columns(figure: FigureData, *names: str) -> list[tuple[float, ...]]:
+    return [figure.columns[name] for name in names]
+
+
 def plot_table_of_periods(figure: FigureData) -> Any:
     """Two tables of numbers on a shaded grid, one row per N₁."""
     columns = figure.columns
     size = int(max(columns["N1"]))
     drawing, axes = new_axes(1, 2, row_height=3.0)
     best, worst = min(columns["gamma_synchronous"]), max(columns["gamma_synchronous"])
-    for axis, key, title in zip(
-        axes, ("gamma_synchronous", "gamma_best_timing"), ("all sensors at k = 0", "best timing"), strict=True
-    ):
-        for first, second, value, offset in zip(
-            columns["N1"], columns["N2"], columns[key], columns["best_offset"], strict=True
-        ):
-            shade = (value - best) / (worst - best)
-            axis.fill_between(
-                [second - 0.5, second + 0.5],
-                first - 0.5,
-                first + 0.5,
-                color=COLOURS[1],
-                alpha=0.55 * shade,
-                linewidth=0,
-            )
+    shown = {"gamma_synchronous": "all sensors at k = 0", "gamma_best_timing": "best timing"}
+    for axis, (key, title) in zip(axes, shown.items(), strict=True):
+        for first, second, value, offset in zip(*_columns(figure, "N1", "N2", key, "best_offset"), strict=True):
+            shade = 0.55 * (value - best) / (worst - best)
+            across = [second - 0.5, second + 0.5]
+            axis.fill_between(across, first - 0.5, first + 0.5, color=COLOURS[1], alpha=shade, linewidth=0)
             moved = key == "gamma_best_timing" and offset > 0
+            centred: dict[str, Any] = {"ha": "center", "va": "center"}
+            weight = "bold" if moved else "normal"
             axis.text(
-                second,
-                first - (0.13 if moved else 0),
-                f"{value:.3f}",
-                ha="center",
-                va="center",
-                fontsize=7.5,
-                fontweight="bold" if moved else "normal",
+                second, first - (0.13 if moved else 0), f"{value:.3f}", fontsize=7.5, fontweight=weight, **centred
             )
             if moved:
-                axis.text(second, first + 0.24, f"θ₂ = {offset:.0f}", ha="center", va="center", fontsize=6)
+                axis.text(second, first + 0.24, f"θ₂ = {offset:.0f}", fontsize=6, **centred)
         axis.set(
             xlim=(0.5, size + 0.5),
             ylim=(size + 0.5, 0.5),
@@ -125,17 +110,8 @@ def plot_table_of_periods(figure: FigureData) -> Any:
 def describe_table_of_periods(figure: FigureData) -> str:
     """Range of the table and the largest gain by timing."""
     columns = figure.columns
-    savings = [
-        (1 - best / plain, first, second, offset)
-        for plain, best, first, second, offset in zip(
-            columns["gamma_synchronous"],
-            columns["gamma_best_timing"],
-            columns["N1"],
-            columns["N2"],
-            columns["best_offset"],
-            strict=True,
-        )
-    ]
+    names = ("gamma_synchronous", "gamma_best_timing", "N1", "N2", "best_offset")
+    savings = [(1 - best / plain, *cell) for plain, best, *cell in zip(*_columns(figure, *names), strict=True)]
     saving, first, second, offset = max(savings)
     return (
         f"Optimal levels for periods 1 to {max(columns['N1']):.0f}: from {min(columns['gamma_synchronous']):.4f} to "
@@ -188,7 +164,7 @@ def describe_levels_by_timing(figure: FigureData) -> str:
 
 def disturbances(results: Results) -> FigureData:
     """Size of the error under the worst disturbance and under a random one of the same energy."""
-    found = results[WORST]
+    found = results["worst-disturbance"]
     return FigureData(
         columns={
             "k": tuple(float(k) for k in range(len(found["worst_error"]))),
@@ -226,7 +202,7 @@ def describe_disturbances(figure: FigureData) -> str:
 FIGURES = (
     *(
         Figure(
-            name=f"{KEY}-{place.lower().replace('. ', '')}",
+            name=place.lower().replace(". ", ""),
             place=place,
             title=f"Estimation errors of {what}",
             caption=(
@@ -234,15 +210,15 @@ FIGURES = (
                 "published figure is another draw, so sizes compare and single peaks do not."
             ),
             published=True,
-            uses=(RESPONSES,),
-            data=errors_of(name),
+            uses=("responses",),
+            data=partial(errors, name),
             plot=plot_errors,
             alt=describe_errors,
         )
         for name, place, what in _SHOWN
     ),
     Figure(
-        name=f"{KEY}-periods",
+        name="periods",
         place="Beyond Table 1",
         title="Optimal level for all periods up to six",
         caption=(
@@ -256,7 +232,7 @@ FIGURES = (
         alt=describe_table_of_periods,
     ),
     Figure(
-        name=f"{KEY}-timing",
+        name="timing",
         place="Beyond Sec. IV-B",
         title="Optimal level against the timing of the second sensor",
         caption="Only θ₂ modulo the greatest common divisor of the periods matters, so each curve shows that many.",
@@ -267,7 +243,7 @@ FIGURES = (
         alt=describe_levels_by_timing,
     ),
     Figure(
-        name=f"{KEY}-worst",
+        name="worst",
         place="Beyond eq. (34)",
         title="The worst disturbance beside a random one",
         caption=(
@@ -275,7 +251,7 @@ FIGURES = (
             "why every simulated ratio is far below the level."
         ),
         published=False,
-        uses=(WORST,),
+        uses=("worst-disturbance",),
         data=disturbances,
         plot=plot_disturbances,
         alt=describe_disturbances,

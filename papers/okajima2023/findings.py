@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from papers.okajima2023 import data
-from papers.okajima2023.claims.orders import counterexamples
+from papers.okajima2023.cases import all_periods, pair
+from papers.okajima2023.claims.levels import counterexamples
 from papers.okajima2023.claims.unstable import RECOVERED
-from papers.okajima2023.designs import KEY, pair
-from papers.okajima2023.period_table import all_periods
-from papers.okajima2023.simulations import READINGS
+from papers.okajima2023.experiments.simulations import READINGS
+from papers.okajima2023.printed import TABLE_1, bracketed
 from replication.audit.model import Results
-
-SAMPLED = f"{KEY}.observable-not-detectable"
 
 
 def findings(results: Results) -> tuple[str, ...]:
@@ -25,13 +22,13 @@ def findings(results: Results) -> tuple[str, ...]:
         "from one draw each, and from our own gains where none are printed.",
         _recovered_plant(results[RECOVERED]),
         *_periods(results),
-        _detectability(results[SAMPLED]),
+        _detectability(results["observable-not-detectable"]),
     )
 
 
 def _table_1(results: Results) -> Iterator[str]:
-    columns = {periods: results[pair(periods)] for periods in data.TABLE_1}
-    wrong = {periods: printed for periods, printed in data.TABLE_1.items() if _rounded(columns[periods]) != printed}
+    columns = {periods: results[pair(periods)] for periods in TABLE_1}
+    wrong = {periods: printed for periods, printed in TABLE_1.items() if _rounded(columns[periods]) != printed}
     for periods, printed in wrong.items():
         yield (
             f"Table 1 prints {printed} for the periods {periods}; the optimum is {columns[periods]['optimum']:.6f} and "
@@ -52,7 +49,7 @@ def _recovered_plant(recovery: Mapping[str, Any]) -> str:
     return (
         "Section IV-C repeats the stable plant's matrix. Its stated poles and gains fit one plant with small integers "
         f"in C, found by search: A with the diagonal {tuple(recovery['state']['fits'][0])}, C = "
-        f"{data.bracketed(outputs['C'])}, B_d = {data.bracketed(inputs['B_d'])}, D = {data.bracketed(inputs['D'])} (an "
+        f"{bracketed(outputs['C'])}, B_d = {bracketed(inputs['B_d'])}, D = {bracketed(inputs['D'])} (an "
         "inference; only the ratio of B_d to D is identifiable)."
     )
 

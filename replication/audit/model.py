@@ -16,6 +16,9 @@ import msgspec
 Results = Mapping[str, Any]
 """Results of the experiments that a claim, erratum or figure uses, by experiment name; plain JSON values."""
 
+NO_READING = "none"
+"""The reading of a claim where the text leaves no choice."""
+
 Numbers = float | tuple[float | tuple[float, ...], ...]
 """A computed quantity in the layout of its print: scalar, list or matrix; a complex entry is (real, imaginary)."""
 
@@ -54,6 +57,30 @@ class SolverRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     iterations: int | None = None
 
 
+class Reading(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What is assumed where the text leaves a choice: a norm, a start, a degree rule, a class of estimators.
+
+    name: by which claims refer to it. place: where the text leaves the choice. text: the assumption in plain words.
+    inference: whether it was chosen with the printed numbers in view.
+    """
+
+    name: str
+    place: str
+    text: str
+    inference: bool = False
+
+
+class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What comes out for a claim under one reading of a family: a value with its bracket, or whether it holds."""
+
+    reading: str
+    value: Numbers | None = None
+    lower: Numbers | None = None
+    upper: Numbers | None = None
+    holds: bool | None = None
+    margin: float | None = None
+
+
 class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What was computed for a claim, how, and how that was checked.
 
@@ -65,6 +92,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     probability: for statistical claims, the two-sided probability of a draw at least as extreme as the printed one.
     quantities: named numbers that stand behind the answer and are shown with it.
     as_printed: for a claim with an erratum, the evidence for the text as printed (`value` is then the corrected one).
+    outcomes: under each reading of a family, where the text leaves a choice on which the answer may depend.
     not_checkable: the reason, if the claim cannot be checked from the text.
     """
 
@@ -82,6 +110,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     quantities: dict[str, float] = {}
     solvers: tuple[SolverRecord, ...] = ()
     note: str = ""
+    outcomes: tuple[Outcome, ...] = ()
     not_checkable: str = ""
     as_printed: Evidence | None = None
 
@@ -107,6 +136,7 @@ class Claim:
     uses: names of the experiments whose results `answer` receives. expected: the pinned verdict.
     tolerance: half-width other than half a unit in the last printed place; needs `tolerance_reason`.
     erratum: id of the erratum under which the claim is reproduced, if it is one of those.
+    reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
     """
 
     id: str
@@ -120,6 +150,7 @@ class Claim:
     tolerance: str | None = None
     tolerance_reason: str = ""
     erratum: str | None = None
+    reading: str = ""
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -249,6 +280,7 @@ class Paper:
     tables: tuple[Table, ...] = ()
     formulas: tuple[Formula, ...] = ()
     scope: tuple[ScopeItem, ...] = ()
+    readings: tuple[Reading, ...] = ()
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: ()

@@ -13,7 +13,11 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from replication.errors import InvalidInputError
 from replication.files import write_atomically
 
-MODULES = ("init", "data", "experiments", "claims", "figures", "paper")
+FILES = {
+    "__init__.py": "init.py",
+    **{name: name for name in ("printed.toml", "printed.py", "experiments.py", "claims.py", "figures.py", "paper.py")},
+}
+"""Files of the package, each with the name of its template; `test.py` is that of the test."""
 LONGEST = 40
 REPORT_FOLDERS = ("exports", "notebooks")
 """Where the report on a paper with such a key would lie, other pages do."""
@@ -39,21 +43,22 @@ def scaffold(key: str, root: Path) -> tuple[Path, ...]:
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, keep_trailing_newline=True
     )
-    texts = {name: environment.get_template(f"{name}.py.j2").render(key=key) for name in (*MODULES, "test")}
+    texts = {name: _rendered(environment, template, key) for name, template in FILES.items()}
+    tested = _rendered(environment, "test.py", key)
     package.parent.mkdir(parents=True, exist_ok=True)
     # A dot in front keeps a half-written package from being found as a paper.
     unfinished = Path(tempfile.mkdtemp(dir=package.parent, prefix=f".{key}."))
     try:
-        for name in MODULES:
-            (unfinished / _file(name)).write_text(texts[name], encoding="utf-8")
-        write_atomically(test, texts["test"].encode())
+        for name, text in texts.items():
+            (unfinished / name).write_text(text, encoding="utf-8")
+        write_atomically(test, tested.encode())
         unfinished.chmod(0o755)
         unfinished.rename(package)
     except BaseException:
         shutil.rmtree(unfinished, ignore_errors=True)
         raise
-    return (*(package / _file(name) for name in MODULES), test)
+    return (*(package / name for name in FILES), test)
 
 
-def _file(name: str) -> str:
-    return "__init__.py" if name == "init" else f"{name}.py"
+def _rendered(environment: Environment, template: str, key: str) -> str:
+    return environment.get_template(f"{template}.j2").render(key=key)

@@ -136,7 +136,7 @@ def project(root: Path) -> Path:
         {"claims": ["toy.c2"], "reason": "a random draw"},
     ]
     (folder / "theorems.json").write_text(json.dumps(entries), encoding="utf-8")
-    (folder / "data.py").write_text("X = 1\n", encoding="utf-8")
+    (folder / "printed.toml").write_text('[X]\nplace = "p"\nvalue = "1"\n', encoding="utf-8")
     (root / "certificates" / "toy").mkdir(parents=True)
     (root / "certificates" / "toy" / "c.json").write_text("{}", encoding="utf-8")
     return root
@@ -145,7 +145,7 @@ def project(root: Path) -> Path:
 def test_what_a_paper_wants_is_read_with_its_checksums(tmp_path: Path) -> None:
     (entry,), reasons = wanted(project(tmp_path), ["toy", "other"])
     assert entry.path == "certificates/toy/c.json" and entry.task == "toy.certificate.c"
-    assert sorted(entry.subject) == ["certificates/toy/c.json", "papers/toy/data.py", "papers/toy/theorems.json"]
+    assert sorted(entry.subject) == ["certificates/toy/c.json", "papers/toy/printed.toml", "papers/toy/theorems.json"]
     assert reasons == {"toy.c2": "a random draw"}
 
 

@@ -10,11 +10,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from papers.okajima2023 import PAPER, data
-from papers.okajima2023.claims.orders import counterexamples, longest_gap
-from papers.okajima2023.designs import KEY, pair
-from papers.okajima2023.experiments import design, norm_of_gains
-from papers.okajima2023.simulations import distribution, draws, tail_probability
+from papers.okajima2023 import PAPER
+from papers.okajima2023.cases import pair
+from papers.okajima2023.claims.blog import longest_gap
+from papers.okajima2023.claims.levels import counterexamples
+from papers.okajima2023.experiments.designs import design, norm_of_gains
+from papers.okajima2023.experiments.simulations import distribution, draws, tail_probability
+from papers.okajima2023.printed import GAINS, PLANT, TABLE_1
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Kind, ScopeItem, Verdict
 from replication.audit.run.pool import Processes
@@ -23,6 +25,7 @@ from replication.audit.store.cache import Cache
 from replication.errors import InvalidInputError
 
 ROOT = Path(__file__).resolve().parents[2]
+KEY = PAPER.key
 AGREEMENT = 1e-8
 NORM_OF_GAINS = 1e-7
 
@@ -72,9 +75,9 @@ def test_one_unit_in_the_last_place_flips_the_verdict(fresh_run: Outcome) -> Non
 @pytest.mark.slow
 def test_changed_plant_turns_claims_red(tmp_path: Path) -> None:
     """The same claims on a plant with one entry of A moved by a twentieth: no level agrees with print and proofs."""
-    plant = copy.deepcopy(data.plant())
+    plant = copy.deepcopy(PLANT)
     plant["A"][0][0] -= 0.05
-    wanted = {pair(periods) for periods in data.TABLE_1}
+    wanted = {f"{KEY}.{pair(periods)}" for periods in TABLE_1}
     changed = tuple(
         dataclasses.replace(experiment, inputs={**experiment.inputs, "plant": plant})
         for experiment in PAPER.experiments
@@ -90,18 +93,18 @@ def test_changed_plant_turns_claims_red(tmp_path: Path) -> None:
 
 
 def test_design_refuses_a_plant_that_does_not_fit() -> None:
-    plant = data.plant() | {"C": [[1.0, 0.0]], "D": [[1.0]]}
+    plant = PLANT | {"C": [[1.0, 0.0]], "D": [[1.0]]}
     with pytest.raises(InvalidInputError, match="C must have 3 columns"):
         design(plant, [2], [0], [0])
 
 
 def test_table_entry_that_differs_is_bracketed_away_from_the_print() -> None:
-    result = design(data.plant(), [2, 1], [0, 0], [0, 1])
-    assert result["upper"] < 1.135 < float(data.TABLE_1[2, 1])
+    result = design(PLANT, [2, 1], [0, 0], [0, 1])
+    assert result["upper"] < 1.135 < float(TABLE_1[2, 1])
 
 
 def test_printed_gains_are_within_a_unit_of_the_optimum() -> None:
-    result = norm_of_gains(data.plant(), [3, 3], [0, 0], data.gains(data.GAINS_38), 0.0005)
+    result = norm_of_gains(PLANT, [3, 3], [0, 0], GAINS["38"], 0.0005)
     assert result["optimum"] <= result["norm"]["value"] <= result["optimum"] + result["rounding_spread"]
 
 
@@ -126,10 +129,10 @@ def test_tail_probability_is_two_sided_and_never_zero() -> None:
 
 
 def test_draws_depend_on_the_seed_and_not_on_the_parts() -> None:
-    case = {"periods": [3, 3], "offsets": [0, 1], "sensors": [0, 1], "gains": data.gains(data.GAINS_39)}
+    case = {"periods": [3, 3], "offsets": [0, 1], "sensors": [0, 1], "gains": GAINS["39"]}
 
     def found(seed: int, parts: int) -> object:
-        answers = [draws(data.plant(), {"own": case}, 0.2, 50, 60, 20, seed, part, parts) for part in range(parts)]
+        answers = [draws(PLANT, {"own": case}, 0.2, 50, 60, 20, seed, part, parts) for part in range(parts)]
         return distribution(answers, "own", {"own": 0.4})
 
     assert found(1, 1) == found(1, 3) != found(2, 3)

@@ -8,10 +8,12 @@ import json
 import numpy as np
 import pytest
 
-from papers.okajima2023 import certificates, data
+from papers.okajima2023 import certificates
 from papers.okajima2023.method.central_path import central_path
-from papers.okajima2023.recovery import recover_outputs, recover_poles
-from papers.okajima2023.recovery_inputs import recover_inputs, schedule_of
+from papers.okajima2023.method.input_recovery import recover_inputs, schedule_of
+from papers.okajima2023.method.recovery import recover_outputs, recover_poles
+from papers.okajima2023.printed import DATA, PLANT, matrix
+from papers.okajima2023.printed import GAINS as PRINTED_GAINS
 from replication.errors import AuditError, InfeasibleError, InvalidInputError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimum
@@ -25,7 +27,8 @@ A_RECOVERED = [[1.2, 0.5, 0.2], [-0.1, 1.0, -0.2], [0.0, 0.1, 1.0]]
 C_RECOVERED = [[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]
 STATED_POLES = [1.031, [1.085, 0.240]]
 STATED_ERROR_POLES = [0.1270, -0.0000, -0.0002]
-GAINS = data.gains(data.GAINS_42)
+GAINS = PRINTED_GAINS["42"]
+A_41 = matrix(DATA["unstable-A"])
 
 A_PLANTED = np.array([[0.7, 0.4, 0.1], [-0.3, 1.3, 0.2], [0.1, -0.2, 1.1]])
 
@@ -61,7 +64,7 @@ def test_planted_diagonals_are_found_and_no_other_fit_is_missed(diagonal: tuple[
 
 
 def test_diagonal_of_section_4c() -> None:
-    found = recover_poles(data.matrix(data.A_41), STATED_POLES, 0.05)
+    found = recover_poles(A_41, STATED_POLES, 0.05)
     assert found["fits"] == [np.diag(A_RECOVERED).tolist()]
     assert np.round(found["poles_recovered"], 3).tolist() == [[1.031, 0.0], [1.085, 0.240]]
     assert all(np.hypot(*pole) < 1 for pole in found["poles_printed"])
@@ -70,16 +73,16 @@ def test_diagonal_of_section_4c() -> None:
 
 def test_a_pair_may_be_stated_by_both_of_its_poles() -> None:
     both = [[1.031, 0.0], [1.085, 0.240], [1.085, -0.240]]
-    assert recover_poles(data.matrix(data.A_41), both, 0.1) == recover_poles(data.matrix(data.A_41), STATED_POLES, 0.1)
+    assert recover_poles(A_41, both, 0.1) == recover_poles(A_41, STATED_POLES, 0.1)
 
 
 def test_bad_poles_are_named() -> None:
     with pytest.raises(InvalidInputError, match="stated_poles must be 3 finite poles"):
-        recover_poles(data.matrix(data.A_41), [1.031, 1.085], 0.1)
+        recover_poles(A_41, [1.031, 1.085], 0.1)
     with pytest.raises(InvalidInputError, match="step must be positive"):
-        recover_poles(data.matrix(data.A_41), STATED_POLES, -0.1)
+        recover_poles(A_41, STATED_POLES, -0.1)
     with pytest.raises(InfeasibleError, match="smaller step"):
-        recover_poles(data.matrix(data.A_41), [1.033, [1.083, 0.240]], 0.1)
+        recover_poles(A_41, [1.033, [1.083, 0.240]], 0.1)
 
 
 # --- outputs ---------------------------------------------------------------------------------------------------------
@@ -145,7 +148,7 @@ def test_outputs_of_section_4c() -> None:
 
 
 def test_a_wrong_state_matrix_leaves_no_output_that_fits() -> None:
-    found = recover_outputs(data.matrix(data.A_41), GAINS, STATED_ERROR_POLES, 2)
+    found = recover_outputs(A_41, GAINS, STATED_ERROR_POLES, 2)
     assert found["fits"] == 0
     assert found["best_misfit"] > 1
 
@@ -216,7 +219,7 @@ def test_inputs_of_section_4c() -> None:
 
 def test_the_schedule_is_read_off_the_gains() -> None:
     assert schedule_of(np.array(GAINS)) == SensingSchedule((2, 3))
-    assert schedule_of(np.array(data.gains(data.GAINS_40))) == SensingSchedule((3, 3), (0, 2))
+    assert schedule_of(np.array(PRINTED_GAINS["40"])) == SensingSchedule((3, 3), (0, 2))
     uneven = np.array(GAINS)
     uneven[2] = 0.0
     with pytest.raises(InvalidInputError, match="not those of periodic sensors"):
@@ -227,7 +230,7 @@ def test_the_schedule_is_read_off_the_gains() -> None:
 
 def test_gains_that_do_not_stabilise_are_refused() -> None:
     with pytest.raises(InfeasibleError, match="do not stabilise"):
-        recover_inputs(A_RECOVERED, data.matrix(data.C), GAINS)
+        recover_inputs(A_RECOVERED, PLANT["C"], GAINS)
     with pytest.raises(InvalidInputError, match="bound must be at least"):
         recover_inputs(A_RECOVERED, C_RECOVERED, GAINS, bound=0.1)
 

@@ -135,6 +135,8 @@ REFUSED = [
     ("optimum-2-3", both(LESS), "the matrix .30. of Theorem 2 at phase 0 is not positive definite"),
     ("optimum-2-3", both(MORE), HIDDEN),
     ("optimum-2-3", put("1", "witness", "d", 0, 0, 0), HIDDEN),
+    ("optimum-2-3", put("1/1000000000", "parameters", "relative"), "not within the relative width"),
+    ("optimum-case-a", put("1/1000000000", "parameters", "relative"), "not within the relative width"),
     ("optimum-2-3", put([["9/10"]], "witness", "turn"), "witness.turn is not orthogonal"),
     ("optimum-2-3", put("1/3", "witness", "Y", 0, 0, 0), "the matrix .30. of Theorem 2 at phase 0"),
     ("optimum-2-3", put("9", "witness", "P", 0, 0, 0), "the matrix .30. of Theorem 2"),

@@ -47,8 +47,6 @@ VERIFIER = {
     "nonuniform.levels": ("test_nonuniform",),
     "nonuniform.system": STEPS,
     "nonuniform.theory": ("test_nonuniform_theory",),
-    "plants.mustafa": ("test_run",),
-    "plants.shao": ("test_run",),
     "reading": ("test_reading",),
     "run": ("test_run",),
     "statement": ("test_statement",),

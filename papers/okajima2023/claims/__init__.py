@@ -1,1 +1,1 @@
-"""The claims of the paper, by topic."""
+"""The claims of the multi-rate paper, a module per section, each claim on the function that answers it."""

@@ -20,6 +20,8 @@ from replication.verify.theorem import Refused
 
 ROUNDING = 1e-9
 """A proved bracket may be narrower than floating point is exact: a value this near, relatively, is moved to its end."""
+SUBJECT = ("printed.toml", "plants.py", "theorems.json")
+"""Files of a paper that say what its certificates are about."""
 STATEMENTS = (Kind.FEASIBLE, Kind.ORDER)
 Ends = tuple[float | None, float | None]
 
@@ -54,7 +56,7 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
         except Refused as refusal:
             raise AuditError(str(refusal)) from None
         folder = root / "papers" / paper
-        shared = {f"papers/{paper}/{name}": sha256(folder / name) for name in ("data.py", "theorems.json")}
+        shared = {f"papers/{paper}/{name}": sha256(folder / name) for name in SUBJECT if (folder / name).is_file()}
         for entry in listed.values():
             path = f"certificates/{paper}/{entry.name}.json"
             subject = {path: sha256(root / path), **shared}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
-import inspect
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,7 +54,11 @@ class SourceTree:
                 waiting.extend(self._imported_by(name))
         enclosing = {parent for name in followed for parent in _parents(name)}
         listed = {name: self._module(name) for name in followed | enclosing}
-        return dict(sorted((self.label(self._path(name)), found.sha256) for name, found in listed.items() if found))
+        files = {self.label(self._path(name)): found.sha256 for name, found in listed.items() if found}
+        # A module reads the data file beside it that has its name: printed.py reads printed.toml.
+        data = (label.removesuffix(".py") + ".toml" for label in files)
+        files |= {label: sha256 for label in data if (sha256 := self._now(label)) is not None}
+        return dict(sorted(files.items()))
 
     def unchanged(self, files: Mapping[str, str]) -> bool:
         """Whether the files still have the checksums given, as they are on the disk now."""
@@ -70,9 +73,8 @@ class SourceTree:
 
     def location(self, function: Callable[..., Any]) -> str:
         """`file:line` where a function, method, partial or callable object is defined; empty if outside the project."""
-        while isinstance(function, functools.partial):
-            function = function.func
-        function = inspect.unwrap(function)
+        while isinstance(function, functools.partial) or hasattr(function, "__wrapped__"):
+            function = function.func if isinstance(function, functools.partial) else function.__wrapped__
         code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
         if code is None:
             return ""

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import identity, require_positive_semidefinite
-from replication.verify.algebra.symbolic import require_equal, symbols, unit
+from replication.verify.algebra.symbolic import Symbolic, require_equal, symbols, unit
 
 STATES = 3
 SQUARE, COLUMN, ROW, ONE = (STATES, STATES), (STATES, 1), (1, STATES), (1, 1)
@@ -75,6 +75,6 @@ def require_weight(signal: str, weight: fmpq) -> None:
 
 def require_contraction() -> None:
     """1 − φ = (1 − E)(1 − c) with φ = E + (1 − E) c of (22), E = e^{−T/(2 λ_max)} and c the left side of (18)."""
-    E, c = symbols({"E": ONE, "c": ONE}).values()
-    one = unit(1, E.entry**0)
-    require_equal(one - (E + (one - E) @ c), (one - E) @ (one - c), "1 − φ = (1 − E)(1 − c)")
+    E, c = (symbol.entry for symbol in symbols({"E": ONE, "c": ONE}).values())
+    left, right = 1 - (E + (1 - E) * c), (1 - E) * (1 - c)
+    require_equal(Symbolic(((left,),)), Symbolic(((right,),)), "1 − φ = (1 − E)(1 − c)")

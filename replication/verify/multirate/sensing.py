@@ -84,14 +84,15 @@ class Sensing:
         return -D.transpose() * gram.solve(self.C[phase] * x) if gram.nrows() else fmpq_mat(D.ncols(), x.ncols())
 
 
+PERIOD = sized(integer, 1)
 TIMES: Table = {
-    "periods": sized(sequence, sized(integer, 1)),
+    "periods": sized(sequence, PERIOD),
     "offsets": Depends(lambda given: sized(sequence, integer, len(given.periods))),
 }
 """Of the sensors, in their order: sampled where (k - offset) mod period == 0."""
 CHOSEN: Table = {
     "sensors": sized(sequence, integer),
-    "periods": Depends(lambda given: sized(sequence, sized(integer, 1), len(given.sensors))),
+    "periods": Depends(lambda given: sized(sequence, PERIOD, len(given.sensors))),
     "offsets": TIMES["offsets"],
     "relative": positive,
 }

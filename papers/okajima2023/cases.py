@@ -1,0 +1,139 @@
+"""Which observers the paper designs, and all experiments: their names, functions and inputs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from papers._common import INPUTS
+from papers.okajima2023 import common
+from papers.okajima2023.experiments import designs, identities, simulations, unstable
+from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, matrix, poles
+from replication.audit.declare import experiment
+from replication.audit.model import Results
+
+Json = dict[str, Any]
+
+HALF_UNIT_OF_GAINS = 0.0005
+"""Half a unit in the last printed place of the gains."""
+SEEDS, SEED = 2000, 20230302
+"""Draws for the distribution of g_sim, and the seed of all simulations."""
+IDENTITY_TRIALS = 50
+DIAGONAL_STEP, LARGEST_ENTRY, WIDER = 0.01, 3, 5
+"""Grids of the search behind Sec. IV-C: step of the diagonal of A, largest entry of C, and of its possible rivals."""
+WORST_HORIZON = 300
+
+LARGEST_PERIOD = 6
+PERIOD_TABLE = tuple(f"period-table-{first}" for first in range(1, LARGEST_PERIOD + 1))
+"""Experiments that compute the optimum for all periods up to the largest, one for each N_1."""
+DRAWS = tuple(f"g-sim-{part}" for part in range(4))
+"""Experiments that share the draws of g_sim."""
+
+
+def both(periods: tuple[int, ...], second_offset: int = 0) -> Json:
+    """The observer of both sensors, the second of them `second_offset` instants late."""
+    return {"periods": list(periods), "offsets": [0, second_offset], "sensors": [0, 1]}
+
+
+def pair(periods: tuple[int, ...], second_offset: int = 0) -> str:
+    """The experiment that designs the two-sensor observer for these periods and theta_2."""
+    return f"design.{periods[0]}-{periods[1]}" + (f"-theta{second_offset}" if second_offset else "")
+
+
+def case(name: str) -> str:
+    """The experiment that designs one of `CASES`."""
+    return pair((2, 3)) if name == "proposed" else f"design.case-{name.lower()}"
+
+
+def gain_set(equation: str) -> str:
+    """The experiment that evaluates the gains printed in an equation."""
+    return f"gains.{equation}"
+
+
+def table_claim(periods: tuple[int, ...]) -> str:
+    """The claim on one column of Table 1."""
+    return f"table1.n{periods[0]}{periods[1]}"
+
+
+CASES: dict[str, Json] = {
+    "proposed": both((2, 3)),
+    "A": {"periods": [2], "offsets": [0], "sensors": [0]},
+    "B": {"periods": [3], "offsets": [0], "sensors": [1]},
+    "C": both((6, 6)),
+}
+"""Sec. IV-A: the multi-rate observer, y_1 alone, y_2 alone, and both at their common period."""
+DESIGNS: dict[str, Json] = {
+    **{pair(periods): both(periods) for periods in TABLE_1},
+    **{pair((3, 3), theta): both((3, 3), theta) for theta in (1, 2)},
+    **{case(name): CASES[name] for name in "ABC"},
+}
+"""Inputs by experiment: the columns of Table 1, the timings, Cases A-C."""
+TIMINGS = tuple(pair((3, 3), theta) for theta in range(3))
+GAIN_SETS = {"33": both((2, 3)), **{str(38 + theta): both((3, 3), theta) for theta in range(3)}}
+"""The observers whose gains are printed for the stable plant, by equation."""
+
+_PROPOSED = {**CASES["proposed"], "gains": GAINS["33"]}
+_SIMULATED = {**CASES, "proposed": _PROPOSED}
+_TIMED = {f"timing-{n}": {**both((3, 3), n - 1), "gains": GAINS[str(37 + n)]} for n in (1, 2, 3)}
+_NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DATA["last-summed"]}
+_DRAWN = {"seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
+_WORST = {"case": _PROPOSED, "horizon": WORST_HORIZON}
+_ROUNDED = [
+    *({**both(periods), "claims": [table_claim(periods)]} for periods in TABLE_1),
+    *({**CASES[name], "claims": [f"gamma.case-{name.lower()}"]} for name in "ABC"),
+    *({**both((3, 3), n - 1), "claims": [f"timing.case-{n}"]} for n in (2, 3)),
+]
+"""The designs whose level is printed, each with the claims on it."""
+
+
+def all_periods(results: Results) -> list[Json]:
+    """The cells of all rows of the table of periods."""
+    return [cell for name in PERIOD_TABLE for cell in results[name]["cells"]]
+
+
+def _unsensed(inputs: Json) -> Json:
+    return {name: inputs[name] for name in ("periods", "offsets")}
+
+
+def _printed_gains(equation: str) -> Json:
+    return {"gains": GAINS[equation], "rounding": HALF_UNIT_OF_GAINS}
+
+
+EXPERIMENTS = (
+    *(experiment(name, designs.design, plant=PLANT, **inputs) for name, inputs in DESIGNS.items()),
+    *(
+        experiment(gain_set(name), designs.norm_of_gains, plant=PLANT, **_unsensed(inputs), **_printed_gains(name))
+        for name, inputs in GAIN_SETS.items()
+    ),
+    experiment("common", common.levels, **INPUTS),
+    experiment("sensitivity", designs.rounded_levels, plant=PRINTED_PLANT, designs=_ROUNDED),
+    *(experiment(f"schedule.{name}", designs.selections, **_unsensed(found)) for name, found in SCHEDULES.items()),
+    experiment("schedule.dual-rate", designs.selections, **_unsensed(CASES["C"])),
+    *(
+        experiment(name, designs.period_row, plant=PLANT, first=first, largest=LARGEST_PERIOD)
+        for first, name in enumerate(PERIOD_TABLE, start=1)
+    ),
+    experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **_unsensed(both((2, 1)))),
+    experiment("identities", identities.identities, trials=IDENTITY_TRIALS, seed=SEED),
+    experiment("observability", identities.observability, plant=PLANT),
+    experiment("observable-not-detectable", identities.observable_but_not_detectable),
+    experiment("product-orders", identities.product_orders, plant=PLANT, **_unsensed(_PROPOSED), gains=GAINS["33"]),
+    experiment("responses", simulations.response, plant=PLANT, cases=_SIMULATED | _TIMED, **_NOISE, seed=SEED),
+    *(
+        experiment(name, simulations.draws, plant=PLANT, cases=_SIMULATED, **_NOISE, **_DRAWN, part=part)
+        for part, name in enumerate(DRAWS)
+    ),
+    experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, **_WORST, seed=SEED),
+    experiment("unstable.as-printed", unstable.as_printed, plant=PLANT, gains=GAINS["42"]),
+    experiment(
+        "unstable.recovered",
+        unstable.recovered,
+        printed_A=matrix(DATA["unstable-A"]),
+        printed_gains=GAINS["42"],
+        stated_poles=poles(DATA["poles"]),
+        stated_error_poles=[pole[0] for pole in poles(DATA["error-poles"])],
+        half_unit=HALF_UNIT_OF_GAINS,
+        step=DIAGONAL_STEP,
+        bound=LARGEST_ENTRY,
+        wider_bound=WIDER,
+    ),
+)

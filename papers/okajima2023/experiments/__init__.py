@@ -1,0 +1,1 @@
+"""What is computed for the multi-rate paper: pure functions of JSON values."""

@@ -1,0 +1,141 @@
+"""The theorems of Secs. II and III as numerical identities on random data, and the slips in their statements."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from papers.okajima2023.experiments.problem import Json, Matrix, build
+from papers.okajima2023.method.lmi import theorem1_matrix, theorem2_matrix
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.simulation import simulate
+
+
+def identities(trials: int, seed: int) -> Json:
+    """Largest residuals over random problems: error system (16), dissipation (23), Schur complement of (30).
+
+    error_system: observer (15) beside plant (2), (13), against eq. (16). dissipation: the quadratic form of (20)
+    against the left-hand side of (23). schur: (30) with Y = P L, reduced by its first block, against (20).
+    """
+    rng = np.random.default_rng(seed)
+    residuals = np.array([_one_trial(rng) for _ in range(trials)])
+    error_system, dissipation, schur = residuals.max(axis=0).tolist()
+    return {"trials": trials, "error_system": error_system, "dissipation": dissipation, "schur": schur}
+
+
+def _one_trial(rng: np.random.Generator) -> tuple[float, float, float]:
+    n, q, m = (int(rng.integers(low, high)) for low, high in ((2, 5), (1, 4), (1, 3)))
+    plant = MultiratePlant(
+        A=rng.normal(size=(n, n)),
+        B_d=rng.normal(size=(n, m)),
+        B_u=rng.normal(size=(n, 2)),
+        C=rng.normal(size=(q, n)),
+        D=np.diag(rng.uniform(0.5, 2.0, q)),
+        W=rng.normal(size=(2, n)),
+    )
+    periods = tuple(int(N) for N in rng.integers(1, 4, q))
+    problem = MultirateProblem(plant, SensingSchedule(periods, tuple(int(rng.integers(N)) for N in periods)))
+    N = problem.schedule.period
+    L = rng.normal(size=(N, n, q))
+    roots = rng.normal(size=(N, n, n))
+    P = roots @ roots.transpose(0, 2, 1) + np.eye(n)
+    gamma_squared = float(rng.uniform(1, 9))
+    return (
+        _error_system_residual(problem, L, rng),
+        _dissipation_residual(problem, L, P, gamma_squared, rng),
+        _schur_residual(problem, L, P, gamma_squared),
+    )
+
+
+def _error_system_residual(problem: MultirateProblem, L: np.ndarray[Any, Any], rng: np.random.Generator) -> float:
+    """Plant and observer in their own loops over two periods, against the error system, relative."""
+    plant, steps = problem.plant, 2 * problem.schedule.period
+    d, w, u = (rng.normal(size=(steps, s)) for s in (plant.B_d.shape[1], plant.sensors, 2))
+    x, observed, errors = np.zeros(plant.order), np.zeros(plant.order), []
+    for k in range(steps):
+        S = problem.schedule.selection(k)
+        y = S @ plant.C @ x + S @ plant.D @ w[k]
+        gain = L[k % problem.schedule.period] @ S
+        errors.append(plant.W @ (x - observed))
+        x, observed = (
+            plant.A @ x + plant.B_u @ u[k] + plant.B_d @ d[k],
+            (plant.A - gain @ plant.C) @ observed + plant.B_u @ u[k] + gain @ y,
+        )
+    expected = simulate(problem.error_system(L), np.hstack([d, w]))
+    return float(np.abs(np.array(errors) - expected).max() / np.abs(expected).max())
+
+
+def _dissipation_residual(
+    problem: MultirateProblem,
+    L: np.ndarray[Any, Any],
+    P: np.ndarray[Any, Any],
+    gamma_squared: float,
+    rng: np.random.Generator,
+) -> float:
+    residual = 0.0
+    for k, stage in enumerate(problem.error_system(L).stages):
+        theta = np.block(theorem1_matrix(problem, L, list(P), k, gamma_squared))
+        xi = rng.normal(size=len(theta))
+        e, noise = xi[: problem.plant.order], xi[problem.plant.order :]
+        following, z = stage.A @ e + stage.B @ noise, stage.C @ e
+        left = e @ P[k - 1] @ e - following @ P[k] @ following + gamma_squared * noise @ noise - z @ z
+        residual = max(residual, abs(float(xi @ theta @ xi - left)) / float(np.linalg.norm(theta) * (xi @ xi)))
+    return residual
+
+
+def _schur_residual(
+    problem: MultirateProblem, L: np.ndarray[Any, Any], P: np.ndarray[Any, Any], gamma_squared: float
+) -> float:
+    residual = 0.0
+    n = problem.plant.order
+    for k in range(problem.schedule.period):
+        theta = np.block(theorem1_matrix(problem, L, list(P), k, gamma_squared))
+        hat = np.block(theorem2_matrix(problem, list(P), list(P @ L), k, gamma_squared))
+        reduced = hat[n:, n:] - hat[n:, :n] @ np.linalg.solve(hat[:n, :n], hat[:n, n:])
+        residual = max(residual, float(np.linalg.norm(reduced - theta) / np.linalg.norm(theta)))
+    return residual
+
+
+def product_orders(plant: dict[str, Matrix], periods: list[int], offsets: list[int], gains: list[Matrix]) -> Json:
+    """Spectra of A_e0 ... A_e5 multiplied in the three ways that the product sign may mean.
+
+    descending: A_e5 ... A_e0, the way the error runs; shifted: A_e6 ... A_e1, as printed; ascending: A_e0 ... A_e5.
+    """
+    problem = build(plant, periods, offsets, list(range(len(plant["C"]))))
+    factors = [stage.A for stage in problem.error_system(np.array(gains)).stages]
+
+    def spectrum(matrices: list[Any]) -> list[float]:
+        product = np.eye(problem.plant.order)
+        for matrix in matrices:
+            product = matrix @ product
+        return sorted(np.abs(np.linalg.eigvals(product)).tolist(), reverse=True)
+
+    return {
+        "descending": spectrum(factors),
+        "shifted": spectrum([*factors[1:], factors[0]]),
+        "ascending": spectrum(factors[::-1]),
+    }
+
+
+def observable_but_not_detectable() -> Json:
+    """A swap of two growing states seen every second instant: (C, A) is observable, the sampled pair is not detectable.
+
+    Returns the ranks of both observability matrices and the modulus per period of the mode that is never seen.
+    """
+    A, C, period = 1.1 * np.array([[0.0, 1.0], [1.0, 0.0]]), np.array([[1.0, 0.0]]), 2
+    sampled = np.linalg.matrix_power(A, period)
+    return {
+        "rank_every_instant": int(np.linalg.matrix_rank(np.vstack([C, C @ A]))),
+        "rank_sampled": int(np.linalg.matrix_rank(np.vstack([C, C @ sampled]))),
+        "unseen_mode": float(np.abs(np.linalg.eigvals(sampled)).max()),
+    }
+
+
+def observability(plant: dict[str, Matrix]) -> Json:
+    """Smallest singular value of the observability matrix of (C, A) relative to the largest."""
+    A, C = np.array(plant["A"]), np.array(plant["C"])
+    values = np.linalg.svd(np.vstack([C @ np.linalg.matrix_power(A, k) for k in range(len(A))]), compute_uv=False)
+    return {"margin": float(values[len(A) - 1] / values[0])}

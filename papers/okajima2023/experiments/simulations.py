@@ -1,0 +1,171 @@
+"""Simulations of Sec. IV: the draws of Figs. 2-8, the distribution of g_sim, eq. (34), and the worst disturbance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from papers.okajima2023.experiments.problem import Json, Matrix, build
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.multirate.optimum import optimal_design
+from replication.estimation.multirate.simulation import simulate, worst_case_response
+
+READINGS = ("d", "d, simulated without w", "w", "d, w when measured", "d, w of sensors used", "d, all w")
+"""What eq. (34) may mean: the first is the print, the second takes the sensors as noiseless, the others count w."""
+PERCENTILES = (0.0, 2.5, 50.0, 97.5, 100.0)
+
+
+def response(plant: dict[str, Matrix], cases: dict[str, Json], sigma: float, noisy: int, last: int, seed: int) -> Json:
+    """Estimation errors e(k), k = 0 ... last, of several observers under the same noise, zero after k = noisy.
+
+    cases: periods, offsets, sensors, and gains unless the central optimal ones are meant. The noise is that of all
+    sensors of `plant`, so the observers see the same draw. One seeded draw: the published figures are another.
+    """
+    d, w = _noise(np.random.default_rng(seed), 1, plant, sigma, noisy, last)
+    errors = {
+        name: simulate(_system(plant, case), np.hstack([d[0], w[0][:, case["sensors"]]])).tolist()
+        for name, case in cases.items()
+    }
+    return {"errors": errors}
+
+
+def draws(
+    plant: dict[str, Matrix],
+    cases: dict[str, Json],
+    sigma: float,
+    noisy: int,
+    last: int,
+    seeds: int,
+    seed: int,
+    part: int,
+    parts: int,
+) -> Json:
+    """g_sim of eq. (34) over every `parts`-th of `seeds` independent draws, from number `part` on, for all observers.
+
+    Returns per case the ratios under all readings of the denominator, the error energies, and the effect of the tail
+    that the sums leave out. All draws are drawn each time, which costs little: none depends on the number of parts.
+    """
+    d, w = (
+        all_draws[part::parts] for all_draws in _noise(np.random.default_rng(seed), seeds, plant, sigma, noisy, last)
+    )
+    found: Json = {}
+    for name, case in cases.items():
+        system = _system(plant, case)
+        error, final = _error_energy(system, np.concatenate([d, w[:, :, case["sensors"]]], axis=2))
+        ratios = {reading: np.sqrt(error / energy) for reading, energy in _energies(d, w, case).items()}
+        noiseless, _ = _error_energy(system, np.concatenate([d, 0 * w[:, :, case["sensors"]]], axis=2))
+        ratios["d, simulated without w"] = np.sqrt(noiseless / (d**2).sum(axis=(1, 2)))
+        # After the noise ends the error decays at least this fast, up to a factor that a geometric tail bounds.
+        decay = system.spectral_radius() ** (2 / system.period)
+        found[name] = {
+            "ratios": {reading: values.tolist() for reading, values in ratios.items()},
+            "errors": error.tolist(),
+            "largest_final_error": float(np.sqrt(final.max())),
+            "largest_tail_effect": float(np.max(np.sqrt(1 + final / (1 - decay) / error) - 1)),
+            "smallest_ratio_to_level": float(np.min(l2_gain(system).value / ratios["d, all w"])),
+        }
+    return found
+
+
+def distribution(parts: Sequence[Json], reference: str, printed: dict[str, float]) -> Json:
+    """What all parts of `draws` say together.
+
+    Returns per case and reading percentiles and the two-sided probability of a draw at least as extreme as the printed
+    one; the largest effect of the tail; how often the `reference` case has the smaller error energy.
+    """
+    cases = {
+        name: {
+            "readings": {
+                reading: _summary(np.concatenate([part[name]["ratios"][reading] for part in parts]), printed[name])
+                for reading in READINGS
+            },
+            "largest_final_error": max(part[name]["largest_final_error"] for part in parts),
+            "largest_tail_effect": max(part[name]["largest_tail_effect"] for part in parts),
+            "smallest_ratio_to_level": min(part[name]["smallest_ratio_to_level"] for part in parts),
+        }
+        for name in parts[0]
+    }
+    errors = {name: np.concatenate([part[name]["errors"] for part in parts]) for name in cases}
+    smaller = {name: float(np.mean(errors[reference] < errors[name])) for name in cases if name != reference}
+    return {"seeds": len(errors[reference]), "cases": cases, "reference_smaller_than": smaller}
+
+
+def tail_probability(draws: np.ndarray[Any, Any], printed: float) -> float:
+    """Two-sided probability of a draw at least as extreme as `printed`, with the printed one counted as a draw."""
+    below = (1 + int(np.sum(draws <= printed))) / (1 + len(draws))
+    above = (1 + int(np.sum(draws >= printed))) / (1 + len(draws))
+    return float(min(1.0, 2 * min(below, above)))
+
+
+def worst_disturbance(plant: dict[str, Matrix], case: Json, horizon: int, seed: int) -> Json:
+    """The disturbance that hurts an observer most over a horizon, beside a random one of the same energy."""
+    system = _system(plant, case)
+    worst = worst_case_response(system, horizon)
+    random = np.random.default_rng(seed).normal(size=worst.inputs.shape)
+    random *= np.linalg.norm(worst.inputs) / np.linalg.norm(random)
+    answer = simulate(system, random)
+    return {
+        "norm": l2_gain(system).value,
+        "worst_ratio": worst.ratio,
+        "random_ratio": float(np.linalg.norm(answer) / np.linalg.norm(random)),
+        "worst_error": np.linalg.norm(worst.outputs, axis=1).tolist(),
+        "random_error": np.linalg.norm(answer, axis=1).tolist(),
+    }
+
+
+def _system(plant: dict[str, Matrix], case: Json) -> PeriodicSystem:
+    """The error system of one observer, with the gains of the case or the central optimal ones."""
+    problem = build(plant, case["periods"], case["offsets"], case["sensors"])
+    return problem.error_system(np.array(case["gains"]) if "gains" in case else optimal_design(problem).gains)
+
+
+def _noise(
+    rng: np.random.Generator, draws: int, plant: dict[str, Matrix], sigma: float, noisy: int, last: int
+) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """d (draws, instants, disturbances) and w (draws, instants, sensors), normal, zero after k = noisy."""
+    d = rng.normal(0.0, sigma, (draws, last + 1, np.shape(plant["B_d"])[1]))
+    w = rng.normal(0.0, sigma, (draws, last + 1, len(plant["C"])))
+    d[:, noisy + 1 :] = 0.0
+    w[:, noisy + 1 :] = 0.0
+    return d, w
+
+
+def _energies(d: np.ndarray[Any, Any], w: np.ndarray[Any, Any], case: Json) -> dict[str, np.ndarray[Any, Any]]:
+    """Squared denominators of eq. (34) by reading, one per draw."""
+    process, sensor = (d**2).sum(axis=(1, 2)), (w**2).sum(axis=1)
+    when = sum(
+        (w[:, theta::N, sensor_index] ** 2).sum(axis=1)
+        for sensor_index, N, theta in zip(case["sensors"], case["periods"], case["offsets"], strict=True)
+    )
+    used = sensor[:, case["sensors"]].sum(axis=1)
+    total = sensor.sum(axis=1)
+    return {
+        "d": process,
+        "w": total,
+        "d, w when measured": process + when,
+        "d, w of sensors used": process + used,
+        "d, all w": process + total,
+    }
+
+
+def _error_energy(
+    system: PeriodicSystem, inputs: np.ndarray[Any, Any]
+) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Energy of e(0) ... e(last), and of e(last + 1), for all draws at once."""
+    e = np.zeros((len(inputs), system.order))
+    total = np.zeros(len(inputs))
+    for k in range(inputs.shape[1]):
+        total += (e**2).sum(axis=1)
+        stage = system.stages[k % system.period]
+        e = e @ stage.A.T + inputs[:, k] @ stage.B.T
+    return total, (e**2).sum(axis=1)
+
+
+def _summary(values: np.ndarray[Any, Any], printed: float) -> Json:
+    return {
+        "percentiles": dict(zip(map(str, PERCENTILES), np.percentile(values, PERCENTILES).tolist(), strict=True)),
+        "probability": tail_probability(values, printed),
+    }

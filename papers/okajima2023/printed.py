@@ -1,0 +1,37 @@
+"""What the multi-rate paper prints: the strings of printed.toml, and the numbers that computations start from."""
+
+from __future__ import annotations
+
+from replication.audit.data import read_printed
+from replication.audit.judge.printed import parse
+
+Matrix = list[list[float]]
+
+
+def matrix(printed: str) -> Matrix:
+    """The numbers of a printed matrix, row by row."""
+    parsed = parse(printed)
+    rows, columns = parsed.shape
+    values = [float(entry.value) for entry in parsed.entries]
+    return [values[i * columns : (i + 1) * columns] for i in range(rows)]
+
+
+def poles(printed: str) -> Matrix:
+    """Printed poles as (real, imaginary); one of each conjugate pair."""
+    return [[float(entry.value) for entry in cell] + [0.0] * (2 - len(cell)) for cell in parse(printed).cells]
+
+
+def bracketed(rows: Matrix) -> str:
+    """A computed matrix of few digits, written as the printed ones are."""
+    return "[" + "; ".join(" ".join(f"{entry:g}" for entry in row) for row in rows) + "]"
+
+
+DATA = read_printed(__file__)
+PRINTED_PLANT = {name: DATA["plant"][name] for name in ("A", "B_d", "C", "D")}
+PLANT = {name: matrix(text) for name, text in PRINTED_PLANT.items()}
+GAINS = {equation: [matrix(text) for text in printed] for equation, printed in DATA["gains"].items()}
+"""Printed gains by equation: phase, state, sensor."""
+TABLE_1 = {tuple(map(int, column.split(","))): printed for column, printed in DATA["table-1"].items()}
+"""Optimal levels by periods (N_1, N_2)."""
+SCHEDULES = {name.removeprefix("schedule-"): found for name, found in DATA.items() if name.startswith("schedule-")}
+"""Periods, offsets and diagonals of S_k of each example."""

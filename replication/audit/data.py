@@ -1,0 +1,84 @@
+"""Printed data of a paper: a TOML file beside its module, every number a string that knows where it stands.
+
+    [gamma]
+    place = "Sec. IV-A, Case {key}"
+    unit = "1"                 # optional, as is note
+    [gamma.value]
+    A = "1.67"
+    B = "1.68"
+
+A value is a string, an integer that counts, or a list or table of values; `{key}` in a place stands for the keys that
+lead to an entry. The verifier reads the same file by itself.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+from replication.errors import AuditError
+
+FIELDS = ("place", "value", "unit", "note")
+
+
+class PrintedValue(str):
+    """The string that stands in a paper, whose digits are its tolerance; with its place and unit."""
+
+    place: str
+    unit: str
+
+    def __new__(cls, text: str, place: str = "", unit: str = "") -> PrintedValue:
+        """The text itself, as a string, with where it stands."""
+        made = super().__new__(cls, text)
+        made.place, made.unit = place, unit
+        return made
+
+
+def read_printed(file: str | Path) -> Mapping[str, Any]:
+    """The values of a file of printed data by name, each string a `PrintedValue`.
+
+    file: the TOML file, or the module beside it that has its name: `read_printed(__file__)` in printed.py.
+    Raises AuditError that names file and entry for what is no table with place and value, for an unknown field, and for
+    a number that is not written as a string.
+    """
+    path = Path(file).with_suffix(".toml")
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
+    except OSError as error:
+        raise AuditError(f"{path} cannot be read: {error.strerror}") from None
+    except (ValueError, ArithmeticError) as error:
+        raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
+    return {name: _entry(f"{path}: [{name}]", table) for name, table in tables.items()}
+
+
+def _entry(where: str, table: Any) -> Any:
+    if not isinstance(table, dict) or not {"place", "value"} <= table.keys():
+        raise AuditError(f'{where} must be a table with place and value, such as place = "Table 1" and value = "1.33"')
+    unknown = sorted(table.keys() - set(FIELDS))
+    if unknown:
+        raise AuditError(f"{where} has the unknown field {', '.join(unknown)}; there are {', '.join(FIELDS)}")
+    for name in ("place", "unit", "note"):
+        if not isinstance(table.get(name, ""), str):
+            raise AuditError(f"{where}: {name} must be a string, got {table[name]!r}")
+    if not table["place"].strip():
+        raise AuditError(f"{where}: the place is empty; say where in the text this is printed")
+    return _value(where, table["value"], table["place"], table.get("unit", ""), ())
+
+
+def _value(where: str, value: Any, place: str, unit: str, keys: tuple[str, ...]) -> Any:
+    if isinstance(value, str):
+        if not value:
+            raise AuditError(f"{where} holds an empty string; give what stands in the paper")
+        return PrintedValue(value, place.replace("{key}", ", ".join(keys)), unit)
+    if isinstance(value, dict | list) and not value:
+        raise AuditError(f"{where} holds nothing; give what stands in the paper")
+    if isinstance(value, dict):
+        return {key: _value(f"{where} {key}", entry, place, unit, (*keys, key)) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_value(f"{where} {i}", entry, place, unit, (*keys, str(i))) for i, entry in enumerate(value, 1)]
+    if isinstance(value, int) and not isinstance(value, bool):
+        return value
+    raise AuditError(f"{where} is {value}; write a printed number as a string, since its digits are its tolerance")

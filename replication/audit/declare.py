@@ -1,0 +1,284 @@
+"""How a paper is declared: its parts in the order of the text, each claim on the function that answers it.
+
+Names of claims, errata, experiments and figures are short where they are declared and used; `paper` puts the key of the
+paper in front of all of them, and gives each function its results under the short names.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from functools import partial, partialmethod
+from typing import Any, TypeVar
+
+import msgspec
+
+from replication.audit.data import PrintedValue
+from replication.audit.model import (
+    Claim,
+    CommonLevel,
+    Erratum,
+    Evidence,
+    Experiment,
+    Figure,
+    Kind,
+    Paper,
+    Results,
+    ScopeItem,
+    Sensitivity,
+    Table,
+    Verdict,
+)
+from replication.errors import AuditError
+
+Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
+CELL = "claim:"
+
+USUAL = {
+    Kind.VALUE: Verdict.REPRODUCED,
+    Kind.MATRIX: Verdict.REPRODUCED,
+    Kind.BOUND: Verdict.REPRODUCED,
+    Kind.ORDER: Verdict.CONSISTENT,
+    Kind.FEASIBLE: Verdict.CONSISTENT,
+    Kind.STATISTICAL: Verdict.CONSISTENT,
+    Kind.CITED: Verdict.NOT_CHECKABLE,
+}
+"""The verdict that a claim pins unless it says otherwise: agreement, by its kind."""
+
+
+class Part:
+    """One part of a paper, as its scope calls it, with the claims declared on it and the figures that belong to it.
+
+    A part without claims and figures says by `reason` why it is left out. also: claims of other parts on it.
+    reading: that of its claims, unless one of them names another.
+    """
+
+    def __init__(
+        self,
+        title: str,
+        *,
+        reading: str = "",
+        figures: str | Iterable[str] = (),
+        also: str | Iterable[str] = (),
+        reason: str = "",
+    ) -> None:
+        self.title, self.reading, self.reason = title, reading, reason
+        self.figures, self.also = _names(figures), _names(also)
+        self.claims: list[Claim] = []
+
+    def claim(
+        self,
+        kind: Kind,
+        name: str,
+        printed: str = "",
+        *,
+        place: str = "",
+        statement: str = "",
+        pinned: Verdict | str = "",
+        uses: str | Iterable[str] = (),
+        erratum: str | None = None,
+        tolerance: str | None = None,
+        tolerance_reason: str = "",
+        reading: str = "",
+    ) -> Callable[[Answer], Answer]:
+        """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
+
+        name: its id without the key of the paper. printed: the printed string; one of a data file brings its place.
+        statement: in plain words, the docstring of the function unless given. pinned: the expected verdict, that of
+        agreement unless given. uses: experiments whose results the function receives. The rest is that of `Claim`.
+        Raises AuditError if there is no place, no statement, or no such verdict.
+        """
+
+        def declare(answer: Answer) -> Answer:
+            said = statement or " ".join((inspect.getdoc(_inner(answer)) or "").split())
+            where = place or (printed.place if isinstance(printed, PrintedValue) else "")
+            for what, text in (("place", where), ("statement", said)):
+                if not text:
+                    raise AuditError(f"claim {name!r} has no {what}; give {what}=... where it is declared")
+            self.claims.append(
+                Claim(
+                    id=name,
+                    place=where,
+                    kind=kind,
+                    statement=said,
+                    expected=_verdict(name, pinned or USUAL[kind]),
+                    answer=answer,
+                    uses=_names(uses),
+                    printed=str(printed),
+                    tolerance=tolerance,
+                    tolerance_reason=tolerance_reason,
+                    erratum=erratum,
+                    reading=reading or self.reading,
+                )
+            )
+            return answer
+
+        return declare
+
+    value = partialmethod(claim, Kind.VALUE)
+    matrix = partialmethod(claim, Kind.MATRIX)
+    bound = partialmethod(claim, Kind.BOUND)
+    order = partialmethod(claim, Kind.ORDER)
+    feasible = partialmethod(claim, Kind.FEASIBLE)
+    statistical = partialmethod(claim, Kind.STATISTICAL)
+
+    def cited(self, name: str, printed: str = "", *, reason: str, **told: Any) -> None:
+        """Declare a claim that cannot be settled from the text, with the reason."""
+        self.claim(Kind.CITED, name, printed, **told)(partial(_not_checkable, reason))
+
+
+def _not_checkable(reason: str, results: Results) -> Evidence:
+    return Evidence(method="", not_checkable=reason)
+
+
+def positive(margin: float, **told: Any) -> Evidence:
+    """Evidence of a statement that holds if a margin is positive; told: the other fields of `Evidence`."""
+    return Evidence(holds=margin > 0, margin=margin, **told)
+
+
+def below(residual: float, threshold: float, reason: str, **told: Any) -> Evidence:
+    """Evidence of a statement that holds if a residual is below a threshold; reason: why that much is allowed."""
+    return Evidence(
+        holds=residual < threshold,
+        margin=threshold - residual,
+        threshold=threshold,
+        threshold_reason=reason,
+        **told,
+    )
+
+
+def experiment(name: str, function: Callable[..., Any], /, **inputs: Any) -> Experiment:
+    """An experiment under its short name; inputs: JSON values, in which printed values become plain strings."""
+    return Experiment(name=name, function=function, inputs={key: _plain(value) for key, value in inputs.items()})
+
+
+def paper(
+    *,
+    key: str,
+    parts: Iterable[Part],
+    experiments: Iterable[Experiment],
+    errata: Iterable[Erratum] = (),
+    figures: Iterable[Figure] = (),
+    tables: Iterable[Table] = (),
+    findings: Callable[[Results], tuple[str, ...]] = lambda results: (),
+    sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: (),
+    common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: (),
+    **about: Any,
+) -> Paper:
+    """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, formulas, and the like.
+
+    Raises AuditError for a name that has the key in front already.
+    """
+
+    def one(name: str, link: str = ".") -> str:
+        if name.startswith(key + link):
+            raise AuditError(f"the name {name!r} begins with the key of its paper; leave {key + link!r} out")
+        return f"{key}{link}{name}"
+
+    def full(names: Iterable[str]) -> tuple[str, ...]:
+        return tuple(map(one, names))
+
+    def cell(text: str) -> str:
+        return CELL + one(text.removeprefix(CELL)) if text.startswith(CELL) else str(text)
+
+    def own(function: Callable[[Results], Any]) -> Any:
+        return _Own(key, function)
+
+    def moved(results: Results) -> tuple[Sensitivity, ...]:
+        return tuple(msgspec.structs.replace(row, claim=one(row.claim)) for row in sensitivity(results))
+
+    parts = tuple(parts)
+    return Paper(
+        key=key,
+        claims=tuple(
+            replace(
+                claim,
+                id=one(claim.id),
+                uses=full(claim.uses),
+                answer=own(claim.answer),
+                erratum=None if claim.erratum is None else one(claim.erratum),
+            )
+            for part in parts
+            for claim in part.claims
+        ),
+        scope=tuple(
+            ScopeItem(
+                part=part.title,
+                claims=full([*(claim.id for claim in part.claims), *part.also]),
+                figures=tuple(one(name, "-") for name in part.figures),
+                reason=part.reason,
+            )
+            for part in parts
+        ),
+        experiments=tuple(replace(entry, name=one(entry.name)) for entry in experiments),
+        errata=tuple(
+            replace(entry, id=one(entry.id), uses=full(entry.uses), prove=own(entry.prove)) for entry in errata
+        ),
+        figures=tuple(
+            replace(figure, name=one(figure.name, "-"), uses=full(figure.uses), data=own(figure.data))
+            for figure in figures
+        ),
+        tables=tuple(
+            replace(table, rows=tuple(tuple(cell(text) for text in row) for row in table.rows)) for table in tables
+        ),
+        findings=own(findings),
+        sensitivity=own(moved),
+        common=own(common),
+        **about,
+    )
+
+
+class _Own:
+    """A function of a paper, given the results of that paper under their short names."""
+
+    def __init__(self, key: str, function: Callable[[Results], Any]) -> None:
+        self.key, self.__wrapped__ = key, function
+
+    def __call__(self, results: Results) -> Any:
+        return self.__wrapped__(_Short(self.key, results))
+
+
+class _Short(Mapping[str, Any]):
+    """Results without the key of the paper in their names."""
+
+    def __init__(self, key: str, results: Results) -> None:
+        self._front, self._results = f"{key}.", results
+
+    def __getitem__(self, name: str) -> Any:
+        return self._results[self._front + name]
+
+    def __contains__(self, name: object) -> bool:
+        return f"{self._front}{name}" in self._results
+
+    def __iter__(self) -> Iterator[str]:
+        return (name.removeprefix(self._front) for name in self._results if name.startswith(self._front))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
+def _names(names: str | Iterable[str]) -> tuple[str, ...]:
+    return (names,) if isinstance(names, str) else tuple(names)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, PrintedValue):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {key: _plain(entry) for key, entry in value.items()}
+    return type(value)(map(_plain, value)) if type(value) in (list, tuple) else value
+
+
+def _inner(function: Any) -> Any:
+    while isinstance(function, partial) or hasattr(function, "__wrapped__"):
+        function = function.func if isinstance(function, partial) else function.__wrapped__
+    return function
+
+
+def _verdict(name: str, pinned: Verdict | str) -> Verdict:
+    try:
+        return Verdict(pinned)
+    except ValueError:
+        known = ", ".join(repr(str(verdict)) for verdict in Verdict)
+        raise AuditError(f"claim {name!r} pins {pinned!r}, which is no verdict; there are {known}") from None

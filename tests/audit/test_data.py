@@ -1,0 +1,98 @@
+"""Printed data from a TOML file: strings with place and unit, and every slip refused by file and entry."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from replication.audit.data import PrintedValue, read_printed
+from replication.errors import AuditError
+
+GOOD = """
+[period]
+place = "Sec. V"
+unit = "s"
+note = "the scan shows it blurred"
+value = "0.20"
+
+[level]
+place = "Table 1, column ({key})"
+value = { "2,1" = "1.14", count = 3, all = ["1", "2"] }
+"""
+
+
+def read(tmp_path: Path, text: str | bytes) -> Any:
+    path = tmp_path / "printed.toml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_printed(path)
+
+
+def test_a_value_is_its_string_with_place_and_unit(tmp_path: Path) -> None:
+    data = read(tmp_path, GOOD)
+    assert data["period"] == "0.20" and isinstance(data["period"], PrintedValue)
+    assert (data["period"].place, data["period"].unit) == ("Sec. V", "s")
+    assert data["level"] == {"2,1": "1.14", "count": 3, "all": ["1", "2"]}
+
+
+def test_the_keys_that_lead_to_a_value_stand_in_its_place(tmp_path: Path) -> None:
+    level = read(tmp_path, GOOD)["level"]
+    assert level["2,1"].place == "Table 1, column (2,1)"
+    assert [entry.place for entry in level["all"]] == ["Table 1, column (all, 1)", "Table 1, column (all, 2)"]
+    assert level["2,1"].unit == ""
+
+
+def test_a_place_without_a_template_is_that_of_every_value(tmp_path: Path) -> None:
+    data = read(tmp_path, '[a]\nplace = "Eq. (3)"\n[a.value]\nx = "1"\ny = "2"')
+    assert {entry.place for entry in data["a"].values()} == {"Eq. (3)"}
+
+
+def test_a_printed_value_survives_the_way_to_another_process() -> None:
+    value = PrintedValue("1.14", "Table 1", "s")
+    copy = pickle.loads(pickle.dumps(value))
+    assert (copy, copy.place, copy.unit) == ("1.14", "Table 1", "s")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a = 1", r"\[a\] must be a table with place and value"),
+        ('[a]\nvalue = "1"', r"\[a\] must be a table with place and value"),
+        ('[a]\nplace = "x"', r"\[a\] must be a table with place and value"),
+        ('[a]\nplace = "x"\nvalue = "1"\nunits = "s"', r"\[a\] has the unknown field units; there are place, value"),
+        ('[a]\nplace = 3\nvalue = "1"', r"\[a\]: place must be a string, got 3"),
+        ('[a]\nplace = "x"\nunit = ["s"]\nvalue = "1"', r"\[a\]: unit must be a string"),
+        ('[a]\nplace = "x"\nnote = false\nvalue = "1"', r"\[a\]: note must be a string, got False"),
+        ('[a]\nplace = " "\nvalue = "1"', r"\[a\]: the place is empty"),
+        ('[a]\nplace = "x"\nvalue = ""', r"\[a\] holds an empty string"),
+        ('[a]\nplace = "x"\nvalue = ["1", ""]', r"\[a\] 2 holds an empty string"),
+        ('[a]\nplace = "x"\nvalue = []', r"\[a\] holds nothing"),
+        ('[a]\nplace = "x"\n[a.value]\nb = {}', r"\[a\] b holds nothing"),
+        ('[a]\nplace = "x"\nvalue = 1.50', r"\[a\] is 1\.50; write a printed number as a string"),
+        ('[a]\nplace = "x"\n[a.value]\nb = [[1e-3]]', r"\[a\] b 1 1 is 0\.001; write a printed number as a string"),
+        ('[a]\nplace = "x"\nvalue = nan', r"\[a\] is NaN; write"),
+        ('[a]\nplace = "x"\nvalue = true', r"\[a\] is True; write"),
+        ('[a]\nplace = "x"\nvalue = 2023-03-02', r"\[a\] is 2023-03-02; write"),
+        ("[a", "is not valid TOML"),
+        ('[a]\nplace = "x"\nvalue = "1"\n[a]', "is not valid TOML"),
+        (b"[a]\nplace = '\xff'\nvalue = '1'", "is not valid TOML"),
+        (f'[a]\nplace = "x"\nvalue = {"9" * 5000}', "is not valid TOML"),
+        ('[a]\nplace = "x"\nvalue = 1e99999999999999999999', r"is not valid TOML|write a printed number"),
+    ],
+)
+def test_what_is_no_printed_data_is_refused_by_file_and_entry(tmp_path: Path, text: str | bytes, message: str) -> None:
+    with pytest.raises(AuditError, match=message) as caught:
+        read(tmp_path, text)
+    assert str(tmp_path / "printed.toml") in str(caught.value)
+
+
+def test_a_module_reads_the_file_beside_it(tmp_path: Path) -> None:
+    read(tmp_path, GOOD)
+    assert read_printed(str(tmp_path / "printed.py"))["period"] == "0.20"
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(AuditError, match=r"printed.toml cannot be read: No such file"):
+        read_printed(tmp_path / "printed.toml")

@@ -1,0 +1,253 @@
+"""Papers as they are declared: claims on their answers, parts in order, short names inside and full ones outside."""
+
+from __future__ import annotations
+
+import inspect
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from replication.audit.data import PrintedValue
+from replication.audit.declare import Part, below, experiment, paper, positive
+from replication.audit.judge.validate import validate_claims
+from replication.audit.model import (
+    CommonLevel,
+    Erratum,
+    Evidence,
+    Figure,
+    FigureData,
+    Kind,
+    Paper,
+    Proof,
+    Reading,
+    Results,
+    Sensitivity,
+    Table,
+    Verdict,
+)
+from replication.audit.store.sources import SourceTree
+from replication.errors import AuditError
+
+ABOUT: dict[str, Any] = {
+    "key": "toy", "title": "T", "authors": ("A",), "year": None, "venue": "", "doi": "", "summary": "", "bibtex": "",
+}  # fmt: skip
+PRINTED = PrintedValue("1.14", "Table 1, column (2,1)", "s")
+
+
+def compute(base: float) -> float:
+    return base
+
+
+def answer(results: Results) -> Evidence:
+    """The optimal level
+    for both sensors.
+    """
+    return Evidence(method="read", value=results["motor"])
+
+
+def level(name: str, results: Results) -> Evidence:
+    return Evidence(method="read", value=results[name])
+
+
+def proof(results: Results) -> Proof:
+    return Proof(holds=results["motor"] > 0, text=", ".join(results))
+
+
+def drawn(results: Results) -> FigureData:
+    return FigureData(columns={"x": (results["motor"],)})
+
+
+def levels(results: Results) -> tuple[Sensitivity, ...]:
+    row = {"claim": "table1.n21", "parameter": "A", "printed": "1", "base": results["motor"], "low": None, "high": 1.0}
+    return (Sensitivity(**row),)
+
+
+def common(results: Results) -> tuple[CommonLevel, ...]:
+    return (CommonLevel(sensor="slow", multiple=1, lower=0.0, upper=results["motor"], measure="gain"),)
+
+
+def sample() -> Paper:
+    table, motor = Part("Table 1", figures="levels", also="motor.speed"), Part("Sec. V")
+    table.value("table1.n21", PRINTED, uses="motor", pinned="differs", erratum="slip")(answer)
+    motor.order("motor.speed", place="Sec. V", statement="It turns.", uses=("motor", "other"))(partial(level, "motor"))
+    motor.cited("motor.seconds", "3", place="Sec. V", statement="It takes 3 s.", reason="of that computer")
+    figure = Figure(
+        name="levels", place="Fig. 1", title="L", caption="", published=True, uses=("motor",), data=drawn,
+        plot=repr, alt=repr,
+    )  # fmt: skip
+    return paper(
+        **ABOUT,
+        parts=[table, motor, Part("Sec. VI", reason="a conclusion")],
+        experiments=[experiment("motor", compute, base=PRINTED), experiment("other", compute, base=2)],
+        errata=[Erratum(id="slip", place="p", printed="a", meant="b", prove=proof, uses=("motor",))],
+        figures=[figure],
+        tables=[Table(place="Table 1", caption="", header=("n",), rows=((PRINTED, "claim:table1.n21"),))],
+        findings=lambda results: tuple(sorted(results)),
+        sensitivity=levels,
+        common=common,
+    )
+
+
+RESULTS = {"toy.motor": 2.0, "toy.other": 3.0, "another.motor": 9.0}
+
+
+def test_names_are_in_full_outside() -> None:
+    made = sample()
+    validate_claims([made])
+    assert [claim.id for claim in made.claims] == ["toy.table1.n21", "toy.motor.speed", "toy.motor.seconds"]
+    assert [claim.uses for claim in made.claims] == [("toy.motor",), ("toy.motor", "toy.other"), ()]
+    assert [claim.erratum for claim in made.claims] == ["toy.slip", None, None]
+    assert [entry.name for entry in made.experiments] == ["toy.motor", "toy.other"]
+    assert (made.errata[0].id, made.errata[0].uses) == ("toy.slip", ("toy.motor",))
+    assert (made.figures[0].name, made.figures[0].uses) == ("toy-levels", ("toy.motor",))
+    assert made.tables[0].rows == (("1.14", "claim:toy.table1.n21"),)
+    assert type(made.tables[0].rows[0][0]) is str
+
+
+def test_the_scope_is_the_parts_in_their_order() -> None:
+    assert [(item.part, item.claims, item.figures, item.reason) for item in sample().scope] == [
+        ("Table 1", ("toy.table1.n21", "toy.motor.speed"), ("toy-levels",), ""),
+        ("Sec. V", ("toy.motor.speed", "toy.motor.seconds"), (), ""),
+        ("Sec. VI", (), (), "a conclusion"),
+    ]
+
+
+def test_functions_see_the_results_of_their_paper_under_short_names() -> None:
+    made = sample()
+    assert [claim.answer(RESULTS).value for claim in made.claims] == [2.0, 2.0, None]
+    assert made.claims[2].answer({}).not_checkable == "of that computer"
+    assert made.errata[0].prove(RESULTS).text == "motor, other"
+    assert made.figures[0].data(RESULTS).columns == {"x": (2.0,)}
+    assert made.findings(RESULTS) == ("motor", "other")
+    assert [(row.claim, row.base) for row in made.sensitivity(RESULTS)] == [("toy.table1.n21", 2.0)]
+    assert made.common(RESULTS)[0].upper == 2.0
+
+
+def test_results_under_short_names_are_a_mapping() -> None:
+    seen: list[Results] = []
+
+    def look(results: Results) -> tuple[str, ...]:
+        seen.append(results)
+        return ()
+
+    paper(**ABOUT, parts=(), experiments=(), findings=look).findings(RESULTS)
+    assert dict(seen[0]) == {"motor": 2.0, "other": 3.0} and len(seen[0]) == 2 and "another.motor" not in seen[0]
+    with pytest.raises(KeyError, match=r"toy\.speed"):
+        seen[0]["speed"]
+
+
+def test_a_paper_without_findings_has_none() -> None:
+    made = paper(**ABOUT, parts=(), experiments=())
+    assert (made.findings({}), made.sensitivity({}), made.common({})) == ((), (), ())
+
+
+@pytest.mark.parametrize(
+    ("kind", "verdict"),
+    [
+        (Kind.VALUE, Verdict.REPRODUCED),
+        (Kind.MATRIX, Verdict.REPRODUCED),
+        (Kind.BOUND, Verdict.REPRODUCED),
+        (Kind.ORDER, Verdict.CONSISTENT),
+        (Kind.FEASIBLE, Verdict.CONSISTENT),
+        (Kind.STATISTICAL, Verdict.CONSISTENT),
+    ],
+)
+def test_each_kind_is_a_method_and_pins_agreement(kind: Kind, verdict: Verdict) -> None:
+    part = Part("p")
+    assert getattr(part, kind)("a.b", PRINTED)(answer) is answer
+    (claim,) = part.claims
+    assert (claim.kind, claim.expected, claim.printed, claim.place) == (kind, verdict, "1.14", PRINTED.place)
+    assert type(claim.printed) is str
+
+
+def test_what_cannot_be_settled_is_pinned_so() -> None:
+    (claim,) = [claim for claim in sample().claims if claim.kind is Kind.CITED]
+    assert (claim.expected, claim.printed) == (Verdict.NOT_CHECKABLE, "3")
+
+
+def test_the_statement_is_the_docstring_in_one_line_unless_given() -> None:
+    part = Part("p")
+    part.value("a", PRINTED)(answer)
+    part.value("b", PRINTED, statement="Given.", place="Sec. 2")(partial(partial(level), "motor"))
+    assert [claim.statement for claim in part.claims] == ["The optimal level for both sensors.", "Given."]
+    assert part.claims[1].place == "Sec. 2"
+
+
+def test_a_claim_rests_on_the_reading_of_its_part_unless_it_names_its_own() -> None:
+    part = Part("p", reading="start")
+    part.value("a", PRINTED)(answer)
+    part.value("b", PRINTED, reading="norm")(answer)
+    made = paper(**ABOUT, parts=[part], experiments=(), readings=(Reading(name="start", place="p", text="at rest"),))
+    assert [claim.reading for claim in made.claims] == ["start", "norm"]
+    assert [reading.name for reading in made.readings] == ["start"]
+
+
+@pytest.mark.parametrize(
+    ("told", "function", "message"),
+    [
+        ({"printed": "1.14"}, answer, r"claim 'a\.b' has no place; give place="),
+        ({"printed": PrintedValue("1.14")}, answer, r"claim 'a\.b' has no place"),
+        ({"printed": PRINTED}, partial(level, "motor"), r"claim 'a\.b' has no statement; give statement="),
+        ({"printed": PRINTED}, lambda results: Evidence(method=""), r"claim 'a\.b' has no statement"),
+        ({"printed": PRINTED, "pinned": "agrees"}, answer, r"claim 'a\.b' pins 'agrees', .* there are 'reproduced', "),
+    ],
+)
+def test_a_claim_that_says_too_little_is_refused(told: dict[str, Any], function: Any, message: str) -> None:
+    part = Part("p")
+    with pytest.raises(AuditError, match=message):
+        part.value("a.b", **told)(function)
+    assert part.claims == []
+
+
+def test_a_citation_says_what_and_where() -> None:
+    with pytest.raises(AuditError, match=r"claim 'a\.b' has no statement"):
+        Part("p").cited("a.b", PRINTED, reason="of that computer")
+
+
+@pytest.mark.parametrize("name", ["toy.level", "toy."])
+def test_a_name_with_the_key_in_front_is_refused(name: str) -> None:
+    claims, uses = Part("p"), Part("p")
+    claims.value(name, PRINTED)(answer)
+    uses.value("a.b", PRINTED, uses=name)(answer)
+    for told in (
+        {"parts": [claims]},
+        {"parts": [uses]},
+        {"parts": [Part("p", also=name)]},
+        {"experiments": [experiment(name, compute, base=1)]},
+        {"tables": [Table(place="p", caption="", header=(), rows=((f"claim:{name}",),))]},
+    ):
+        with pytest.raises(AuditError, match=r"begins with the key of its paper; leave 'toy\.' out"):
+            paper(**{**ABOUT, "parts": (), "experiments": (), **told})
+    with pytest.raises(AuditError, match=r"leave 'toy-' out"):
+        paper(**ABOUT, parts=[Part("p", figures="toy-levels")], experiments=())
+
+
+def test_inputs_of_an_experiment_are_plain() -> None:
+    inputs = experiment("motor", compute, plant={"A": PRINTED}, rows=[PRINTED, [1]], pair=(PRINTED, 2.5)).inputs
+    assert inputs == {"plant": {"A": "1.14"}, "rows": ["1.14", [1]], "pair": ("1.14", 2.5)}
+    assert {type(text) for text in (inputs["plant"]["A"], inputs["rows"][0], inputs["pair"][0])} == {str}
+
+
+def test_code_is_located_where_the_paper_defines_it() -> None:
+    tree = SourceTree({"tests": Path(__file__).parents[1]})
+    made = sample()
+
+    def line(function: Any) -> str:
+        return f"tests/audit/test_declare.py:{inspect.getsourcelines(function)[1]}"
+
+    located = [tree.location(claim.answer) for claim in made.claims[:2]]
+    assert located == [line(answer), line(level)]
+    assert tree.location(made.errata[0].prove) == line(proof)
+    assert tree.location(made.figures[0].data) == line(drawn)
+
+
+def test_evidence_of_a_margin_and_of_a_residual() -> None:
+    for margin in (0.5, 0.0, -1.0):
+        evidence = positive(margin, method="counted")
+        assert (evidence.holds, evidence.margin, evidence.threshold) == (margin > 0, margin, None)
+    for residual, holds in ((0.25, True), (1.0, False), (2.0, False)):
+        evidence = below(residual, 1.0, "rounding", method="counted", note="n")
+        assert (evidence.holds, evidence.margin, evidence.threshold) == (holds, 1.0 - residual, 1.0)
+        assert (evidence.threshold_reason, evidence.note) == ("rounding", "n")
