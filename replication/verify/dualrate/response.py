@@ -96,29 +96,19 @@ def steady_passage(loop: Loop, observer: Observer, s: acb) -> Passage:
     )
 
 
-def motion(loop: Loop, s: acb, scales: Sequence[fmpq]) -> Motion:
-    """The motion of x, the held input and the reference within a fast period."""
-    n = loop.order
-    A, B = loop.A.tolist(), loop.B.tolist()
-    zero = acb(0)
-    N = [[*map(acb, A[i]), *map(acb, B[i]), zero] for i in range(n)] + [[zero] * (n + 2), [*[zero] * (n + 1), s]]
-    return Motion(N=acb_mat(N), row=acb_mat([[*loop.C.entries(), 0, -1]]), scales=scales)
-
-
-def starts(loop: Loop, passage: Passage, s: acb) -> list[acb_mat]:
-    """v = (x, u, w) at each phase."""
-    return [
-        acb_mat([*x.tolist(), *u.tolist(), [turn(s, k * loop.T)]])
-        for k, (x, u) in enumerate(zip(passage.states, passage.inputs, strict=True))
-    ]
-
-
 def steady_motion(loop: Loop, observer: Observer, sigma: fmpq, scales: Sequence[fmpq]) -> tuple[Motion, list[acb_mat]]:
     """The motion within a fast period and v at each phase, with y_d = sin σt; refused unless the loop is stable."""
     require_position_form(loop)
     require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
-    s = acb(0, arb(sigma))
-    return motion(loop, s, scales), starts(loop, steady_passage(loop, observer, s), s)
+    n, s, zero = loop.order, acb(0, arb(sigma)), acb(0)
+    rows = [[*map(acb, A), *map(acb, B), zero] for A, B in zip(loop.A.tolist(), loop.B.tolist(), strict=True)]
+    N = acb_mat([*rows, [zero] * (n + 2), [*[zero] * (n + 1), s]])
+    passage = steady_passage(loop, observer, s)
+    begun = [
+        acb_mat([*x.tolist(), *u.tolist(), [turn(s, k * loop.T)]])
+        for k, (x, u) in enumerate(zip(passage.states, passage.inputs, strict=True))
+    ]
+    return Motion(N=N, row=acb_mat([[*loop.C.entries(), 0, -1]]), scales=scales), begun
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -16,20 +16,8 @@ from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 from replication.verify.algebra.balls import complex_of, energy, require_positive_definite
 from replication.verify.algebra.linear import block, identity, solved, zeros
 from replication.verify.algebra.linear import require_positive_definite as require_definite
-from replication.verify.nonuniform.system import (
-    Case,
-    Ends,
-    Plant,
-    Time,
-    along,
-    chord_remainder,
-    error_output,
-    error_step,
-    require_stable,
-    seconds,
-    step_at,
-    widened,
-)
+from replication.verify.nonuniform import system
+from replication.verify.nonuniform.system import Case, Ends, Plant, Time
 from replication.verify.reading import MAX_ENTRIES, fields, integer, rational, sequence, sized, symmetric
 from replication.verify.theorem import Refused, require
 
@@ -99,7 +87,7 @@ class _Inequality:
 
     def __init__(self, plant: Plant, case: Case, level: fmpq, P: list[arb_mat]) -> None:
         self.plant, self.case, self.P = plant, case, P
-        output = error_output(plant, case.filter)
+        output = system.error_output(plant, case.filter)
         states, inputs = output.ncols(), plant.B.ncols()
         demanded = -(output.transpose() * output)
         supplied = identity(inputs) * level**2
@@ -113,10 +101,11 @@ class _Inequality:
         It is concave in M and w together (P_d > 0), so that it need hold only at both ends of a chord, each with the
         remainder of the chord as the radius of a ball.
         """
-        start, stop = (seconds(along(*self.case.ends, share)) for share in (a, b))
-        rest = chord_remainder(self.plant, start, stop - start)
+        start, stop = (system.seconds(system.along(*self.case.ends, share)) for share in (a, b))
+        rest = system.chord_remainder(self.plant, start, stop - start)
         corners = [
-            (error_step(self.plant, self.case.filter, widened(step_at(self.plant, h), rest)), h) for h in (start, stop)
+            (system.error_step(self.plant, self.case.filter, system.widened(system.step_at(self.plant, h), rest)), h)
+            for h in (start, stop)
         ]
         return [pair for pair in transitions if not all(self._holds(pair, M, h) for M, h in corners)]
 
@@ -138,7 +127,7 @@ def read_pattern(value: Any, path: str, ends: Ends) -> list[Time]:
         require(isinstance(pair, list) and len(pair) == 2, f"{path} must be [share, samples]")
         share = rational(pair[0], path)
         require(0 <= share <= 1, f"{path} must lie between the ends: a share from 0 to 1")
-        return along(*ends, share), integer(pair[1], path, 1)
+        return system.along(*ends, share), integer(pair[1], path, 1)
 
     runs = sequence(value, path, run)
     samples = sum(count for _, count in runs)
@@ -159,19 +148,22 @@ def require_attained(plant: Plant, case: Case, level: fmpq, pattern: list[Time],
     the stable error system tends to a motion with x_p = z x_0, whose ratio of sum |e|^2 to sum |w|^2 over a pattern is
     what the ratio over N patterns tends to as N grows; the real or the imaginary part of w attains at least as much.
     """
-    require_stable(plant, case.filter)
+    system.require_stable(plant, case.filter)
     inputs, states = plant.B.ncols(), plant.A.nrows() + case.filter.A.nrows()
-    steps = {time: acb_mat(error_step(plant, case.filter, step_at(plant, seconds(time)))) for time in set(pattern)}
+    steps = {
+        time: acb_mat(system.error_step(plant, case.filter, system.step_at(plant, system.seconds(time))))
+        for time in set(pattern)
+    }
     through, forced = acb_mat(identity(states)), acb_mat(zeros(states, 1))
     frame = acb_mat(block([[identity(states)], [zeros(inputs, states)]]))
     for time, drive in zip(pattern, w, strict=True):
         through = steps[time] * frame * through
         forced = _advance(steps[time], forced, drive)
     x = solved(acb_mat(identity(states)) * z - through, forced, "zI - A is not proved invertible")
-    output = acb_mat(error_output(plant, case.filter))
+    output = acb_mat(system.error_output(plant, case.filter))
     seen, supplied = arb(0), arb(0)
     for time, drive in zip(pattern, w, strict=True):
-        share = seconds(time) if case.weight == "duration" else arb(1)
+        share = system.seconds(time) if case.weight == "duration" else arb(1)
         seen += energy(output * x) * share
         supplied += energy(drive) * share
         x = _advance(steps[time], x, drive)
