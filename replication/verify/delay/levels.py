@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from flint import acb, acb_mat, arb, fmpq
+from flint import acb, fmpq
 
-from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
+from replication.verify.delay.hidden import Hidden, characteristic, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, on_plant
 from replication.verify.delay.sos import Proof, read_proof, require_level
 from replication.verify.reading import integer, positive, rational, several, sized
@@ -54,20 +54,8 @@ def unstable(plant: DelayPlant, left: fmpq, right: fmpq) -> None:
     det M(s) changes its sign between two positive s, so that it has a positive real root.
     """
     require(left < right, "witness.left must be below witness.right")
-    ends = [_characteristic(plant, point) for point in (left, right)]
+    ends = [characteristic(plant, acb(point)).det().real for point in (left, right)]
     require(bool(ends[0] * ends[1] < 0), "det M does not change its sign between the two points")
-
-
-def _characteristic(plant: DelayPlant, point: fmpq) -> arb:
-    """det(s I - A0 - sum A_i exp(-s tau_i)) at a real s."""
-    n = plant.states
-    matrix_at = [[acb(int(i == j)) * arb(point) - arb(plant.A0[i, j]) for j in range(n)] for i in range(n)]
-    for k, delay in enumerate(plant.delays):
-        decay = (-arb(point) * arb(delay)).exp()
-        for i in range(n):
-            for j in range(n):
-                matrix_at[i][j] -= arb(plant.late[i, k * n + j]) * decay
-    return acb_mat(matrix_at).det().real
 
 
 @statement("delay.not-unstable", parameters={"eigenvalues": sized(several, rational)}, holds=False)
