@@ -116,10 +116,14 @@ def statement(
 
 
 def collected(*families: ModuleType) -> dict[str, Statement]:
-    """The statements that the modules of these families declare, by name."""
+    """The statements that the modules of these families declare, by name; raises ValueError if two have the same."""
     modules = [part for family in families for part in vars(family).values() if isinstance(part, ModuleType)]
     declared = [value for module in modules for value in vars(module).values() if isinstance(value, Statement)]
-    return {found.name: found for found in declared}
+    found: dict[str, Statement] = {}
+    for one in declared:
+        if found.setdefault(one.name, one) is not one:
+            raise ValueError(f"two statements are named {one.name}")
+    return found
 
 
 class _Words(Formatter):

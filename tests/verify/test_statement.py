@@ -125,6 +125,9 @@ def test_statements_are_collected_from_the_modules_of_a_family() -> None:
     vars(part).update(of_size=of_size, other=positive)
     vars(family).update(part=part, stray=statement("test.stray")(lambda_with_words))
     assert collected(family) == {"test.sized": of_size}
+    vars(part).update(twin=statement("test.sized")(lambda_with_words))
+    with pytest.raises(ValueError, match=r"two statements are named test\.sized"):
+        collected(family)
 
 
 def lambda_with_words() -> None:

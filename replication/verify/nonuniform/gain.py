@@ -83,7 +83,7 @@ def require_everywhere(fails: Fails, a: fmpq, b: fmpq, transitions: list[Pair], 
 
 
 class _Inequality:
-    """The inequality of `lyapunov_level` on pieces of the range."""
+    """The inequality of `require_level` on pieces of the range."""
 
     def __init__(self, plant: Plant, case: Case, level: fmpq, P: list[arb_mat]) -> None:
         self.plant, self.case, self.P = plant, case, P
