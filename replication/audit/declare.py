@@ -81,6 +81,7 @@ class Part:
         tolerance: str | None = None,
         tolerance_reason: str = "",
         reading: str = "",
+        repeats: str = "",
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
 
@@ -110,6 +111,7 @@ class Part:
                     tolerance_reason=tolerance_reason,
                     erratum=erratum,
                     reading=reading or self.reading,
+                    repeats=repeats,
                 )
             )
             return answer
@@ -198,6 +200,7 @@ def paper(
                 uses=full(claim.uses),
                 answer=own(claim.answer),
                 erratum=None if claim.erratum is None else one(claim.erratum),
+                repeats=claim.repeats and one(claim.repeats),
             )
             for part in parts
             for claim in part.claims

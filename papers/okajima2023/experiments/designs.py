@@ -11,6 +11,7 @@ from papers.okajima2023.experiments.problem import Json, Matrix, bracket_json, b
 from papers.okajima2023.method.lmi import cyclic_size, lmi_analysis, lmi_design, theorem2_size
 from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
 from replication.audit.judge.perturb import Parameters, spread
+from replication.errors import InfeasibleError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
 from replication.estimation.multirate.problem import MultirateProblem
@@ -52,14 +53,37 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
     }
 
 
-def constant_matrix(plant: dict[str, Matrix], periods: list[int], offsets: list[int]) -> Json:
-    """Level of Theorem 2 if all P_k must be one matrix, beside the level with P_k of their own."""
+def constant_matrix(
+    plant: dict[str, Matrix], periods: list[int], offsets: list[int], analysed: Mapping[str, Json]
+) -> Json:
+    """Levels if all P_k must be one matrix, beside those with P_k of their own.
+
+    Theorem 1 for the gains of each entry of `analysed` (periods, offsets, sensors, gains), None where one P does not
+    exist, with the largest spectral radius of any A_ek alone; and one design by Theorem 2.
+    """
     problem = build(plant, periods, offsets, list(range(len(plant["C"]))))
     constant, periodic = lmi_design(problem, one_matrix=True), lmi_design(problem)
+    analyses: Json = {}
+    for name, case in analysed.items():
+        seen, gains = build(plant, case["periods"], case["offsets"], case["sensors"]), np.array(case["gains"])
+        own = lmi_analysis(seen, gains, accept=INACCURATE)
+        try:
+            one = lmi_analysis(seen, gains, one_matrix=True, accept=INACCURATE)
+        except InfeasibleError:
+            one = None
+        system = seen.error_system(gains)
+        analyses[name] = {
+            "constant": None if one is None else one.level,
+            "periodic": own.level,
+            # One P for all instants makes each A_ek alone stable.
+            "largest_radius": float(max(np.abs(np.linalg.eigvals(stage.A)).max() for stage in system.stages)),
+            "solvers": [found.report.to_dict() for found in (one, own) if found is not None],
+        }
     return {
         "constant": constant.level,
         "norm_constant": l2_gain(problem.error_system(constant.gains)).value,
         "periodic": periodic.level,
+        "analyses": analyses,
         "solvers": [constant.report.to_dict(), periodic.report.to_dict()],
     }
 
