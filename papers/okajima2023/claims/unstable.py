@@ -138,7 +138,7 @@ def gains_near_optimal(results: Results) -> Evidence:
             method="Stability of A_e with A and C as printed, without which the gains have no finite level.",
         ),
         note=(
-            "The text prints no level for this plant; with the plant as printed the gains have none. B_d and D were chosen to make this excess least among those "
+            "The text prints no level for this plant. B_d and D were chosen to make this excess least among those "
             "tried, so it bears the choice out and does not test it; only their ratio is identifiable, up to a sign."
         ),
     )

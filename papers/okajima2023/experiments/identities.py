@@ -125,14 +125,14 @@ def summation(
     rng, stages, n = np.random.default_rng(seed), problem.error_system(L).stages, problem.plant.order
     rows = []
     for _ in range(draws):
-        e: Any = np.zeros(n)
+        e = np.zeros(n)
         summed, size, energy, output = 0.0, 0.0, 0.0, 0.0
         for k in range(last + 1):
-            noise = rng.normal(size=stages[k % N].B.shape[1])
+            noise = rng.normal(size=(stages[k % N].B.shape[1],))
             xi, z = np.concatenate([e, noise]), stages[k % N].C @ e
-            summed, size = summed + float(xi @ theta[k % N] @ xi), size + xi @ xi
-            energy, output = energy + noise @ noise, output + z @ z
-            e = stages[k % N].A @ e + stages[k % N].B @ noise
+            summed, size = summed + float(xi @ theta[k % N] @ xi), size + float(xi @ xi)
+            energy, output = energy + float(noise @ noise), output + float(z @ z)
+            e = np.asarray(stages[k % N].A @ e + stages[k % N].B @ noise)
         stored = e @ P[last % N] @ e
         left = -stored + level**2 * energy - output
         steps = abs(left - summed), left - epsilon * size, (level**2 - epsilon) * energy - output - stored, output
