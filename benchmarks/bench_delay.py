@@ -27,9 +27,11 @@ from typing import Any
 
 import cvxpy
 
-from papers.peet2019 import data, scaling
-from papers.peet2019.claims.cost import FROM_PRODUCT, exponent, published
-from papers.peet2019.measured import PLAIN, RECORD, Cell, recorded
+from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
+from papers.peet2019.experiments import scaling
+from papers.peet2019.experiments.measured import PLAIN, RECORD, Cell, recorded
+from papers.peet2019.printed import DELAY_COUNTS, STATES, published
+from papers.peet2019.printed import seconds as printed_seconds
 from replication.estimation.conic.sdpa import Program
 from replication.estimation.delay import DegreeRule
 
@@ -144,7 +146,12 @@ def table(cells: list[Cell]) -> str:
     for c in cells:
         fields = (
             *(str(c.states), str(c.delays), _text(c.equalities, "d"), f"{c.seconds:.2f}", _text(c.cpu_seconds, ".2f")),
-            *(data.seconds(c.states, c.delays), _text(c.peak, ".2f"), _text(c.gamma, ".2e"), _text(c.residual, ".0e")),
+            *(
+                printed_seconds(c.states, c.delays),
+                _text(c.peak, ".2f"),
+                _text(c.gamma, ".2e"),
+                _text(c.residual, ".0e"),
+            ),
             *(c.outcome, str(c.threads), f"{c.load:.1f}"),
         )
         lines.append(f"| {' | '.join(fields)} |")
@@ -158,7 +165,7 @@ def growth(cells: list[Cell]) -> str:
         return f"No exponent of growth: fewer than two products n·K ≥ {FROM_PRODUCT} are solved.\n"
     cpu = exponent([(c.product, c.cpu_seconds) for c in chosen if c.cpu_seconds is not None])
     clock = exponent([(c.product, c.seconds) for c in chosen])
-    printed = exponent([(c.product, float(data.seconds(c.states, c.delays))) for c in chosen])
+    printed = exponent([(c.product, float(printed_seconds(c.states, c.delays))) for c in chosen])
     return (
         f"Exponent of growth in n·K over the {len(chosen)} solved cells with n·K ≥ {FROM_PRODUCT}: {cpu:.2f} in CPU"
         f" seconds, {clock:.2f} by the clock; {printed:.2f} in the published seconds of the same cells.\n"
@@ -173,7 +180,7 @@ def total_seconds(cells: list[Cell]) -> str:
 
 
 def _published(cells: list[Cell]) -> list[Cell]:
-    return [cell for cell in cells if data.seconds(cell.states, cell.delays) != "N/A"]
+    return [cell for cell in cells if printed_seconds(cell.states, cell.delays) != "N/A"]
 
 
 def comparison(cells: list[Cell]) -> str:
@@ -215,8 +222,8 @@ def page(cells: list[Cell]) -> str:
 
 def cells_of(cone: str, largest: int) -> list[tuple[int, int]]:
     """The cells (n, K) of Table I up to a product, smallest first; the small cone also takes the one left out there."""
-    cells = [(n, k) for k in data.DELAY_COUNTS for n in data.STATES if n * k <= largest]
-    chosen = [(n, k) for n, k in cells if cone == DegreeRule.BESSEL or data.seconds(n, k) != "N/A"]
+    cells = [(n, k) for k in DELAY_COUNTS for n in STATES if n * k <= largest]
+    chosen = [(n, k) for n, k in cells if cone == DegreeRule.BESSEL or printed_seconds(n, k) != "N/A"]
     return sorted(chosen, key=lambda cell: (cell[0] * cell[1], cell[0]))
 
 
@@ -239,7 +246,7 @@ def main() -> None:
     chosen = parser.add_mutually_exclusive_group(required=True)
     chosen.add_argument("--full", choices=CONES, help="every cell by one of the cones, resumable")
     chosen.add_argument("--cell", nargs=3, metavar=("CONE", "n", "K"), help="one cell, printed as JSON")
-    parser.add_argument("--largest", type=int, default=data.STATES[-1] * data.DELAY_COUNTS[-1], help="largest n·K")
+    parser.add_argument("--largest", type=int, default=STATES[-1] * DELAY_COUNTS[-1], help="largest n·K")
     parser.add_argument("--threads", type=int, default=1, help="threads of SDPA")
     asked = parser.parse_args()
     if asked.cell:

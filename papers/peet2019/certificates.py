@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.peet2019.scaling import SMALL_LEVEL
+from papers.peet2019.experiments.scaling import SMALL_LEVEL
 from replication.certify.delay import dual as delay_dual
 from replication.certify.delay import levels as delay
 from replication.certify.delay import pade as delay_pade

@@ -2,42 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 
-from papers.peet2019 import data, names
 from papers.peet2019.claims.theory import ROUNDING
-from papers.peet2019.data import KEY
+from papers.peet2019.printed import DATA, EXAMPLES
 from replication.audit.model import Erratum, Proof, Results
 
 WRONG = 1.0
 """A residual at least this large, with data of size one, is no rounding."""
 
 
-def terms(*misprints: str) -> Callable[[Results], Proof]:
-    """A proof: the identity of Sec. VI fails with these terms as printed and holds with all of them corrected."""
-
-    def residuals(results: Results) -> Proof:
-        found = results[names.IDENTITIES]
-        corrected = found["theorem_3"]["none"]["largest"]
-        printed = {name: found["theorem_3"][name]["median"] for name in misprints}
-        return Proof(
-            holds=corrected <= ROUNDING and all(value >= WRONG for value in printed.values()),
-            text=(
-                f"{found['trials']} random cases with delays {found['delays']}: both sides of the identity of Sec. VI "
-                "agree to rounding when corrected, and do not when these terms alone are left as printed."
-            ),
-            quantities={
-                "largest residual, corrected": corrected,
-                **{f"median residual, {name} as printed": value for name, value in printed.items()},
-            },
-        )
-
-    return residuals
+def terms(misprints: tuple[str, ...], results: Results) -> Proof:
+    """The identity of Sec. VI fails with these terms as printed and holds with all of them corrected."""
+    found = results["identities"]
+    corrected = found["theorem_3"]["none"]["largest"]
+    printed = {name: found["theorem_3"][name]["median"] for name in misprints}
+    return Proof(
+        holds=corrected <= ROUNDING and all(value >= WRONG for value in printed.values()),
+        text=(
+            f"{found['trials']} random cases with delays {found['delays']}: both sides of the identity of Sec. VI "
+            "agree to rounding when corrected, and do not when these terms alone are left as printed."
+        ),
+        quantities={
+            "largest residual, corrected": corrected,
+            **{f"median residual, {name} as printed": value for name, value in printed.items()},
+        },
+    )
 
 
 def theorem_4(results: Results) -> Proof:
     """P̂P against the identity, with the factors as printed and corrected."""
-    found = results[names.INVERSION]
+    found = results["inversion"]
     quantities = {
         f"{part}, {reading}": found[part][reading]["largest" if reading == "corrected" else "median"]
         for part in ("theorem_4", "lemma_5")
@@ -53,8 +48,8 @@ def theorem_4(results: Results) -> Proof:
 
 def caption(results: Results) -> Proof:
     """The caption of Fig. 1 against the two systems' gains."""
-    level = float(data.FIGURE_LEVEL)
-    gains = {example: results[names.sos(example, 3)]["tensor"]["gamma"] for example in ("2", "3")}
+    level = float(DATA["figure-level"])
+    gains = {example: results[f"sos.ex{example}.d3"]["tensor"]["gamma"] for example in ("2", "3")}
     return Proof(
         holds=abs(gains["2"] - level) < 0.005 < abs(gains["3"] - level),
         text="The level in the caption, one delay of 1 s, is that of System (11); System (12) has two delays.",
@@ -64,7 +59,7 @@ def caption(results: Results) -> Proof:
 
 def dimensions(results: Results) -> Proof:
     """Row counts of C_10 and of e_0 in the examples."""
-    sizes = {example: (len(plant["c10"][0]), len(plant["c2"])) for example, plant in data.EXAMPLES.items()}
+    sizes = {example: (len(plant["c10"][0]), len(plant["c2"])) for example, plant in EXAMPLES.items()}
     return Proof(
         holds=all(columns != rows for columns, rows in sizes.values()),
         text="C_10 has n columns, e_0 = C_2x̂ - y has q rows; n ≠ q in Examples 1-3, so C_10e_0 does not exist.",
@@ -78,56 +73,56 @@ def dimensions(results: Results) -> Proof:
 
 ERRATA: tuple[Erratum, ...] = (
     Erratum(
-        id=f"{KEY}.theorem-3-signs",
+        id="theorem-3-signs",
         place="Theorem 3, D and F_i; proof, D_1 and F_1i",
         printed="Diagonal blocks S_i(-τ_i) of D, and +dS_i/ds in F_i",
         meant="-S_i(-τ_i), and -dS_i/ds",
-        prove=terms("d-sign", "f-sign"),
-        uses=(names.IDENTITIES,),
+        prove=partial(terms, ("d-sign", "f-sign")),
+        uses=("identities",),
     ),
     Erratum(
-        id=f"{KEY}.theorem-3-transposes",
+        id="theorem-3-transposes",
         place="Theorem 3, E_i, Φ_0i and Φ_ji",
         printed="E_i = [-Φ_wi 0 Φ_0i .. Φ_Ki]ᵀ with Z_4i C_2 + C_2ᵀZ_3iᵀ in Φ_0i and Z_5ij C_2 in Φ_ji",
         meant="Blocks stacked without the outer transpose: -BᵀQ_i, 0, then Φ with Z_3i C_2 + C_2ᵀZ_4iᵀ and C_2ᵀZ_5ijᵀ",
-        prove=terms("e-transposes"),
-        uses=(names.IDENTITIES,),
+        prove=partial(terms, ("e-transposes",)),
+        uses=("identities",),
     ),
     Erratum(
-        id=f"{KEY}.eq-10-factor",
+        id="eq-10-factor",
         place="Eq. (10)",
         printed="z_i(s) in the second row; the proof of Theorem 3 has τ_K g_i(s); G_2ij in the proof lacks τ_K",
         meant="The second row is τ_K times the printed one, and G_2ij carries τ_K as in Theorem 3",
-        prove=terms("eq10-factor"),
-        uses=(names.IDENTITIES,),
+        prove=partial(terms, ("eq10-factor",)),
+        uses=("identities",),
     ),
     Erratum(
-        id=f"{KEY}.proof-square",
+        id="proof-square",
         place="Sec. VI, the identity, three times",
         printed="+‖C_1e‖²/γ, beside a form in h that holds v",
         meant="-γ‖v‖² + 2⟨v, C_1e⟩, which equals it only after v = C_1e/γ is put in; v ∈ R^p",
-        prove=terms("theorem-1-sign"),
-        uses=(names.IDENTITIES,),
+        prove=partial(terms, ("theorem-1-sign",)),
+        uses=("identities",),
     ),
     Erratum(
-        id=f"{KEY}.theorem-4-factors",
+        id="theorem-4-factors",
         place="Theorem 4",
         printed="Inverse {P̂, Q̂/τ_K, Ŝ/τ_K, R̂/τ_K} with Γ in Ĥ and Γ̂",
         meant="Ŝ/τ_K², and Γ/τ_K for Γ; Lemma 5 then holds with the corrected (10)",
         prove=theorem_4,
-        uses=(names.INVERSION,),
+        uses=("inversion",),
     ),
     Erratum(
-        id=f"{KEY}.figure-1-caption",
+        id="figure-1-caption",
         place="Fig. 1, caption",
         printed="System 12",
         meant="System (11)",
         prove=caption,
-        uses=(names.sos("2", 3), names.sos("3", 3)),
+        uses=("sos.ex2.d3", "sos.ex3.d3"),
         inference=True,
     ),
     Erratum(
-        id=f"{KEY}.eq-2-dimensions",
+        id="eq-2-dimensions",
         place="Eq. (2), last line",
         printed="z_e = C_10 e_0 + ΣC_1i e_i(t - τ_i), with e_0 = C_2x̂ - y",
         meant="z_e = C_10(x̂ - x) + ΣC_1i(φ̂_i(·, -τ_i) - x(t - τ_i)), as in Sec. III",

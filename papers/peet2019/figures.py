@@ -2,76 +2,72 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
-from papers.peet2019 import data, names
-from papers.peet2019.claims.cost import FROM_PRODUCT, exponent, published
-from papers.peet2019.data import KEY
+from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
+from papers.peet2019.printed import DATA, DEGREES, published
 from replication.audit.model import Figure, FigureData, Results
 from replication.drawing.style import COLOURS, line, new_axes
+
+GAINS = ("l3", "l4", "l5", "l6")
+WAYS = {"bessel": "small cone", "total": "full cone", "plain": "full cone, cvxpy"}
+
+
+def _data(**columns: Iterable[float]) -> FigureData:
+    return FigureData(columns={name: tuple(map(float, values)) for name, values in columns.items()})
 
 
 def fig_1(results: Results) -> FigureData:
     """Disturbance and both errors for one reading of the sinc."""
-    found = results[names.FIG_1]
-    return FigureData(
-        columns={"t": tuple(found["t"]), "w": tuple(found["w"]), **{
-            f"e_{i + 1}": tuple(values) for i, values in enumerate(found["e"])
-        }}
-    )  # fmt: skip
+    found = results["fig1"]
+    return _data(t=found["t"], w=found["w"], **{f"e_{i}": values for i, values in enumerate(found["e"], 1)})
 
 
 def convergence(results: Results) -> FigureData:
     """Relative distance from the exact gain of Example 2 against order and degree."""
-    found = results[names.convergence("2")]
-    exact = results[names.reference("2")]["exact"]["upper"]
-    levels = [results[names.sos("2", degree)]["tensor"]["gamma"] for degree in names.DEGREES]
-    return FigureData(
-        columns={
-            "order": tuple(float(order) for order in found["orders"]),
-            "pade": tuple(abs(value / exact - 1.0) for value in found["pade"]),
-            "chebyshev": tuple(abs(value / exact - 1.0) for value in found["chebyshev"]),
-            "degree": tuple(float(degree) for degree in names.DEGREES),
-            "sos": tuple(abs(level / exact - 1.0) for level in levels),
-        }
+    found, exact = results["convergence.ex2"], results["reference.ex2"]["exact"]["upper"]
+    levels = [results[f"sos.ex2.d{degree}"]["tensor"]["gamma"] for degree in DEGREES]
+
+    def away(levels: Iterable[float]) -> list[float]:
+        return [abs(level / exact - 1.0) for level in levels]
+
+    return _data(
+        order=found["orders"],
+        pade=away(found["pade"]),
+        chebyshev=away(found["chebyshev"]),
+        degree=DEGREES,
+        sos=away(levels),
     )
 
 
 def gains(results: Results) -> FigureData:
     """The gains of one observer as functions of s; first and second state."""
-    found = results[names.GAINS]
-    columns: dict[str, tuple[float, ...]] = {"s": tuple(found["s"])}
-    for name in ("l3", "l4", "l5", "l6"):
-        for i, values in enumerate(found[name]):
-            columns[f"{name}_{i + 1}"] = tuple(values)
-    return FigureData(columns=columns)
+    found = results["gains"]
+    return _data(s=found["s"], **{f"{name}_{i}": values for name in GAINS for i, values in enumerate(found[name], 1)})
 
 
 def against_delay(results: Results) -> FigureData:
     """Least gain of Example 2 against its delay."""
-    found = results[names.TAU]
-    return FigureData(columns={name: tuple(found[name]) for name in ("tau", "sos", "chebyshev")})
-
-
-WAYS = {"bessel": "small cone", "total": "full cone", "plain": "full cone, cvxpy"}
+    return _data(**{name: results["tau"][name] for name in ("tau", "sos", "chebyshev")})
 
 
 def cost(results: Results) -> FigureData:
     """Published seconds, our CPU seconds as recorded, and the equalities of both cones, against n·K."""
-    cells = results[names.SIZES]["cells"]
-    columns: dict[str, tuple[float, ...]] = {
-        "published_product": tuple(float(n * k) for n, k, _ in published()),
-        "published_seconds": tuple(seconds for *_, seconds in published()),
-        "total_product": tuple(float(cell["states"] * cell["delays"]) for cell in cells),
-        "total_equalities": tuple(float(cell["equalities"]) for cell in cells),
+    cells = results["sizes"]["cells"]
+    columns: dict[str, list[float]] = {
+        "published_product": [n * k for n, k, _ in published()],
+        "published_seconds": [float(seconds) for *_, seconds in published()],
+        "total_product": [cell["states"] * cell["delays"] for cell in cells],
+        "total_equalities": [cell["equalities"] for cell in cells],
     }
     for way in WAYS:
-        ours = [c for c in results[names.MEASURED]["cells"] if c["cone"] == way and c["cpu_seconds"] is not None]
-        columns[f"{way}_measured_product"] = tuple(float(c["states"] * c["delays"]) for c in ours)
-        columns[f"{way}_seconds"] = tuple(c["cpu_seconds"] for c in ours)
+        ours = [c for c in results["measured"]["cells"] if c["cone"] == way and c["cpu_seconds"] is not None]
+        columns[f"{way}_measured_product"] = [c["states"] * c["delays"] for c in ours]
+        columns[f"{way}_seconds"] = [c["cpu_seconds"] for c in ours]
         if way == "bessel":
-            columns[f"{way}_equalities"] = tuple(float(c["equalities"]) for c in ours)
-    return FigureData(columns=columns)
+            columns[f"{way}_equalities"] = [c["equalities"] for c in ours]
+    return _data(**columns)
 
 
 GAIN_TICKS = (1, 2, 3, 5, 10)
@@ -110,7 +106,7 @@ def plot_convergence(figure: FigureData) -> Any:
 def plot_gains(figure: FigureData) -> Any:
     """One panel per gain."""
     drawing, axes = new_axes(2, 2, row_height=1.7)
-    for axis, name in zip(axes, ("l3", "l4", "l5", "l6"), strict=True):
+    for axis, name in zip(axes, GAINS, strict=True):
         for i in (1, 2):
             axis.plot(figure.columns["s"], figure.columns[f"{name}_{i}"], label=f"state {i}", **line(i - 1))
         axis.set_ylabel(f"$L_{name[1]}(s)$")
@@ -179,7 +175,7 @@ def describe_gains(figure: FigureData) -> str:
     parts = [
         f"L{name[1]} from {c[f'{name}_1'][0]:.3g} to {c[f'{name}_1'][-1]:.3g} (state 1) and from "
         f"{c[f'{name}_2'][0]:.3g} to {c[f'{name}_2'][-1]:.3g} (state 2)"
-        for name in ("l3", "l4", "l5", "l6")
+        for name in GAINS
     ]
     return f"Four gains over s from {c['s'][0]:g} to {c['s'][-1]:g} s: {'; '.join(parts)}."
 
@@ -212,59 +208,59 @@ def describe_cost(figure: FigureData) -> str:
 
 FIGURES: tuple[Figure, ...] = (
     Figure(
-        name=f"{KEY}-fig1",
+        name="fig1",
         place="Fig. 1",
         title="Error of the observer for a sinc disturbance",
         caption="System (11), observer at the printed level; sinc(t - τ) on both channels, one reading of many.",
         published=True,
-        uses=(names.FIG_1,),
+        uses=("fig1",),
         data=fig_1,
         plot=plot_fig_1,
         alt=describe_fig_1,
     ),
     Figure(
-        name=f"{KEY}-convergence",
+        name="convergence",
         place="Example 2",
         title="Convergence in the order of the model and in the degree",
         caption="Distance of γ from the exact optimum. Low orders of collocation lie on either side of it.",
         published=False,
-        uses=(names.convergence("2"), names.reference("2"), *(names.sos("2", degree) for degree in names.DEGREES)),
+        uses=("convergence.ex2", "reference.ex2", *(f"sos.ex2.d{degree}" for degree in DEGREES)),
         data=convergence,
         plot=plot_convergence,
         alt=describe_convergence,
     ),
     Figure(
-        name=f"{KEY}-gains",
+        name="gains",
         place="Sec. VIII",
         title="Gains of the observer as functions of the history",
         caption="L₃ to L₆ of eq. (9) for an observer five per cent above the optimum, a system of ours with one delay.",
         published=False,
-        uses=(names.GAINS,),
+        uses=("gains",),
         data=gains,
         plot=plot_gains,
         alt=describe_gains,
     ),
     Figure(
-        name=f"{KEY}-tau",
+        name="tau",
         place="Example 2",
         title="Least gain against the delay",
         caption="Theorem 3 at degree 2 and the Riccati equation of the collocated model.",
         published=False,
-        uses=(names.TAU,),
+        uses=("tau",),
         data=against_delay,
         plot=plot_against_delay,
         alt=describe_against_delay,
     ),
     Figure(
-        name=f"{KEY}-cost",
+        name="cost",
         place="Table I",
         title="Cost against n·K",
         caption=(
             "CPU seconds, published and ours as once measured (the machines do not compare, the exponents do), "
-            f"and the size of our programs. The paper's cells end at n·K = {data.LARGEST_PRODUCT}."
+            f"and the size of our programs. The paper's cells end at n·K = {DATA['largest-product']}."
         ),
         published=False,
-        uses=(names.SIZES, names.MEASURED),
+        uses=("sizes", "measured"),
         data=cost,
         plot=plot_cost,
         alt=describe_cost,

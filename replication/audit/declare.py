@@ -251,6 +251,9 @@ class _Short(Mapping[str, Any]):
     def __getitem__(self, name: str) -> Any:
         return self._results[self._front + name]
 
+    def __contains__(self, name: object) -> bool:
+        return f"{self._front}{name}" in self._results
+
     def __iter__(self) -> Iterator[str]:
         return (name.removeprefix(self._front) for name in self._results if name.startswith(self._front))
 

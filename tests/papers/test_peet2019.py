@@ -7,18 +7,20 @@ import runpy
 import numpy as np
 import pytest
 
-from papers.peet2019 import PAPER, data, names
-from papers.peet2019.claims.cost import exponent, published
+from papers.peet2019 import PAPER
+from papers.peet2019.claims.cost import exponent
 from papers.peet2019.errata import WRONG
-from papers.peet2019.experiments import as_printed, closed_loop, references, refuted, synthesised, system_of
-from papers.peet2019.identities import MISPRINTS, identities
-from papers.peet2019.inversion import inverse_identities
-from papers.peet2019.measured import RECORD, recorded
-from papers.peet2019.readings import READINGS, common_epsilon, readings
-from papers.peet2019.scaling import SMALL_LEVEL, cost, cost_program, example_4, sizes, small_cone_cost
+from papers.peet2019.experiments.examples import as_printed, closed_loop, references, refuted, synthesised
+from papers.peet2019.experiments.identities import MISPRINTS, identities
+from papers.peet2019.experiments.inversion import inverse_identities
+from papers.peet2019.experiments.measured import RECORD, recorded
+from papers.peet2019.experiments.readings import READINGS, common_epsilon, readings
+from papers.peet2019.experiments.scaling import SMALL_LEVEL, cost, cost_program, example_4, sizes, small_cone_cost
+from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, published
+from papers.peet2019.runs import DEFAULT_CELLS, EXPERIMENTS, OFF_THE_PRINT, SMALL_CONE_CELLS
 from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Kind, Verdict
-from replication.estimation.delay import rightmost_roots
+from replication.estimation.delay import delay_system, rightmost_roots
 from replication.estimation.delay.sos.synthesis import assemble, program
 
 ROUNDING = 1e-10
@@ -31,8 +33,8 @@ def test_claims_are_well_formed() -> None:
 
 def test_every_printed_cell_of_the_tables_is_a_claim() -> None:
     printed = sorted(claim.printed for claim in PAPER.claims if claim.printed)
-    cells = [text for table in (data.GAMMA, data.SECONDS) for row in table.values() for text in row.values()]
-    cells += [data.seconds(n, k) for n, k, _ in published()]
+    cells = [DATA[f"{row}-{name}"][column] for row in ("gamma", "seconds") for name in EXAMPLES for column in COLUMNS]
+    cells += [text for *_, text in published()]
     for text in cells:
         assert text in printed
         printed.remove(text)
@@ -44,8 +46,8 @@ def test_cited_claims_are_never_counted_as_reproduced() -> None:
 
 
 def test_examples_have_the_printed_delays() -> None:
-    assert [system_of(data.EXAMPLES[name]).delays for name in "123"] == [(0.3,), (1.0,), (0.5, 1.0)]
-    third, second = system_of(data.EXAMPLES["3"]), system_of(data.EXAMPLES["2"])
+    assert [delay_system(**EXAMPLES[name]).delays for name in "123"] == [(0.3,), (1.0,), (0.5, 1.0)]
+    third, second = delay_system(**EXAMPLES["3"]), delay_system(**EXAMPLES["2"])
     assert np.array_equal(sum(third.a), second.a[0])
 
 
@@ -70,19 +72,20 @@ def test_identities_are_reproducible() -> None:
 
 @pytest.mark.parametrize("example", ["1", "2"])
 def test_gains_of_degree_two_round_to_the_print(example: str) -> None:
-    gamma = synthesised(data.EXAMPLES[example], 2)["tensor"]["gamma"]
-    assert abs(gamma - float(data.GAMMA[example]["2"])) <= 0.5e-4
+    gamma = synthesised(EXAMPLES[example], 2)["tensor"]["gamma"]
+    assert abs(gamma - float(DATA[f"gamma-{example}"]["d2"])) <= 0.5e-4
 
 
 def test_degree_one_of_example_2_does_not_round_to_the_print_by_any_rule() -> None:
-    found = synthesised(data.EXAMPLES["2"], 1)
+    found = synthesised(EXAMPLES["2"], 1)
     for rule in ("tensor", "total", "wide"):
-        assert abs(found[rule]["gamma"] - float(data.GAMMA["2"]["1"])) > 0.5e-4
+        assert abs(found[rule]["gamma"] - float(DATA["gamma-2"]["d1"])) > 0.5e-4
     assert found["clarabel"] == pytest.approx(found["tensor"]["gamma"], rel=1e-6)
 
 
 def test_references_agree_with_each_other() -> None:
-    found = references(data.EXAMPLES["2"], data.PADE_ORDER, data.VISIBLE["2"])
+    (inputs,) = (experiment.inputs for experiment in EXPERIMENTS if experiment.name == "reference.ex2")
+    found = references(**inputs)
     exact = found["exact"]["upper"]
     for name in ("pade", "pade_riccati", "chebyshev"):
         assert found[name] == pytest.approx(exact, rel=1e-7)
@@ -90,15 +93,15 @@ def test_references_agree_with_each_other() -> None:
 
 
 def test_theorem_3_as_printed_has_no_solution() -> None:
-    found = as_printed(data.EXAMPLES["2"], 1)
+    found = as_printed(EXAMPLES["2"], 1)
     assert found["0.001"]["refuted"] and found["0.001"]["gamma"] is None
     assert not found["0.0"]["refuted"]  # with ε = 0 the limit is allowed
-    corrected = program(assemble(system_of(data.EXAMPLES["2"]), 1), 1e-3)
+    corrected = program(assemble(delay_system(**EXAMPLES["2"]), 1), 1e-3)
     assert not refuted(corrected)
 
 
 def test_closed_loop_experiment() -> None:
-    found = closed_loop(data.EXAMPLES["1"], 1.01, 2, 1e-4, [16, 22])
+    found = closed_loop(EXAMPLES["1"], 1.01, 2, 1e-4, [16, 22])
     assert found["optimum"] * (1 - 1e-7) <= found["norms"][-1] <= found["level"]
     assert found["storage"] > 0 >= found["dissipation"]
 
@@ -116,7 +119,7 @@ def test_example_4_is_stable_when_the_eigenvalue_is_one() -> None:
 def test_the_cost_does_not_say_more_than_the_point_holds() -> None:
     found = cost(2, 2, None, threads=1)
     residuals = found["solver"]["residuals"]
-    assert 0.0 < found["gamma"] < float(data.SMALL_GAIN.lstrip("<"))
+    assert 0.0 < found["gamma"] < float(DATA["small-gain"].lstrip("<"))
     # The point is inside the cones by more than it misses the equalities.
     assert residuals["least eigenvalue"] > residuals["equalities"]
     assert cost(2, 2, None, threads=2)["gamma"] == found["gamma"]
@@ -133,9 +136,9 @@ def test_certificate_of_the_small_cone_is_one_of_degree_one(states: int, delays:
 
 def test_the_record_of_the_full_run_holds_every_published_cell_and_the_one_left_out() -> None:
     small = {(cell.states, cell.delays): cell for cell in recorded() if cell.cone == "bessel"}
-    assert set(small) == {(n, k) for n in data.STATES for k in data.DELAY_COUNTS}
+    assert set(small) == {(n, k) for n in STATES for k in DELAY_COUNTS}
     for cell in small.values():
-        assert cell.gamma is not None and cell.gamma < float(data.SMALL_GAIN.lstrip("<"))
+        assert cell.gamma is not None and cell.gamma < float(DATA["small-gain"].lstrip("<"))
         assert cell.residual is not None and cell.residual < ROUNDING
         assert cell.peak is not None and cell.peak < 10.0
 
@@ -155,21 +158,21 @@ def test_example_4_keeps_its_zeros_and_its_optimum() -> None:
 
 
 def test_default_cells_stay_below_the_limit() -> None:
-    assert (5, 3) in names.default_cells() and (5, 5) not in names.default_cells()
-    assert (10, 3) in names.small_cone_cells() and (5, 10) not in names.small_cone_cells()
-    cells = (*names.default_cells(), *names.small_cone_cells())
+    assert (5, 3) in DEFAULT_CELLS and (5, 5) not in DEFAULT_CELLS
+    assert (10, 3) in SMALL_CONE_CELLS and (5, 10) not in SMALL_CONE_CELLS
+    cells = DEFAULT_CELLS + SMALL_CONE_CELLS
     assert len(set(cells)) == len(cells)
-    assert {names.cell(n, k) for n, k in cells} <= {experiment.name for experiment in PAPER.experiments}
+    assert {f"peet2019.ex4.n{n}k{k}" for n, k in cells} <= {experiment.name for experiment in PAPER.experiments}
 
 
 @pytest.mark.slow
 def test_no_reading_of_the_degree_rule_gives_both_prints() -> None:
-    plants = {example: data.EXAMPLES[example] for example in names.OFF_THE_PRINT}
-    found = readings(plants, {example: data.GAMMA[example]["1"] for example in plants}, 1e-4)
+    plants = {example: EXAMPLES[example] for example in OFF_THE_PRINT}
+    found = readings(plants, {example: DATA[f"gamma-{example}"]["d1"] for example in plants}, 1e-4)
     assert not any(common_epsilon(found, name) for name in READINGS)
     # The rule of the library, by other code and in both units.
     for example in plants:
-        ours = synthesised(data.EXAMPLES[example], 1)["tensor"]["gamma"]
+        ours = synthesised(EXAMPLES[example], 1)["tensor"]["gamma"]
         house = found["each variable to d, weighted term lower"][example]
         assert [house["gamma"], house["rescaled"]] == pytest.approx([ours] * 2, rel=1e-6)
 

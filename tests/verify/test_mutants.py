@@ -46,8 +46,6 @@ VERIFIER = {
     "nonuniform_identities": ("test_nonuniform_theory",),
     "nonuniform_system": ("test_nonuniform_steps", "test_nonuniform"),
     "nonuniform_theory": ("test_nonuniform_theory",),
-    "plants.mustafa": ("test_run",),
-    "plants.shao": ("test_run",),
     "printed": ("test_run",),
     "reading": ("test_reading",),
     "run": ("test_run",),

@@ -9,7 +9,7 @@ import pytest
 from flint import arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import Certificate, Tamper, load, put, remove
 
-from papers.mustafa.method import certify_grid as nonuniform_grid
+from papers.mustafa import certificates
 from replication.verify.algebra.symbols import symbols
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform import theory as nonuniform_theory
@@ -120,7 +120,7 @@ NARROW = {"h_l": ["0", "1/50"], "h_u": ["1/100", "1/50"]}
 def test_algorithm_1_does_not_stall_where_the_root_leaves_a_gap() -> None:
     certificate = load("stall-1")
     certificate["plant"] |= {"h_l": ["1/100", "0"], "h_u": ["2", "0"]}
-    certificate |= nonuniform_grid.stall(certificate)
+    certificate |= certificates.stall(certificate)
     with pytest.raises(Refused, match="step 4 adds an element"):
         check(certificate)
 
@@ -342,10 +342,10 @@ def test_an_identity_that_fails_proves_nothing() -> None:
 
 def test_any_cell_may_be_the_one_that_forces_the_level() -> None:
     certificate = load("same-level-1")
-    system, periods = nonuniform_grid._problem(certificate)
+    system, periods = certificates._problem(certificate)
     half = (periods.h_u - periods.h_l) / (2 * certificate["parameters"]["cells"])
     for cell in (1, 2):
-        alpha, response = nonuniform_grid._response(system, periods.h_l + (2 * cell + 1) * half)
+        alpha, response = certificates._response(system, periods.h_l + (2 * cell + 1) * half)
         exact = Fraction(alpha) * Fraction(999_999, 1_000_000)
         certificate["witness"] |= {"cell": cell, "alpha": str(exact), "response": response}
         assert check(certificate).holds

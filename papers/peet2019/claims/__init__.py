@@ -1,1 +1,1 @@
-"""The claims of the delay paper, by subject."""
+"""The claims of the delay paper, in the order of its text."""

@@ -1,0 +1,235 @@
+"""Computations behind Examples 1-3 and Fig. 1; functions of JSON values that return JSON values."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+
+from replication.errors import ReplicationError
+from replication.estimation.conic.sdpa import ENDLESS, Program, SdpaOptions, Solution, least_trace, solve_sdpa
+from replication.estimation.delay.collocation import Scheme
+from replication.estimation.delay.lmi import lmi_gain, riccati_gain
+from replication.estimation.delay.models import chebyshev_model, pade_model
+from replication.estimation.delay.observer import error_system
+from replication.estimation.delay.operators.gains import evaluate, observer_gains
+from replication.estimation.delay.operators.galerkin import check
+from replication.estimation.delay.response import Trajectory, hinf_norm, simulate
+from replication.estimation.delay.sos import least_gain, lie, synthesis
+from replication.estimation.delay.sos.certificate import Certificate, certificate_at
+from replication.estimation.delay.sos.cone import DegreeRule
+from replication.estimation.delay.sos.least_gain import minimum_gain
+from replication.estimation.delay.spectrum import hinf_gain, rightmost_roots
+from replication.estimation.delay.system import DelaySystem, delay_system
+
+Json = dict[str, Any]
+
+CHEBYSHEV_ORDER = 12
+LOOSE = SdpaOptions(gap=1e-2, residual=1e-5)
+EPSILONS = (1e-5, 1e-3)
+
+
+def solver_record(solution: Solution) -> Json:
+    """What SDPA said, with the residuals that were measured on the point it returned."""
+    return {
+        "name": solution.solver,
+        "version": solution.version,
+        "status": solution.status,
+        "options": dict(solution.options),
+        "residuals": {
+            "equalities": solution.equality,
+            "least eigenvalue": solution.least_eigenvalue,
+            "least eigenvalue of the dual": solution.dual_eigenvalue,
+            "gap": solution.gap,
+        },
+        "iterations": solution.iterations,
+    }
+
+
+def references(plant: Json, order: int, visible: Json | None) -> Json:
+    """What does not use Theorem 3: roots, LMI (3) on the Padé model, Riccati on two models, and the exact gain.
+
+    visible: the scalar system whose gain is the optimum where the measurement does not see x_1, or None.
+    """
+    system = delay_system(**plant)
+    root = rightmost_roots(system, 1)[0]
+    pade = pade_model(system, order)
+    solved = lmi_gain(pade)
+    return {
+        "root": [float(root.real), float(abs(root.imag))],
+        "pade": solved.gamma,
+        "pade_states": pade.a.shape[0],
+        "pade_status": solved.status,
+        "pade_riccati": riccati_gain(pade),
+        "chebyshev": _optimum(system),
+        "exact": asdict(hinf_gain(delay_system(**visible))) if visible else None,
+    }
+
+
+def _optimum(system: DelaySystem) -> float:
+    return riccati_gain(chebyshev_model(system, CHEBYSHEV_ORDER))
+
+
+def synthesised(plant: Json, degree: int) -> Json:
+    """Least γ of Theorem 3 at one degree, for the rules of Z_2, each with what the solver said.
+
+    At degree 1, where the value depends on it: also the wide rule, with a loose gap, and for the tensor rule ε > 0 and
+    Clarabel on the same program.
+    """
+    found: Json = {}
+    system = delay_system(**plant)
+    for rule in (DegreeRule.TENSOR, DegreeRule.TOTAL):
+        certificate = minimum_gain(system, degree, rule)
+        found[rule.value] = {"gamma": certificate.gamma, "solver": solver_record(certificate.solution)}
+    if degree == 1:
+        wide = minimum_gain(system, degree, DegreeRule.WIDE, options=LOOSE)
+        found["wide"] = {"gamma": wide.gamma, "solver": solver_record(wide.solution)}
+        found["clarabel"] = least_gain.cross_checked_gain(system, degree).objective
+        found["epsilon"] = {str(e): minimum_gain(system, degree, epsilon=e, options=LOOSE).gamma for e in EPSILONS}
+    return found
+
+
+def as_printed(plant: Json, degree: int) -> Json:
+    """Least γ of Theorem 3 with the printed signs of S_i(-τ_i) in D and of dS_i/ds in F_i, and whether it is `refuted`.
+
+    With those signs the condition asks S_i(-τ_i) <= 0 of a positive S_i: ε > 0 forbids it, by one equality alone; ε = 0
+    allows the limit S_i(-τ_i) = 0.
+    """
+    assembly = synthesis.assemble(delay_system(**plant), degree)
+    inner, count = assembly.system, assembly.count
+    target = lie.derivative_space(inner, count)
+    source = lie.state_space(inner, count)
+    derivative = lie.lie_derivative(inner, count).tolil()
+    _, _, late = lie.point_offsets(inner)
+    ends = np.arange(late, target.points)
+    first, second = np.meshgrid(ends, ends)
+    rows = np.concatenate(
+        [np.unique(target.pair(first.ravel(), second.ravel())), np.arange(target.pair_count, target.size)]
+    )
+    derivative[rows, source.pair_count :] *= -1.0
+    printed = replace(assembly, derivative=derivative.tocsr())
+    out: Json = {}
+    for epsilon in (0.0, 1e-3):
+        task = synthesis.program(printed, epsilon)
+        found: Json = {"refuted": refuted(task)}
+        try:
+            solution = solve_sdpa(task, SdpaOptions(scale=1e3, gap=1e-3, residual=1e-5))
+            found |= {"gamma": float(solution.linear[0]), "outcome": solution.status}
+        except ReplicationError as error:
+            found |= {"gamma": None, "outcome": f"{type(error).__name__}: {error}"}
+        out[str(epsilon)] = found
+    return out
+
+
+def refuted(task: Program) -> bool:
+    """Whether one equality alone, whose matrices are all of one sign, proves that no point meets it (Farkas)."""
+    multipliers = np.diag(np.sign(task.b))[task.b != 0.0]
+    return any(least_trace(task, multiplier) > ENDLESS for multiplier in multipliers)
+
+
+def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: list[int]) -> Json:
+    """A certificate at `level`, its Galerkin check, and the H∞ norm of the error system at two collocation orders."""
+    system = delay_system(**plant)
+    certificate = _certificate(system, level, degree, epsilon)
+    gains = observer_gains(certificate)
+    verified = check(certificate)
+    norms = [hinf_norm(error_system(system, gains, order)) for order in orders]
+    return {
+        "optimum": _optimum(system),
+        "level": certificate.gamma,
+        "norms": [norm.upper for norm in norms],
+        "orders": orders,
+        "abscissa": norms[-1].abscissa,
+        "storage": verified.storage,
+        "dissipation": verified.dissipation,
+        "solver": solver_record(certificate.solution),
+    }
+
+
+def _certificate(system: DelaySystem, level: float, degree: int, epsilon: float) -> Certificate:
+    """A certificate at `level` times the optimum."""
+    return certificate_at(system, level * _optimum(system), degree, epsilon=epsilon)
+
+
+def lumped(plant: Json, level: float, degree: int, epsilon: float, states: list[int], reference: int) -> Json:
+    """H∞ norm of one closed loop by forward difference with N lumped states, against collocation."""
+    system = delay_system(**plant)
+    gains = observer_gains(_certificate(system, level, degree, epsilon))
+    exact = hinf_norm(error_system(system, gains, reference)).upper
+    norms = [hinf_norm(error_system(system, gains, count, Scheme.LUMPED)).upper for count in states]
+    return {"states": states, "norms": norms, "collocation": exact, "relative": [norm / exact - 1.0 for norm in norms]}
+
+
+def gain_functions(plant: Json, level: float, degree: int, epsilon: float, points: int) -> Json:
+    """The gains as functions of s ∈ [-τ, 0], for the first delay, in the units of eq. (9); z = C_10 x alone."""
+    system = delay_system(**{**plant, "c1": None})
+    grid = np.linspace(-1.0, 0.0, points)
+    values = evaluate(observer_gains(_certificate(system, level, degree, epsilon)), grid)
+    delay = system.delays[0]
+    return {
+        "s": (grid * delay).tolist(),
+        "l3": (values.l3[:, 0, :, 0] / delay).T.tolist(),
+        "l4": values.l4[:, 0, :, 0].T.tolist(),
+        "l5": values.l5[:, 0, 0, :, 0].T.tolist(),
+        "l6": values.l6[:, 0, :, 0].T.tolist(),
+    }
+
+
+def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int) -> Json:
+    """Simulated gain for sinc disturbances: shape sin(πx)/(πx) or sin(x)/x, centre, horizon and channels scanned.
+
+    The text leaves all four open. The trajectory kept for the figure is sinc(t - τ) on all channels over [0, 20τ].
+    """
+    system = delay_system(**plant)
+    certificate = certificate_at(system, level, degree, epsilon=epsilon)
+    error = error_system(system, observer_gains(certificate), 20)
+
+    def run(unit: float, centre: float, horizon: float, channels: tuple[float, float]) -> Trajectory:
+        times = np.linspace(0.0, horizon, samples)
+        return simulate(error, times, np.outer(np.sinc((times - centre) / unit), channels), system.states)
+
+    settings: list[Json] = [
+        {"unit": unit, "centre": centre, "horizon": horizon, "channels": channels}
+        for unit in (1.0, float(np.pi))
+        for centre in (0.0, 1.0, 5.0, 10.0)
+        for horizon in (10.0, 20.0, 40.0)
+        for channels in ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0))
+    ]
+    kept = run(1.0, 1.0, 20.0, (1.0, 1.0))
+    return {
+        "scan": [{**setting, "gain": run(**setting).gain} for setting in settings],
+        "level": level,
+        "t": kept.times.tolist(),
+        "w": kept.disturbance[:, 0].tolist(),
+        "e": kept.state.T.tolist(),
+        "gain": kept.gain,
+        "solver": solver_record(certificate.solution),
+    }
+
+
+def one_disturbance(plant: Json, level: float, degree: int) -> Json:
+    """A certificate at a small level when one disturbance acts on all states alike."""
+    changed = {**plant, "b": [[1.0] for _ in plant["a0"]]}
+    certificate = certificate_at(delay_system(**changed), level, degree, epsilon=0.0)
+    return {"level": level, "solver": solver_record(certificate.solution)}
+
+
+def against_delay(plant: Json, delays: list[float], degree: int) -> Json:
+    """Least γ of Theorem 3 and by collocation as the (single) delay varies."""
+    sos, chebyshev = [], []
+    for delay in delays:
+        system = delay_system(**{**plant, "delays": [delay]})
+        sos.append(minimum_gain(system, degree, options=SdpaOptions(gap=1e-4)).gamma)
+        chebyshev.append(_optimum(system))
+    return {"tau": delays, "sos": sos, "chebyshev": chebyshev}
+
+
+def convergence(plant: Json, orders: list[int]) -> Json:
+    """Least γ of the Padé and of the collocated model against their order, by Riccati."""
+    system = delay_system(**plant)
+    return {
+        "orders": orders,
+        "pade": [riccati_gain(pade_model(system, order)) for order in orders],
+        "chebyshev": [riccati_gain(chebyshev_model(system, order)) for order in orders],
+    }

@@ -1,0 +1,261 @@
+"""Theorem 3 and eq. (10) on random polynomials, in the paper's own units and from its definitions.
+
+Functions are values at Gauss points of [-τ_i, 0], integrals are weighted sums, derivatives are those of the
+polynomials: nothing is shared with the synthesis. Each identity is evaluated as printed and as corrected.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+POINTS = 24
+DELAYS = (0.7, 2.6)
+"""Two delays with τ_K ≠ 1, so that factors of τ_K show."""
+K, LAST = len(DELAYS), DELAYS[-1]
+EACH = range(K)
+
+MISPRINTS = ("none", "d-sign", "f-sign", "e-transposes", "eq10-factor", "theorem-1-sign", "all")
+
+
+@dataclass(frozen=True)
+class Poly:
+    """Matrix polynomials Σ c_k s^k, or Σ c_kl s^k θ^l: coefficients (degrees.., rows, columns)."""
+
+    c: Array
+
+    def at(self, s: Array | float) -> Array:
+        """Values (len(s), rows, columns) of a polynomial of one variable."""
+        powers = np.vander(np.atleast_1d(s), self.c.shape[0], increasing=True)
+        return np.asarray(np.einsum("tk,kij->tij", powers, self.c), dtype=float)
+
+    def slope(self, s: Array | float) -> Array:
+        """Derivative of a polynomial of one variable."""
+        return Poly(self.c[1:] * np.arange(1, self.c.shape[0])[:, None, None]).at(s)
+
+    def at2(self, s: Array | float, theta: Array | float, slope: tuple[int, int] = (0, 0)) -> Array:
+        """Values (len(s), len(θ), rows, columns), differentiated `slope` times in s and θ (0 or 1 each)."""
+        first, second = _powers(s, self.c.shape[0], slope[0]), _powers(theta, self.c.shape[1], slope[1])
+        return np.asarray(np.einsum("tk,ul,klij->tuij", first, second, self.c), dtype=float)
+
+
+def _powers(s: Array | float, count: int, slope: int) -> Array:
+    powers = np.vander(np.atleast_1d(s), count, increasing=True)
+    if slope:
+        powers = np.hstack([np.zeros((powers.shape[0], 1)), powers[:, :-1] * np.arange(1, count)])
+    return powers
+
+
+def _gauss_nodes(delay: float) -> tuple[Array, Array]:
+    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    return (points - 1.0) / 2.0 * delay, weights / 2.0 * delay
+
+
+NODES = [_gauss_nodes(delay) for delay in DELAYS]
+"""Points and weights of each [-τ_i, 0]."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Random data of Theorem 3: plant, storage, 𝒵 and a history e with e_i(0) = e_0, all drawn from one generator."""
+
+    a: list[Array]
+    b: Array
+    c1: list[Array]
+    c2: Array
+    gamma: float
+    p: Array
+    q: list[Poly]
+    s: list[Poly]
+    r: list[list[Poly]]
+    z0: Array
+    z2: list[Array]
+    z3: list[Poly]
+    z4: list[Poly]
+    z5: list[list[Poly]]
+    z6: list[Poly]
+    z7: list[list[Poly]]
+    e0: Array
+    e: list[Poly]
+    w: Array
+
+    @property
+    def late(self) -> list[Array]:
+        """e_i(-τ_i)."""
+        return [history.at(-delay)[0, :, 0] for history, delay in zip(self.e, DELAYS, strict=True)]
+
+    @property
+    def output(self) -> Array:
+        """C_1 e."""
+        return np.asarray(self.c1[0] @ self.e0 + sum(self.c1[i + 1] @ self.late[i] for i in EACH))
+
+
+def sample(rng: np.random.Generator, n: int = 2, p: int = 1, q: int = 1) -> Sample:
+    """Draw the data for n states, p outputs and q measurements; P and S are symmetric, R_ij(s, θ) = R_ji(θ, s)ᵀ."""
+
+    def poly(rows: int, columns: int) -> Poly:
+        return Poly(rng.standard_normal((3, rows, columns)))
+
+    def symmetric() -> Poly:
+        c = rng.standard_normal((3, n, n))
+        return Poly(c + c.swapaxes(1, 2))
+
+    kernels = [[Poly(rng.standard_normal((3, 3, n, n))) for _ in EACH] for _ in EACH]
+    kernels = [[Poly(kernels[i][j].c + np.einsum("klij->lkji", kernels[j][i].c)) for j in EACH] for i in EACH]
+    storage, e0 = rng.standard_normal((n, n)), rng.standard_normal(n)
+    histories = []
+    for _ in EACH:
+        c = rng.standard_normal((4, n, 1))
+        c[0, :, 0] = e0
+        histories.append(Poly(c))
+    return Sample(
+        a=[rng.standard_normal((n, n)) for _ in range(K + 1)],
+        b=rng.standard_normal((n, 2)),
+        c1=[rng.standard_normal((p, n)) for _ in range(K + 1)],
+        c2=rng.standard_normal((q, n)),
+        gamma=1.7,
+        p=storage + storage.T,
+        q=[poly(n, n) for _ in EACH],
+        s=[symmetric() for _ in EACH],
+        r=kernels,
+        z0=rng.standard_normal((n, q)),
+        z2=[rng.standard_normal((n, q)) for _ in EACH],
+        z3=[poly(n, q) for _ in EACH],
+        z4=[poly(n, q) for _ in EACH],
+        z5=[[poly(n, q) for _ in EACH] for _ in EACH],
+        z6=[poly(n, q) for _ in EACH],
+        z7=[[Poly(rng.standard_normal((3, 3, n, q))) for _ in EACH] for _ in EACH],
+        e0=e0,
+        e=histories,
+        w=rng.standard_normal(2),
+    )
+
+
+def dissipation(x: Sample, factor: float) -> float:
+    """Left side of the identity in Sec. VI, 2⟨e, 𝒫𝒜e + 𝒵C_2e - 𝒫Bw⟩ - γ|w|² + |C_1e|²/γ, from (8) and (10).
+
+    factor: what multiplies the second row of (10): 1 as printed, τ_K as in the proof.
+    """
+    values = [x.e[i].at(NODES[i][0])[..., 0] for i in EACH]
+    slopes = [x.e[i].slope(NODES[i][0])[..., 0] for i in EACH]
+    rate = x.a[0] @ x.e0 + sum(x.a[i + 1] @ x.late[i] for i in EACH) - x.b @ x.w
+    head, tails = _apply_storage(x, rate, slopes)
+    y0, ends = x.c2 @ x.e0, [x.c2 @ value for value in x.late]
+    measured = [value @ x.c2.T for value in values]
+    head = head + x.z0 @ y0 + sum(x.z2[i] @ ends[i] for i in EACH)
+    head = head + sum(np.einsum("t,tij,tj->i", NODES[i][1], x.z3[i].at(NODES[i][0]), measured[i]) for i in EACH)
+    for i in EACH:
+        s = NODES[i][0]
+        tails[i] = tails[i] + factor * (
+            x.z4[i].at(s) @ y0
+            + sum(x.z5[i][j].at(s) @ ends[j] for j in EACH)
+            + np.einsum("tij,tj->ti", x.z6[i].at(s), measured[i])
+            + sum(np.einsum("u,tuij,uj->ti", NODES[j][1], x.z7[i][j].at2(s, NODES[j][0]), measured[j]) for j in EACH)
+        )
+    total = 2.0 * LAST * float(x.e0 @ head)
+    total += 2.0 * sum(float(np.einsum("t,ti,ti->", NODES[i][1], values[i], tails[i])) for i in EACH)
+    return total - x.gamma * float(x.w @ x.w) + float(x.output @ x.output) / x.gamma
+
+
+def _apply_storage(x: Sample, point: Array, histories: list[Array]) -> tuple[Array, list[Array]]:
+    """(8) applied to (point, histories at the nodes)."""
+    head = x.p @ point
+    for i in EACH:
+        head = head + np.einsum("t,tij,tj->i", NODES[i][1], x.q[i].at(NODES[i][0]), histories[i])
+    tails = []
+    for i in EACH:
+        s = NODES[i][0]
+        tail = LAST * np.einsum("tji,j->ti", x.q[i].at(s), point)
+        tail = tail + LAST * np.einsum("tij,tj->ti", x.s[i].at(s), histories[i])
+        for j in EACH:
+            tail = tail + np.einsum("u,tuij,uj->ti", NODES[j][1], x.r[i][j].at2(s, NODES[j][0]), histories[j])
+        tails.append(tail)
+    return head, tails
+
+
+def theorem_3(x: Sample, misprint: str) -> float:
+    """Right side ⟨h, P_{D,E,F,G}h⟩ with v = C_1e/γ; `misprint` leaves one group of terms as printed, or all."""
+
+    def as_printed(name: str) -> bool:
+        return misprint in (name, "all")
+
+    late, output = x.late, x.output
+    v = output / x.gamma
+    end_sign = 1.0 if as_printed("d-sign") else -1.0
+    square = 2.0 / LAST * float(v @ output)
+    if as_printed("theorem-1-sign"):  # the inequality of Theorem 1 keeps -γ|v|² but adds |C_1e|²/γ in the proof
+        square = float(output @ output) / x.gamma / LAST
+    d = -x.gamma / LAST * float(x.w @ x.w) - x.gamma / LAST * float(v @ v) + square
+    t00 = x.p @ x.a[0] + x.z0 @ x.c2 + sum(x.q[i].at(0.0)[0] + x.s[i].at(0.0)[0] / 2.0 for i in EACH)
+    d += float(x.e0 @ (t00 + t00.T) @ x.e0) - 2.0 * float(x.w @ x.b.T @ x.p @ x.e0)
+    for i in EACH:
+        t0i = x.p @ x.a[i + 1] - x.q[i].at(-DELAYS[i])[0] + x.z2[i] @ x.c2
+        d += 2.0 * float(x.e0 @ t0i @ late[i]) + end_sign * float(late[i] @ x.s[i].at(-DELAYS[i])[0] @ late[i])
+    total = LAST * d
+    slope_sign = 1.0 if as_printed("f-sign") else -1.0
+    for i in EACH:
+        s, weights = NODES[i]
+        phi = x.e[i].at(s)[..., 0]
+        zero = _phi_0(x, i, s, as_printed("e-transposes"))
+        row = -np.einsum("r,kr,tkj->tj", x.w, x.b, x.q[i].at(s))
+        row = row + np.einsum("i,tij->tj", x.e0, zero)
+        for j in EACH:
+            row = row + np.einsum("i,tij->tj", late[j], _phi_j(x, i, j, s, as_printed("e-transposes")))
+        total += 2.0 * LAST * float(np.einsum("t,tj,tj->", weights, row, phi))
+        f = slope_sign * x.s[i].slope(s) + _twice(x.z6[i].at(s) @ x.c2)
+        total += LAST * float(np.einsum("t,ti,tij,tj->", weights, phi, f, phi))
+        for j in EACH:
+            theta, others = NODES[j]
+            g = -x.r[i][j].at2(s, theta, (1, 0)) - x.r[i][j].at2(s, theta, (0, 1))
+            g = g + LAST * (x.z7[i][j].at2(s, theta) @ x.c2)
+            g = g + LAST * np.einsum("qi,utjq->tuij", x.c2, x.z7[j][i].at2(theta, s))
+            total += float(np.einsum("t,u,ti,tuij,uj->", weights, others, phi, g, x.e[j].at(theta)[..., 0]))
+    return total
+
+
+def _twice(matrix: Array) -> Array:
+    return matrix + matrix.swapaxes(-1, -2)
+
+
+def _phi_0(x: Sample, i: int, s: Array, printed: bool) -> Array:
+    """Φ_0i: the block of e_0 against e_i. Printed inside an outer transpose, with Z_3 and Z_4 the other way round."""
+    base = np.einsum("ji,tjk->tik", x.a[0], x.q[i].at(s)) - x.q[i].slope(s)
+    base = base + sum(x.r[i][j].at2(s, 0.0)[:, 0].swapaxes(1, 2) for j in EACH) / LAST
+    first, second = (x.z4[i], x.z3[i]) if printed else (x.z3[i], x.z4[i])
+    block = base + first.at(s) @ x.c2 + (second.at(s) @ x.c2).swapaxes(1, 2)
+    return np.asarray(block.swapaxes(1, 2) if printed else block)
+
+
+def _phi_j(x: Sample, i: int, j: int, s: Array, printed: bool) -> Array:
+    """Φ_ji: the block of e_j(-τ_j) against e_i."""
+    base = np.einsum("ji,tjk->tik", x.a[j + 1], x.q[i].at(s))
+    base = base - x.r[i][j].at2(s, -DELAYS[j])[:, 0].swapaxes(1, 2) / LAST
+    injection = x.z5[i][j].at(s) @ x.c2
+    return np.asarray((base + injection).swapaxes(1, 2) if printed else base + injection.swapaxes(1, 2))
+
+
+def identities(trials: int, seed: int) -> dict[str, Any]:
+    """Residual of the identity of Sec. VI by misprint: the largest and the median over the trials."""
+    rng = np.random.default_rng(seed)
+    residuals: dict[str, list[float]] = {name: [] for name in MISPRINTS}
+    for _ in range(trials):
+        x = sample(rng)
+        corrected = dissipation(x, LAST)
+        for name in MISPRINTS:
+            left = dissipation(x, 1.0) if name in ("eq10-factor", "all") else corrected
+            residuals[name].append(abs(left - theorem_3(x, name)) / (1.0 if name != "none" else 1.0 + abs(corrected)))
+    return {
+        "trials": trials,
+        "delays": list(DELAYS),
+        "theorem_3": summaries(residuals),
+    }
+
+
+def summaries(residuals: dict[str, list[float]]) -> dict[str, dict[str, float]]:
+    """Largest and median residual by name."""
+    return {name: {"largest": max(found), "median": float(np.median(found))} for name, found in residuals.items()}

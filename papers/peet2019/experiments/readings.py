@@ -1,0 +1,122 @@
+"""Degree 1 of Examples 2 and 3 under readings of the degree rule, which Part 1 defines and this text does not.
+
+A reading gives, for V and for the dissipation, the degree of Z_1, the degrees of Z_2 in its inner and outer variable
+(or their total), and the degrees of the term weighted with -η(η+1): the same, or lower by one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sparse
+
+from papers.peet2019.experiments.examples import LOOSE
+from replication.estimation.conic.sdpa import solve_sdpa
+from replication.estimation.delay.sos import lie
+from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, cone_map
+from replication.estimation.delay.sos.forms import FormSpace, Index
+from replication.estimation.delay.sos.reduction import reduced
+from replication.estimation.delay.sos.synthesis import Assembly, program
+from replication.estimation.delay.system import DelaySystem, delay_system, gain_scaled, measured_last
+
+Json = dict[str, Any]
+
+COUNT = 7
+"""Legendre coefficients that hold every product of the readings: degree 2·2 and the weight."""
+
+
+@dataclass(frozen=True)
+class Block(ConeBlock):
+    """A matrix of the cone whose Z_2 holds η^a θ^b with a <= inner, b <= outer and, if `total`, a + b <= `degree`."""
+
+    inner: int
+    outer: int
+    total: bool
+
+    def kernel_basis(self) -> tuple[Index, Index]:
+        """Degrees (in η, in θ) of the members of Z_2."""
+        first, second = np.divmod(np.arange((self.inner + 1) * (self.outer + 1), dtype=np.int64), self.outer + 1)
+        keep = first + second <= (self.degree if self.total else self.inner + self.outer)
+        return first[keep], second[keep]
+
+
+Shape = tuple[int, int, int, bool, int]
+"""Degree of Z_1, inner and outer degree of Z_2, total rule, and by how much the weighted term is lower."""
+
+TENSOR, TOTAL = (1, 1, 1, False, 1), (1, 1, 1, True, 1)
+TENSOR_SAME, TOTAL_SAME = (1, 1, 1, False, 0), (1, 1, 1, True, 0)
+WIDE = (1, 1, 2, False, 0)
+
+READINGS: dict[str, tuple[Shape, Shape]] = {
+    "each variable to d, weighted term lower": (TENSOR, TENSOR),
+    "total degree d, weighted term lower": (TOTAL, TOTAL),
+    "each variable to d, weighted term the same": (TENSOR_SAME, TENSOR_SAME),
+    "total degree d, weighted term the same": (TOTAL_SAME, TOTAL_SAME),
+    "outer variable to 2d, weighted term the same": (WIDE, WIDE),
+    "kernel in the outer variable only": ((1, 0, 1, False, 0), (1, 0, 1, False, 0)),
+    "kernel in the inner variable only": ((1, 1, 0, False, 0), (1, 1, 0, False, 0)),
+    "V: total degree d, dissipation: outer variable to 2d": (TOTAL_SAME, WIDE),
+    "V: each variable to d, dissipation: outer variable to 2d": (TENSOR_SAME, WIDE),
+    "V: total degree d, dissipation: multiplier of degree d + 1": (TOTAL, (2, 1, 1, False, 0)),
+    "V: total degree d, dissipation: degree d + 1": (TOTAL, (2, 2, 2, True, 0)),
+}
+
+
+def _cone(space: FormSpace, shape: Shape) -> tuple[sparse.csr_array, tuple[Index, ...]]:
+    z1, inner, outer, total, lower = shape
+    plain = Block(z1, DegreeRule.TENSOR, False, inner, outer, total)
+    weighted = Block(z1 - lower, DegreeRule.TENSOR, True, max(inner - lower, 0), max(outer - lower, 0), total)
+    maps = [cone_map(block, space) for block in (plain, weighted)]
+    return sparse.hstack(maps, format="csr"), (plain.labels(space), weighted.labels(space))
+
+
+def least(system: DelaySystem, reading: tuple[Shape, Shape], epsilon: float) -> float:
+    """Least γ of Theorem 3 for one reading, in the units of the system, on which the meaning of ε depends."""
+    inner, change = measured_last(system)
+    storage, v_labels = _cone(lie.state_space(inner, COUNT), reading[0])
+    dissipation, h_labels = _cone(lie.derivative_space(inner, COUNT), reading[1])
+    assembly = Assembly(
+        system=inner,
+        change=change,
+        degree=1,
+        rule=DegreeRule.TENSOR,
+        count=COUNT,
+        storage=storage,
+        derivative=lie.lie_derivative(inner, COUNT),
+        dissipation=dissipation,
+        v_labels=v_labels,
+        h_labels=h_labels,
+        kept=~lie.absorbed(inner, COUNT),
+    )
+    return float(solve_sdpa(program(reduced(assembly), epsilon), LOOSE).linear[0])
+
+
+def readings(plants: dict[str, Json], printed: dict[str, str], epsilon: float) -> Json:
+    """For each reading and example: γ at ε = 0, at `epsilon`, and the ε that give the print if γ is linear in ε.
+
+    gamma and rescaled are the same infimum in two units; where they differ it is not sharply defined numerically.
+    """
+    found: Json = {}
+    for name, reading in READINGS.items():
+        found[name] = {}
+        for example, plant in plants.items():
+            system = delay_system(**plant)
+            base, moved = least(system, reading, 0.0), least(system, reading, epsilon)
+            target, half = float(printed[example]), 0.5 * 10.0 ** -len(printed[example].partition(".")[2])
+            slope = (moved - base) / epsilon
+            found[name][example] = {
+                "gamma": base,
+                "rescaled": target * least(gain_scaled(system, target), reading, 0.0),
+                "with_epsilon": moved,
+                "epsilon_from": (target - half - base) / slope,
+                "epsilon_to": (target + half - base) / slope,
+            }
+    return found
+
+
+def common_epsilon(found: Json, name: str) -> bool:
+    """Whether one ε >= 0 gives the print in every example under a reading."""
+    ranges = [(part["epsilon_from"], part["epsilon_to"]) for part in found[name].values()]
+    return bool(max(0.0, *(low for low, _ in ranges)) <= min(high for _, high in ranges))

@@ -1,0 +1,101 @@
+"""Computations behind Example 4 and Table I: the cost of Theorem 3 against n·K; functions that return JSON values."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from papers.peet2019.experiments.examples import solver_record
+from replication.estimation.conic.sdpa import Program, SdpaOptions, Solution, solve_sdpa
+from replication.estimation.delay.sos import bessel, lie, synthesis
+from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks
+from replication.estimation.delay.spectrum import rightmost_roots
+from replication.estimation.delay.system import DelaySystem, delay_system, transformed
+
+Json = dict[str, Any]
+
+ROUGH = SdpaOptions(tolerance=1e-7, scale=1e2, gap=1.0, residual=1e-5)
+"""For Example 4: the infimum of γ is zero, known and not attained, so that a gap says nothing; any small γ serves."""
+CERTIFY = SdpaOptions(tolerance=1e-5, scale=1e4, gap=1e-2, residual=1e-6)
+"""For Example 4 at a given level: any feasible point serves, and a start larger than it takes fewest iterations."""
+SMALL_LEVEL = 9e-4
+"""Below the printed bound .001."""
+
+
+def level_of(states: int, delays: int) -> float | None:
+    """The level to certify, or None to minimise γ: with one delay and many states SDPA cannot follow γ to zero."""
+    return SMALL_LEVEL if delays == 1 and states >= 5 else None
+
+
+def example_4(states: int, delays: int, *, jordan: float) -> DelaySystem:
+    """Example 4 with a Jordan block of eigenvalue `jordan`, in the coordinates x_2, .., x_n, y.
+
+    γ does not depend on the coordinates; these keep the matrices, and with them the program, sparse.
+    """
+    block = jordan * np.eye(states) + np.diag(np.ones(states - 1), 1)
+    ones = np.ones((states, 1))
+    times = [(i + 1) / delays for i in range(delays)]
+    printed = delay_system(np.zeros((states, states)), [-block / delays] * delays, times, ones, ones.T, ones.T)
+    return transformed(printed, np.vstack([np.eye(states)[1:], ones.T]))
+
+
+def cost_program(states: int, delays: int, level: float | None) -> Program:
+    """The program of Example 4 at degree 1: minimise γ, or find a certificate of `level`."""
+    return synthesis.program(synthesis.assemble(example_4(states, delays, jordan=1.0), 1, DegreeRule.TOTAL), 0.0, level)
+
+
+def cost(states: int, delays: int, level: float | None, threads: int = 1) -> Json:
+    """Example 4 at degree 1: least γ, or a certificate of `level`; the size of the program and what the solver said."""
+    return _solved(cost_program(states, delays, level), level, threads)[0]
+
+
+def _solved(task: Program, level: float | None, threads: int) -> tuple[Json, Solution]:
+    solution = solve_sdpa(task, replace(ROUGH if level is None else CERTIFY, threads=threads))
+    found = {
+        "gamma": float(solution.linear[0]) if level is None else level,
+        "equalities": task.a.shape[0],
+        "blocks": list(task.blocks),
+        "solver": solver_record(solution),
+    }
+    return found, solution
+
+
+def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) -> Json:
+    """A certificate of `level` for Example 4 from the small cone with one moment, checked as one of degree 1.
+
+    The solution is written in the matrices of `cost_program`; what it misses there is measured, without a solver.
+    """
+    small = synthesis.assemble(example_4(states, delays, jordan=1.0), 1, DegreeRule.BESSEL)
+    found, solution = _solved(synthesis.program(small, 0.0, level), level, threads)
+    spaces = (lie.state_space(small.system, small.count), lie.derivative_space(small.system, small.count))
+    first = 1 + 2 * small.system.delay_count
+    parts = zip((solution.blocks[:first], solution.blocks[first:]), spaces, strict=True)
+    target = cone_blocks(1, DegreeRule.TOTAL)
+    matrices = [matrix for part, space in parts for matrix in bessel.lifted(part, space, 1, target)]
+    full = cost_program(states, delays, level)
+    residual = np.abs(full.a @ np.concatenate([matrix.ravel() for matrix in matrices]) - full.b).max()
+    found["full"] = {
+        "equalities": full.a.shape[0],
+        "residual": float(residual / (1.0 + np.abs(full.b).max())),
+        "least_eigenvalue": min(float(np.linalg.eigvalsh(matrix)[0]) for matrix in matrices),
+    }
+    return found
+
+
+def sizes(states: list[int], delays: list[int]) -> Json:
+    """Equalities of the program of Example 4 for every cell of Table I; nothing is solved."""
+    cells = [(n, k, cost_program(n, k, None).a.shape[0]) for k in delays for n in states]
+    return {"cells": [{"states": n, "delays": k, "equalities": count} for n, k, count in cells]}
+
+
+def example_4_roots(states: list[int], delays: list[int]) -> Json:
+    """Rightmost root for a Jordan block of eigenvalue 1 and of eigenvalue 0, over all cells.
+
+    n states have the roots of one, n times. As a multiple root is found to the n-th root of rounding only, those for
+    eigenvalue 1 are found with one state; for eigenvalue 0 all are zero.
+    """
+    one = [float(rightmost_roots(example_4(1, k, jordan=1.0), 1)[0].real) for k in delays]
+    roots = {"one": one, "zero": [0.0 for _ in states]}
+    return {name: {"largest": max(values), "smallest": min(values)} for name, values in roots.items()}

@@ -1,0 +1,52 @@
+"""What Peet and Gu print, from the file beside, and the plants as inputs of experiments, with those of ours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from papers.peet2019.plants import OWN
+from replication.audit.data import PrintedValue, read_printed
+from replication.audit.judge.printed import parse
+
+DATA = read_printed(Path(__file__).with_suffix(".toml"))
+COLUMNS = tuple(DATA["gamma-1"])
+"""Columns of the tables below Examples 1-3: degrees as d1, d2, d3, and pade."""
+DEGREES = tuple(int(column[1:]) for column in COLUMNS if column != "pade")
+STATES = tuple(DATA["states"])
+DELAY_COUNTS = tuple(map(int, DATA["table-1"]))
+
+
+def seconds(states: int, delays: int) -> PrintedValue:
+    """The entry of Table I for these numbers of states and delays; "N/A" for the largest."""
+    text = DATA["table-1"][str(delays)][STATES.index(states)]
+    return PrintedValue(text, f"Table I, n = {states}, K = {delays}", text.unit)
+
+
+def published() -> list[tuple[int, int, PrintedValue]]:
+    """(n, K, seconds) of every cell of Table I that holds a number, row by row."""
+    cells = [(n, k, seconds(n, k)) for k in DELAY_COUNTS for n in STATES]
+    return [cell for cell in cells if cell[2] != "N/A"]
+
+
+def plant(printed: Mapping[str, Any]) -> dict[str, Any]:
+    """A plant in numbers. Where `a` is one matrix, it is that of the mean of the delayed states."""
+    numbers = {name: _numbers(value) for name, value in printed.items()}
+    if isinstance(printed["a"], str):
+        count = len(numbers["delays"])
+        numbers["a"] = [[[entry / count for entry in row] for row in numbers["a"]]] * count
+    return numbers
+
+
+def _numbers(value: Any) -> Any:
+    if not isinstance(value, str):
+        return [_numbers(entry) for entry in value]
+    printed = parse(value)
+    return np.reshape([float(entry.value) for entry in printed.entries], printed.shape).tolist()
+
+
+EXAMPLES = {name: plant(DATA[f"example-{name}"]) for name in ("1", "2", "3")}
+OWN_SYSTEMS = {name: plant(numbers) for name, numbers in OWN.items()}
