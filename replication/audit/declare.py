@@ -170,7 +170,7 @@ def paper(
 ) -> Paper:
     """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, formulas, and the like.
 
-    Raises AuditError for a name that has the key in front already.
+    Raises AuditError for a name that has the key in front already, and for a claim that repeats one that is not there.
     """
 
     def one(name: str, link: str = ".") -> str:
@@ -191,6 +191,12 @@ def paper(
         return tuple(msgspec.structs.replace(row, claim=one(row.claim)) for row in sensitivity(results))
 
     parts = tuple(parts)
+    known = {claim.id for part in parts for claim in part.claims if not claim.repeats}
+    for claim in (claim for part in parts for claim in part.claims):
+        if claim.repeats and claim.repeats not in known:
+            raise AuditError(
+                f"claim {claim.id!r} repeats {claim.repeats!r}, which is no claim, or repeats another one itself"
+            )
     return Paper(
         key=key,
         claims=tuple(
@@ -223,7 +229,8 @@ def paper(
             for figure in figures
         ),
         tables=tuple(
-            replace(table, rows=tuple(tuple(cell(text) for text in row) for row in table.rows)) for table in tables
+            msgspec.structs.replace(table, rows=tuple(tuple(cell(text) for text in row) for row in table.rows))
+            for table in tables
         ),
         findings=own(findings),
         sensitivity=own(moved),
