@@ -7,16 +7,21 @@ import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from replication.commands.shared import FAILED, FINE, say
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.ownplant.fields import FIELDS, described
 
+if TYPE_CHECKING:
+    from replication.estimation.api.results import GainResult
+    from replication.ownplant.reading import PlantFile
+
 TEXT = "design an estimator for a plant of your own, given in a file"
 NOTES = """The plant file is TOML; `replication design METHOD --help` lists its keys. Gains (JSON, MATLAB, C), a figure
 and a page go to ./NAME-METHOD/, NAME being that of the file; they appear at once or not at all. If no estimator is
-found the exit code is 3.
+found the exit code is 3. With --certificate the verifier proves what it can of the design, and
+NAME-METHOD.certificate.json lies beside the gains; `python -m replication verify FILE` checks it again.
 
 """
 T = TypeVar("T")
@@ -42,6 +47,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         added.add_argument("plant", type=Path, metavar="FILE", help="the plant, a TOML file")
         add(added)
         added.add_argument("--output", type=Path, metavar="DIR", help="where the design goes (default: ./NAME-METHOD)")
+        added.add_argument("--certificate", action="store_true", help="prove the design, and write what proves it")
         added.add_argument("--force", action="store_true", help="replace an earlier design there")
 
 
@@ -54,7 +60,8 @@ def command(chosen: argparse.Namespace) -> int:
 
     plant = read_plant(chosen.plant, chosen.method)
     directory = chosen.output or Path(f"{plant.name}-{plant.method}")
-    require_free(directory, replace=chosen.force)
+    certificate = f"{plant.name}-{plant.method}.certificate.json"
+    require_free(directory, replace=chosen.force, proof=certificate)
     options = {name: value for name, value in vars(chosen).items() if name in OPTIONS[chosen.method]}
     given = {name: value for name, value in options.items() if value is not None}
     # A search that was killed goes on from here.
@@ -63,16 +70,26 @@ def command(chosen: argparse.Namespace) -> int:
         given["timings"] = timings
     try:
         result = DESIGNS[chosen.method](plant, **given)
+        proof, proved = _proof(plant, result, certificate) if chosen.certificate else ({}, [])
     except InvalidInputError as error:
         raise InvalidInputError(f"{chosen.plant}: {error}") from None
     except (InfeasibleError, SolverError) as error:
         print(f"replication: {chosen.plant}: {error}", file=sys.stderr)
         return FAILED
-    write_design(directory, plant, result, _call(chosen, options))
+    write_design(directory, plant, result, _call(chosen, options), proof)
     if searched:
         forget(timings)
-    say([*str(result).splitlines(), f"written: {directory}"])
+    say([*str(result).splitlines(), *proved, f"written: {directory}"])
     return FINE
+
+
+def _proof(plant: PlantFile, result: GainResult, file: str) -> tuple[dict[str, bytes], list[str]]:
+    """The file of the certificate, and the line that says what it proves; raises as `certified` does."""
+    from replication.audit.run.certify import to_json
+    from replication.certify.own import certified
+
+    certificate, sentence = certified(result, plant.name, as_written=True)
+    return {file: to_json(certificate)}, [f"proved: {sentence}"]
 
 
 OPTIONS = {
@@ -91,6 +108,7 @@ def _call(chosen: argparse.Namespace, options: dict[str, Any]) -> str:
         if value is not None:
             text = ",".join(str(part) for part in value) if isinstance(value, (list, tuple)) else str(value)
             words += [f"--{name}", text]
+    words += ["--certificate"] * chosen.certificate
     return shlex.join(words)
 
 

@@ -14,7 +14,7 @@ from flint import acb, fmpq, fmpq_mat
 
 from replication.certify.delay import levels as maker
 from replication.certify.delay import pade as pade_maker
-from replication.certify.rounding import as_floats
+from replication.certify.rounding import exact, floats, rational
 from replication.verify.algebra.linear import zeros
 from replication.verify.delay import dual as delay_dual
 from replication.verify.delay import forms as delay_forms
@@ -121,9 +121,9 @@ def two_delays() -> Json:
 def test_the_model_is_that_of_a_second_construction() -> None:
     plant, part = two_delays(), pade_maker.section(4)
     A, B, C = delay_pade._model(delay_plant.read_plant(plant), (part.a, part.b, part.c, part.d))
-    expected = pade_maker._model(maker.system_of(plant), part)
+    expected = pade_maker._model(maker.floating(plant), part)
     for found, wanted in zip((A, B, C), expected, strict=True):
-        np.testing.assert_allclose(as_floats(maker.written(found)), wanted, rtol=1e-13, atol=1e-13)
+        np.testing.assert_allclose(floats(found), wanted, rtol=1e-13, atol=1e-13)
     assert A.nrows() == 2 + 3 * 4
 
 
@@ -308,11 +308,11 @@ def test_the_functional_is_weakly_dual() -> None:
     forms = []
     for kind, count in (("storage", 2), ("dissipation", points)):
         parts = [
-            delay_forms.square(maker.exact(gram), weight, count, functions, order)
+            delay_forms.square(exact(gram), weight, count, functions, order)
             for gram, weight, order in zip(grams[kind], (delay_forms.UNIFORM, delay_forms.BUMP), (1, 0), strict=True)
         ]
         forms.append(delay_forms.total(*parts))
-    gamma = maker.rational(certificate("ex2-d1-upper")["bound"]["upper"])
+    gamma = rational(certificate("ex2-d1-upper")["bound"]["upper"])
     whole = delay_forms.total(delay_sos.rate(plant, gamma, forms[0]), forms[1])
     assert seen.of(whole) == 0
     assert seen.of(forms[1]) > 0

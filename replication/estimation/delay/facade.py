@@ -164,7 +164,7 @@ def design(
     if level is None:
         least = _minimum(system, degree, rule)
         target = least.gamma * (1 + positive_scalar("margin", margin))
-        how = f"degree {degree} of the {rule} rule, {least.solution.solver} {least.solution.version}"
+        how = f"degree {degree} of the {rule} rule, {least.solution.report.name} {least.solution.report.version}"
         facts: tuple[Evidence, ...] = (Evidence("least level", least.gamma, how),)
     else:
         target, facts = positive_scalar("level", level), ()
@@ -266,13 +266,15 @@ def _result(
     coarse = hinf_norm(error_system(system, operators, max(2 * order // 3, 1)))
     points = grid(order).points
     values = evaluate(operators, points)
-    galerkin, solution = check(certificate), certificate.solution
+    galerkin, report = check(certificate), certificate.solution.report
     evidence = (
         *facts,
         Evidence("lower end attained at", norm.frequency, f"closed loop, {order + 1} Chebyshev points", "rad/s"),
         Evidence("gain on a coarser grid", coarse.lower, f"{max(2 * order // 3, 1) + 1} points"),
         Evidence("upper end proved by", f"degree {certificate.degree}, {certificate.rule} rule", "sums of squares"),
-        Evidence("residual of the proof", solution.equality, f"{solution.solver} {solution.version}, our measure"),
+        Evidence(
+            "residual of the proof", report.residuals["equalities"], f"{report.name} {report.version}, our measure"
+        ),
         Evidence("storage, least eigenvalue", galerkin.storage, "Galerkin check; positive"),
         Evidence("dissipation, largest eigenvalue", galerkin.dissipation, "Galerkin check; zero or negative"),
         Evidence("error decays at", -norm.abscissa, "rightmost eigenvalue of the closed loop", "1/s"),

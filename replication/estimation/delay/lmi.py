@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import schur
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.conic.solvers import solve_modelled
 from replication.estimation.delay.models import Model
 from replication.estimation.validation import Array, undetectable_mode
 
@@ -68,16 +69,13 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
     )
     problem = cp.Problem(cp.Minimize(gamma), [(block + block.T) / 2 << 0])
     options = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance, "max_iter": 200}
-    try:
-        problem.solve(solver=cp.CLARABEL, max_threads=1, **options)
-    except cp.error.SolverError as error:
-        raise SolverError(f"Clarabel failed on LMI (3): {error}; lower the order of the model") from error
-    if problem.status != cp.OPTIMAL:
-        raise SolverError(f"Clarabel stopped with status {problem.status} on LMI (3); loosen the tolerance")
+    status = solve_modelled(problem, options)
+    if status != cp.OPTIMAL:
+        raise SolverError(f"Clarabel stopped with status {status} on LMI (3); loosen the tolerance")
     gain = None
     if injection is not None:
         gain = np.linalg.lstsq(np.asarray(storage.value), np.asarray(injection.value), rcond=None)[0]
-    return LmiResult(float(np.asarray(gamma.value)), gain, str(problem.status), "Clarabel")
+    return LmiResult(float(np.asarray(gamma.value)), gain, status, "Clarabel")
 
 
 def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.sdpa import Program, SdpaOptions, Solution, solve_sdpa
+from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.least_gain import LeastGain, looser, minimum_gain, solved

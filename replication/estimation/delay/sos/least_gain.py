@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from replication.errors import SolverError
-from replication.estimation.conic.sdpa import Program, SdpaOptions, Solution, solve_clarabel, solve_sdpa
+from replication.estimation.conic.clarabel import solve_clarabel
+from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.reduction import reduced
 from replication.estimation.delay.sos.synthesis import Assembly, assemble, program
@@ -99,7 +101,7 @@ def looser(options: SdpaOptions) -> SdpaOptions:
 def _lower(solution: Solution) -> float:
     """What the dual point proves of matrices with a trace up to ROOM times that of the point."""
     distance = abs(solution.objective - solution.dual_objective)
-    indefinite = solution.gap * (1.0 + abs(solution.objective)) - distance
+    indefinite = solution.report.residuals["gap"] * (1.0 + abs(solution.objective)) - distance
     return solution.dual_objective - ROOM * max(0.0, indefinite)
 
 
@@ -117,4 +119,5 @@ def _found(assembly: Assembly, epsilon: float, unit: float, solution: Solution) 
 
 def cross_checked_gain(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR) -> Solution:
     """The program of Theorem 3, not reduced, solved by Clarabel: for small systems, as a second opinion."""
-    return solve_clarabel(program(assemble(system, degree, rule), 0.0), tolerance=1e-8)
+    task, loose = program(assemble(system, degree, rule), 0.0), 1e-8
+    return solve_clarabel(task, matrices=True, tol_gap_abs=loose, tol_gap_rel=loose, tol_feas=loose)

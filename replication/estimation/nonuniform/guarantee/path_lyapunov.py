@@ -15,7 +15,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from replication.estimation.conic.clarabel_blocks import ALMOST, Inequalities, minimise, symmetric_basis
+from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
+from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.nonuniform.filters import Filter, error_output
 from replication.estimation.nonuniform.guarantee.context_tree import ContextTree, Word
@@ -158,9 +159,10 @@ def solve(
     group = Inequalities(np.array(constants), np.array(coefficients), np.array(variables))
     cost = np.zeros(1 + terms * len(tree.leaves))
     cost[0] = 1.0
-    solution = minimise(cost, (group,), accept=accept)
-    P = np.einsum("cl,lab->cab", solution.x[1:].reshape(-1, terms), basis)
+    solution = solve_clarabel(program_under(cost, group), accept=accept)
+    x, duals = solution.multipliers, np.array(solution.blocks)
+    P = np.einsum("cl,lab->cab", x[1:].reshape(-1, terms), basis)
     flux = np.zeros(len(tree.leaves))
     sources = [leaf for _, leaf, _ in seen]
-    np.add.at(flux, sources, np.einsum("eab,eab->e", P[sources], solution.duals[0][:, :size, :size]))
-    return PathSolution(float(solution.x[0]), P, flux, solution.report)
+    np.add.at(flux, sources, np.einsum("eab,eab->e", P[sources], duals[:, :size, :size]))
+    return PathSolution(float(x[0]), P, flux, solution.report)
