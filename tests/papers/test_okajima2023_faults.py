@@ -172,7 +172,7 @@ def verdict(claim: Claim, results: dict[str, Any]) -> Verdict:
     evidence = claim.answer(results)
     assert {outcome.reading for outcome in evidence.outcomes} <= {reading.name for reading in PAPER.readings}
     proof = Proof(holds=True, text="taken for granted here") if claim.erratum else None
-    return make_record(claim, KEY, evidence, proof, "here:1", 0.0, "").verdict
+    return make_record(claim, evidence, proof).judgement.verdict
 
 
 def named(names: dict[str, Any]) -> list[Any]:
