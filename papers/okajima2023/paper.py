@@ -23,7 +23,7 @@ PARTS = (
     ),
     formulation.EARLIER,
     formulation.FORMULATION,
-    Part("Fig. 1, block diagram", reason="A drawing without data; its schedules are audited."),
+    Part("Fig. 1, block diagram", reason="A drawing without data; its schedules are audited, its D is an erratum."),
     Part("Remark 1, on zero measurements", reason="An explanation: the observer knows S_k."),
     theorems.THEOREMS,
     levels.LEVELS,
@@ -42,7 +42,8 @@ PARTS = (
     unstable.UNSTABLE,
     Part(
         "The solver mincx, and computing times",
-        reason="Its source is closed, and no time is printed. By default it stops at a relative accuracy of 1 %.",
+        reason="Its source is closed, and no time is printed. By its documentation it stops at a relative accuracy of "
+        "1 % unless told otherwise.",
     ),
     Part("Sec. V, conclusion", reason="Repeats statements that are audited where they are made."),
     blog.BLOG,

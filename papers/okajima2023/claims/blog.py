@@ -77,7 +77,7 @@ def shorter_is_better(results: Results) -> Evidence:
 
 @BLOG.order("blog.periodic-matrices", place="Blog, on Theorem 1", uses="constant-matrix")
 def periodic_matrices(results: Results) -> Evidence:
-    """At each of the four gain sets printed for the stable plant, periodic P_k in Theorem 1 give a smaller level."""
+    """At each gain set printed for the stable plant, one P in Theorem 1 gives a larger level than P_k, or none."""
     found = results["constant-matrix"]
     margins, quantities = [], {}
     for equation, analysis in found["analyses"].items():

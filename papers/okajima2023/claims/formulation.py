@@ -105,7 +105,7 @@ FORMULATION.feasible(
 
 @FORMULATION.feasible("theory.product", place="After eq. (16)", uses="product-orders")
 def start_of_the_period(results: Results) -> Evidence:
-    """For the gains (33), A_eN … A_e1, as A_e is spelled out, has poles of the moduli of a period from instant 0."""
+    """For the gains (33), A_eN … A_e1, as A_e is spelled out, has poles of the same moduli as A_e,N−1 … A_e0."""
     orders = results["product-orders"]
     shifted, ascending = (
         max(abs(a - b) for a, b in zip(orders["descending"], orders[other], strict=True))

@@ -44,7 +44,7 @@ def optimal_level(experiment: str, printed: str, results: Results) -> Evidence:
     excess = float(entry.value - entry.unit / 2) / best - 1
     early = (
         f" The least level that rounds to the print lies {100 * excess:.3f} % above the optimum: a solver that stops "
-        "there prints it, and the default accuracy of mincx, 1 %, allows that."
+        "there prints it, and the documented default accuracy of mincx, 1 %, allows that."
         if excess > 0
         else ""
     )
