@@ -19,10 +19,10 @@ from replication.certify.nonuniform import gain as nonuniform_makers
 from replication.certify.rounding import decimals, rounded_up
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import GainResult
-from replication.estimation.delay.facade import DelayResult
-from replication.estimation.dualrate.facade import DualRateResult
-from replication.estimation.multirate.facade import MultirateResult
-from replication.estimation.nonuniform.facade import NonuniformResult
+from replication.estimation.delay.result import DelayResult
+from replication.estimation.dualrate.result import DualRateResult
+from replication.estimation.multirate.result import MultirateResult
+from replication.estimation.nonuniform.result import NonuniformResult
 from replication.verify.run import check
 from replication.verify.subjects import FORMAT
 from replication.verify.theorem import Refused

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from replication.drawing.panels import draw_svg
 from replication.errors import InvalidInputError
@@ -35,6 +37,15 @@ def require_free(directory: Path, *, replace: bool, proof: str = "") -> None:
         raise InvalidInputError(
             f"{directory} holds more than a design ({', '.join(others[:3])}); choose another --output"
         )
+
+
+def with_names(result: GainResult, given: Mapping[str, tuple[str, ...]]) -> GainResult:
+    """The result with the names that the file gives; estimated outputs that are the states are called like them."""
+    own = result.signals
+    names: dict[str, Any] = dict(given)
+    if "states" in given and own.outputs == own.states:
+        names = {"outputs": given["states"], **names}
+    return replace(result, signals=replace(own, **names))
 
 
 def write_design(

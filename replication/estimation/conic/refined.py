@@ -13,7 +13,7 @@ import numpy as np
 
 from replication.errors import SolverError
 from replication.estimation.conic.program import Inequalities, program_under
-from replication.estimation.conic.sdpa import run_sdpa
+from replication.estimation.conic.sdpa import SdpaGaveUp, run_sdpa
 from replication.estimation.conic.solvers import Options, SolverReport
 from replication.estimation.validation import Array
 
@@ -32,6 +32,9 @@ LOCAL_OPTIONS: Options = {**OPTIONS, "lambdaStar": 1e2, "epsilonStar": 1e-10, "e
 relative to the one that the first solution left."""
 REFINEMENTS = 2
 """Times that a program is solved again in the coordinates of the last point; one was enough for all that was met."""
+FEWER, LEAST = 0.75, 8
+"""Where SDPA gives up it is asked for this share of the iterations, and for no fewer than that: its last points, which
+are out of reach on purpose, are those whose matrices rounding spoils."""
 FLAT = 1e-14
 """Smallest eigenvalue of a slack, relative to its largest, that the local coordinates tell from zero."""
 GAP = 1e-6
@@ -68,9 +71,15 @@ def minimise_refined(cost: Array, group: Inequalities) -> tuple[Array, Array, So
 
 
 def _solve(cost: Array, group: Inequalities, options: Options) -> tuple[Array, Array, SolverReport]:
-    """The point and the duals (K, q, q) at which SDPA ended."""
+    """The point and the duals (K, q, q) where SDPA ended; after fewer iterations where it gives up in a later one."""
     program = program_under(cost, group)
-    duals, point, said = run_sdpa(program, options)
+    try:
+        duals, point, said = run_sdpa(program, options)
+    except SdpaGaveUp:
+        fewer = int(options["maxIteration"] * FEWER)
+        if fewer < LEAST:
+            raise
+        return _solve(cost, group, {**options, "maxIteration": fewer})
     return point, np.array(program.matrices(duals)), said
 
 

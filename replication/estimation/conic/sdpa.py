@@ -6,9 +6,14 @@ fallback from one solver to the other.
 
 from __future__ import annotations
 
+import os
+import pickle
+import signal
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
+from typing import TypeVar, cast
 
 import scipy.sparse as sparse
 from sdpap.param import param
@@ -21,16 +26,35 @@ from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.solvers import Options, SolverReport, quiet_stdout
 from replication.estimation.validation import Array
 
+T = TypeVar("T")
 ENDLESS = 1e9
 """A trace, in the units of the program, beyond which no matrix is looked for; those that are found stay far below."""
+
+
+class SdpaGaveUp(SolverError):
+    """SDPA ended without an answer; nothing is known of the program."""
 
 
 @dataclass(frozen=True)
 class SdpaOptions:
     """Stopping rules and start of SDPA.
 
-    tolerance: relative gap and residuals asked for. scale: the start is scale·I, larger than the solution.
-    step: fraction of the step to the boundary. gap, residual: what must hold by our own measure, see `solve_sdpa`.
+    Attributes
+    ----------
+    tolerance : float
+        Relative gap and residuals asked for.
+    scale : float
+        The start is scale·I, larger than the solution.
+    iterations : int
+        Steps at most.
+    step : float
+        Fraction of the step to the boundary.
+    gap : float
+        Relative gap that must hold by our own measure, see `solve_sdpa`.
+    residual : float
+        Residuals that must hold by our own measure.
+    threads : int
+        Threads of the solver.
     """
 
     tolerance: float = 1e-9
@@ -42,7 +66,13 @@ class SdpaOptions:
     threads: int = 1
 
     def as_dict(self) -> Options:
-        """The options under SDPA's own names."""
+        """The options under SDPA's own names.
+
+        Returns
+        -------
+        dict
+            As its parameters are called.
+        """
         return {
             "epsilonStar": float(self.tolerance),
             "epsilonDash": float(self.tolerance),
@@ -55,14 +85,15 @@ class SdpaOptions:
 def run_sdpa(program: Program, options: Options, threads: int = 1) -> tuple[Array, Array, SolverReport]:
     """The points x and y at which SDPA ended, and what it said, without residuals."""
     option = param({**options, "print": "no", "numThreads": threads})
+    arguments = (
+        sparse.csc_matrix(program.a),
+        sparse.csc_matrix(program.b[:, None]),
+        sparse.csc_matrix(program.c[:, None]),
+        SymCone(f=0, l=program.linear, q=(), s=program.blocks),
+        option,
+    )
     with quiet_stdout(), _libraries().limit(limits=threads):
-        x, y, _, info = sdpacall.solve_sdpa(
-            sparse.csc_matrix(program.a),
-            sparse.csc_matrix(program.b[:, None]),
-            sparse.csc_matrix(program.c[:, None]),
-            SymCone(f=0, l=program.linear, q=(), s=program.blocks),
-            option,
-        )
+        x, y, _, info = _apart(lambda: sdpacall.solve_sdpa(*arguments))
     report = SolverReport(
         name="SDPA",
         version=version("sdpa-python"),
@@ -71,6 +102,33 @@ def run_sdpa(program: Program, options: Options, threads: int = 1) -> tuple[Arra
         iterations=int(info["iteration"]),
     )
     return x.toarray().ravel(), y.toarray().ravel(), report
+
+
+def _apart(call: Callable[[], T]) -> T:
+    """What `call` returns, from a process of its own; raises SdpaGaveUp if that process ends without an answer.
+
+    Where a factorisation fails beyond repair, SDPA ends its process, silently and with exit code 0.
+    """
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            with os.fdopen(writing, "wb") as stream:
+                pickle.dump(call(), stream)
+        finally:
+            os._exit(0)
+    os.close(writing)
+    try:
+        with os.fdopen(reading, "rb") as stream:
+            answer = stream.read()
+    except BaseException:
+        os.kill(child, signal.SIGKILL)
+        raise
+    finally:
+        os.waitpid(child, 0)
+    if not answer:
+        raise SdpaGaveUp("SDPA gave up in the middle of a factorisation; rescale the plant, or ask for another level")
+    return cast(T, pickle.loads(answer))
 
 
 @cache

@@ -38,6 +38,13 @@ def test_importing_the_package_and_its_methods_loads_nothing_heavy_until_used() 
     assert "numpy" in loaded_after(f"{code}\nmultirate.design")
 
 
+def test_drawing_knows_nothing_of_the_library_that_it_draws_for() -> None:
+    for path in (ROOT / "replication" / "drawing").glob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        modules = {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+        assert not any(module.startswith("replication.estimation") for module in modules), path
+
+
 def test_arrays_need_neither_python_control_nor_a_plot_library() -> None:
     code = (
         "from replication.estimation import multirate\n"
@@ -54,7 +61,10 @@ def test_lazy_names_are_those_that_type_checkers_see(method: str) -> None:
     seen = {
         alias.name: node.module
         for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and node.module and f".{method}." in node.module
+        if isinstance(node, ast.ImportFrom)
+        and node.module
+        and not node.module.endswith(".lazy")
+        and node.module != "typing"
         for alias in node.names
     }
     assert sorted(seen) == sorted(package.__all__)

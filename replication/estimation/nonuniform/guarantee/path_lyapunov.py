@@ -18,7 +18,7 @@ import numpy as np
 from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
 from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
 from replication.estimation.conic.solvers import SolverReport
-from replication.estimation.nonuniform.filters import Filter, error_output
+from replication.estimation.nonuniform.filters import Filter, error_output, error_step
 from replication.estimation.nonuniform.guarantee.context_tree import ContextTree, Word
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
@@ -55,15 +55,9 @@ class ErrorSystem:
 
     def steps(self, transitions: Array) -> Array:
         """[A-bar, B-bar] for a stack (V, n + m, n + m), of shape (V, n + nf, n + nf + m)."""
-        n, nf, m = self.plant.order, len(self.filter.A), self.plant.B.shape[1]
-        steps = np.zeros((len(transitions), n + nf, n + nf + m))
-        steps[:, :n, :n] = transitions[:, :n, :n]
-        steps[:, :n, n + nf :] = transitions[:, :n, n:]
-        steps[:, n:, :n] = self.filter.B @ self.plant.C
-        steps[:, n:, n : n + nf] = self.filter.A
-        steps[:, n:, n + nf :] = self.filter.B @ self.plant.D
-        steps[:, :, : n + nf] = steps[:, :, : n + nf] @ np.linalg.inv(self.T)
-        return self.T @ steps
+        n = self.plant.order
+        state, drive = error_step(self.plant, self.filter, transitions[:, :n, :n], transitions[:, :n, n:])
+        return np.asarray(self.T @ np.concatenate([state @ np.linalg.inv(self.T), drive], axis=-1))
 
     def storage(self, P: Array) -> Array:
         """The storage matrices P (leaves, N, N) for the error e and the states that were asked about."""
