@@ -156,8 +156,8 @@ TIMED = Part("Sec. IV-B, simulations, Figs. 6-8", reading=SAME_NOISE, figures=("
 @TIMED.statistical(
     "simulation.timing",
     place="Sec. IV-B, on Figs. 6-8",
-    statement="The timing matters for the simulated error, as is read from Figs. 6-8: in most draws Case 2 has less energy "
-    "of the error than each other case.",
+    statement="The timing matters for the simulated error, as is read from Figs. 6-8: in most draws Case 2 has less "
+    "energy of the error than each other case.",
     uses="timing-draws",
 )
 def least_error_of_timings(results: Results) -> Evidence:
