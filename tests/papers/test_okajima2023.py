@@ -14,8 +14,9 @@ from papers.okajima2023 import PAPER
 from papers.okajima2023.cases import SEED, both, pair
 from papers.okajima2023.claims.blog import longest_gap
 from papers.okajima2023.claims.levels import counterexamples
-from papers.okajima2023.experiments.designs import constant_matrix, design, norm_of_gains
+from papers.okajima2023.experiments.designs import constant_matrix, design, norm_of_gains, of_filters
 from papers.okajima2023.experiments.identities import summation
+from papers.okajima2023.experiments.problem import build
 from papers.okajima2023.experiments.simulations import distribution, draws, tail_probability, timing_draws
 from papers.okajima2023.printed import GAINS, PLANT, TABLE_1
 from replication.audit.judge.verdict import rejudge
@@ -24,6 +25,7 @@ from replication.audit.run.pool import Processes
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
 from replication.errors import InvalidInputError
+from replication.estimation.multirate.optimum import optimum
 
 ROOT = Path(__file__).resolve().parents[2]
 KEY = PAPER.key
@@ -166,3 +168,17 @@ def test_one_matrix_does_not_exist_where_one_instant_alone_is_unstable() -> None
     assert found["40"]["constant"] is None
     assert found["40"]["largest_radius"] > 1 > found["39"]["largest_radius"]
     assert found["39"]["constant"] > found["39"]["periodic"]
+
+
+@pytest.mark.parametrize(
+    ("periods", "sensors", "better"), [([2], [0], True), ([3], [1], False), ([2, 3], [0, 1], False)]
+)
+def test_filters_are_between_predictors_and_smoothers(periods: list[int], sensors: list[int], better: bool) -> None:
+    problem = build(PLANT, periods, [0] * len(periods), sensors)
+    predictor, smallest = optimum(problem), optimum(of_filters(problem))
+    # Smoothers do as well for the state of one instant earlier.
+    assert smallest.noncausal.value == pytest.approx(predictor.noncausal.value, rel=AGREEMENT)
+    assert predictor.noncausal.lower <= smallest.value * (1 + AGREEMENT)
+    assert (smallest.value < 0.99 * predictor.value) is better
+    if not better:
+        assert smallest.value == pytest.approx(predictor.value, rel=AGREEMENT)

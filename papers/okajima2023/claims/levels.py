@@ -52,7 +52,7 @@ def optimal_level(experiment: str, printed: str, results: Results) -> Evidence:
         "The optimum lies on the non-causal bound, so no estimator has a smaller level, not even a smoother."
         if result["limited_by"] == "noncausal"
         else "The optimum lies above the non-causal bound: it is that of observers (15), which estimate the state at "
-        "k + 1 from measurements up to k, and not that of filters, which may do better."
+        f"k + 1 from measurements up to k. Filters, which use the newest measurement too, reach {result['filter']:.4f}."
     )
     return Evidence(
         method=(
@@ -70,6 +70,7 @@ def optimal_level(experiment: str, printed: str, results: Results) -> Evidence:
         solvers=solvers_of(result),
         quantities={
             "non-causal bound": result["noncausal"]["value"],
+            "smallest level of filters": result["filter"],
             "relative distance of the printed inequality": result["lmi"]["level"] / best - 1,
             "relative distance of the reduced inequality": result["reduced_lmi"]["level"] / best - 1,
             "norm of the central Riccati gains": result["norm_central"]["value"],

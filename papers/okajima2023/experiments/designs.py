@@ -14,6 +14,7 @@ from replication.audit.judge.perturb import Parameters, spread
 from replication.errors import InfeasibleError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
+from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import white_noise_variance
@@ -24,7 +25,10 @@ INACCURATE = ("optimal", "optimal_inaccurate")
 
 
 def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sensors: list[int]) -> Json:
-    """Smallest achievable gain by Riccati and non-causal bound, by both LMIs, and the exact norms of all gains."""
+    """Smallest achievable gain by Riccati and non-causal bound, by both LMIs, and the exact norms of all gains.
+
+    filter: the smallest one of filters, which use the newest measurement too.
+    """
     problem = build(plant, periods, offsets, sensors)
     best = optimum(problem)
     central, reduced, printed = optimal_design(problem), reduced_lmi_design(problem), lmi_design(problem)
@@ -32,6 +36,7 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
     cyclic_variables, cyclic_rows = cyclic_size(problem)
     return {
         **optimum_json(best),
+        "filter": optimum(of_filters(problem)).value,
         "gains": central.gains.tolist(),
         "norm_central": bracket_json(l2_gain(problem.error_system(central.gains))),
         "reduced_lmi": _lmi(problem, reduced),
@@ -51,6 +56,19 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
         + 1,
         "solvers": [reduced.report.to_dict(), printed.report.to_dict()],
     }
+
+
+def of_filters(problem: MultirateProblem) -> MultirateProblem:
+    """The same problem for filters, which use y(k) for the state at k: that of predicting a state kept one instant."""
+    plant, n = problem.plant, problem.plant.order
+    kept = MultiratePlant(
+        A=np.block([[plant.A, np.zeros((n, n))], [np.eye(n), np.zeros((n, n))]]),
+        B_d=np.vstack([plant.B_d, np.zeros_like(plant.B_d)]),
+        C=np.hstack([plant.C, np.zeros_like(plant.C)]),
+        D=plant.D,
+        W=np.hstack([np.zeros_like(plant.W), plant.W]),
+    )
+    return MultirateProblem(kept, problem.schedule)
 
 
 def constant_matrix(
