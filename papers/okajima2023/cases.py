@@ -82,6 +82,7 @@ _NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DA
 _DRAWN = {"seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
 _GAINS_OF = {name: {**inputs, "gains": GAINS[name]} for name, inputs in GAIN_SETS.items()}
 _SUMMED = {"slack": SUMMED_SLACK, "draws": SUMMED_DRAWS, "last": SUMMED_LAST, "seed": SEED}
+_ERROR_POLES = [pole[0] for pole in poles(DATA["error-poles"])]
 _WORST = {"case": _PROPOSED, "horizon": WORST_HORIZON}
 _ROUNDED = [
     *({**both(periods), "claims": [table_claim(periods)]} for periods in TABLE_1),
@@ -139,7 +140,9 @@ EXPERIMENTS = (
         C=PLANT["C"],
         printed_gains=GAINS["42"],
         stated_poles=poles(DATA["poles"]),
+        stated_error_poles=_ERROR_POLES,
         half_unit=HALF_UNIT_OF_POLES,
+        bound=LARGEST_ENTRY,
     ),
     experiment(
         "unstable.recovered",
@@ -147,7 +150,7 @@ EXPERIMENTS = (
         printed_A=matrix(DATA["unstable-A"]),
         printed_gains=GAINS["42"],
         stated_poles=poles(DATA["poles"]),
-        stated_error_poles=[pole[0] for pole in poles(DATA["error-poles"])],
+        stated_error_poles=_ERROR_POLES,
         printed_inputs={name: PLANT[name] for name in ("B_d", "D")},
         half_unit=HALF_UNIT_OF_GAINS,
         step=DIAGONAL_STEP,

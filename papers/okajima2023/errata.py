@@ -32,15 +32,16 @@ def denominator(results: Results) -> Proof:
 def diagonal(results: Results) -> Proof:
     """The diagonals of A that have the stated poles: one on a grid, and all real ones that have them exactly."""
     state = results[RECOVERED]["state"]
-    _, other = (row["diagonal"] for row in results[ALL_DIAGONALS]["found"])
+    _, other = results[ALL_DIAGONALS]["found"]
     literal = results[PRINTED]["poles"]
     return Proof(
-        holds=len(state["fits"]) == 1,
+        holds=len(state["fits"]) == 1 and not other["fits"],
         text=(
             f"Eq. (41) repeats the A of Sec. IV-A, whose poles are inside the unit circle. Of {state['tried']} "
             f"diagonals in steps of {state['step']}, other entries as printed, one has the stated poles to their "
-            f"digits: {tuple(state['fits'][0])}. Off the grid another real diagonal has them exactly: about "
-            f"({', '.join(f'{entry:.4f}' for entry in other)})."
+            f"digits: {tuple(state['fits'][0])}. Off the grid another real diagonal has them: about "
+            f"({', '.join(f'{entry:.4f}' for entry in other['diagonal'])}), with which no integer C with entries up to "
+            f"{results[ALL_DIAGONALS]['bound']} explains the poles of A_e."
         ),
         quantities={f"modulus of pole {i + 1} of A as printed": abs(complex(*pole)) for i, pole in enumerate(literal)},
     )

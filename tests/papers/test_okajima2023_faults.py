@@ -156,7 +156,7 @@ FAULTS: dict[str, Fault] = {
 }
 ERRATA: dict[str, Fault] = {
     "denominator": draws("A", "ratios", DENOMINATORS[-1], factor=1.5),
-    "diagonal-of-a": at(RECOVERED, "state", "fits", to=lambda fits: fits * 2),
+    "diagonal-of-a": at("unstable.diagonals", "found", 1, "fits", to=to(1)),
     "setting-of-4c": at(RECOVERED, "attained", "largest_change", to=to(0.001)),
     "sensor-index": at("schedule.sec-4a", "diagonals", 0, to=to([1.0, 1.0, 1.0])),
 }

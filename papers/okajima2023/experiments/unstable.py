@@ -71,14 +71,21 @@ def recovered(
 
 
 def diagonals(
-    printed_A: Matrix, C: Matrix, printed_gains: list[Matrix], stated_poles: list[list[float]], half_unit: float
+    printed_A: Matrix,
+    C: Matrix,
+    printed_gains: list[Matrix],
+    stated_poles: list[list[float]],
+    stated_error_poles: list[float],
+    half_unit: float,
+    bound: int,
 ) -> Json:
     """All real diagonals of A with the stated poles, other entries as printed, and what the gains do with this C.
 
     For each: the diagonal, and the least and the largest spectral radius of A_e while the stated poles move to the ends
-    and the middle of their rounding, `half_unit` either way.
+    and the middle of their rounding, `half_unit` either way; and how many integer C with entries up to `bound` explain
+    the stated poles of A_e.
     """
-    rows = [{"diagonal": diagonal, "radii": []} for diagonal in exact_diagonals(printed_A, stated_poles)]
+    rows = [_row(printed_A, diagonal) for diagonal in exact_diagonals(printed_A, stated_poles)]
     parts = [part for pole in stated_poles for part in pole]
     # The imaginary part of a real pole stays zero.
     moves = [(-half_unit, 0.0, half_unit) if part else (0.0,) for part in parts]
@@ -86,22 +93,29 @@ def diagonals(
         moved = [part + by for part, by in zip(parts, move, strict=True)]
         found = exact_diagonals(printed_A, [moved[i : i + 2] for i in range(0, len(moved), 2)])
         for row, diagonal in zip(rows, found, strict=True):
-            A = np.array(printed_A)
-            A[np.diag_indices(len(A))] = diagonal
-            system = build(
-                {"A": A.tolist(), "B_d": [[0.0]] * len(A), "C": C, "D": np.eye(len(C)).tolist()},
-                PERIODS,
-                OFFSETS,
-                list(range(len(C))),
-            ).error_system(np.array(printed_gains))
+            A = _row(printed_A, diagonal)["A"]
+            plant = {"A": A, "B_d": [[0.0]] * len(A), "C": C, "D": np.eye(len(C)).tolist()}
+            system = build(plant, PERIODS, OFFSETS, list(range(len(C)))).error_system(np.array(printed_gains))
             row["radii"].append(float(np.abs(np.linalg.eigvals(system.monodromy())).max()))
     return {
         "moved": len(rows[0]["radii"]),
+        "bound": bound,
         "found": [
-            {"diagonal": row["diagonal"], "least_radius": min(row["radii"]), "largest_radius": max(row["radii"])}
+            {
+                "diagonal": row["diagonal"],
+                "least_radius": min(row["radii"]),
+                "largest_radius": max(row["radii"]),
+                "fits": recover_outputs(row["A"], printed_gains, stated_error_poles, bound)["fits"],
+            }
             for row in rows
         ],
     }
+
+
+def _row(printed_A: Matrix, diagonal: list[float]) -> Json:
+    A = np.array(printed_A)
+    A[np.diag_indices(len(A))] = diagonal
+    return {"diagonal": diagonal, "A": A.tolist(), "radii": []}
 
 
 def smallest_change(plant: dict[str, Matrix], gains: Array, poles: Array) -> Array:
