@@ -38,13 +38,6 @@ def test_importing_the_package_and_its_methods_loads_nothing_heavy_until_used() 
     assert "numpy" in loaded_after(f"{code}\nmultirate.design")
 
 
-def test_drawing_knows_nothing_of_the_library_that_it_draws_for() -> None:
-    for path in (ROOT / "replication" / "drawing").glob("*.py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        modules = {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-        assert not any(module.startswith("replication.estimation") for module in modules), path
-
-
 def test_arrays_need_neither_python_control_nor_a_plot_library() -> None:
     code = (
         "from replication.estimation import multirate\n"
