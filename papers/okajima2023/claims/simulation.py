@@ -95,7 +95,7 @@ def _smaller(fractions: dict[str, float]) -> dict[str, float]:
     return {f"fraction of draws below Case {name}": fraction for name, fraction in fractions.items()}
 
 
-@SIMULATION.statistical("gsim.smallest", place="Sec. IV-A, after eq. (34)", uses=DRAWS)
+@SIMULATION.statistical("gsim.smallest", place="Sec. IV-A, after eq. (34)", uses=DRAWS, reading=READING_OF[AS_PRINTED])
 def smallest(results: Results) -> Evidence:
     """The proposed observer has the smallest ratio (34), as printed and in most draws, whichever noise is counted."""
     found = all_draws(results)["smaller_ratio"]

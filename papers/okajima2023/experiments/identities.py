@@ -1,4 +1,4 @@
-"""The theorems of Secs. II and III as numerical identities on random data, and the slips in their statements."""
+"""Steps of the proofs of Secs. II and III on random data, and the slips in their statements."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Section IV-C: which A and C stand behind the poles stated there and the gains printed in eq. (42).
+"""Section IV-C: which A and C may stand behind the poles stated there and the gains printed in eq. (42).
 
 The matrix of eq. (41) repeats that of Sec. IV-A and does not have the stated poles. Two searches on finite grids find
-the diagonal of A from the stated open-loop poles, and C from the stated poles of A_e = A_e5 ... A_e0. Both count every
+a diagonal of A from the stated open-loop poles, and C from the stated poles of A_e = A_e5 ... A_e0. Both count every
 candidate that rounding of the printed digits can explain. Pure functions of JSON values, without random numbers.
 """
 
