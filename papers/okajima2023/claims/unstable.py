@@ -77,6 +77,7 @@ def same_setting(results: Results) -> Evidence:
             for name, size in zip((RECOVERED_A, SECOND_A), (radius, *least[1:]), strict=True)
         ),
         quantities={"spectral radius": radius},
+        note="An A that differs off its diagonal too is not considered.",
         as_printed=positive(
             1 - _radius(results[PRINTED]["error_poles"]), method="The same with A as printed, without the stated poles."
         ),
