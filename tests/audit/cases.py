@@ -45,12 +45,12 @@ def case(kind: Kind, evidence: Evidence, *, printed: str = "", proof_holds: bool
     return StatedClaim(**shared(StatedClaim, made)), evidence, proof_holds
 
 
-def judge(case: Case) -> Judgement:
-    return verdict.judge(*case)
+def judge(case: Case, **more: Any) -> Judgement:
+    return verdict.judge(*case, **more)
 
 
 def value_case(printed: str, value: Any, lower: Any = None, upper: Any = None, **more: Any) -> Case:
-    said = {name: more.pop(name) for name in ("method", "note", "as_printed") if name in more}
+    said = {name: more.pop(name) for name in ("method", "note", "as_printed", "outcomes") if name in more}
     evidence = Evidence(**{"method": "computed", **said}, value=value, lower=lower, upper=upper)
     return case(Kind.VALUE, evidence, printed=printed, **more)
 

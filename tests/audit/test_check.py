@@ -19,7 +19,7 @@ PROVED = Proof(holds=True, text="it does")
 GOOD = recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269))
 OFF = recorded(Evidence(method="m", value=1.34), expected=Verdict.DIFFERS)
 HOLDS = recorded(Evidence(method="m", holds=True, margin=0.1), kind=Kind.ORDER, expected=Verdict.CONSISTENT)
-CITED = recorded(Evidence(method="m", not_checkable="cited"), kind=Kind.CITED, expected=Verdict.NOT_CHECKABLE)
+CITED = recorded(Evidence(method="m", not_checkable="cited"), kind=Kind.CITED, expected=Verdict.UNDETERMINED)
 CORRECTED = recorded(
     Evidence(method="m", value=1.33, as_printed=Evidence(method="m", value=2.0)),
     PROVED,

@@ -57,7 +57,7 @@ def test_the_proved_bracket_takes_the_place_of_the_computed_one_and_decides() ->
     assert record.evidence.certificates == ("certificates/toy/c.json",)
     assert record.verdict is Verdict.REPRODUCED
     wide = judged(Kind.VALUE, LEVEL, certificate(lower="13/10", upper="14/10"))
-    assert wide.verdict is Verdict.NOT_CHECKABLE and "straddles" in wide.judgement.reason
+    assert wide.verdict is Verdict.UNDETERMINED and "straddles" in wide.judgement.reason
 
 
 def test_two_theorems_give_the_narrowest_bracket_and_ends_are_rounded_outwards() -> None:
