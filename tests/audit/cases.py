@@ -69,12 +69,14 @@ def claim(**more: Any) -> Claim:
         "expected": Verdict.REPRODUCED,
         "answer": lambda results: Evidence(method="none"),
         "printed": "1.33",
+        "reading": "none",
     }
     return Claim(**(given | more))
 
 
 def recorded(evidence: Evidence | None, proof: Proof | None = None, error: str = "", **more: Any) -> ClaimRecord:
-    return make_record(claim(**more), evidence, proof, code="papers/toy.py:1", seconds=0.5, error=error)
+    known = {name: more.pop(name) for name in ("readings", "inferred") if name in more}
+    return make_record(claim(**more), evidence, proof, code="papers/toy.py:1", seconds=0.5, error=error, **known)
 
 
 def altered(record: ClaimRecord, **changes: Any) -> ClaimRecord:

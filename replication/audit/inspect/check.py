@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.proofs import sha256, wanted, with_proofs
+from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Experiment, Paper, Reading, Verdict
 from replication.audit.run.worker import function_name
@@ -77,6 +78,7 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
     for record in results.claims:
         problems.extend(_verdict(record, errata, results.readings.get(record.paper, ())))
     problems.extend(_errors(results))
+    problems.extend(_readings(results))
     problems.extend(_proofs(results, root))
     if papers is not None:
         problems.extend(_against_code(results, papers))
@@ -120,6 +122,13 @@ def _errors(results: ResultsFile) -> Iterator[Problem]:
     for where, error in found:
         if error:
             yield Problem(where=where, cause=Cause.ERROR, message=error)
+
+
+def _readings(results: ResultsFile) -> Iterator[Problem]:
+    for paper in results.papers:
+        claims = [claim for claim in results.claims if claim.paper == paper.key]
+        for name in unused_readings([reading.name for reading in paper.readings], claims):
+            yield Problem(where=paper.key, cause=Cause.TEXT, message=f"no claim rests on the reading {name!r}")
 
 
 def _proofs(results: ResultsFile, root: Path | None) -> Iterator[Problem]:

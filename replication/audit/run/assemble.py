@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Experiment, Paper, Proof, Reading
 from replication.audit.run.worker import describe
@@ -93,7 +94,12 @@ def assemble(
     failures: list[str] = []
     for paper in papers:
         proofs = {erratum.id: _prove(state, paper.key, erratum) for erratum in paper.errata}
-        claims.extend(_claim(state, claim, paper.readings, proofs) for claim in paper.claims)
+        answered = [_claim(state, claim, paper.readings, proofs) for claim in paper.claims]
+        claims.extend(answered)
+        names = [reading.name for reading in paper.readings]
+        failures.extend(
+            f"reading {name!r} of {paper.key}: no claim rests on it" for name in unused_readings(names, answered)
+        )
         errata.extend(record for record, _ in proofs.values())
         experiments.extend(_experiment(state, paper.key, experiment) for experiment in paper.experiments)
         record, errors = _paper(state, paper)

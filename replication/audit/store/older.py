@@ -6,6 +6,8 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.model import NO_READING
+
 VERSION = 2
 _CLAIM = ("id", "place", "kind", "statement", "printed", "tolerance", "tolerance_reason", "erratum")
 _EVIDENCE = (
@@ -23,7 +25,7 @@ _UNKNOWN: dict[str, Any] = {
 def converted(content: dict[str, Any]) -> dict[str, Any]:
     """A decoded file of schema `VERSION` in the form of the present one; raises ValidationError for a missing field.
 
-    It holds no rounding intervals; those follow from the printed values.
+    That schema knew no readings. It holds no rounding intervals; those follow from the printed values.
     """
     try:
         inferred = {erratum["id"] for erratum in content["errata"] if erratum["inference"]}
@@ -60,7 +62,7 @@ def _claim(record: dict[str, Any], inferred: set[str]) -> dict[str, Any]:
             **{name: record[name] for name in _CLAIM},
             "expected": _verdict(record["expected_verdict"], record, inferred),
             "uses": record["experiments"],
-            "reading": "",
+            "reading": NO_READING,
         },
         "evidence": {
             **{name: record[name] for name in _EVIDENCE},

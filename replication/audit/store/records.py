@@ -68,6 +68,12 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         return self.id.partition(".")[0]
 
     @property
+    def answers(self) -> tuple[Evidence, ...]:
+        """The evidence, and that for the text as printed where there is an erratum."""
+        printed = self.evidence.as_printed
+        return (self.evidence,) if printed is None else (self.evidence, printed)
+
+    @property
     def verdict(self) -> Verdict:
         """Its verdict."""
         return self.judgement.verdict
