@@ -86,6 +86,8 @@ class Part:
         tolerance: str | None = None,
         tolerance_reason: str = "",
         reading: str = "",
+        optimum: bool = False,
+        repeats: str = "",
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
 
@@ -115,6 +117,8 @@ class Part:
                     tolerance_reason=tolerance_reason,
                     erratum=erratum,
                     reading=reading or self.reading,
+                    optimum=optimum,
+                    repeats=repeats,
                 )
             )
             return answer
@@ -203,6 +207,7 @@ def paper(
                 uses=full(claim.uses),
                 answer=own(claim.answer),
                 erratum=None if claim.erratum is None else one(claim.erratum),
+                repeats=claim.repeats and one(claim.repeats),
             )
             for part in parts
             for claim in part.claims

@@ -83,6 +83,21 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     margin: float | None = None
 
 
+class How(StrEnum):
+    """How the range of an outcome over printed inputs was found: an enclosure, or the ends that a search reached."""
+
+    INTERVALS = "interval arithmetic"
+    SEARCH = "search"
+
+
+class OverInputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The range of a computed number over all inputs that round to their prints, and how it was found."""
+
+    lower: float
+    upper: float
+    how: How
+
+
 class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What was computed for a claim, how, and how that was checked.
 
@@ -95,6 +110,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     quantities: named numbers that stand behind the answer and are shown with it.
     as_printed: for a claim with an erratum, the evidence for the text as printed (`value` is then the corrected one).
     outcomes: under each reading of a family, where the text leaves a choice on which the answer may depend.
+    over_inputs: the range of a single number over all inputs that round to their prints.
     not_checkable: the reason, if the text does not settle the claim.
 
     The run fills in the rest. code: file:line of the function that answers the claim. seconds: of the experiments that
@@ -115,6 +131,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     solvers: tuple[SolverRecord, ...] = ()
     note: str = ""
     outcomes: tuple[Outcome, ...] = ()
+    over_inputs: OverInputs | None = None
     not_checkable: str = ""
     as_printed: Evidence | None = None
     code: str = ""
@@ -161,6 +178,8 @@ class Claim:
     tolerance: half-width other than half a unit in the last printed place; needs `tolerance_reason`.
     erratum: id of the erratum under which the claim is reproduced, if it is one of those.
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
+    optimum: whether the printed number is the least level that any design reaches.
+    repeats: id of the claim whose number this one prints again; totals count the number once.
     """
 
     id: str
@@ -175,6 +194,8 @@ class Claim:
     tolerance_reason: str = ""
     erratum: str | None = None
     reading: str = ""
+    optimum: bool = False
+    repeats: str = ""
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

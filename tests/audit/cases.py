@@ -50,7 +50,9 @@ def judge(case: Case, **more: Any) -> Judgement:
 
 
 def value_case(printed: str, value: Any, lower: Any = None, upper: Any = None, **more: Any) -> Case:
-    said = {name: more.pop(name) for name in ("method", "note", "as_printed", "outcomes") if name in more}
+    said = {
+        name: more.pop(name) for name in ("method", "note", "as_printed", "outcomes", "over_inputs") if name in more
+    }
     evidence = Evidence(**{"method": "computed", **said}, value=value, lower=lower, upper=upper)
     return case(Kind.VALUE, evidence, printed=printed, **more)
 

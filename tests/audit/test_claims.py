@@ -10,7 +10,18 @@ from msgspec.structs import replace
 
 from replication.audit.judge import validate
 from replication.audit.judge.validate import unused_readings, validate_claims
-from replication.audit.model import Evidence, Figure, FigureData, Outcome, Paper, Reading, ScopeItem, Table, Verdict
+from replication.audit.model import (
+    Evidence,
+    Figure,
+    FigureData,
+    Kind,
+    Outcome,
+    Paper,
+    Reading,
+    ScopeItem,
+    Table,
+    Verdict,
+)
 from replication.errors import AuditError
 
 
@@ -62,6 +73,13 @@ def test_well_formed_papers_pass(monkeypatch: pytest.MonkeyPatch) -> None:
         ([paper(claim(expected=Verdict.REPRODUCED_AFTER_ERRATUM))], ["'toy.value'", "names no erratum"]),
         ([paper(claim(tolerance="0.1"))], ["'toy.value'", "together"]),
         ([paper(claim(tolerance_reason="why"))], ["'toy.value'", "together"]),
+        ([paper(claim(repeats="toy.no"))], ["'toy.value' repeats claim 'toy.no'", "does not exist"]),
+        ([paper(claim(repeats="toy.value"))], ["'toy.value'", "repeats another"]),
+        (
+            [paper(claim(), claim(id="toy.b", repeats="toy.value"), claim(id="toy.c", repeats="toy.b"))],
+            ["'toy.c' repeats 'toy.b'", "name the first one"],
+        ),
+        ([paper(claim(optimum=True, kind=Kind.ORDER))], ["'toy.value' of kind order", "optimum"]),
         ([paper(claim(reading=""))], ["'toy.value' names no reading", 'say reading="none"']),
         ([paper(claim(reading="norm"))], ["'toy.value'", "'norm'", "does not exist"]),
         ([paper(claim(), readings=(NORM, NORM))], ["'norm'", "2 times"]),

@@ -26,11 +26,12 @@ def flat(record: dict[str, Any]) -> dict[str, Any]:
     """A claim as schema 2 stored it: one flat record."""
     claim, evidence, judgement = record["claim"], dict(record["evidence"]), dict(record["judgement"])
     printed, computed = evidence.pop("as_printed"), evidence.pop("value")
-    del evidence["outcomes"]
+    del evidence["outcomes"], evidence["over_inputs"]
+    known_later = ("expected", "uses", "reading", "optimum", "repeats")
     kept = ("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability")
     del judgement["intervals"]
     return {
-        **{name: value for name, value in claim.items() if name not in ("expected", "uses", "reading")},
+        **{name: value for name, value in claim.items() if name not in known_later},
         **evidence,
         **judgement,
         "paper": claim["id"].partition(".")[0],

@@ -77,8 +77,8 @@ def _alterations(
     """What can be altered of a claim: the kind, the record, and the errata to judge it with."""
     claim, evidence, erratum = record.claim, record.evidence, record.claim.erratum
     if record.verdict in AGREES:
-        # Agreement under one reading of several is wider than the rounding of the print.
-        narrow = not evidence.outcomes
+        # Agreement under one reading of several, or over rounded inputs, is wider than the rounding of the print.
+        narrow = not evidence.outcomes and evidence.over_inputs is None
         if narrow and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
             for text in moved(printed):
                 yield _MOVED, replace(record, claim=replace(claim, printed=text)), errata
@@ -88,8 +88,8 @@ def _alterations(
             yield _DENIED, replace(record, evidence=denied), errata
         if record.verdict in CORRECTED and erratum is not None:
             yield _UNPROVED, record, {**errata, erratum: replace(errata[erratum], holds=False)}
-        nothing = dict.fromkeys(("value", "lower", "upper", "holds", "margin", "probability")) | {"outcomes": ()}
-        yield _EMPTIED, replace(record, evidence=replace(evidence, **nothing)), errata
+        nothing = dict.fromkeys(("value", "lower", "upper", "holds", "margin", "probability", "over_inputs"))
+        yield _EMPTIED, replace(record, evidence=replace(evidence, **nothing, outcomes=())), errata
     single = claim.kind is Kind.VALUE and isinstance(evidence.value, int | float) and not evidence.outcomes
     if record.verdict is Verdict.DIFFERS and single and printed is not None:
         (entry,) = printed.entries

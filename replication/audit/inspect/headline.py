@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+from replication.audit.judge.policies import once
 from replication.audit.judge.verdict import NUMERIC
 from replication.audit.model import NO_READING, Kind, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
@@ -43,8 +44,8 @@ def basis(claim: ClaimRecord) -> Basis:
 
 
 def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
-    """How many claims have each verdict, in the order of `Verdict`; zeros included."""
-    found = Counter(claim.verdict for claim in claims)
+    """How many claims have each verdict, in the order of `Verdict`, repeats aside; zeros included."""
+    found = Counter(claim.verdict for claim in once(claims))
     return {verdict: found[verdict] for verdict in Verdict}
 
 
@@ -58,9 +59,15 @@ class Caveat:
 
 @dataclass(frozen=True, kw_only=True)
 class Headline:
-    """What leads the report. unexpected: the claims whose verdict is not the pinned one. counted: numbers in words."""
+    """What leads the report.
+
+    total: claims, without those that repeat a number. unexpected: claims whose verdict is not the pinned one.
+    counted: numbers in words.
+    """
 
     sentence: str
+    total: int
+    repeated: int
     counts: Mapping[Verdict, int]
     proved: int
     caveats: tuple[Caveat, ...]
@@ -70,11 +77,13 @@ class Headline:
 
 def headline(results: ResultsFile) -> Headline:
     """Count the claims of `results`, and say it."""
-    claims = results.claims
-    unexpected = tuple(claim for claim in claims if claim.unexpected)
+    claims = once(results.claims)
+    unexpected = tuple(claim for claim in results.claims if claim.unexpected)
     by_basis = Counter((claim.verdict, basis(claim)) for claim in claims)
     return Headline(
-        sentence=sentence(claims),
+        sentence=sentence(results.claims),
+        total=len(claims),
+        repeated=len(results.claims) - len(claims),
         counts=counts(claims),
         proved=sum(claim.judgement.proved for claim in claims),
         caveats=caveats(claims, results.errata),
@@ -84,12 +93,13 @@ def headline(results: ResultsFile) -> Headline:
 
 
 def sentence(claims: Sequence[ClaimRecord]) -> str:
-    """The verdict on all claims in words, computed from them."""
+    """The verdict on all claims in words, computed from them; a number that a text repeats counts once."""
     if not claims:
         return "There is no claim to judge."
+    every, claims = claims, once(claims)
     parts = [_part(verdict, claims) for verdict, number in counts(claims).items() if number]
     listed = " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
-    changed = sum(claim.unexpected for claim in claims)
+    changed = sum(claim.unexpected for claim in every)
     expected = (
         f"{changed} {'verdict is' if changed == 1 else 'verdicts are'} not as expected."
         if changed

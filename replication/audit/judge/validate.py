@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
-from replication.audit.model import NO_READING, Paper, Verdict
+from replication.audit.model import NO_READING, Kind, Paper, Verdict
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 
@@ -76,6 +76,12 @@ def _references(paper: Paper) -> Iterator[str]:
     for claim in paper.claims:
         if claim.erratum is not None:
             yield from _missing(f"claim {claim.id!r}", "names erratum", (claim.erratum,), errata)
+    first = {claim.id for claim in paper.claims if not claim.repeats}
+    for claim in paper.claims:
+        if claim.repeats in claims - first:
+            yield f"claim {claim.id!r} repeats {claim.repeats!r}, which repeats another; name the first one"
+        elif claim.repeats:
+            yield from _missing(f"claim {claim.id!r}", "repeats claim", (claim.repeats,), claims)
     for table in paper.tables:
         cells = [cell.removeprefix(_CELL) for row in table.rows for cell in row if cell.startswith(_CELL)]
         yield from _missing(f"table {table.place!r} of {paper.key}", "shows claim", cells, claims)
@@ -102,6 +108,8 @@ def _pins(paper: Paper) -> Iterator[str]:
             yield f"claim {claim.id!r} pins the verdict error, which is no finding; pin what the evidence shows"
         if claim.expected is Verdict.REPRODUCED_AFTER_ERRATUM and claim.erratum is None:
             yield f"claim {claim.id!r} pins {str(claim.expected)!r} and names no erratum"
+        if claim.optimum and claim.kind is not Kind.VALUE:
+            yield f"claim {claim.id!r} of kind {claim.kind} is said to be an optimum; only a value can be one"
         if (claim.tolerance is None) != (not claim.tolerance_reason):
             yield f"claim {claim.id!r} must give tolerance and tolerance_reason together or neither"
 

@@ -16,6 +16,7 @@ import msgspec
 
 from replication.audit.judge.agreement import Target, judge_bound, judge_value
 from replication.audit.judge.numerals import apart, digits
+from replication.audit.judge.policies import with_excess, with_inputs
 from replication.audit.judge.proofs import with_proofs
 from replication.audit.model import NO_READING, Claim, Evidence, Judgement, Kind, Outcome, Proof, Reading, Verdict
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, StatedClaim
@@ -219,6 +220,8 @@ def _family(case: Case) -> Judgement:
     if len({reading.name for reading in readings}) != len(readings):
         raise AuditError(f"the evidence has two outcomes for one reading: {[reading.name for reading in readings]}")
     _require_reasoned_threshold(case)
+    if evidence.over_inputs is not None:
+        raise AuditError("the evidence has outcomes under several readings and over_inputs; a range needs one reading")
     found = {
         outcome.reading: _compare(replace(case, evidence=_under(evidence, outcome))) for outcome in evidence.outcomes
     }
@@ -257,18 +260,19 @@ def _compare(case: Case) -> Judgement:
         raise AuditError(f"a claim of kind {claim.kind} has no tolerance, got {claim.tolerance}; leave it out")
     _require_reasoned_threshold(case)
     if claim.kind not in NUMERIC:
+        if claim.optimum or case.evidence.over_inputs is not None:
+            raise AuditError(f"a claim of kind {claim.kind} compares no number: neither optimum nor over_inputs")
         return _statistical(case) if claim.kind is Kind.STATISTICAL else _statement(case)
     if case.target is None:
         raise AuditError(f"a claim of kind {claim.kind} needs its printed value")
     if isinstance(case.target, AuditError):
         raise case.target
-    if claim.kind is Kind.BOUND:
-        return judge_bound(case.target, case.evidence)
-    judgement = judge_value(case.target, case.evidence)
-    if claim.tolerance is None:
-        return judgement
-    reason = f"{judgement.reason} Tolerance ±{claim.tolerance}: {claim.tolerance_reason}"
-    return msgspec.structs.replace(judgement, reason=reason)
+    judgement = (judge_bound if claim.kind is Kind.BOUND else judge_value)(case.target, case.evidence)
+    if claim.tolerance is not None:
+        reason = f"{judgement.reason} Tolerance ±{claim.tolerance}: {claim.tolerance_reason}"
+        judgement = msgspec.structs.replace(judgement, reason=reason)
+    judgement = with_excess(claim, case.target, case.evidence, judgement)
+    return with_inputs(claim, case.target, case.evidence, judgement)
 
 
 def _require_reasoned_threshold(case: Case) -> None:

@@ -59,7 +59,7 @@ def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
     """
     chosen = tuple(claims)
     found = counts(chosen)
-    checked = len(chosen) - found[Verdict.UNDETERMINED] - found[Verdict.ERROR]
+    checked = sum(found.values()) - found[Verdict.UNDETERMINED] - found[Verdict.ERROR]
     agree = sum(found[verdict] for verdict in AGREES)
     moved = sum(claim.unexpected for claim in chosen)
     text = f"{moved} off the pin" if moved else f"{agree} of {checked} agree"

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+from replication.audit.judge.policies import once
 from replication.audit.model import Verdict
 from replication.audit.publish.terminal import reading_text
 from replication.audit.store.records import ResultsFile, read_results
@@ -40,7 +41,8 @@ def _table(results: ResultsFile) -> Iterator[str]:
     yield "| Paper | claims | " + " | ".join(shown) + " |"
     yield "| --- " + "| ---: " * (len(shown) + 1) + "|"
     for paper in results.papers:
-        counts = Counter(claim.verdict for claim in results.claims if claim.paper == paper.key)
+        claims = [claim for claim in once(results.claims) if claim.paper == paper.key]
+        counts = Counter(claim.verdict for claim in claims)
         numbers = " | ".join(str(counts[verdict]) for verdict in shown)
         yield f"| {_cell(paper.cited)} | {counts.total()} | {numbers} |"
 

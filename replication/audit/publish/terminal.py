@@ -7,12 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import msgspec
 
+from replication.audit.judge.policies import once
 from replication.audit.model import Outcome, Paper, Reading, SolverRecord, Verdict
 from replication.audit.run.progress import Action, Step
 from replication.audit.store.records import DECIDING, CertificateRecord, ClaimRecord, ResultsFile
 
 SLOWEST = 5
-NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed", "intervals", "outcomes"})
+NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed", "intervals", "outcomes", "over_inputs"})
 LABELS = {"value": "computed", "expected": "expected verdict", "uses": "experiments"}
 """Fields that are called otherwise in words."""
 
@@ -81,6 +82,8 @@ def claim_rows(record: ClaimRecord, readings: Iterable[Reading] = ()) -> Iterato
             yield LABELS.get(name, name.replace("_", " ")), _text(value)
     if (reading := known.get(record.claim.reading)) is not None:
         yield "under the reading", reading_text(reading)
+    if (over := record.evidence.over_inputs) is not None:
+        yield "over all inputs that round to their prints", f"[{over.lower!r}, {over.upper!r}], by {over.how}"
     for outcome in record.evidence.outcomes:
         yield f"under {outcome.reading}", _outcome_text(outcome, known.get(outcome.reading))
     if (printed := record.evidence.as_printed) is not None:
@@ -94,7 +97,7 @@ def claim_rows(record: ClaimRecord, readings: Iterable[Reading] = ()) -> Iterato
 
 def _given(part: msgspec.Struct) -> Iterator[tuple[str, object]]:
     for name, value in msgspec.structs.asdict(part).items():
-        if name not in NOT_SHOWN and value not in (None, "", ()):
+        if name not in NOT_SHOWN and value not in (None, "", ()) and (name != "optimum" or value):
             yield name, value
 
 
@@ -119,9 +122,10 @@ def solver_text(solver: SolverRecord) -> str:
 
 
 def _counts(claims: Sequence[ClaimRecord]) -> str:
-    found = Counter(claim.verdict for claim in claims)
+    counted = once(claims)
+    found = Counter(claim.verdict for claim in counted)
     listed = ", ".join(f"{found[verdict]} {verdict}" for verdict in Verdict if found[verdict])
-    return f"{len(claims)} claims{listed and f': {listed}'}"
+    return f"{len(counted)} claims{listed and f': {listed}'}"
 
 
 def _text(value: object) -> str:

@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from replication.audit.inspect.headline import counts
 from replication.audit.judge.agreement import Target
+from replication.audit.judge.policies import once
 from replication.audit.model import Reading, Verdict
 from replication.audit.report.claim import ClaimView, views
 from replication.audit.report.formulas import mathml
@@ -41,6 +42,7 @@ class PaperView:
     record: PaperRecord
     claims: tuple[ClaimView, ...]
     counts: Mapping[Verdict, int]
+    total: int
     proved: int
     figures: tuple[FigureView, ...]
     errata: tuple[ErratumRecord, ...]
@@ -76,7 +78,8 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
         record=paper,
         claims=views(claims, read),
         counts=counts(claims),
-        proved=sum(claim.judgement.proved for claim in claims),
+        total=len(once(claims)),
+        proved=sum(claim.judgement.proved for claim in once(claims)),
         figures=tuple(_figure(record, figures) for record in _of(paper, results.figures)),
         errata=_of(paper, results.errata),
         formulas=tuple((formula.text, mathml(formula.latex)) for formula in paper.formulas),

@@ -17,7 +17,7 @@ _EVIDENCE = (
 _JUDGEMENT = ("verdict", "reason", "deviation_ulp", "proved", "unproved")
 _UNKNOWN: dict[str, Any] = {
     "method": "", "cross_check": "", "quantities": {}, "solvers": [], "note": "", "not_checkable": "",
-    "outcomes": [], "as_printed": None, "code": "", "seconds": 0.0, "certificates": [],
+    "outcomes": [], "over_inputs": None, "as_printed": None, "code": "", "seconds": 0.0, "certificates": [],
 }  # fmt: skip
 """What that schema did not keep of the evidence for the text as printed."""
 
@@ -63,11 +63,14 @@ def _claim(record: dict[str, Any], inferred: set[str]) -> dict[str, Any]:
             "expected": _verdict(record["expected_verdict"], record, inferred),
             "uses": record["experiments"],
             "reading": NO_READING,
+            "optimum": False,
+            "repeats": "",
         },
         "evidence": {
             **{name: record[name] for name in _EVIDENCE},
             "value": record["computed"],
             "outcomes": [],
+            "over_inputs": None,
             "as_printed": None if printed is None else {**_UNKNOWN, **printed},
         },
         "judgement": {

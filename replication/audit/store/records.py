@@ -27,7 +27,18 @@ from replication.files import write_atomically
 
 SCHEMA_VERSION = 3
 Name = str
-DECIDING = ("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability", "outcomes")
+DECIDING = (
+    "value",
+    "lower",
+    "upper",
+    "holds",
+    "margin",
+    "threshold",
+    "threshold_reason",
+    "probability",
+    "outcomes",
+    "over_inputs",
+)
 """The fields of an evidence that a verdict is made from."""
 
 
@@ -45,6 +56,8 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     tolerance_reason: str
     erratum: str | None
     reading: str
+    optimum: bool
+    repeats: str
 
 
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
