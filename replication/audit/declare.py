@@ -42,9 +42,14 @@ USUAL = {
     Kind.ORDER: Verdict.CONSISTENT,
     Kind.FEASIBLE: Verdict.CONSISTENT,
     Kind.STATISTICAL: Verdict.CONSISTENT,
-    Kind.CITED: Verdict.NOT_CHECKABLE,
+    Kind.CITED: Verdict.UNDETERMINED,
 }
-"""The verdict that a claim pins unless it says otherwise: agreement, by its kind."""
+"""The verdict that a claim pins unless it says otherwise: agreement, by its kind; see `usual`."""
+
+
+def usual(kind: Kind, printed: str) -> Verdict:
+    """The verdict of agreement: of one printed draw it is `compatible`, of a statement over draws `consistent`."""
+    return Verdict.COMPATIBLE if kind is Kind.STATISTICAL and printed else USUAL[kind]
 
 
 class Part:
@@ -81,6 +86,7 @@ class Part:
         tolerance: str | None = None,
         tolerance_reason: str = "",
         reading: str = "",
+        optimum: bool = False,
         repeats: str = "",
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
@@ -103,7 +109,7 @@ class Part:
                     place=where,
                     kind=kind,
                     statement=said,
-                    expected=_verdict(name, pinned or USUAL[kind]),
+                    expected=_verdict(name, pinned or usual(kind, str(printed))),
                     answer=answer,
                     uses=_names(uses),
                     printed=str(printed),
@@ -111,6 +117,7 @@ class Part:
                     tolerance_reason=tolerance_reason,
                     erratum=erratum,
                     reading=reading or self.reading,
+                    optimum=optimum,
                     repeats=repeats,
                 )
             )
@@ -229,8 +236,7 @@ def paper(
             for figure in figures
         ),
         tables=tuple(
-            msgspec.structs.replace(table, rows=tuple(tuple(cell(text) for text in row) for row in table.rows))
-            for table in tables
+            msgspec.structs.replace(table, rows=tuple(tuple(map(cell, row)) for row in table.rows)) for table in tables
         ),
         findings=own(findings),
         sensitivity=own(moved),

@@ -40,9 +40,11 @@ class Verdict(StrEnum):
 
     REPRODUCED = "reproduced"
     REPRODUCED_AFTER_ERRATUM = "reproduced after erratum"
-    DIFFERS = "differs"
+    COMPATIBLE = "compatible"
     CONSISTENT = "consistent"
-    NOT_CHECKABLE = "not checkable"
+    DIFFERS = "differs"
+    REFUTED = "refuted"
+    UNDETERMINED = "undetermined"
     ERROR = "error"
 
 
@@ -81,6 +83,21 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     margin: float | None = None
 
 
+class How(StrEnum):
+    """How the range of an outcome over printed inputs was found: an enclosure, or the ends that a search reached."""
+
+    INTERVALS = "interval arithmetic"
+    SEARCH = "search"
+
+
+class OverInputs(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The range of a computed number over all inputs that round to their prints, and how it was found."""
+
+    lower: float
+    upper: float
+    how: How
+
+
 class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What was computed for a claim, how, and how that was checked.
 
@@ -93,7 +110,8 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     quantities: named numbers that stand behind the answer and are shown with it.
     as_printed: for a claim with an erratum, the evidence for the text as printed (`value` is then the corrected one).
     outcomes: under each reading of a family, where the text leaves a choice on which the answer may depend.
-    not_checkable: the reason, if the claim cannot be checked from the text.
+    over_inputs: the range of a single number over all inputs that round to their prints.
+    not_checkable: the reason, if the text does not settle the claim.
 
     The run fills in the rest. code: file:line of the function that answers the claim. seconds: of the experiments that
     it uses, together. certificates: the files whose theorems support the claim.
@@ -113,6 +131,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     solvers: tuple[SolverRecord, ...] = ()
     note: str = ""
     outcomes: tuple[Outcome, ...] = ()
+    over_inputs: OverInputs | None = None
     not_checkable: str = ""
     as_printed: Evidence | None = None
     code: str = ""
@@ -159,7 +178,8 @@ class Claim:
     tolerance: half-width other than half a unit in the last printed place; needs `tolerance_reason`.
     erratum: id of the erratum under which the claim is reproduced, if it is one of those.
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
-    repeats: id of the claim on a number or statement that this one only prints again; empty if it stands for itself.
+    optimum: whether the printed number is the least level that any design reaches.
+    repeats: id of the claim whose number or statement this one prints again; totals count it once.
     """
 
     id: str
@@ -174,6 +194,7 @@ class Claim:
     tolerance_reason: str = ""
     erratum: str | None = None
     reading: str = ""
+    optimum: bool = False
     repeats: str = ""
 
 

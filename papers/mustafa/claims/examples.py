@@ -113,7 +113,7 @@ def compared(e: int, reference: int, others: str, statement: str, remark: str) -
         place=GAMMA[e].place,
         statement=statement,
         uses=(f"bracket.{e}", f"robust.{e}", f"bracket-duration.{e}"),
-        pinned="not checkable",
+        pinned="undetermined",
     )(partial(beside, e, others, remark))
 
 
@@ -225,7 +225,7 @@ for name, called in (("A", "state"), ("B", "input")):
         PRINTED_FILTER[f"{name}_f"],
         statement=f"{name}_f of the filter that is found.",
         uses=("nominal.2", "bracket.2"),
-        pinned="not checkable",
+        pinned="undetermined",
     )(partial(undetermined, name))
 
 

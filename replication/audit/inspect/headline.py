@@ -7,8 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+from replication.audit.judge.policies import once
 from replication.audit.judge.verdict import NUMERIC
-from replication.audit.model import Kind, Verdict
+from replication.audit.model import NO_READING, Kind, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 
 
@@ -23,12 +24,14 @@ class Basis(StrEnum):
 _WORDS = {
     Verdict.REPRODUCED: ("agrees", "agree", "with the print"),
     Verdict.REPRODUCED_AFTER_ERRATUM: ("agrees", "agree", "once a documented misprint is corrected"),
-    Verdict.DIFFERS: ("differs", "differ", "from the print or its statement"),
+    Verdict.COMPATIBLE: ("agrees", "agree", "under an inference or as a random draw"),
     Verdict.CONSISTENT: ("holds", "hold", "as a qualitative or statistical statement"),
-    Verdict.NOT_CHECKABLE: ("cannot", "cannot", "be checked"),
+    Verdict.DIFFERS: ("differs", "differ", "from the print"),
+    Verdict.REFUTED: ("is", "are", "refuted"),
+    Verdict.UNDETERMINED: ("is", "are", "not settled by the text"),
     Verdict.ERROR: ("ended", "ended", "in an error"),
 }
-_SPLIT = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM)
+_SPLIT = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
 """Verdicts that sound like agreement of digits, so the sentence says in what they agree."""
 
 
@@ -41,8 +44,8 @@ def basis(claim: ClaimRecord) -> Basis:
 
 
 def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
-    """How many claims have each verdict, in the order of `Verdict`; zeros included."""
-    found = Counter(claim.verdict for claim in claims)
+    """How many claims have each verdict, in the order of `Verdict`, repeats aside; zeros included."""
+    found = Counter(claim.verdict for claim in once(claims))
     return {verdict: found[verdict] for verdict in Verdict}
 
 
@@ -56,9 +59,15 @@ class Caveat:
 
 @dataclass(frozen=True, kw_only=True)
 class Headline:
-    """What leads the report. unexpected: the claims whose verdict is not the pinned one. counted: numbers in words."""
+    """What leads the report.
+
+    total: claims, without those that repeat a number. unexpected: claims whose verdict is not the pinned one.
+    counted: numbers in words.
+    """
 
     sentence: str
+    total: int
+    repeated: int
     counts: Mapping[Verdict, int]
     proved: int
     caveats: tuple[Caveat, ...]
@@ -68,11 +77,13 @@ class Headline:
 
 def headline(results: ResultsFile) -> Headline:
     """Count the claims of `results`, and say it."""
-    claims = results.claims
-    unexpected = tuple(claim for claim in claims if claim.unexpected)
+    claims = once(results.claims)
+    unexpected = tuple(claim for claim in results.claims if claim.unexpected)
     by_basis = Counter((claim.verdict, basis(claim)) for claim in claims)
     return Headline(
-        sentence=sentence(claims),
+        sentence=sentence(results.claims),
+        total=len(claims),
+        repeated=len(results.claims) - len(claims),
         counts=counts(claims),
         proved=sum(claim.judgement.proved for claim in claims),
         caveats=caveats(claims, results.errata),
@@ -82,12 +93,13 @@ def headline(results: ResultsFile) -> Headline:
 
 
 def sentence(claims: Sequence[ClaimRecord]) -> str:
-    """The verdict on all claims in words, computed from them."""
+    """The verdict on all claims in words, computed from them; a number that a text repeats counts once."""
     if not claims:
         return "There is no claim to judge."
+    every, claims = claims, once(claims)
     parts = [_part(verdict, claims) for verdict, number in counts(claims).items() if number]
     listed = " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
-    changed = sum(claim.unexpected for claim in claims)
+    changed = sum(claim.unexpected for claim in every)
     expected = (
         f"{changed} {'verdict is' if changed == 1 else 'verdicts are'} not as expected."
         if changed
@@ -103,9 +115,10 @@ def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> t
     """What the counts of verdicts do not say by themselves."""
     inferred = {erratum.id for erratum in errata if erratum.inference}
     found = {
-        "reproduced after an erratum that is an inference, not a proof": (
-            c.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and c.claim.erratum in inferred for c in claims
+        "compatible by an erratum that is an inference, not a proof": (
+            c.verdict is Verdict.COMPATIBLE and c.claim.erratum in inferred for c in claims
         ),
+        "that rest on a reading of the text": (c.claim.reading not in ("", NO_READING) for c in claims),
         "with printed digits and a tolerance other than half a unit": (c.claim.tolerance is not None for c in claims),
         "whose statement holds up to a threshold of ours": (c.evidence.threshold is not None for c in claims),
         "judged by the probability of a random draw": (basis(c) is Basis.DRAW for c in claims),

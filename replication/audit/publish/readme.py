@@ -6,7 +6,9 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+from replication.audit.judge.policies import once
 from replication.audit.model import Verdict
+from replication.audit.publish.terminal import reading_text
 from replication.audit.store.records import ResultsFile, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
@@ -39,7 +41,8 @@ def _table(results: ResultsFile) -> Iterator[str]:
     yield "| Paper | claims | " + " | ".join(shown) + " |"
     yield "| --- " + "| ---: " * (len(shown) + 1) + "|"
     for paper in results.papers:
-        counts = Counter(claim.verdict for claim in results.claims if claim.paper == paper.key)
+        claims = [claim for claim in once(results.claims) if claim.paper == paper.key]
+        counts = Counter(claim.verdict for claim in claims)
         numbers = " | ".join(str(counts[verdict]) for verdict in shown)
         yield f"| {_cell(paper.cited)} | {counts.total()} | {numbers} |"
 
@@ -50,6 +53,11 @@ def _findings(results: ResultsFile) -> Iterator[str]:
         yield ""
         yield from (f"- {finding}" for finding in paper.findings[:SHOWN_FINDINGS])
         yield ""
+        if paper.readings:
+            yield "Readings, where the text leaves a choice:"
+            yield ""
+            yield from (f"- {reading_text(reading)}" for reading in paper.readings)
+            yield ""
 
 
 def _cell(text: str) -> str:

@@ -13,7 +13,8 @@ from markupsafe import Markup
 
 from replication.audit.inspect.headline import counts
 from replication.audit.judge.agreement import Target
-from replication.audit.model import Verdict
+from replication.audit.judge.policies import once
+from replication.audit.model import Reading, Verdict
 from replication.audit.report.claim import ClaimView, views
 from replication.audit.report.formulas import mathml
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
@@ -41,10 +42,16 @@ class PaperView:
     record: PaperRecord
     claims: tuple[ClaimView, ...]
     counts: Mapping[Verdict, int]
+    total: int
     proved: int
     figures: tuple[FigureView, ...]
     errata: tuple[ErratumRecord, ...]
     formulas: tuple[tuple[str, Markup], ...]
+
+    @property
+    def readings(self) -> dict[str, Reading]:
+        """What is assumed where the text leaves a choice, by name."""
+        return {reading.name: reading for reading in self.record.readings}
 
     @property
     def parts(self) -> tuple[tuple[str, str], ...]:
@@ -52,6 +59,7 @@ class PaperView:
         present = {
             ("formulas", "Formulas"): self.formulas,
             ("tables", "Tables of the paper"): self.record.tables,
+            ("readings", "Readings"): self.record.readings,
             ("claims", "Claims"): self.claims,
             ("figures", "Figures"): self.figures,
             ("errata", "Errata"): self.errata,
@@ -70,7 +78,8 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
         record=paper,
         claims=views(claims, read),
         counts=counts(claims),
-        proved=sum(claim.judgement.proved for claim in claims),
+        total=len(once(claims)),
+        proved=sum(claim.judgement.proved for claim in once(claims)),
         figures=tuple(_figure(record, figures) for record in _of(paper, results.figures)),
         errata=_of(paper, results.errata),
         formulas=tuple((formula.text, mathml(formula.latex)) for formula in paper.formulas),
