@@ -12,7 +12,7 @@ from papers.peet2019.claims.theory import COROLLARY_2, DEFINITIONS, INTRODUCTION
 from papers.peet2019.errata import ERRATA
 from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.figures import FIGURES
-from papers.peet2019.printed import COLUMNS, DELAY_COUNTS, EXAMPLES, STATES, seconds
+from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, seconds
 from papers.peet2019.readings import JORDAN, READINGS
 from papers.peet2019.runs import EXPERIMENTS, MOVED
 from replication.audit.declare import Part, paper
@@ -40,8 +40,8 @@ TABLES = (
     Table(
         place="Table I",
         caption=(
-            "CPU seconds of Example 4 by number of states n and of delays K, theirs and ours; machines and solvers do "
-            "not compare."
+            "CPU seconds of Example 4 by number of states n and of delays K, theirs and ours (full cone, the small one "
+            f"at n·K = {DATA['largest-product']}); machines and solvers do not compare."
         ),
         header=("K \\ n", *map(str, STATES)),
         rows=tuple(
@@ -75,14 +75,14 @@ def findings(results: Results) -> tuple[str, ...]:
     return (
         f"In Examples 1-3, Theorem 3 as corrected comes within {worst:.0e} of the optimum at degree 3: it is not "
         "conservative there.",
-        f"Degree 1, Examples 2 and 3: none of {len(RULES)} degree rules gives the printed gains; under "
+        f"Degree 1, Examples 2 and 3: none of {len(RULES)} degree rules tried gives the printed gains; under "
         f"{len(attained(results))} they lie above the least.",
         "Theorem 3 cannot be met as printed. With signs, transposes, factors τ_K and a name corrected, its identity "
         f"holds to rounding in {results['identities']['trials']} random cases.",
-        f"With twenty lumped states the H∞ norm errs by {abs(lumped_error('2', results)):.1%} in Example 2, by "
-        f"{abs(lumped_error('1', results)):.4%} in Example 1; the text defines no accuracy.",
+        f"With twenty lumped states the H∞ norm errs by {100 * abs(lumped_error('2', results)):.1f} % in Example 2, by "
+        f"{100 * abs(lumped_error('1', results)):.4f} % in Example 1; the text defines no accuracy.",
         "The text does not settle whether Example 4 is unstable: the eigenvalue of J is missing. "
-        f"With {JORDAN['jordan-one']:g} it is {words[0]}, with {JORDAN['jordan-negative']:g} {words[1]}.",
+        f"With {JORDAN['jordan-one']:g} it is {words[0]}, with −{-JORDAN['jordan-negative']:g} {words[1]}.",
         f"At equal n·K the printed seconds differ by a factor of {ratios[0]:.1f} at most, ours, by another solver, by "
         f"{ratios[1]:.0f}.",
     )

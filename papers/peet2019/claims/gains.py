@@ -75,10 +75,12 @@ def unsharp(gammas: Mapping[str, list[float]]) -> tuple[str, ...]:
 
 
 def _outcome(name: str, values: list[float], optimum: float) -> Outcome:
-    """The least γ found, between the runs; where these differ it is known to lie above the optimum, no more."""
-    low = optimum if max(values) - min(values) > UNSHARP else min(values)
-    high = min(values) if low == optimum else max(values)
-    return Outcome(reading=name, value=min(values), lower=low, upper=high)
+    """The least γ found, and between which ends the runs lie; where they differ, between which the infimum lies."""
+    found = min(values)
+    if len(values) == 1:
+        return Outcome(reading=name, value=found)
+    apart = max(values) - found > UNSHARP
+    return Outcome(reading=name, value=found, lower=optimum if apart else found, upper=found if apart else max(values))
 
 
 def _epsilons(example: str, rules: Results) -> dict[str, float]:

@@ -7,6 +7,7 @@ Theorem 3 is taken as corrected.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -132,17 +133,17 @@ def readings(plants: dict[str, Json], printed: dict[str, str], epsilon: float) -
     return found
 
 
-def runs(found: Json, name: str, example: str) -> list[float]:
+def runs(found: Mapping[str, Any], name: str, example: str) -> list[float]:
     """γ at ε = 0 of one reading and example in every run; in exact arithmetic all are the same infimum."""
     return [found[name][example]["gamma"], found[name][example]["rescaled"]]
 
 
-def attainable(found: Json, printed: dict[str, float]) -> tuple[str, ...]:
+def attainable(found: Mapping[str, Any], printed: dict[str, float]) -> tuple[str, ...]:
     """The readings under which, for every example, some run is below the print: it is attained, though not least."""
     return tuple(name for name, parts in found.items() if all(min(runs(found, name, e)) < printed[e] for e in parts))
 
 
-def common_epsilon(found: Json, name: str) -> bool:
+def common_epsilon(found: Mapping[str, Any], name: str) -> bool:
     """Whether one ε >= 0 gives the print in every example under a reading, were γ linear in ε."""
     ranges = [(part["epsilon_from"], part["epsilon_to"]) for part in found[name].values()]
     return bool(max(0.0, *(low for low, _ in ranges)) <= min(high for _, high in ranges))
