@@ -167,7 +167,8 @@ def describe_convergence(figure: FigureData) -> str:
         for name in ("pade", "chebyshev")
     ]
     degrees = ", ".join(f"{e:.1e} at degree {d:g}" for d, e in zip(c["degree"], c["sos"], strict=True))
-    return f"Relative distance from the optimum of Example 2, the middle of its bracket. {'; '.join(parts)}. Theorem 3: {degrees}."
+    told = f"{'; '.join(parts)}. Theorem 3: {degrees}."
+    return f"Relative distance from the optimum of Example 2, the middle of its bracket. {told}"
 
 
 def describe_gains(figure: FigureData) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import runpy
+from typing import Any
 
 import numpy as np
 import pytest
@@ -120,7 +121,7 @@ def test_every_erratum_can_be_refuted() -> None:
     identity = {"trials": 1, "delays": [1.0], "theorem_3": dict.fromkeys(MISPRINTS, wrong) | {"none": rounded}}
     part = {"printed": wrong, "corrected": rounded, "squared": wrong, "x-index": wrong}
     level = float(DATA["figure-level"])
-    good = {
+    good: dict[str, Any] = {
         "identities": identity,
         "inversion": {"theorem_4": part, "lemma_5": part, "present_only": {"l0": rounded}},
         "hats": {"norm": 2.0, "level": 1.0, "all_gains": 0.9},

@@ -17,7 +17,7 @@ from papers.peet2019.claims import cost
 from papers.peet2019.claims.theory import LOOPS
 from papers.peet2019.experiments.identities import MISPRINTS
 from papers.peet2019.experiments.readings import READINGS
-from papers.peet2019.printed import DATA, DEGREES, EXAMPLES
+from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
 from papers.peet2019.runs import OFF_THE_PRINT
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Kind, Proof, Verdict
@@ -52,9 +52,9 @@ def agreeing() -> Results:
             "roots": {f"{value:g}": {"largest": value, "smallest": value} for value in (-1.0, 1.0, 8.0)},
             "growth": [0, 1],
         },
-        "sizes": {"cells": [_cell(n, k) for n, k, _ in cost.published()]},
-        "measured": {"cells": [_cell(n, k, cone) for cone in cost.MEASURED_AS for n, k, _ in cost.published()]},
-        "timed": {f"n{n}k{k}": {"assembly": 0.1, "solver": None} for n, k, _ in cost.published()},
+        "sizes": {"cells": [_cell(n, k) for n, k, _ in published()]},
+        "measured": {"cells": [_cell(n, k, cone) for cone in cost.MEASURED_AS for n, k, _ in published()]},
+        "timed": {f"n{n}k{k}": {"assembly": 0.1, "solver": None} for n, k, _ in published()},
         "readings": {name: {e: _reading(e) for e in OFF_THE_PRINT} for name in READINGS},
     }
     for name in LOOPS:
@@ -205,7 +205,7 @@ def test_the_cost_is_a_function_of_the_product_only_while_equal_products_cost_al
 ) -> None:
     claim = CLAIMS["table1.function-of-product"]
     assert verdict(claim, agreeing()) is Verdict.CONSISTENT
-    altered = [(n, k, str(float(text) * (2.5 if (n, k) == (1, 10) else 1.0))) for n, k, text in cost.published()]
+    altered = [(n, k, str(float(text) * (2.5 if (n, k) == (1, 10) else 1.0))) for n, k, text in published()]
     monkeypatch.setattr(cost, "published", lambda: altered)
     evidence = claim.answer(agreeing())
     assert evidence.holds is False
