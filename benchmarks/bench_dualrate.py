@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from papers.shao import data
+from papers.shao.experiments.readings import table_columns
 from papers.shao.method.search import search_block
 from papers.shao.method.simulation import simulate
+from papers.shao.printed import table_1
 from papers.shao.problem import APO, DESIGN, FREQUENCIES, PMI, READINGS, START, literal_loop
-from papers.shao.search import table_columns
 from replication.estimation.dualrate.loop import DualRateLoop, stability_radius
 from replication.estimation.dualrate.response import start_state
 from replication.estimation.dualrate.tracking import output_rows, reference, tracking_error_ratio
 
-HALF_UNIT = 0.5 * 10.0 ** -len(data.TABLE_APO[0].split(".")[1])
+HALF_UNIT = 0.5 * 10.0 ** -len(table_1("DRC-APO")[0].split(".")[1])
 """Half a unit of the last printed place of Table I, percent."""
 SUBSTEPS = 39
 """The first grid from 30 points on that happens to meet the peaks to the printed digits, which flatters the

@@ -1,56 +1,146 @@
-"""Makes the certificates of the wanted theorems of this paper."""
+"""Makes the certificates of the wanted theorems of this paper; those of the small-gain condition (8) are its own."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from papers.mustafa.method import certify_grid as nonuniform_grid
-from papers.mustafa.names import BRACKET, DURATION, KEY
-from papers.mustafa.paper import EXPERIMENTS
+import numpy as np
+
+from papers.mustafa.experiments.declared import EXPERIMENTS
+from papers.mustafa.experiments.levels import Json
+from papers.mustafa.method.algorithm1 import gaps
+from papers.mustafa.method.stability import covered_interval, delta_block
+from replication.certify.multirate.levels import lyapunov_matrices
 from replication.certify.nonuniform import gain as nonuniform
+from replication.certify.rounding import rounded, rounded_array, rounded_down, rounded_up
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.verify.subjects import subject
 
-RANGES = {f"{kind}-{e}": names[e] for kind, names in (("range", BRACKET), ("duration", DURATION)) for e in names}
+BRACKETS = {"range": "bracket", "duration": "bracket-duration"}
 """Experiments whose bracket over a range the theorems of these names prove; with their effort."""
+FIRST_MARGIN, GROWTH = 1e-9, 100.0
+"""Relative width of the bracket of alpha in the first pass, and its growth: errors of the periods add up."""
+SLACK = 1e-3
+"""Room in the state block of the bounded real lemma, relative to that width."""
+BITS = 44
+COARSE_BITS = 20
+"""Of vectors, which need not be exact."""
 
 
-def make(name: str) -> dict[str, Any]:
+def make(name: str) -> Json:
     """The certificate of one entry of theorems.json."""
-    theorem = subject(KEY, name)
+    theorem = subject("mustafa", name)
     return {**theorem, **_made(theorem)}
 
 
-def _made(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    effort = _effort(theorem["name"])
+def _made(theorem: Mapping[str, Any]) -> Json:
+    name = theorem["name"]
     constant = theorem["parameters"].get("from") == theorem["parameters"].get("to")
     match theorem["statement"].removeprefix("nonuniform."):
         case "gain-upper" | "keeps-level":
-            return nonuniform.gain_upper(theorem, **_chosen(effort, "leaves", "cuts"))
+            return nonuniform.gain_upper(theorem, **_effort(name, "leaves", "cuts"))
         case "gain-lower" | "breaks-level":
-            return nonuniform.gain_lower(theorem, **_chosen(effort, "horizon", "final_horizon"))
+            return nonuniform.gain_lower(theorem, **_effort(name, "horizon", "final_horizon"))
         case "optimum-upper":
             return nonuniform.nominal_upper(theorem) if constant else nonuniform.robust_upper(theorem)
         case "optimum-lower" | "no-filter-keeps-level":
             return nonuniform.optimum_lower(theorem)
         case "grid-size":
-            return nonuniform_grid.grid(theorem)
+            return grid(theorem)
         case "one-interval":
-            return nonuniform_grid.one_interval(theorem)
+            return {**grid(theorem), "bound": {}}
         case "stalls":
-            return nonuniform_grid.stall(theorem)
+            return stall(theorem)
         case "same-level":
-            return nonuniform_grid.same_level(theorem)
+            return same_level(theorem)
         case _:
             # What the verifier decides by itself, in exact arithmetic or with a symbol for every entry.
             return {"bound": {}, "witness": {}}
 
 
-def _effort(name: str) -> Mapping[str, Any]:
-    """The inputs of the experiment that brackets the same gain, if it is one over a range."""
-    wanted = RANGES.get(name.rpartition("-")[0])
-    return next((experiment.inputs for experiment in EXPERIMENTS if experiment.name == wanted), {})
+def _effort(name: str, *wanted: str) -> Json:
+    """The wanted inputs of the experiment that brackets the same gain, as far as there is one, over a range."""
+    kind, _, example = name.rpartition("-")[0].rpartition("-")
+    bracket = f"{BRACKETS.get(kind)}.{example}"
+    inputs = next((experiment.inputs for experiment in EXPERIMENTS if experiment.name == bracket), {})
+    return {key: inputs[key] for key in wanted if key in inputs}
 
 
-def _chosen(effort: Mapping[str, Any], *names: str) -> dict[str, Any]:
-    return {name: effort[name] for name in names if name in effort}
+def grid(theorem: Mapping[str, Any]) -> Json:
+    """Bound and witness of the number of elements: brackets of alpha for each pass of the corrected Algorithm 1."""
+    size, passes = _passes(*_problem(theorem))
+    return {"bound": {"lower": str(size), "upper": str(size)}, "witness": {"passes": passes}}
+
+
+def stall(theorem: Mapping[str, Any]) -> Json:
+    """A bracket of alpha in the middle of the range."""
+    system, periods = _problem(theorem)
+    return {"bound": {}, "witness": _bracket(system, periods.middle, FIRST_MARGIN)[1]}
+
+
+def same_level(theorem: Mapping[str, Any]) -> Json:
+    """The cell with the largest alpha in the coordinates of the plant, and a robust filter with a lower level."""
+    system, periods = _problem(theorem)
+    count = theorem["parameters"]["cells"]
+    half = (periods.h_u - periods.h_l) / (2 * count)
+    alphas = [_response(system, periods.h_l + (2 * i + 1) * half) for i in range(count)]
+    cell = int(np.argmax([alpha for alpha, _ in alphas]))
+    alpha, response = alphas[cell]
+    _, values, right = np.linalg.svd(delta_block(system, half))
+    made = nonuniform.robust_upper({**theorem, "parameters": {"from": "h_l", "to": "h_u", "weight": "samples"}})
+    witness = {
+        "cell": cell,
+        "alpha": rounded_down(alpha * (1 - FIRST_MARGIN), BITS),
+        "response": response,
+        "radius": rounded_down(float(values[0]) * (1 - FIRST_MARGIN), BITS),
+        "direction": rounded_array(right[:1].T, COARSE_BITS),
+    }
+    return {"bound": {}, "witness": {**witness, "level": made["bound"]["upper"], **made["witness"]}}
+
+
+def _problem(theorem: Mapping[str, Any]) -> tuple[SampledPlant, PeriodRange]:
+    return nonuniform.problem_of(theorem["plant"], {"from": "h_l", "to": "h_u"})
+
+
+def _passes(system: SampledPlant, periods: PeriodRange) -> tuple[int, list[list[Json]]]:
+    """Elements, and the witnesses of each pass."""
+    new, margin = [periods.middle], FIRST_MARGIN
+    intervals, passes = [], []
+    while new:
+        brackets = [_bracket(system, h, margin) for h in new]
+        passes.append([witness for _, witness in brackets])
+        intervals += [covered_interval(system, h, alpha) for h, (alpha, _) in zip(new, brackets, strict=True)]
+        new = [(a + b) / 2 for a, b in gaps(intervals, periods)]
+        margin *= GROWTH
+    return len(intervals), passes
+
+
+def _bracket(system: SampledPlant, h: float, margin: float) -> tuple[float, Json]:
+    """alpha at h, and the witness of a bracket of this relative half-width."""
+    stage = _small_gain_stage(system, h)
+    alpha, response = _response(system, h)
+    P = lyapunov_matrices(PeriodicSystem((stage,)), alpha * (1 + margin / 2), margin * SLACK)[0]
+    bracket = {"lower": rounded_down(alpha * (1 - margin), BITS), "upper": rounded_up(alpha * (1 + margin), BITS)}
+    return alpha, {**bracket, "P": rounded_array(P, BITS), **response}
+
+
+def _response(system: SampledPlant, h: float) -> tuple[float, Json]:
+    """alpha at h, and the point of the circle and the direction where it is attained."""
+    stage = _small_gain_stage(system, h)
+    peak = l2_gain(PeriodicSystem((stage,)))
+    _, _, right = np.linalg.svd(frequency_response(stage, peak.angle))
+    direction = right[0].conj() / right[0].conj()[np.argmax(np.abs(right[0]))]
+    return peak.lower, {
+        "turn": rounded(float(np.tan(peak.angle / 2)), BITS),
+        "direction": rounded_array(np.stack([direction.real, direction.imag], axis=1), COARSE_BITS),
+    }
+
+
+def _small_gain_stage(system: SampledPlant, h: float) -> Stage:
+    """Sigma_11 at the constant period h."""
+    Phi, _ = system.discretise(h)
+    one = np.eye(system.order)
+    return Stage(Phi, one, system.A @ Phi, np.zeros_like(one))

@@ -1,61 +1,60 @@
-"""Misprints of the nonuniform-sampling paper: what is printed, what must be meant, and the computation that shows
-it."""
+"""Misprints of the paper: what is printed, what must be meant, and the computation that shows it."""
 
 from __future__ import annotations
 
-from papers.mustafa import data
-from papers.mustafa.names import CORRECT, EXACT, GRIDS, IDENTITIES, KEY, LITERAL, NOMINAL, WITH_SET_MINUS
+from papers.mustafa.experiments.identities import EXACT
+from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.printed import DATA, EXAMPLES, matrix, middle, sizes
 from replication.audit.model import Erratum, Proof, Results
 
 
 def order_of_map(results: Results) -> Proof:
     """The map below (7) in both ways to balance its brackets and in the right order, against the transfer matrix."""
-    r = results[IDENTITIES]
-    return Proof(
-        holds=r["map reordered"] <= EXACT < min(r["map as printed"], r["(12) as printed"]),
-        text="The printed brackets do not balance. Without the last one, and without the one before the inverse, which "
+    return _exchanged(
+        results,
+        "The printed brackets do not balance. Without the last one, and without the one before the inverse, which "
         "gives (12), the map misses the transfer matrix at a constant Delta; the right order agrees.",
-        quantities={
-            "least residual without the last bracket": r["map as printed"],
-            "least residual without the one before the inverse": r["(12) as printed"],
-            "largest reordered": r["map reordered"],
-        },
+        {" without the last bracket": "map as printed", " without the one before the inverse": "(12) as printed"},
     )
 
 
 def order_of_12(results: Results) -> Proof:
     """The same for (12)."""
-    r = results[IDENTITIES]
+    text = "With the indices 12 and 21 exchanged the map agrees with the transfer matrix; as printed it does not."
+    return _exchanged(results, text, {" as printed": "(12) as printed"})
+
+
+def _exchanged(results: Results, text: str, readings: dict[str, str]) -> Proof:
+    r = results["identities"]
+    least = {f"least residual{reading}": r[name] for reading, name in readings.items()}
     return Proof(
-        holds=r["map reordered"] <= EXACT < r["(12) as printed"],
-        text="With the indices 12 and 21 exchanged the map agrees with the transfer matrix; as printed it does not.",
-        quantities={"least residual as printed": r["(12) as printed"], "largest reordered": r["map reordered"]},
+        holds=r["map reordered"] <= EXACT < min(least.values()),
+        text=text,
+        quantities={**least, "largest reordered": r["map reordered"]},
     )
 
 
 def case_u3(results: Results) -> Proof:
     """The upper ends of (9) with both logarithmic norms."""
-    ends = {e: results[GRIDS[e]]["intervals"] for e in (1, 2)}
-    middle = sum(data.example_2()["periods"]) / 2
-    printed = ends[2]["printed, alpha"]["upper"]
+    ends = {e: results[f"grids.{e}"]["intervals"] for e in EXAMPLES}
     return Proof(
-        holds=printed < middle < ends[2]["corrected, alpha"]["upper"]
+        holds=ends[2]["printed, alpha"]["upper"] < middle(2) < ends[2]["corrected, alpha"]["upper"]
         and ends[1]["printed, alpha"]["upper"] > ends[1]["corrected, alpha"]["upper"],
         text="Lemma 3 bounds Delta(theta) by (e^{mu(A) theta} - 1)/mu(A). In Example 2 the printed upper end lies "
         "below the middle of the interval; in Example 1 it lies beyond where the bound reaches 1/alpha.",
         quantities={
             f"upper end, Example {e}, {name}": ends[e][f"{name}, alpha"]["upper"]
-            for e in ends for name in ("printed", "corrected")
+            for e in ends
+            for name in ("printed", "corrected")
         },
-    )  # fmt: skip
+    )
 
 
 def size_of_f(results: Results) -> Proof:
     """F C and B_f = -Y^-1 F must have n rows."""
-    n, r = len(data.matrix(data.A_F)), len(data.matrix(data.C_2))
-    B_f = data.matrix(data.B_F)
+    (n, r), size = sizes()
     return Proof(
-        holds=n != r and (len(B_f), len(B_f[0])) == (n, r),
+        holds=n != r and size == (n, r),
         text="The printed B_f = -Y^-1 F has n rows and r columns, so F has.",
         quantities={"n": float(n), "r": float(r)},
     )
@@ -63,8 +62,8 @@ def size_of_f(results: Results) -> Proof:
 
 def repeated_row(results: Results) -> Proof:
     """The two printed halves of (10) have different numbers of rows; without the repeated one it is the congruence."""
-    left, right = data.LMI_LEFT, data.LMI_RIGHT
-    residual = results[IDENTITIES]["congruence"]
+    left, right = DATA["lmi"]["left"], DATA["lmi"]["right"]
+    residual = results["identities"]["congruence"]
     return Proof(
         holds=len(right) == len(left) + 1 and len(set(right)) == len(left) and residual <= EXACT,
         text="The right half has one row more than the left one, and one row twice. Without it (10) is the congruence.",
@@ -74,25 +73,26 @@ def repeated_row(results: Results) -> Proof:
 
 def steps_of_algorithm(results: Results) -> Proof:
     """Root and union in step 4: the literal run stalls in both examples, the correct one covers."""
-    ends = {e: results[GRIDS[e]]["algorithm"] for e in (1, 2)}
+    ends = {e: results[f"grids.{e}"]["algorithm"] for e in EXAMPLES}
     return Proof(
         holds=all(
-            ends[e][LITERAL]["end"] == ends[e][WITH_SET_MINUS]["end"] == "STALLED"
-            and ends[e][CORRECT]["end"] == "COVERED"
-            for e in ends
+            runs[AS_PRINTED.name]["end"] == runs[WITH_SET_MINUS.name]["end"] == "STALLED"
+            and runs[CORRECT.name]["end"] == "COVERED"
+            for runs in ends.values()
         ),
         text="With the root of step 4 the run stalls, with the set-minus as without; with alpha, a set-minus and U3 "
         "corrected it covers the range.",
         quantities={
-            f"elements, Example {e}, {name}": float(ends[e][key]["size"])
-            for e in ends for name, key in (("literal", LITERAL), ("correct", CORRECT))
+            f"elements, Example {e}, {name}": float(runs[reading.name]["size"])
+            for e, runs in ends.items()
+            for name, reading in (("literal", AS_PRINTED), ("correct", CORRECT))
         },
-    )  # fmt: skip
+    )
 
 
 def motor_constant(results: Results) -> Proof:
     """K_theta stands in A, K_q among the values: with one value for both, the printed second column follows."""
-    Phi, printed = results[NOMINAL[2]]["Phi"], data.matrix(data.A_F_SECOND_COLUMN)
+    Phi, printed = results["nominal.2"]["Phi"], matrix(DATA["columns-of-A_f"]["second"])
     miss = max(abs(row[1] - cell[0]) for row, cell in zip(Phi, printed, strict=True))
     return Proof(
         holds=miss <= 0.00005,
@@ -101,11 +101,20 @@ def motor_constant(results: Results) -> Proof:
     )
 
 
+SI = {"kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2)}
+"""Symbols of units in powers of (kg, m, s)."""
+
+
+def dimension(unit: str) -> tuple[int, ...]:
+    """Powers of (kg, m, s) of a unit such as "kg m^2 s^-2"."""
+    symbols = [factor.partition("^") for factor in unit.split()]
+    return tuple(sum(int(power or 1) * SI[symbol][i] for symbol, _, power in symbols) for i in range(3))
+
+
 def unit_of_inertia(results: Results) -> Proof:
     """b/J is an entry of A and must have the unit 1/s."""
-    b, J = (data.dimension(data.UNITS[name]) for name in ("b", "J"))
-    printed = tuple(x - y for x, y in zip(b, J, strict=True))
-    meant = tuple(x - y for x, y in zip(b, data.dimension({"kg": 1, "m": 2}), strict=True))
+    b, J, inertia = (dimension(unit) for unit in (DATA["b"].unit, DATA["J"].unit, "kg m^2"))
+    printed, meant = (tuple(x - y for x, y in zip(b, other, strict=True)) for other in (J, inertia))
     return Proof(
         holds=printed != (0, 0, -1) == meant,
         text="Powers of kg, m and s of the entry b/J of A: with J in kg m^2 it is a rate, with the printed unit not.",
@@ -115,58 +124,59 @@ def unit_of_inertia(results: Results) -> Proof:
 
 def number_of_step(results: Results) -> Proof:
     """Which steps of Algorithm 1 read the limit N_0 of the size of the grid."""
-    limiting = [step for step, reads in data.STEPS.items() if "N_0" in reads]
+    limiting = [step for step, reads in DATA["steps"].items() if "N_0" in reads]
+    named = DATA["step-against-large-grids"]
     return Proof(
-        holds=limiting == [1] and data.STEP_AGAINST_LARGE_GRIDS not in limiting,
+        holds=limiting == ["1"] and named not in limiting,
         text="Only one step reads the size of the grid against its limit N_0; the sentence names the next one.",
-        quantities={"step that reads N_0": float(limiting[0]), "step named": float(data.STEP_AGAINST_LARGE_GRIDS)},
+        quantities={"step that reads N_0": float(limiting[0]), "step named": float(named)},
     )
 
 
 ERRATA: tuple[Erratum, ...] = (
     Erratum(
-        id=f"{KEY}.map", place="Sec. III, below (7)",
+        id="map", place="Sec. III, below (7)",
         printed="(Σ22 + Σ12 Δ(θ_k) (I − Σ11 Δ(θ_k)))⁻¹ Σ21) w_k, brackets as they stand",
         meant="Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
-        prove=order_of_map, uses=(IDENTITIES,),
+        prove=order_of_map, uses=("identities",),
     ),
     Erratum(
-        id=f"{KEY}.map-12", place="Eq. (12)",
+        id="map-12", place="Eq. (12)",
         printed="Σ22 + Σ12 Δ (I − Σ11 Δ)⁻¹ Σ21", meant="Σ22 + Σ21 Δ (I − Σ11 Δ)⁻¹ Σ12",
-        prove=order_of_12, uses=(IDENTITIES,),
+        prove=order_of_12, uses=("identities",),
     ),
     Erratum(
-        id=f"{KEY}.u3", place="Theorem 1, case U3",
+        id="u3", place="Theorem 1, case U3",
         printed="h̄ = h₀ + log(1 + α⁻¹ μ(−A)) / μ(A)", meant="h̄ = h₀ + log(1 + α⁻¹ μ(A)) / μ(A)",
-        prove=case_u3, uses=(GRIDS[1], GRIDS[2]),
+        prove=case_u3, uses=("grids.1", "grids.2"),
     ),
     Erratum(
-        id=f"{KEY}.size-of-F", place="Theorem 3",
-        printed="F of size r × n", meant="F of size n × r", prove=size_of_f, uses=(NOMINAL[2],),
+        id="size-of-F", place="Theorem 3",
+        printed="F of size r × n", meant="F of size n × r", prove=size_of_f, uses=("nominal.2",),
     ),
     Erratum(
-        id=f"{KEY}.row", place="Eq. (10)",
+        id="row", place="Eq. (10)",
         printed="the text at hand has the row [−Z 0] twice in the right half", meant="once", prove=repeated_row,
-        uses=(IDENTITIES,), inference=True,
+        uses=("identities",), inference=True,
     ),
     Erratum(
-        id=f"{KEY}.algorithm", place="Algorithm 1, step 4",
+        id="algorithm", place="Algorithm 1, step 4",
         printed="√α; in the text at hand also no set-minus between (h_l, h_u) and the union, a sign that may "
         "have been lost on the way to it",
         meant="α and a set-minus",
-        prove=steps_of_algorithm, uses=(GRIDS[1], GRIDS[2]), inference=True,
+        prove=steps_of_algorithm, uses=("grids.1", "grids.2"), inference=True,
     ),
     Erratum(
-        id=f"{KEY}.motor-constant", place="Sec. VI-B",
+        id="motor-constant", place="Sec. VI-B",
         printed="K_θ in A, K_q among the values", meant="one constant, K_θ = K_q = K_T",
-        prove=motor_constant, uses=(NOMINAL[2],), inference=True,
+        prove=motor_constant, uses=("nominal.2",), inference=True,
     ),
     Erratum(
-        id=f"{KEY}.unit-of-J", place="Sec. VI-B",
+        id="unit-of-J", place="Sec. VI-B",
         printed="J = 0.01 kg m²/s²", meant="J = 0.01 kg m²", prove=unit_of_inertia,
     ),
     Erratum(
-        id=f"{KEY}.step", place="Sec. IV-B, last sentence",
+        id="step", place="Sec. IV-B, last sentence",
         printed="step 2 avoids the numerical issues of a large grid", meant="step 1", prove=number_of_step,
         inference=True,
     ),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.mustafa.draws import merged
-from papers.mustafa.names import BRACKET, CURVE, DRAWS, KEY, NOMINAL, RANGE
+from papers.mustafa.experiments.draws import DRAWS, merged
+from papers.mustafa.printed import EXAMPLES
 from replication.audit.model import Figure, FigureData, Results
 from replication.drawing.style import COLOURS, line, new_axes
 
@@ -15,7 +15,7 @@ SHOWN = 400
 
 def responses(results: Results) -> FigureData:
     """One draw of the error, the band of all, and the disturbance."""
-    r = merged([results[name] for name in DRAWS])
+    r = merged(results)
     return FigureData(columns={name: tuple(r[name]) for name in ("k", "w", "e", "band_low", "band_high")})
 
 
@@ -43,7 +43,7 @@ def describe_responses(figure: FigureData) -> str:
 
 def intervals(results: Results) -> FigureData:
     """The sampling periods of the same draw."""
-    r = merged([results[name] for name in DRAWS])
+    r = merged(results)
     return FigureData(columns={"k": tuple(r["k"]), "h": tuple(r["periods"])})
 
 
@@ -64,11 +64,11 @@ def describe_intervals(figure: FigureData) -> str:
 def curves(results: Results) -> FigureData:
     """gamma*(h), the norm of the paper's filter at constant periods, and its bracket over all sequences."""
     columns: dict[str, tuple[float, ...]] = {}
-    for e in (1, 2):
-        r = results[CURVE[e]]
+    for e in EXAMPLES:
+        r = results[f"curve.{e}"]
         columns |= {f"h_{e}": tuple(r["h"]), f"optimum_{e}": tuple(r["optimum"]), f"filter_{e}": tuple(r["filter"])}
-        columns |= {f"middle_{e}": (r["middle"],), f"nominal_{e}": (results[NOMINAL[e]]["formula"],)}
-        columns |= {f"{end}_{e}": (results[BRACKET[e]][end],) for end in ("lower", "upper")}
+        columns |= {f"middle_{e}": (r["middle"],), f"nominal_{e}": (results[f"nominal.{e}"]["formula"],)}
+        columns |= {f"{end}_{e}": (results[f"bracket.{e}"][end],) for end in ("lower", "upper")}
     return FigureData(columns=columns)
 
 
@@ -76,7 +76,7 @@ def plot_curves(figure: FigureData) -> Any:
     """One panel per example."""
     c = figure.columns
     drawing, axes = new_axes(1, 2, row_height=2.6, share_x=False)
-    for e, axis in zip((1, 2), axes, strict=True):
+    for e, axis in zip(EXAMPLES, axes, strict=True):
         axis.plot(c[f"h_{e}"], c[f"optimum_{e}"], label="optimum for constant $h$", **line(0))
         axis.plot(c[f"h_{e}"], c[f"filter_{e}"], label="the paper's filter", **line(1))
         axis.plot(c[f"middle_{e}"], c[f"nominal_{e}"], "o", color=COLOURS[2], label="nominal point")
@@ -96,7 +96,7 @@ def describe_curves(figure: FigureData) -> str:
             f"Example {e}: nominal {c[f'nominal_{e}'][0]:.4f} at {c[f'middle_{e}'][0]:.4f} s, the filter at constant "
             f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; with periods "
             f"that vary the filter has between {c[f'lower_{e}'][0]:.4f} and {c[f'upper_{e}'][0]:.4f}"
-            for e in (1, 2)
+            for e in EXAMPLES
         )
         + f". In Example 1 the optimum jumps by {max(steps):.4f} near {c['h_1'][jump]:.4f} s."
     )
@@ -104,7 +104,7 @@ def describe_curves(figure: FigureData) -> str:
 
 def brackets(results: Results) -> FigureData:
     """Lower and upper ends against h_u."""
-    rows = results[RANGE]["rows"]
+    rows = results["against-range"]["rows"]
     return FigureData(columns={name: tuple(row[i] for row in rows) for i, name in enumerate(("h_u", "lower", "upper"))})
 
 
@@ -132,7 +132,7 @@ def describe_brackets(figure: FigureData) -> str:
 def worst(results: Results) -> FigureData:
     """The last samples of the worst sequence of Example 1, its disturbance and error, scaled to a disturbance of
     one."""
-    r = results[BRACKET[1]]
+    r = results["bracket.1"]
     size = max(map(abs, r["w"][-SHOWN:]))
     return FigureData(
         columns={
@@ -169,30 +169,30 @@ def describe_worst(figure: FigureData) -> str:
 
 FIGURES = (
     Figure(
-        name=f"{KEY}-fig2", place="Fig. 2", title="Estimation error and disturbance of Example 2",
+        name="fig2", place="Fig. 2", title="Estimation error and disturbance of Example 2",
         caption="Uniform random periods. The published figure is one unknown draw: the band holds all draws of ours.",
         published=True, uses=DRAWS, data=responses, plot=plot_responses, alt=describe_responses,
     ),
     Figure(
-        name=f"{KEY}-fig3", place="Fig. 3", title="Sampling periods of the same draw",
+        name="fig3", place="Fig. 3", title="Sampling periods of the same draw",
         caption="Uniform between the ends of the range; the law of the published draw is not stated.",
         published=True, uses=DRAWS, data=intervals, plot=plot_intervals, alt=describe_intervals,
     ),
     Figure(
-        name=f"{KEY}-levels", place="Beyond Sec. VI", title="What the nominal level is nominal to",
+        name="levels", place="Beyond Sec. VI", title="What the nominal level is nominal to",
         caption="Gains at constant periods. The published level belongs to one point; over most of the range the "
         "filter has a larger gain, and a larger one still when the period varies: the band holds its true gain.",
-        published=False, uses=(CURVE[1], CURVE[2], NOMINAL[1], NOMINAL[2], BRACKET[1], BRACKET[2]), data=curves,
-        plot=plot_curves, alt=describe_curves,
+        published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "nominal", "bracket") for e in EXAMPLES),
+        data=curves, plot=plot_curves, alt=describe_curves,
     ),
     Figure(
-        name=f"{KEY}-range", place="Beyond Sec. VI-A", title="True worst-case gain against the range of periods",
+        name="range", place="Beyond Sec. VI-A", title="True worst-case gain against the range of periods",
         caption="Filter of Example 1. The band is what is not known of the worst case over all sequences.",
-        published=False, uses=(RANGE,), data=brackets, plot=plot_brackets, alt=describe_brackets,
+        published=False, uses=("against-range",), data=brackets, plot=plot_brackets, alt=describe_brackets,
     ),
     Figure(
-        name=f"{KEY}-worst", place="Beyond Sec. VI-A", title="A bad sampling sequence of Example 1",
+        name="worst", place="Beyond Sec. VI-A", title="A bad sampling sequence of Example 1",
         caption="A few long periods between many short ones, with the disturbance that suits them.",
-        published=False, uses=(BRACKET[1],), data=worst, plot=plot_worst, alt=describe_worst,
+        published=False, uses=("bracket.1",), data=worst, plot=plot_worst, alt=describe_worst,
     ),
 )  # fmt: skip

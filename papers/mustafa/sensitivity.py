@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from papers.mustafa.experiments import Json
 from replication.audit.judge.perturb import Parameters, spread
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form
 from replication.estimation.nonuniform.plant import SampledPlant
 
 
-def nominal_level(prints: Mapping[str, str], h_u: float, claim: str) -> Json:
+def nominal_level(prints: Mapping[str, str], h_u: float, claim: str) -> dict[str, Any]:
     """The nominal optimum at the middle of [h_l, h_u]; prints: A, B, C, D, L and h_l."""
 
     def compute(numbers: Parameters) -> dict[str, float]:
@@ -24,7 +23,7 @@ def nominal_level(prints: Mapping[str, str], h_u: float, claim: str) -> Json:
     return spread(prints, compute)
 
 
-def filter_norm(prints: Mapping[str, str], plant: dict[str, Any], claim: str) -> Json:
+def filter_norm(prints: Mapping[str, str], plant: dict[str, Any], claim: str) -> dict[str, Any]:
     """The norm of the printed filter at the printed period; prints: A_f, B_f, C_f and h."""
     sampled = SampledPlant(*(np.array(plant[name]) for name in "ABCDL"))
 

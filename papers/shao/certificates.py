@@ -10,10 +10,21 @@ from papers.shao.problem import COUNTEREXAMPLE, DESIGN, literal_loop
 from replication.certify import dualrate
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.verify.subjects import subject, theorems
+from replication.verify.subjects import subject
 
 KEY = "shao"
 DESIGNS = {"motor": DESIGN, "motor-from-start": DESIGN, "scalar": COUNTEREXAMPLE}
+BARE = (
+    "sampled-observer",
+    "error-equations",
+    "contraction",
+    "estimates-ordered",
+    "step-bound",
+    "coordinates",
+    "hurwitz",
+    "feedforward",
+)
+"""Statements that the verifier proves from the plant and the parameters alone."""
 
 Theorem = Mapping[str, Any]
 
@@ -21,79 +32,51 @@ Theorem = Mapping[str, Any]
 def make(name: str) -> dict[str, Any]:
     """The certificate of one entry of theorems.json."""
     theorem = subject(KEY, name)
-    return {**theorem, **MAKERS[theorem["statement"].removeprefix("dualrate.")](theorem)}
+    return {**theorem, "bound": {}, "witness": {}, **MAKERS[theorem["statement"].removeprefix("dualrate.")](theorem)}
 
 
-def parameters(name: str) -> Mapping[str, Any]:
-    """The parameters of one entry of theorems.json."""
-    return theorems(KEY)[0][name].parameters
-
-
-def _loop(theorem: Theorem) -> DualRateLoop:
-    """The loop that a theorem is about, with its reference if there is one."""
-    return _loop_of(theorem, theorem["parameters"])
-
-
-def _loop_of(theorem: Theorem, parameters: Mapping[str, Any]) -> DualRateLoop:
-    design, observer = DESIGNS[theorem["plant"]["name"]], parameters["observer"]
-    if "frequency" in parameters:
-        return literal_loop(observer, float(Fraction(parameters["frequency"])), design)
+def _loop(theorem: Theorem, setting: Mapping[str, Any] | None = None) -> DualRateLoop:
+    """The loop that a theorem is about, or one of its settings; with its reference if there is one."""
+    setting = setting or theorem["parameters"]
+    design, observer = DESIGNS[theorem["plant"]["name"]], setting["observer"]
+    if "frequency" in setting:
+        return literal_loop(observer, float(Fraction(setting["frequency"])), design)
     return close_loop(design, OBSERVERS[observer])
 
 
-def _bare(theorem: Theorem) -> dict[str, Any]:
-    """What the verifier proves from the plant and the parameters alone."""
-    return {"bound": {}, "witness": {}}
-
-
-def _number(value: Fraction) -> dict[str, Any]:
+def _exactly(value: Fraction) -> dict[str, Any]:
     """A quantity that is a rational number."""
-    return {"bound": {"lower": str(value), "upper": str(value)}, "witness": {}}
-
-
-def _torque_constant(theorem: Theorem) -> dict[str, Any]:
-    return _number(Fraction(3, 2) * Fraction(theorem["plant"]["p"]) * Fraction(theorem["plant"]["Psi"]))
-
-
-def _slow_period(theorem: Theorem) -> dict[str, Any]:
-    return _number(Fraction(theorem["plant"]["M"]) * Fraction(theorem["plant"]["T"]))
-
-
-def _solution(theorem: Theorem) -> dict[str, Any]:
-    return {"bound": {}, "witness": {"P": dualrate.lyapunov_solution(theorem["plant"])}}
-
-
-def _constants(theorem: Theorem) -> dict[str, Any]:
-    return {"bound": {}, "witness": {"lyapunov": dualrate.lyapunov(theorem["plant"])}}
-
-
-def _prediction(theorem: Theorem) -> dict[str, Any]:
-    plant = theorem["plant"]
-    return {"bound": {}, "witness": {"lyapunov": dualrate.lyapunov(plant), "chi": dualrate.worst_error(plant)}}
+    return {"bound": {"lower": str(value), "upper": str(value)}}
 
 
 def _ordered(theorem: Theorem) -> dict[str, Any]:
-    pairs = [[_loop_of(theorem, setting) for setting in pair] for pair in theorem["parameters"]["pairs"]]
-    return {"bound": {}, "witness": {"places": [dualrate.between_errors(*pair) for pair in pairs]}}
+    pairs = [[_loop(theorem, setting) for setting in pair] for pair in theorem["parameters"]["pairs"]]
+    return {"witness": {"places": [dualrate.between_errors(*pair) for pair in pairs]}}
 
 
 def _slower(theorem: Theorem) -> dict[str, Any]:
-    other = {"observer": theorem["parameters"]["than"]}
-    return {"bound": {}, "witness": dualrate.between_radii(_loop(theorem), _loop_of(theorem, other))}
+    other = _loop(theorem, {"observer": theorem["parameters"]["than"]})
+    return {"witness": dualrate.between_radii(_loop(theorem), other)}
+
+
+def _constants(theorem: Theorem) -> dict[str, Any]:
+    return {"witness": {"lyapunov": dualrate.lyapunov(theorem["plant"])}}
+
+
+def _prediction(theorem: Theorem) -> dict[str, Any]:
+    return {"witness": {**_constants(theorem)["witness"], "chi": dualrate.worst_error(theorem["plant"])}}
+
+
+def _torque(theorem: Theorem) -> dict[str, Any]:
+    p, flux = (Fraction(theorem["plant"][name]) for name in ("p", "Psi"))
+    return _exactly(Fraction(3, 2) * p * flux)
 
 
 MAKERS: Mapping[str, Callable[[Theorem], dict[str, Any]]] = {
-    "sampled-observer": _bare,
-    "error-equations": _bare,
-    "contraction": _bare,
-    "estimates-ordered": _bare,
-    "step-bound": _bare,
-    "coordinates": _bare,
-    "hurwitz": _bare,
-    "feedforward": _bare,
-    "torque-constant": _torque_constant,
-    "slow-period": _slow_period,
-    "lyapunov": _solution,
+    **dict.fromkeys(BARE, lambda theorem: {}),
+    "torque-constant": _torque,
+    "slow-period": lambda theorem: _exactly(Fraction(theorem["plant"]["M"]) * Fraction(theorem["plant"]["T"])),
+    "lyapunov": lambda theorem: {"witness": {"P": dualrate.lyapunov_solution(theorem["plant"])}},
     "condition": _constants,
     "counterexample": _constants,
     "prediction-bound": _prediction,

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from papers._common import INPUTS, MULTIPLES
 from papers.shao.problem import APO, REPAIRED
-from replication.audit.model import CommonLevel
+from replication.audit.declare import experiment
+from replication.audit.model import CommonLevel, Results
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
 
@@ -31,11 +33,14 @@ def _noise(model: Any, plant: dict[str, Any], observer: str, ratio: int) -> floa
     return float(found.fact("noise to output").value)
 
 
-def common(result: dict[str, list[float | None]], multiples: list[int]) -> tuple[CommonLevel, ...]:
+def common(results: Results) -> tuple[CommonLevel, ...]:
     """The rows of the report; an unstable loop has none."""
     return tuple(
         CommonLevel(sensor=sensor, multiple=m, lower=value, upper=value, measure="noise to position in closed loop")
         for name, sensor in COLUMNS.items()
-        for m, value in zip(multiples, result[name], strict=True)
+        for m, value in zip(MULTIPLES, results["common"][name], strict=True)
         if value is not None
     )
+
+
+EXPERIMENT = experiment("common", levels, **INPUTS)

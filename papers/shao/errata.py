@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from papers.shao import data
-from papers.shao.claims_motor import ROUND_OFF
+from functools import partial
+
+from papers.shao.claims.theory import ROUND_OFF
+from papers.shao.printed import DATA
 from papers.shao.problem import DESIGN
 from replication.audit.model import Erratum, Proof, Results
 
 
 def feedforward_orders(results: Results) -> Proof:
     """The corrected feedforward is the inverse of the motor, the printed one is not."""
-    gaps = results["shao.motor"]["inverse_gap"]
+    gaps = results["motor"]["inverse_gap"]
     return Proof(
         holds=gaps["corrected"] < ROUND_OFF < gaps["printed"],
         text="Only with the orders raised in the first and the last term is the feedforward the inverse of the motor.",
@@ -20,8 +22,7 @@ def feedforward_orders(results: Results) -> Proof:
 
 def mechanical_speed(results: Results) -> Proof:
     """The power balance of the motor."""
-    ideal = results["shao.motor"]["torque_constant"]
-    printed = float(data.TORQUE_CONSTANT)
+    ideal, printed = results["motor"]["torque_constant"], float(DATA["torque_constant"])
     return Proof(
         holds=abs(ideal - printed) < ROUND_OFF,
         text=(
@@ -52,39 +53,30 @@ def output_rate(results: Results) -> Proof:
     )
 
 
+inferred = partial(Erratum, inference=True)
 ERRATA = (
-    Erratum(
-        id="shao.feedforward-orders",
+    inferred(
+        id="feedforward-orders",
         place="Sec. V, ȳ_d",
         printed="ÿ_d in the first term and y_d in the last",
         meant="the third derivative of y_d in the first term and ÿ_d in the last",
         prove=feedforward_orders,
-        uses=("shao.motor",),
-        inference=True,
+        uses=("motor",),
     ),
-    Erratum(
-        id="shao.mechanical-speed",
+    inferred(
+        id="mechanical-speed",
         place="Sec. V, below eq. (23)",
         printed="θ and ω are electrical",
         meant="θ and ω are mechanical",
         prove=mechanical_speed,
-        uses=("shao.motor",),
-        inference=True,
+        uses=("motor",),
     ),
-    Erratum(
-        id="shao.third-state",
+    inferred(
+        id="third-state",
         place="Sec. V, x̂",
         printed="the estimate of d²ω/dt² in the third entry",
         meant="the estimate of dω/dt",
         prove=third_state,
-        inference=True,
     ),
-    Erratum(
-        id="shao.output-rate",
-        place="eq. (13)",
-        printed="|C ẏ| under the integral",
-        meant="|ẏ|",
-        prove=output_rate,
-        inference=True,
-    ),
+    inferred(id="output-rate", place="eq. (13)", printed="|C ẏ| under the integral", meant="|ẏ|", prove=output_rate),
 )

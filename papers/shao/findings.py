@@ -6,16 +6,14 @@ from fractions import Fraction
 
 import numpy as np
 
-from papers.shao.certificates import parameters
-from papers.shao.claims_compare import ordering_counts, weak_gain_shares
-from papers.shao.claims_table import NOT_SEARCHED
-from papers.shao.experiments import SEARCH
+from papers.shao.claims.table import NOT_SEARCHED, ordering_counts, weak_gain_shares
+from papers.shao.experiments.readings import SEARCH, merged
+from papers.shao.experiments.tracking import LOW_FREQUENCY
 from papers.shao.method.search import Near, chance, reading_of
 from papers.shao.problem import APO, FAST, FREQUENCIES, HELD, LABELS, PMI, READINGS, REPAIRED, SINGLE, SRC, START
-from papers.shao.search import merged
-from papers.shao.tracking import LOW_FREQUENCY
 from replication.audit.model import Results
 from replication.estimation.dualrate.tracking import Points
+from replication.verify.subjects import theorems
 
 WHERE = {Points.BETWEEN: "at all times", Points.FAST: "at fast instants", Points.SLOW: "at slow instants"}
 
@@ -26,9 +24,9 @@ def findings(results: Results) -> tuple[str, ...]:
 
 
 def _theory(results: Results) -> tuple[str, ...]:
-    theorem = results["shao.theorem"]
-    allowed, motor, bounds = theorem["scalar"]["allowed_period"], theorem["motor"], results["shao.bounds"]
-    proved = Fraction(parameters("counterexample")["longest"])
+    theorem = results["theorem"]
+    allowed, motor, bounds = theorem["scalar"]["allowed_period"], theorem["motor"], results["bounds"]
+    proved = Fraction(theorems("shao")[0]["counterexample"].parameters["longest"])
     return (
         "The stability theorem is false as printed: for A = B = C = 1, K = −2, L = 2, M = 5 every period that (18) "
         f"allows (T below {allowed:.6f} s) gives an unstable loop, proved in exact arithmetic for all "
@@ -41,9 +39,9 @@ def _theory(results: Results) -> tuple[str, ...]:
 
 
 def _mechanism(results: Results) -> tuple[str, ...]:
-    table = results["shao.table"]
-    radius, theorem = table["radius"], results["shao.theorem"]["radius"]
-    constants = results["shao.transients"]["time_constants"]
+    table = results["table"]
+    radius, theorem = table["radius"], results["theorem"]["radius"]
+    constants = results["transients"]["time_constants"]
     against_fast = [own / fast - 1 for own, fast in zip(table["ratios"][APO], table["ratios"][FAST], strict=True)]
     upper = max(abs(gap) for gap, sigma in zip(against_fast, FREQUENCIES, strict=True) if sigma >= 1)
     shares = weak_gain_shares(table)
@@ -64,8 +62,8 @@ def _mechanism(results: Results) -> tuple[str, ...]:
 
 
 def _comparison(results: Results) -> str:
-    radius, constants = results["shao.table"]["radius"], results["shao.transients"]["time_constants"]
-    wins, pairs = ordering_counts(results["shao.orderings"])
+    radius, constants = results["table"]["radius"], results["transients"]["time_constants"]
+    wins, pairs = ordering_counts(results["orderings"])
     others = ", ".join(f"{constants[name]:.2f} s ({LABELS[name]})" for name in (PMI, HELD, SINGLE))
     return (
         f"SRC is unstable (radius {radius[SRC]:.3f}), DRC-PMI and DRC-APO are stable. In the literal reading DRC-APO "
@@ -75,8 +73,8 @@ def _comparison(results: Results) -> str:
 
 
 def _readings(results: Results) -> tuple[str, ...]:
-    found = merged([results[name] for name in SEARCH])
-    table = results["shao.table"]["ratios"]
+    found = merged(results[name] for name in SEARCH)
+    table = results["table"]["ratios"]
     literal, held = (
         ", ".join(f"{p:.2f}/{a:.2f}" for p, a in zip(table[name], table[APO], strict=True)) for name in (PMI, HELD)
     )
@@ -101,13 +99,9 @@ def _readings(results: Results) -> tuple[str, ...]:
 def _near(near: Near) -> str:
     """The choices of a reading, and its numbers in percent."""
     reading = reading_of(READINGS, near)
-    structure = reading.structure
     window = "steady state"
     if reading.window is not None:
         window = f"slow periods {reading.window[0]} to {reading.window[1]} from ζ(0) = {reading.start}"
     numbers = ", ".join(f"{100 * value:.2f}" for value in near.values)
-    return (
-        f"{LABELS[reading.observer]}, {structure.feedforward} feedforward, reference {structure.timing}, "
-        f"{'discrete' if structure.discrete_gain else 'continuous'} gain, "
-        f"{'current' if structure.current else 'predictor'} form, error {WHERE[reading.points]}, {window}: {numbers}"
-    )
+    choices = "{} feedforward, reference {}, {} gain, {} form".format(*reading.structure.words)
+    return f"{LABELS[reading.observer]}, {choices}, error {WHERE[reading.points]}, {window}: {numbers}"

@@ -1,21 +1,23 @@
-"""The audit of Shao, Yang, Li and Yi: experiments, claims, errata, figures, tables and scope together."""
+"""The audit of Shao, Yang, Li and Yi: what it covers, in the order of the manuscript, and what it shows."""
 
-from papers._common import MULTIPLES
-from papers.shao import common
-from papers.shao.claims_compare import COMPARISONS
-from papers.shao.claims_motor import MOTOR_CLAIMS
-from papers.shao.claims_table import ANY_READING, TABLE_CELLS
-from papers.shao.claims_theory import THEORY_CLAIMS
+from papers.shao import common, sensitivity
+from papers.shao.claims.comparison import RESPONSES, STABILITY
+from papers.shao.claims.introduction import INTRODUCTION
+from papers.shao.claims.motor import MOTOR
+from papers.shao.claims.table import TABLE
+from papers.shao.claims.theory import OBSERVER, THEOREM
 from papers.shao.errata import ERRATA
-from papers.shao.experiments import COMMON, EXPERIMENTS, SENSITIVITY
-from papers.shao.figures import FIGURES
+from papers.shao.experiments import motor, readings, theorem, tracking
+from papers.shao.figures import readings as reading_figures
+from papers.shao.figures import stability as stability_figures
+from papers.shao.figures import tracking as tracking_figures
 from papers.shao.findings import findings
-from papers.shao.scope import SCOPE
-from papers.shao.tables import FORMULAS, TABLES
+from papers.shao.printed import REFERENCES
+from replication.audit.declare import Part, paper
 from replication.audit.judge.perturb import sensitivities
-from replication.audit.model import Paper
+from replication.audit.model import Formula, Table
 
-PAPER = Paper(
+PAPER = paper(
     key="shao",
     title=("A New Alternating Predictive Observer Approach for Higher Bandwidth Control of Dual-Rate Dynamic Systems"),
     authors=("Liren Shao", "Jun Yang", "Shihua Li", "Yang Yi"),
@@ -37,14 +39,75 @@ PAPER = Paper(
         "  note = {Undated manuscript}\n"
         "}"
     ),
-    experiments=EXPERIMENTS,
-    claims=(*THEORY_CLAIMS, *MOTOR_CLAIMS, *COMPARISONS, ANY_READING, *TABLE_CELLS),
+    parts=(
+        INTRODUCTION,
+        Part("Secs. I and II: motivation and literature", reason="Words without a checkable quantity."),
+        OBSERVER,
+        Part(
+            "Dots over symbols",
+            reason=(
+                "The text at hand is a conversion, which loses dots easily: the misprints shao.feedforward-orders and "
+                "shao.third-state may be its own."
+            ),
+        ),
+        Part("Fig. 1", reason="A block diagram; it holds no data."),
+        THEOREM,
+        Part(
+            "Sec. IV: eqs. (11), (16), (17), (19) to (21)",
+            reason=(
+                "Algebra that follows from (10) and (12) to (15): (15) is the step that fails, and the theorem is "
+                "refuted as a whole."
+            ),
+        ),
+        MOTOR,
+        STABILITY,
+        RESPONSES,
+        Part(
+            "Curves of Figs. 2 and 3, point by point",
+            reason="The text at hand holds no image and no data of the curves.",
+        ),
+        TABLE,
+    ),
+    experiments=(
+        common.EXPERIMENT,
+        sensitivity.EXPERIMENT,
+        *motor.EXPERIMENTS,
+        *tracking.EXPERIMENTS,
+        *theorem.EXPERIMENTS,
+        *readings.EXPERIMENTS,
+    ),
     errata=ERRATA,
-    figures=FIGURES,
-    tables=TABLES,
-    formulas=FORMULAS,
-    scope=SCOPE,
+    figures=(*tracking_figures.FIGURES, *stability_figures.FIGURES, *reading_figures.FIGURES),
+    tables=(
+        Table(
+            place="Table I",
+            caption="Largest tracking error over the amplitude of the reference, percent",
+            header=("Reference", "SRC", "DRC-PMI", "DRC-APO"),
+            rows=tuple(
+                (reference, *(f"claim:table.{column}-{number}" for column in ("src", "pmi", "apo")))
+                for number, reference in enumerate(REFERENCES, 1)
+            ),
+        ),
+    ),
+    formulas=(
+        Formula(
+            text="The observer between fast instants, with a measured or a virtual output",
+            latex=r"\dot{\zeta}(t) = (A - LC)\zeta(t) + B u(t_k) + L \bar{y}(t_k)",
+        ),
+        Formula(
+            text="The virtual measurement (6) as printed",
+            latex=r"y_p(t_k) = C\left(\bar{A}\zeta(t_{k-1}) + \bar{B}u(t_{k-1})\right)",
+        ),
+        Formula(
+            text="The repaired virtual measurement, restarted at each true one",
+            latex=r"y_p(t_k) = \bar{y}(t_{k-1}) + C\left((\bar{A} - I)\zeta(t_{k-1}) + \bar{B}u(t_{k-1})\right)",
+        ),
+        Formula(
+            text="The error of the virtual measurement (6), which does not vanish as T goes to zero",
+            latex=r"y_p(t_k) - y(t_k) = -C e^{AT}\xi(t_{k-1})",
+        ),
+    ),
     findings=findings,
-    common=lambda results: common.common(results[COMMON], list(MULTIPLES)),
-    sensitivity=lambda results: sensitivities(results[SENSITIVITY]),
+    sensitivity=lambda results: sensitivities(results["sensitivity"]),
+    common=common.common,
 )

@@ -2,37 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from papers.shao import data
-from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
-from papers.shao.method.readings import ReadingSpace
-from replication.estimation.dualrate.loop import DualRateLoop, close_loop
-from replication.estimation.dualrate.observers import OBSERVERS
+from papers.shao.method.motor import Motor
+from papers.shao.method.readings import ReadingSpace, Structure
+from papers.shao.printed import DATA, PARAMETERS, REFERENCES, frequency
+from replication.estimation.dualrate.loop import DualRateLoop
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
 
-MOTOR = Motor(
-    resistance=float(data.RESISTANCE),
-    flux=float(data.FLUX),
-    inductance=float(data.INDUCTANCE),
-    pole_pairs=int(data.POLE_PAIRS),
-    friction=float(data.FRICTION),
-    inertia=float(data.INERTIA),
-    torque_constant=float(data.TORQUE_CONSTANT),
-)
+MOTOR = Motor(pole_pairs=int(DATA["pole_pairs"]), **{name: float(DATA[name]) for name in PARAMETERS})
 DESIGN = dual_rate_design(
     MOTOR.system(),
-    feedback=[[float(k) for k in data.FEEDBACK]],
-    injection=[[float(gain)] for gain in data.INJECTION],
-    period=float(data.PERIOD),
-    ratio=int(data.RATIO),
+    feedback=[[float(k) for k in DATA["feedback"]]],
+    injection=[[float(gain)] for gain in DATA["injection"]],
+    period=float(DATA["period"]),
+    ratio=int(DATA["ratio"]),
 )
-START = np.array([float(x) for x in data.START])
-FREQUENCIES = tuple(float(sigma) for sigma in data.FREQUENCIES)
+START = np.array([float(x) for x in DATA["start"]])
+FREQUENCIES = tuple(frequency(reference) for reference in REFERENCES)
 READINGS = ReadingSpace(MOTOR, DESIGN, tuple(START.tolist()), FREQUENCIES)
 
 SRC, PMI, APO = "single_rate", "model_interpolation", "alternating_predictive"
 """The literal readings of SRC, DRC-PMI (observer (2) at M T, the model alone between) and DRC-APO."""
+COLUMNS = {"pmi": PMI, "apo": APO}
+"""The columns of Table I that hold numbers, under the names that claims and figures give them."""
 HELD, SINGLE = "held_measurement", "single_correction"
 """Other readings of DRC-PMI: observer (2) read at every T with y held, and (7) corrected once in M T."""
 PMI_READINGS = (PMI, HELD, SINGLE, "slow_input_interpolation")
@@ -58,18 +53,8 @@ COUNTEREXAMPLE = dual_rate_design(
 """A = B = C = 1, K = −2, L = 2, M = 5: ours, not the manuscript's."""
 
 
-def literal_loop(observer: str, frequency: float, design: DualRateDesign = DESIGN) -> DualRateLoop:
-    """The loop as printed: printed feedforward, references held over T, L as a continuous gain."""
-    return reading_loop(observer, frequency, Feedforward.PRINTED, ReferenceTiming.HELD, design=design)
-
-
-def reading_loop(
-    observer: str,
-    frequency: float,
-    form: Feedforward,
-    timing: ReferenceTiming,
-    *,
-    design: DualRateDesign = DESIGN,
+def literal_loop(
+    observer: str, frequency: float, design: DualRateDesign = DESIGN, motor: Motor = MOTOR
 ) -> DualRateLoop:
-    """The motor's tracking loop with another feedforward or timing of the reference."""
-    return close_loop(design, OBSERVERS[observer], harmonic=tracking_command(MOTOR, design, frequency, form, timing))
+    """The loop as printed: printed feedforward, references held over T, L as a continuous gain."""
+    return replace(READINGS, design=design, motor=motor).loop(observer, Structure(), frequency)

@@ -5,24 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from papers.shao import data
-from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
+from papers.shao.method.motor import Motor
+from papers.shao.printed import DATA, PARAMETERS
+from papers.shao.problem import COLUMNS, FREQUENCIES, literal_loop
+from replication.audit.declare import experiment
 from replication.audit.judge.perturb import Parameters, spread
-from replication.estimation.dualrate.loop import close_loop
-from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import dual_rate_design
 from replication.estimation.dualrate.tracking import tracking_error_ratio
 
 PRINTS = {
-    "resistance": data.RESISTANCE,
-    "flux": data.FLUX,
-    "inductance": data.INDUCTANCE,
-    "friction": data.FRICTION,
-    "inertia": data.INERTIA,
-    "torque_constant": data.TORQUE_CONSTANT,
-    "K": f"[{' '.join(data.FEEDBACK)}]",
-    "L": f"[{'; '.join(data.INJECTION)}]",
-    "T": data.PERIOD,
+    **{name: DATA[name] for name in PARAMETERS},
+    "K": f"[{' '.join(DATA['feedback'])}]",
+    "L": f"[{'; '.join(DATA['injection'])}]",
+    "T": DATA["period"],
 }
 """What Table I was computed from, as printed."""
 
@@ -31,22 +26,24 @@ def table(prints: Mapping[str, str], pole_pairs: int, ratio: int, cells: list[di
     """Percent errors of `cells` (observer, frequency, claim); prints: the motor's parameters, K, L and T."""
 
     def compute(numbers: Parameters) -> dict[str, float]:
-        fields = ("resistance", "flux", "inductance", "friction", "inertia", "torque_constant")
-        motor = Motor(pole_pairs=pole_pairs, **{name: numbers[name] for name in fields})
-        design = dual_rate_design(
-            motor.system(), feedback=numbers["K"], injection=numbers["L"], period=numbers["T"], ratio=ratio
-        )
-        held = Feedforward.PRINTED, ReferenceTiming.HELD
-        return {
-            cell["claim"]: 100
-            * tracking_error_ratio(
-                close_loop(
-                    design,
-                    OBSERVERS[cell["observer"]],
-                    harmonic=tracking_command(motor, design, cell["frequency"], *held),
-                )
-            )
-            for cell in cells
-        }
+        motor = Motor(pole_pairs=pole_pairs, **{name: numbers[name] for name in PARAMETERS})
+        gains = {"feedback": numbers["K"], "injection": numbers["L"]}
+        design = dual_rate_design(motor.system(), **gains, period=numbers["T"], ratio=ratio)
+        loops = {cell["claim"]: literal_loop(cell["observer"], cell["frequency"], design, motor) for cell in cells}
+        return {claim: 100 * tracking_error_ratio(loop) for claim, loop in loops.items()}
 
     return spread(prints, compute)
+
+
+EXPERIMENT = experiment(
+    "sensitivity",
+    table,
+    prints=PRINTS,
+    pole_pairs=int(DATA["pole_pairs"]),
+    ratio=int(DATA["ratio"]),
+    cells=[
+        {"observer": observer, "frequency": sigma, "claim": f"table.{column}-{index}"}
+        for column, observer in COLUMNS.items()
+        for index, sigma in enumerate(FREQUENCIES, 1)
+    ],
+)

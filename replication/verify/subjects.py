@@ -1,21 +1,18 @@
 """What a certificate must be about: the plants and the wanted theorems of the papers, read as data.
 
-`papers/<key>/data.py` is read through its syntax tree, never imported: only literals, and names of literals, are
-evaluated. `papers/<key>/theorems.json` lists the wanted theorems, and the claims for which none is possible.
+`papers/<key>/printed.toml` holds what the paper prints, `plants.py` beside it makes the plants of that in exact numbers
+(loaded from its file alone), and `theorems.json` lists the wanted theorems, and the claims for which none is possible.
 """
 
 from __future__ import annotations
 
-import ast
 import importlib.util
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn, cast
 
-from replication.verify.algebra.decimals import decimal
-from replication.verify.plants import PLANTS
 from replication.verify.reading import fields, name_of, parse, sequence, text, written
 from replication.verify.theorem import Refused, require
 
@@ -99,10 +96,7 @@ def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     if not name:
         return {"name": ""}
     folder = root / "papers" / paper
-    if (folder / "printed.toml").is_file():
-        plants = plants_of(folder / "plants.py")(printed(folder / "printed.toml"))
-    else:
-        plants = PLANTS[paper](literals(folder / "data.py")) if paper in PLANTS else {}
+    plants = plants_of(folder / "plants.py")(printed(folder / "printed.toml"))
     require(name in plants, f"the paper {paper} has no plant named {name!r}; there are {', '.join(plants) or 'none'}")
     return {"name": name, **written(plants[name])}
 
@@ -113,6 +107,8 @@ def printed(path: Path) -> dict[str, Any]:
     def refuse(text: str) -> NoReturn:
         raise Refused(f"{path.name} holds the number {text:.40}, which must be a string")
 
+    if not path.is_file():
+        return {}
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=refuse)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -125,49 +121,9 @@ def printed(path: Path) -> dict[str, Any]:
 def plants_of(path: Path) -> Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]]:
     """The function `plants` of a paper's plants.py, loaded from its file alone: no package of papers is imported."""
     if not path.is_file():
-        return lambda data: {}
+        return lambda printed: {}
     spec = importlib.util.spec_from_file_location(f"plants of {path.parent.name}", path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return cast(Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]], module.plants)
-
-
-def literals(path: Path) -> dict[str, Any]:
-    """The values of the module-level names of a source file that are made of literals and of such names.
-
-    Strings, small integers, lists, tuples and dictionaries stand for themselves; a float is the exact decimal that is
-    written. Names with any other value are left out.
-    """
-    source = path.read_text(encoding="utf-8")
-    lines = source.encode().splitlines()  # columns of a syntax tree count bytes
-    known: dict[str, Any] = {}
-    for node in ast.parse(source).body:
-        target = node.targets[0] if isinstance(node, ast.Assign) else getattr(node, "target", None)
-        value = getattr(node, "value", None)
-        if isinstance(target, ast.Name) and isinstance(value, ast.expr):
-            try:
-                known[target.id] = _evaluate(value, lines, known)
-            except Refused:
-                known.pop(target.id, None)
-    return known
-
-
-def _evaluate(node: ast.expr, source: Sequence[bytes], known: Mapping[str, Any]) -> Any:
-    match node:
-        case ast.Constant(value=float()):
-            return decimal(source[node.lineno - 1][node.col_offset : node.end_col_offset].decode())
-        case ast.Constant(value=str() | int() | None as value):
-            return value
-        case ast.UnaryOp(op=ast.USub(), operand=operand):
-            return -_evaluate(operand, source, known)
-        case ast.List(elts=entries):
-            return [_evaluate(entry, source, known) for entry in entries]
-        case ast.Tuple(elts=entries):
-            return tuple(_evaluate(entry, source, known) for entry in entries)
-        case ast.Dict(keys=keys, values=values):
-            pairs = zip(keys, values, strict=True)
-            return {_evaluate(key, source, known): _evaluate(value, source, known) for key, value in pairs if key}
-        case ast.Name(id=name) if name in known:
-            return known[name]
-    raise Refused(f"line {node.lineno} of the data is no literal")

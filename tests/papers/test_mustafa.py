@@ -5,37 +5,42 @@ from __future__ import annotations
 import msgspec
 import pytest
 
-from papers.mustafa import PAPER, data
-from papers.mustafa.experiments import grids, level_curve, nominal, problem, subject
-from papers.mustafa.identities import identities
-from papers.mustafa.names import BRACKET, CORRECT, KEY, LITERAL, NOMINAL, ROBUST, WITH_SET_MINUS
+from papers.mustafa import PAPER
+from papers.mustafa.errata import dimension
+from papers.mustafa.experiments.identities import identities
+from papers.mustafa.experiments.levels import grids, level_curve, nominal, problem, subject
+from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, printed_filter, upper_end
+from replication.audit.data import PrintedValue
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Kind, Verdict
 from replication.audit.run.runner import Outcome
 from replication.estimation.nonuniform.filters import periodic_gain
 
+KEY = PAPER.key
+
 
 def test_transcription_of_the_plants() -> None:
     """A second reading of the numbers, typed from the text in another order and another form."""
-    second = data.example_2()
+    second = example(2)
     assert second["plant"]["A"] == [[-10.0, 1.0], [-0.02, -2.0]]
     assert (second["plant"]["L"], second["plant"]["C"], second["plant"]["B"]) == ([[0, 1]], [[1, 0]], [[2], [2]])
     assert second["plant"]["D"] == [[0.0]]
     assert second["periods"] == [0.001, 0.099]
-    first = data.example_1()
+    first = example(1)
     assert first["plant"]["A"] == [[0, 1], [-16, -4.8]]
     assert (first["plant"]["B"], first["plant"]["D"]) == ([[0], [16]], [[0.1]])
     assert first["plant"]["C"] == first["plant"]["L"] == [[1, 0]]
     assert first["periods"] == pytest.approx([0.01, 0.12566370614359174], rel=1e-15)
-    printed = data.printed_filter()
+    printed = printed_filter()
     assert printed["A"] == [[-0.044, 0.0373], [-1.0674, 0.9048]]
     assert (printed["B"], printed["C"]) == ([[0.6505], [1.0666]], [[0, 1]])
-    assert (data.GAMMA_1, data.GAMMA_2, data.GAMMA_14) == ("0.1017", "0.0952", "1.8174")
-    assert list(data.GAMMA_13.values()) == ["0.4647", "0.4876"]
+    assert (GAMMA[1], GAMMA[2], DATA["gamma-14"]) == ("0.1017", "0.0952", "1.8174")
+    assert list(DATA["gamma-13"].values()) == ["0.4647", "0.4876"]
 
 
 def test_the_first_example_by_three_routes() -> None:
-    result = nominal(**data.example_1())
+    result = nominal(**example(1))
     assert result["riccati"] == pytest.approx(result["formula"], rel=1e-8)
     for route in ("lmi", "printed_lmi"):
         assert result[route]["level"] == pytest.approx(result["formula"], rel=1e-8)
@@ -43,10 +48,10 @@ def test_the_first_example_by_three_routes() -> None:
 
 
 def test_the_literal_algorithm_ends_by_itself() -> None:
-    for example in (data.example_1(), data.example_2()):
-        runs = grids(**example, limit=20)["algorithm"]
-        assert runs[LITERAL]["end"] == "STALLED"
-        assert runs[CORRECT]["end"] == "COVERED"
+    for e in EXAMPLES:
+        runs = grids(**example(e), limit=20)["algorithm"]
+        assert runs[AS_PRINTED.name]["end"] == "STALLED"
+        assert runs[CORRECT.name]["end"] == "COVERED"
 
 
 def test_identities_tell_right_from_wrong() -> None:
@@ -58,9 +63,9 @@ def test_identities_tell_right_from_wrong() -> None:
 
 def test_the_levels_hold_between_the_ends_and_not_beyond() -> None:
     """Next to either end the norm of the filter is on the side of the printed level that the end says."""
-    printed = data.printed_filter()
-    problem_2 = data.example_2()
-    level = data.upper_end(data.GAMMA_2)
+    printed = printed_filter()
+    problem_2 = example(2)
+    level = upper_end(GAMMA[2])
     found = level_curve(**problem_2, printed=printed, nodes=41, level=level)
     system, span = problem(**problem_2)
     filter_ = subject(system, span, printed)
@@ -71,13 +76,13 @@ def test_the_levels_hold_between_the_ends_and_not_beyond() -> None:
 
 
 def test_upper_end_and_dimensions() -> None:
-    assert data.upper_end("0.0952") == pytest.approx(0.09525, rel=1e-15)
-    assert data.dimension({"N": 1, "m": 1, "s": 1}) == (1, 2, -1)
+    assert upper_end("0.0952") == pytest.approx(0.09525, rel=1e-15)
+    assert dimension("N m s") == dimension("kg m^2 s^-1") == (1, 2, -1)
 
 
 def test_restoring_the_set_minus_does_not_end_the_stall() -> None:
-    for example in (data.example_1(), data.example_2()):
-        assert grids(**example, limit=20)["algorithm"][WITH_SET_MINUS]["end"] == "STALLED"
+    for e in EXAMPLES:
+        assert grids(**example(e), limit=20)["algorithm"][WITH_SET_MINUS.name]["end"] == "STALLED"
 
 
 def test_every_erratum_of_the_text_alone_is_proved() -> None:
@@ -89,8 +94,8 @@ def test_every_erratum_of_the_text_alone_is_proved() -> None:
 def test_a_wrong_unit_or_step_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     """The two proofs fail on a text without the misprints."""
     errata = {erratum.id: erratum for erratum in PAPER.errata}
-    monkeypatch.setitem(data.UNITS, "J", {"kg": 1, "m": 2})
-    monkeypatch.setattr(data, "STEP_AGAINST_LARGE_GRIDS", 1)
+    monkeypatch.setitem(DATA, "J", PrintedValue("0.01", "Sec. VI-B", "kg m^2"))
+    monkeypatch.setitem(DATA, "step-against-large-grids", "1")
     assert not errata[f"{KEY}.unit-of-J"].prove({}).holds
     assert not errata[f"{KEY}.step"].prove({}).holds
 
@@ -99,7 +104,7 @@ def test_a_wrong_unit_or_step_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> 
 def test_every_claim_has_its_pinned_verdict(fresh_run: Outcome) -> None:
     claims = [claim for claim in fresh_run.results.claims if claim.paper == KEY]
     assert len(claims) == len(PAPER.claims) >= 30
-    assert {claim.id: claim.reason for claim in claims if claim.verdict != claim.expected_verdict} == {}
+    assert {claim.id: claim.judgement.reason for claim in claims if claim.unexpected} == {}
     errata = [erratum for erratum in fresh_run.results.errata if erratum.paper == KEY]
     assert [erratum.id for erratum in errata if not erratum.holds or erratum.error] == []
 
@@ -107,21 +112,21 @@ def test_every_claim_has_its_pinned_verdict(fresh_run: Outcome) -> None:
 @pytest.mark.slow
 def test_brackets_are_narrow_and_above_the_print(fresh_run: Outcome) -> None:
     results = fresh_run.results_by_experiment
-    for example, printed in ((1, data.GAMMA_1), (2, data.GAMMA_2)):
-        found = results[BRACKET[example]]
+    for e, printed in GAMMA.items():
+        found = results[f"{KEY}.bracket.{e}"]
         assert float(printed) < found["lower"] < found["upper"] < 1.01 * found["lower"]
-        robust = results[ROBUST[example]]
+        robust = results[f"{KEY}.robust.{e}"]
         # The design is the best of all filters for one Lyapunov function, so no filter is guaranteed less by one.
         assert robust["exchange"] < found["common"] * (1 + 1e-6)
         # Knowing what comes must pay: the tree ends below what one Lyapunov function and what half the leaves prove.
         half = min(level for leaves, level in found["history"] if leaves <= found["leaves"] / 2)
         assert found["upper"] < half < found["common"]
         assert robust["exchange"] == pytest.approx(robust["dense"], rel=1e-6)
-        assert robust["exchange"] < found["lower"] or example == 2
+        assert robust["exchange"] < found["lower"] or e == 2
         # The certified level is the number to quote: the solver's own may lie a rounding below it.
         assert robust["guaranteed"] == pytest.approx(robust["exchange"], rel=1e-3)
         assert robust["one_cell_small_gain"] > 1
-    degenerate = results[NOMINAL[2]]
+    degenerate = results[f"{KEY}.nominal.2"]
     assert degenerate["riccati"] == pytest.approx(degenerate["formula"], rel=1e-6)
 
 
@@ -138,12 +143,13 @@ def test_one_unit_in_the_last_place_flips_the_verdict(fresh_run: Outcome) -> Non
     errata = {erratum.id: erratum for erratum in fresh_run.results.errata}
     flipped = 0
     for record in fresh_run.results.claims:
-        if record.paper != KEY or record.kind is not Kind.VALUE or record.verdict is not Verdict.REPRODUCED:
+        if record.paper != KEY or record.claim.kind is not Kind.VALUE or record.verdict is not Verdict.REPRODUCED:
             continue
-        places = len(record.printed.partition(".")[2])
+        places = len(record.claim.printed.partition(".")[2])
         for sign in (1, -1):
-            other = f"{float(record.printed) + sign * 10.0**-places:.{places}f}"
-            moved = rejudge(msgspec.structs.replace(record, printed=other), errata)
+            other = f"{float(record.claim.printed) + sign * 10.0**-places:.{places}f}"
+            reprinted = msgspec.structs.replace(record.claim, printed=other)
+            moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata)
             assert moved.verdict is Verdict.DIFFERS
             flipped += 1
     assert flipped == 4

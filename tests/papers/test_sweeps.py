@@ -14,21 +14,22 @@ from typing import Any
 import pytest
 
 import papers
-from papers.mustafa.names import DRAWS as SEQUENCES
+from papers.mustafa.experiments.draws import DRAWS as SEQUENCES
 from papers.okajima2023.cases import DRAWS, PERIOD_TABLE
 from papers.peet2019.runs import DEFAULT_CELLS
-from papers.shao.experiments import SEARCH
+from papers.shao.experiments.readings import SEARCH
 from replication.audit.model import Paper, Results
 from replication.audit.run.pool import Processes
 from replication.audit.run.progress import Action, Silent, Step
-from replication.audit.run.runner import Outcome, default_packages, run
+from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
+from replication.audit.store.sources import default_packages
 
 ROOT = Path(__file__).resolve().parents[2]
 SWEEPS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "timings": (tuple(f"okajima2023.{name}" for name in PERIOD_TABLE), {"largest": 2}),
-    "readings": (SEARCH, {"decoys": 1}),
-    "sequences": (SEQUENCES, {"seeds": 8}),
+    "readings": (tuple(f"shao.{name}" for name in SEARCH), {"decoys": 1}),
+    "sequences": (tuple(f"mustafa.{name}" for name in SEQUENCES), {"seeds": 8}),
     "draws": (tuple(f"okajima2023.{name}" for name in DRAWS), {"seeds": 8}),
     "cells": (tuple(f"peet2019.ex4.n{n}k{k}" for n, k in DEFAULT_CELLS), {}),
 }

@@ -15,7 +15,7 @@ from replication.audit.run.prove import prove
 from replication.verify.algebra.decimals import above, below, decimal, half_unit, printed_matrix, printed_poles
 from replication.verify.reading import MAX_BYTES
 from replication.verify.run import check, committed, printable, report, same, verify
-from replication.verify.subjects import literals, papers, plant, subject, theorems
+from replication.verify.subjects import papers, plant, printed, subject, theorems
 from replication.verify.theorem import Refused
 
 ROOT = Path(__file__).parents[2]
@@ -266,14 +266,23 @@ def test_the_plant_is_that_of_the_data() -> None:
         plant("okajima2023", "other")
 
 
-def test_literals_are_read_without_running_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "data.py"
+def test_printed_data_are_strings_and_integers(tmp_path: Path) -> None:
+    path = tmp_path / "printed.toml"
     path.write_text(
-        'from math import pi\nA = "1"\nB: str = "2"\nC = (A, -0.1, [3, None], {"k": B})\n'
-        "D = print('no')\nE = D\nF = pi\nA = open('x')\nG = 1e-3\n",
-        encoding="utf-8",
+        '[A]\nplace = "p"\nvalue = "[1 2]"\n[N]\nplace = "q"\n[N.value]\na = ["0.1", 3]\n', encoding="utf-8"
     )
-    assert literals(path) == {"B": "2", "C": ("1", fmpq(-1, 10), [3, None], {"k": "2"}), "G": fmpq(1, 1000)}
+    assert printed(path) == {"A": "[1 2]", "N": {"a": ["0.1", 3]}}
+    assert printed(tmp_path / "none.toml") == {}
+    for content, reason in (
+        ("[A]\nvalue = 0.1\n", "the number 0.1, which must be a string"),
+        ("[A]\nvalue = nan\n", "the number nan, which must be a string"),
+        ('[A]\nplace = "p"\n', r"\[A\] has no value"),
+        ("A = 1\n", r"\[A\] has no value"),
+        ("[A\n", "is not valid TOML"),
+    ):
+        path.write_text(content, encoding="utf-8")
+        with pytest.raises(Refused, match=reason):
+            printed(path)
 
 
 def test_printed_numbers_are_exact() -> None:

@@ -1,1 +1,1 @@
-"""The claims of the nonuniform-sampling paper, by subject."""
+"""The claims of the nonuniform-sampling paper, by section, in the order of the text."""

@@ -10,7 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from papers.mustafa.method.small_gain import Interval, UpperEnd, covered_interval, small_gain_alpha
+from papers.mustafa.method.stability import Interval, UpperEnd, covered_interval, small_gain_alpha
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import positive_integer
 
@@ -34,8 +34,15 @@ class Reading:
     root: bool
     union: bool
 
+    @property
+    def name(self) -> str:
+        """The three choices in words, such as `corrected, alpha, set-minus`."""
+        chosen = ("root" if self.root else "alpha", "union" if self.union else "set-minus")
+        return ", ".join((self.upper.name.lower(), *chosen))
 
-LITERAL = Reading(UpperEnd.PRINTED, root=True, union=True)
+
+AS_PRINTED = Reading(UpperEnd.PRINTED, root=True, union=True)
+WITH_SET_MINUS = Reading(UpperEnd.PRINTED, root=True, union=False)
 CORRECT = Reading(UpperEnd.CORRECTED, root=False, union=False)
 
 
@@ -60,10 +67,8 @@ def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = COR
     while True:
         rounds += 1
         ordered = sorted(grid)
-        for h in ordered:
-            alphas.setdefault(h, small_gain_alpha(plant, h))
+        alphas |= {h: small_gain_alpha(plant, h) for h in ordered if h not in alphas}
         covered = [covered_interval(plant, h, alphas[h], reading.upper) for h in ordered]
-        end = None
         if len(grid) >= bound:
             end = End.LIMIT
         elif not gaps(covered, periods):
@@ -71,13 +76,15 @@ def build_grid(plant: SampledPlant, periods: PeriodRange, reading: Reading = COR
         else:
             gains = [np.sqrt(alphas[h]) if reading.root else alphas[h] for h in ordered]
             marked = [covered_interval(plant, h, float(g), reading.upper) for h, g in zip(ordered, gains, strict=True)]
-            open_ = pieces(marked, periods) if reading.union else gaps(marked, periods)
-            new = {(a + b) / 2 for a, b in open_} - grid
+            # United with the intervals, (h_l, h_u) stays one piece; beyond it no sampling period occurs.
+            open_ = [(periods.h_l, periods.h_u)] if reading.union else gaps(marked, periods)
+            new = {(a + b) / 2 for a, b in open_}
             new = {h for h in new if min(abs(h - old) for old in grid) > TOUCH}
-            grid |= new
-            end = None if new else End.STALLED
-        if end is not None:
-            return Grid(tuple(ordered), tuple(alphas[h] for h in ordered), tuple(covered), end, rounds)
+            if new:
+                grid |= new
+                continue
+            end = End.STALLED
+        return Grid(tuple(ordered), tuple(alphas[h] for h in ordered), tuple(covered), end, rounds)
 
 
 def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, float]]:
@@ -99,15 +106,3 @@ def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, f
     if reached + TOUCH < periods.h_u:
         found.append((reached, periods.h_u))
     return [(a, b) for a, b in found if b - a > TOUCH]
-
-
-def pieces(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, float]]:
-    """The connected parts of (h_l, h_u) united with the intervals, clipped to it: step 4 as printed, without a
-    set-minus.
-
-    One part only, since (h_l, h_u) is connected; outside it no sampling period occurs, so the parts are clipped.
-    """
-    useful = [i for i in intervals if i.upper > periods.h_l and i.lower < periods.h_u]
-    lower = min([periods.h_l, *(max(i.lower, periods.h_l) for i in useful)])
-    upper = max([periods.h_u, *(min(i.upper, periods.h_u) for i in useful)])
-    return [(lower, upper)]

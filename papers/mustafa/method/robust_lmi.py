@@ -1,9 +1,8 @@
 """The robust LMI (13), reconstructed: the text omits it, so it is derived here from (7), with one multiplier per cell.
 
-Cell i has the nominal period h_i; xi = Delta(theta) eta with ||Delta(theta)|| <= delta_i on the cell. With the
-storage of
-Theorem 3, V+ - V + |e|^2 - gamma^2 |w|^2 + lambda_i (delta_i^2 |eta|^2 - |xi|^2) < 0 becomes, by the congruence of the
-paper, an LMI in blocks (Z, Y | e | eta | Z, Y | xi | w), linear in all variables and in lambda_i > 0.
+Cell i has the nominal period h_i; xi = Delta(theta) eta with ||Delta(theta)|| <= delta_i on the cell. With the storage
+of Theorem 3, V+ - V + |e|^2 - gamma^2 |w|^2 + lambda_i (delta_i^2 |eta|^2 - |xi|^2) < 0 becomes, by the congruence of
+the paper, an LMI in blocks (Z, Y | e | eta | Z, Y | xi | w), linear in all variables and in lambda_i > 0.
 Asking both channels for the same gamma, as the text says, would force gamma >= alpha; the free multiplier does not.
 """
 
@@ -15,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg
 
-from papers.mustafa.method.small_gain import logarithmic_norm, small_gain_alpha
+from papers.mustafa.method.stability import logarithmic_norm, small_gain_alpha
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.conic.clarabel_blocks import ALMOST, Indices, Inequalities, minimise
+from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
+from replication.estimation.conic.program import Indices, Inequalities, program_under
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
@@ -34,14 +34,12 @@ from replication.estimation.validation import Array, positive_integer
 
 @dataclass(frozen=True)
 class RobustLmiDesign:
-    """level: guaranteed for every sequence in the range; alphas, radii: alpha_i and delta_i; multipliers: lambda_i."""
+    """level: guaranteed for every sequence in the range; alphas: alpha_i of the cells; radius: their delta_i."""
 
     level: float
     filter: Filter
-    centres: tuple[float, ...]
     alphas: tuple[float, ...]
-    radii: tuple[float, ...]
-    multipliers: tuple[float, ...]
+    radius: float
     report: SolverReport
 
 
@@ -73,32 +71,21 @@ def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int, *, 
     measured = plant.in_coordinates(modal_transform(plant.A)) if modal else plant
     radius = delta_radius(measured.A, width / 2)
     alphas = [small_gain_alpha(measured, h) for h in centres]
-    _require_small_gain(centres, alphas, radius)
-    normalised = normalise(plant, periods.middle)
-    frame = (modal_transform(plant.A) if modal else np.eye(plant.order)) @ np.linalg.inv(normalised.T)
-    group, unknowns = _inequalities(normalised.plant, frame, centres, radius)
-    cost = np.zeros(unknowns + count)
-    cost[0] = 1.0
-    solution = minimise(cost, (group,), accept=ALMOST)
-    v = combine(variable_basis(normalised.plant), solution.x[:unknowns])
-    return RobustLmiDesign(
-        normalised.scale * float(np.sqrt(v.delta)),
-        normalised.restore(recover(v)),
-        tuple(centres),
-        tuple(alphas),
-        (radius,) * count,
-        tuple(solution.x[unknowns:].tolist()),
-        solution.report,
-    )
-
-
-def _require_small_gain(centres: Sequence[float], alphas: Sequence[float], radius: float) -> None:
     for h, alpha in zip(centres, alphas, strict=True):
         if alpha * radius >= 1:
             raise InfeasibleError(
                 f"the cell around h = {h:.6g} s has alpha * delta = {alpha * radius:.4g} >= 1, so (13) has no "
                 "solution; use more cells"
             )
+    normalised = normalise(plant, periods.middle)
+    frame = (modal_transform(plant.A) if modal else np.eye(plant.order)) @ np.linalg.inv(normalised.T)
+    group, unknowns = _inequalities(normalised.plant, frame, centres, radius)
+    cost = np.zeros(unknowns + count)
+    cost[0] = 1.0
+    solution = solve_clarabel(program_under(cost, group), accept=ALMOST)
+    v = combine(variable_basis(normalised.plant), solution.multipliers[:unknowns])
+    level = normalised.scale * float(np.sqrt(v.delta))
+    return RobustLmiDesign(level, normalised.restore(recover(v)), tuple(alphas), radius, solution.report)
 
 
 def lmi13(
@@ -138,11 +125,7 @@ def _inequalities(
     """-(13) >= 0 for every cell; the unknowns are those of (10) and then the multipliers."""
     basis = variable_basis(plant)
     unknowns = len(basis.delta) - 1
-    fields = {
-        name: np.concatenate([getattr(basis, name), np.zeros_like(getattr(basis, name)[:1])])
-        for name in ("Z", "Y", "F", "G", "Q", "delta")
-    }
-    extended = LmiVariables(**fields)
+    extended = LmiVariables(**{name: np.concatenate([x, np.zeros_like(x[:1])]) for name, x in vars(basis).items()})
     multiplier = np.append(np.zeros(unknowns + 1), 1.0)
     stacks = np.array([-lmi13(plant, frame, *plant.discretise(h), radius, extended, multiplier) for h in centres])
     constant = stacks[:, 0]

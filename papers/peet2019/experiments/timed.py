@@ -17,7 +17,8 @@ from typing import Any
 
 from papers.peet2019.experiments import scaling
 from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
-from replication.estimation.conic.sdpa import Program, Solution, solve_sdpa
+from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay.lmi import lmi_gain
 from replication.estimation.delay.models import pade_model
 from replication.estimation.delay.sos.least_gain import STATED_GAP, solved

@@ -14,25 +14,19 @@ from scipy.optimize import linear_sum_assignment
 
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import close_loop, monodromy
-from replication.estimation.dualrate.observers import Builder
+from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.validation import Array, ComplexArray
 
 
 @dataclass(frozen=True, eq=False)
 class TheoremConstants:
-    """P (2n, 2n) of ÃᵀP + P Ã = −I, its extreme eigenvalues, α₁ … α₄, and α₄ λ_max(P) T of (18) for the design."""
+    """P (2n, 2n) of ÃᵀP + P Ã = −I, its smallest eigenvalue, α₁ … α₄, and α₄ λ_max(P) T of (18), to be below one."""
 
     P: Array
     smallest: float
-    largest: float
     alpha: tuple[float, float, float, float]
     condition: float
-
-    @property
-    def holds(self) -> bool:
-        """Whether (18) holds."""
-        return self.condition < 1.0
 
 
 def hurwitz_margins(design: DualRateDesign) -> tuple[float, float]:
@@ -57,14 +51,12 @@ def theorem_constants(design: DualRateDesign) -> TheoremConstants:
     eigenvalues = np.linalg.eigvalsh(P)
     smallest, largest = float(eigenvalues[0]), float(eigenvalues[-1])
     root = float(np.sqrt(smallest))
-    alpha1 = (_norm(C @ A) + 2 * _norm(C @ B @ K)) / root
-    alpha2 = (2 * _norm(K @ guided) + 2 * _norm(K @ B @ K) + _norm(K @ L @ C)) / root
-    alpha3 = _norm(C @ A) / root
-    total = alpha2 * _norm(B) + _norm(L) * alpha1 + _norm(B) * alpha3 * _norm(K @ L) + alpha3 * _norm(L)
+    alpha1 = (norm(C @ A) + 2 * norm(C @ B @ K)) / root
+    alpha2 = (2 * norm(K @ guided) + 2 * norm(K @ B @ K) + norm(K @ L @ C)) / root
+    alpha3 = norm(C @ A) / root
+    total = alpha2 * norm(B) + norm(L) * alpha1 + norm(B) * alpha3 * norm(K @ L) + alpha3 * norm(L)
     alpha4 = 2 * total * largest / root
-    return TheoremConstants(
-        P, smallest, largest, (alpha1, alpha2, alpha3, alpha4), float(alpha4 * largest * design.period)
-    )
+    return TheoremConstants(P, smallest, (alpha1, alpha2, alpha3, alpha4), float(alpha4 * largest * design.period))
 
 
 def prediction_gap(design: DualRateDesign) -> tuple[float, float]:
@@ -74,26 +66,31 @@ def prediction_gap(design: DualRateDesign) -> tuple[float, float]:
     (C [P⁻¹]_ξξ Cᵀ)^½ as T → 0 and not to zero. Here V(χ(t_{k−1})) = 1 with the worst ξ for x = 0 left free.
     """
     constants = theorem_constants(design)
-    row = np.hstack([np.zeros_like(design.model.output), _predicted_output(design)])
+    predicted = design.model.output @ scipy.linalg.expm(design.model.state * design.period)
+    row = np.hstack([np.zeros_like(predicted), predicted])
     worst = np.sqrt(np.max(np.diag(row @ np.linalg.solve(constants.P, row.T))))
     return float(worst), float(constants.alpha[2] * design.period)
 
 
-def slow_rates(design: DualRateDesign, builder: Builder) -> ComplexArray:
-    """ln(λ)/(M T) of the 2n largest eigenvalues λ of the monodromy matrix, 1/s: the continuous rates it stands for."""
-    eigenvalues = np.linalg.eigvals(monodromy(close_loop(design, builder))).astype(complex)
-    order = np.argsort(-np.abs(eigenvalues), kind="stable")[: 2 * design.model.size]
-    return np.asarray(np.log(eigenvalues[order]) / design.slow_period)
+def slow_eigenvalues(design: DualRateDesign, observer: str) -> ComplexArray:
+    """The 2n largest eigenvalues of the monodromy matrix, of plant and observer; moduli decrease."""
+    eigenvalues = np.linalg.eigvals(monodromy(close_loop(design, OBSERVERS[observer]))).astype(complex)
+    return np.asarray(eigenvalues[np.argsort(-np.abs(eigenvalues), kind="stable")[: 2 * design.model.size]])
 
 
-def slow_rate_gap(design: DualRateDesign, builder: Builder, *, period: float, share: float) -> float:
+def slow_rates(design: DualRateDesign, observer: str) -> ComplexArray:
+    """ln(λ)/(M T) of the slow eigenvalues λ, 1/s: the continuous rates that the loop stands for."""
+    return np.asarray(np.log(slow_eigenvalues(design, observer)) / design.slow_period)
+
+
+def slow_rate_gap(design: DualRateDesign, observer: str, *, period: float, share: float) -> float:
     """Largest distance from `slow_rates` at the given period to eig(A + B K) ∪ eig(A − share · L C), matched, 1/s.
 
     As T → 0 it vanishes like T for share = 1/M with the virtual measurement (6), and for share = 1 with the running
     prediction or a fast sensor.
     """
     model = design.model
-    rates = slow_rates(replace(design, period=period), builder)
+    rates = slow_rates(replace(design, period=period), observer)
     limits = np.concatenate(
         [
             np.linalg.eigvals(model.state + model.input @ design.feedback),
@@ -104,13 +101,10 @@ def slow_rate_gap(design: DualRateDesign, builder: Builder, *, period: float, sh
     return float(np.max(distances[linear_sum_assignment(distances)]))
 
 
-def _predicted_output(design: DualRateDesign) -> Array:
-    return np.asarray(design.model.output @ scipy.linalg.expm(design.model.state * design.period))
-
-
 def _growth(matrix: Array) -> float:
     return float(np.max(np.linalg.eigvals(matrix).real))
 
 
-def _norm(matrix: Array) -> float:
+def norm(matrix: Array) -> float:
+    """The spectral norm."""
     return float(np.linalg.norm(matrix, 2))

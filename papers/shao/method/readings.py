@@ -2,27 +2,30 @@
 
 A `Structure` fixes the loop; within it, the start of the observer, the points at which the error is looked at and the
 time window give the rows of one table, all computed from one lifted response.
+
+The printed order is the predictor form of an observer, ζ(k+1) = F ζ(k) + G u(k) + H ȳ(k) with x̂(k) = ζ(k): a
+measurement acts one fast period later. In the current form x̂(k) = ζ(k) + H ȳ(k) and ζ(k+1) = F x̂(k) + G u(k); with a
+discrete gain this is the textbook current observer x̂(k) = ζ(k) + L (ȳ(k) − C ζ(k)), ζ(k+1) = Ā x̂(k) + B̄ u(k).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 
 import numpy as np
 
-from papers.shao.method.current import current
 from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
-from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.observers import OBSERVERS, Builder, Observer, ObserverStep
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.response import slow_states, start_state
+from replication.estimation.dualrate.sampled import SampledModel, without_correction
 from replication.estimation.dualrate.tracking import Points, output_rows, reference, tracking_error_ratio
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, one_of
 
 Window = tuple[int, int]
 """Start and end of a time window, in slow periods."""
@@ -49,6 +52,12 @@ class Structure:
         """Raise InvalidInputError for an unknown feedforward or timing."""
         object.__setattr__(self, "feedforward", one_of(Feedforward, self.feedforward))
         object.__setattr__(self, "timing", one_of(ReferenceTiming, self.timing))
+
+    @property
+    def words(self) -> tuple[str, str, str, str]:
+        """Feedforward, timing of the reference, kind of gain, form of the observer."""
+        gain = "discrete" if self.discrete_gain else "continuous"
+        return self.feedforward, self.timing, gain, "current" if self.current else "predictor"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,3 +184,29 @@ def _window_maxima(peaks: Array) -> Array:
     rows = np.where(np.tri(size, k=-1, dtype=bool), -np.inf, peaks[..., None, :])
     first, last = np.triu_indices(size)
     return np.asarray(np.maximum.accumulate(rows, axis=-1)[..., first, last])
+
+
+def current(builder: Builder, *, discrete_gain: bool = False) -> Builder:
+    """A builder of the current form of what `builder` builds; `discrete_gain` as in `close_loop`."""
+    return partial(_current, builder, discrete_gain)
+
+
+def _current(builder: Builder, discrete_gain: bool, model: SampledModel) -> Observer:
+    predictor = builder(model)
+    free = builder(without_correction(model, discrete_gain=discrete_gain))
+    steps = tuple(_current_step(step, bare) for step, bare in zip(predictor.steps, free.steps, strict=True))
+    return replace(predictor, steps=steps)
+
+
+def _current_step(step: ObserverStep, bare: ObserverStep) -> ObserverStep:
+    """Correct first, then move on without correction: what a step has beyond the bare one is the correction."""
+    correction, reading = step.transition - bare.transition, step.injection - bare.injection
+    corrected = np.eye(len(correction)) + correction
+    return ObserverStep(
+        transition=bare.transition @ corrected,
+        input=bare.input,
+        injection=bare.transition @ reading + bare.injection,
+        forcing=bare.forcing,
+        readout=step.readout @ corrected,
+        feedthrough=step.feedthrough + step.readout @ reading,
+    )

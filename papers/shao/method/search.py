@@ -8,7 +8,7 @@ to them as to the printed column, nearness says nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -73,14 +73,6 @@ def decoy_columns(values: Array, count: int, rng: np.random.Generator) -> Array:
     ends.sort(axis=1)
     bend = rng.uniform(-1, 1, size=(count, 1))
     return np.asarray(np.exp(ends[:, :1] + (ends[:, 1:] - ends[:, :1]) * (t + bend * t * (1 - t))))
-
-
-def search(
-    space: ReadingSpace, columns: Mapping[str, Column], structures: Sequence[int] = range(len(STRUCTURES))
-) -> Iterator[BlockResult]:
-    """Yield the result of each block in turn; pass the structures not yet done to resume."""
-    for index in structures:
-        yield search_block(space, columns, index)
 
 
 def search_block(space: ReadingSpace, columns: Mapping[str, Column], index: int) -> BlockResult:
@@ -149,13 +141,8 @@ class _ColumnSearch:
 
     def near(self, row: int, structure: int) -> Near:
         which = int(self.which[row])
-        return Near(
-            float(self.distances[0, row]),
-            self.observers[which],
-            structure,
-            row,
-            tuple(self.values[which, row].tolist()),
-        )
+        values = tuple(self.values[which, row].tolist())
+        return Near(float(self.distances[0, row]), self.observers[which], structure, row, values)
 
 
 def _search_column(space: ReadingSpace, column: Column, index: int) -> _ColumnSearch:

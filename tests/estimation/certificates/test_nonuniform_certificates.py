@@ -6,8 +6,6 @@ from typing import Any
 import pytest
 from flint import fmpq
 
-from papers.mustafa.certificates import make
-from papers.mustafa.method import certify_grid as nonuniform_grid
 from replication.certify.nonuniform import gain as nonuniform
 from replication.certify.nonuniform.constant import storage_matrix
 from replication.errors import SolverError
@@ -67,15 +65,3 @@ def test_levels_below_the_gain_have_no_storage() -> None:
     gain = periodic_gain(system, nonuniform.filter_of(PLANT["filter"]), [1 / 20]).lower
     with pytest.raises(SolverError, match="too low; raise it"):
         storage_matrix(PLANT, PLANT["filter"], "h_l", fmpq(*(gain * 0.999).as_integer_ratio()))
-
-
-def test_brackets_of_the_small_gain_hold_for_three_states() -> None:
-    system, periods = nonuniform.problem_of(PLANT, RANGE)
-    alpha, made = nonuniform_grid._bracket(system, periods.middle, 1e-6)
-    assert Fraction(made["lower"]) < alpha < Fraction(made["upper"]) < Fraction(made["lower"]) * Fraction("1.000003")
-
-
-@pytest.mark.parametrize("name", ["nominal-1-upper", "nominal-2-lower", "printed-filter-lower", "grid-2", "stall-1"])
-def test_theorems_of_the_paper_are_made_again(name: str) -> None:
-    theorem = check(make(name))
-    assert theorem.sentence

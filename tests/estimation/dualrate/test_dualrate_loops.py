@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from papers.shao.method.current import current
 from papers.shao.method.simulation import SIMULATED, simulate
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import (
@@ -253,25 +252,3 @@ def test_plants_come_from_continuous_strictly_proper_systems() -> None:
             ),
             OBSERVERS["fast_sensor"],
         )
-
-
-def test_current_form_with_a_discrete_gain_is_the_textbook_current_observer() -> None:
-    """x̂ = ζ + L(y − Cζ), ζ' = Āx̂ + B̄u at every fast instant."""
-    model, L, K = MOTOR_DESIGN.model, MOTOR_DESIGN.injection, MOTOR_DESIGN.feedback
-    Ad, Bd = scipy.signal.cont2discrete((model.state, model.input, model.output, [[0]]), MOTOR_DESIGN.period)[:2]
-    gap = np.eye(3) - L @ model.output
-    # x' = Ad x + Bd K x̂, ζ' = Ad x̂ + Bd K x̂ with x̂ = LC x + (I − LC) ζ
-    estimate = np.hstack([L @ model.output, gap])
-    textbook = np.vstack([np.hstack([Ad, np.zeros((3, 3))]) + Bd @ K @ estimate, (Ad + Bd @ K) @ estimate])
-    design = replace(MOTOR_DESIGN, ratio=1)
-    ours = monodromy(close_loop(design, current(OBSERVERS["fast_sensor"], discrete_gain=True), discrete_gain=True))
-    expected = np.sort(np.abs(np.linalg.eigvals(textbook)))
-    np.testing.assert_allclose(np.sort(np.abs(np.linalg.eigvals(ours)))[-6:], expected, atol=1e-8)
-
-
-@pytest.mark.parametrize("name", TRUE_OBSERVERS)
-def test_current_forms_coincide_at_ratio_one_and_differ_from_the_predictor(name: str) -> None:
-    design = replace(MOTOR_DESIGN, ratio=1)
-    radii = [stability_radius(close_loop(design, current(OBSERVERS[other]))) for other in (name, "fast_sensor")]
-    assert radii[0] == pytest.approx(radii[1], rel=1e-8)
-    assert abs(radii[0] - stability_radius(close_loop(design, OBSERVERS[name]))) > 1e-3

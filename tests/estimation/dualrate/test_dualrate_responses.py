@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from dualrate_examples import MOTOR_DESIGN, START, motor_loop
 
-from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming
+from papers.shao.method.motor import Feedforward, ReferenceTiming
 from papers.shao.method.simulation import SIMULATED, simulate
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop
@@ -150,7 +150,7 @@ def test_bandwidth_is_where_the_error_reaches_the_level() -> None:
         bandwidth(lambda f: motor_loop("held_measurement", f), 0.1, [2.0, 3.0])
 
 
-def test_bad_starts_and_unknown_simulations_are_named() -> None:
+def test_bad_starts_and_counts_are_named() -> None:
     loop = motor_loop("alternating_predictive", 1.0)
     with pytest.raises(InvalidInputError, match=r"x\(0\) must be 3 finite real numbers"):
         time_response(loop, [0, 0], START, slow_periods=2, substeps=2)
@@ -158,7 +158,3 @@ def test_bad_starts_and_unknown_simulations_are_named() -> None:
         time_response(loop, START, [0, np.nan, 0], slow_periods=2, substeps=2)
     with pytest.raises(InvalidInputError, match="number of slow periods"):
         time_response(loop, START, START, slow_periods=0, substeps=2)
-    with pytest.raises(InvalidInputError, match="cannot simulate 'kalman'"):
-        simulate(MOTOR_DESIGN, "kalman", loop.harmonic, START, START, slow_periods=2, substeps=2)
-    with pytest.raises(InvalidInputError, match="inertia must be positive"):
-        Motor(resistance=1, flux=1, inductance=1, pole_pairs=1, friction=1, inertia=-1, torque_constant=1)

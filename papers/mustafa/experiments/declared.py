@@ -1,0 +1,75 @@
+"""The experiments with their inputs: what is computed for each example, how finely, and from which random numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from papers._common import MULTIPLES, PLANT
+from papers.mustafa import common, sensitivity
+from papers.mustafa.experiments import levels
+from papers.mustafa.experiments.draws import DRAWS, draws
+from papers.mustafa.experiments.identities import identities
+from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, printed_filter, upper_end
+from replication.audit.declare import experiment
+from replication.audit.model import Experiment
+
+SEED, SEEDS, TRIALS, STEPS = 20100600, 400, 30, 500
+"""Seed and number of draws of Figs. 2 and 3, random cases of the identities, samples of the figures."""
+LIMIT, CELLS, NODES, POINTS = 64, 16, 129, 121
+"""N_0 of Algorithm 1; cells of (13); nodes of the dense grid; points of the curves over h."""
+TRIED = [m for m in MULTIPLES if m <= 4]
+"""Multiples of the base period on the common plant: beyond, a fixed filter promises little here."""
+
+FILTERS = {1: None, 2: printed_filter()}
+"""The printed filters; Example 1 has none."""
+EFFORT: dict[int, dict[str, Any]] = {
+    1: {"horizon": 600, "final_horizon": 4000, "leaves": 140, "cuts": None},
+    2: {"horizon": 1500, "final_horizon": 4500, "leaves": 56, "cuts": [0.08]},
+}
+DURATION_EFFORT: dict[int, dict[str, Any]] = {
+    1: {"horizon": 200, "final_horizon": 1000, "leaves": 120, "cuts": [0.03, 0.08]},
+    2: {"horizon": 250, "final_horizon": 2000, "leaves": 150, "cuts": [0.02, 0.06]},
+}
+
+
+def _of_example(e: int) -> tuple[Experiment, ...]:
+    case = example(e)
+    subject, level = {**case, "printed": FILTERS[e]}, upper_end(GAMMA[e])
+    return (
+        experiment(f"nominal.{e}", levels.nominal, **case),
+        experiment(f"grids.{e}", levels.grids, **case, limit=LIMIT),
+        experiment(f"robust.{e}", levels.robust, **case, cells=CELLS, nodes=NODES),
+        experiment(f"curve.{e}", levels.level_curve, **subject, nodes=POINTS, level=level),
+        experiment(f"bracket.{e}", levels.bracket, **subject, per_duration=False, **EFFORT[e]),
+        experiment(f"bracket-duration.{e}", levels.bracket, **subject, per_duration=True, **DURATION_EFFORT[e]),
+    )
+
+
+def _of_first() -> tuple[Experiment, ...]:
+    plant, (h_l, h_u) = example(1).values()
+    printed, ends = {**DATA["example-1"], "h_l": DATA["h_l-1"]}, [float(h) for h in np.linspace(0.02, h_u, 5)]
+    return (
+        experiment("sensitivity.1", sensitivity.nominal_level, prints=printed, h_u=h_u, claim="gamma.1"),
+        experiment("against-range", levels.against_range, plant=plant, h_l=h_l, ends=ends, horizon=200, leaves=12),
+    )
+
+
+def _of_second() -> tuple[Experiment, ...]:
+    case, printed = example(2), {**DATA["filter"], "h": DATA["grid-2"]}
+    wave = {name: float(text) for name, text in DATA["disturbance"].items()}
+    drawn = {**case, "printed": FILTERS[2], **wave, "steps": STEPS, "seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
+    return (
+        experiment("sensitivity.2", sensitivity.filter_norm, prints=printed, plant=case["plant"], claim="filter.norm"),
+        *(experiment(name, draws, **drawn, part=part) for part, name in enumerate(DRAWS)),
+    )
+
+
+EXPERIMENTS = (
+    experiment("common", common.levels, plant=PLANT, multiples=TRIED, leaves=16, horizon=400),
+    *(entry for e in EXAMPLES for entry in _of_example(e)),
+    *_of_first(),
+    *_of_second(),
+    experiment("identities", identities, trials=TRIALS, seed=SEED),
+)

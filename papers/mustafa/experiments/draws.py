@@ -1,0 +1,59 @@
+"""Figures 2 and 3 over many draws of the sampling periods: a sweep in parts, so that a run can be resumed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from papers.mustafa.experiments.levels import Json, Matrices, problem, subject
+from replication.estimation.nonuniform.worst_case import error_ratio, simulate_error
+
+DRAWS = tuple(f"draws-{part}" for part in range(4))
+"""Names of the parts."""
+
+
+def draws(
+    plant: Matrices,
+    periods: list[float],
+    printed: Matrices,
+    size: float,
+    decay: float,
+    frequency: float,
+    steps: int,
+    seeds: int,
+    seed: int,
+    part: int,
+    parts: int,
+) -> Json:
+    """||e|| / ||w|| of the printed filter for w_k = size exp(-decay k) sin(frequency pi k) over every `parts`-th of
+    `seeds` sequences of uniform random periods, from number `part` on, and the band of their errors.
+
+    The random numbers of all sequences are drawn each time, which costs little: none depends on the number of parts.
+    """
+    system, span = problem(plant, periods)
+    filter_ = subject(system, span, printed)
+    k = np.arange(steps)
+    w = (size * np.exp(-decay * k) * np.sin(frequency * np.pi * k))[:, None]
+    sequences = np.random.default_rng(seed).uniform(span.h_l, span.h_u, (seeds, steps))[part::parts]
+    errors = np.array([simulate_error(system, filter_, h, w)[:, 0] for h in sequences])
+    return {
+        "k": k.tolist(),
+        "w": w[:, 0].tolist(),
+        "e": errors[0, :steps].tolist(),
+        "periods": sequences[0].tolist(),
+        "band_low": errors.min(axis=0)[:steps].tolist(),
+        "band_high": errors.max(axis=0)[:steps].tolist(),
+        "ratios": [error_ratio(h, w, e[:, None]) for h, e in zip(sequences, errors, strict=True)],
+    }
+
+
+def merged(results: Mapping[str, Json]) -> Json:
+    """All draws from the results of all parts, in order; e and periods are those of the first draw."""
+    parts = [results[name] for name in DRAWS]
+    return {
+        **parts[0],
+        "band_low": np.min([part["band_low"] for part in parts], axis=0).tolist(),
+        "band_high": np.max([part["band_high"] for part in parts], axis=0).tolist(),
+        "ratios": [ratio for part in parts for ratio in part["ratios"]],
+    }

@@ -1,0 +1,208 @@
+"""Nominal optimum, small-gain grids, true worst case, robust designs. JSON in, JSON out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from papers.mustafa.method.algorithm1 import Reading, build_grid
+from papers.mustafa.method.printed_lmi import printed_design
+from papers.mustafa.method.robust_lmi import delta_radius, modal_transform, robust_lmi_design
+from papers.mustafa.method.stability import UpperEnd, covered_interval, logarithmic_norm, small_gain_alpha, stability
+from replication.estimation.nonuniform.bracket import floor_for_any_filter, worst_case_gain
+from replication.estimation.nonuniform.exchange import dense_design, robust_design
+from replication.estimation.nonuniform.filter_lmi import FilterDesign, design_for_periods, lmi_size
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
+from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+
+Json = dict[str, Any]
+Matrices = dict[str, list[list[float]]]
+
+ABOVE = 1e-8
+"""Relative distance from gamma* at which the nominal filter of Example 1 is taken; gamma* itself is a limit."""
+
+
+def problem(plant: Matrices, periods: list[float]) -> tuple[SampledPlant, PeriodRange]:
+    """Plant and range from JSON values."""
+    return SampledPlant(**{name: np.array(value) for name, value in plant.items()}), PeriodRange(*periods)
+
+
+def subject(plant: SampledPlant, periods: PeriodRange, printed: Matrices | None) -> Filter:
+    """The printed filter, or where none is printed the nominally optimal one at the middle of the range."""
+    if printed is not None:
+        return Filter(np.array(printed["A"]), np.array(printed["B"]), np.array(printed["C"]))
+    design = riccati_filter(plant, periods.middle, closed_form(plant, periods.middle) * (1 + ABOVE))
+    assert design is not None
+    return design.filter
+
+
+def nominal(plant: Matrices, periods: list[float]) -> Json:
+    """gamma* at the middle of the range by formula, Riccati and LMI (two modellers); exact norms of their filters."""
+    system, span = problem(plant, periods)
+    h = span.middle
+    riccati = riccati_level(system, h)
+    direct, printed = design_for_periods(system, [h]), printed_design(system, [h])
+    unknowns, order = lmi_size(system)
+    return {
+        "h": h,
+        "formula": closed_form(system, h),
+        "riccati": riccati.level,
+        "riccati_norm": periodic_gain(system, riccati.filter, [h]).upper,
+        "lmi": _design(system, direct, h),
+        "printed_lmi": _design(system, printed, h),
+        "filter": {name: getattr(riccati.filter, name).tolist() for name in "ABC"},
+        "Phi": system.discretise(h)[0].tolist(),
+        "unknowns": unknowns,
+        "order": order,
+        "solvers": [direct.report.to_dict(), printed.report.to_dict()],
+    }
+
+
+def _design(plant: SampledPlant, design: FilterDesign, h: float) -> Json:
+    norm = periodic_gain(plant, design.filter, [h])
+    return {"level": design.level, "norm": norm.value, "status": design.report.status}
+
+
+def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
+    """alpha, the intervals (9) around the middle for alpha and its root and both readings of U3, and Algorithm 1."""
+    system, span = problem(plant, periods)
+    alpha = small_gain_alpha(system, span.middle)
+    intervals, runs = {}, {}
+    for upper in UpperEnd:
+        for root in (False, True):
+            found = covered_interval(system, span.middle, float(np.sqrt(alpha)) if root else alpha, upper)
+            intervals[f"{upper.name.lower()}, {'root' if root else 'alpha'}"] = {
+                "lower": found.lower,
+                "upper": found.upper,
+                "covers": found.covers(span.h_l, span.h_u),
+            }
+            for union in (False, True):
+                reading = Reading(upper, root, union)
+                grid = build_grid(system, span, reading, limit=limit)
+                runs[reading.name] = {
+                    "end": grid.end.name,
+                    "size": len(grid.periods),
+                    "periods": list(grid.periods),
+                    "rounds": grid.rounds,
+                }
+    return {
+        "alpha": alpha,
+        "mu": logarithmic_norm(system.A),
+        "mu_minus": logarithmic_norm(-system.A),
+        "intervals": intervals,
+        "algorithm": runs,
+    }
+
+
+def bracket(
+    plant: Matrices,
+    periods: list[float],
+    printed: Matrices | None,
+    per_duration: bool,
+    horizon: int,
+    final_horizon: int,
+    leaves: int,
+    cuts: list[float] | None,
+) -> Json:
+    """The true worst-case gain of the paper's filter from both sides, its stability, and its norm at each end."""
+    system, span = problem(plant, periods)
+    filter_ = subject(system, span, printed)
+    found = worst_case_gain(
+        system,
+        filter_,
+        span,
+        horizon=horizon,
+        final_horizon=final_horizon,
+        max_leaves=leaves,
+        cuts=cuts,
+        per_duration=per_duration,
+    )
+    guarantee, attack = found.guarantee, found.attack
+    return {
+        "nominal": periodic_gain(system, filter_, [span.middle]).value,
+        "constant": {end: periodic_gain(system, filter_, [getattr(span, end)]).value for end in ("h_l", "h_u")},
+        **vars(stability(system, filter_)),
+        "lower": found.lower,
+        "upper": found.upper,
+        "runs": list(attack.runs),
+        "periods": attack.periods.tolist(),
+        "w": attack.w[:, 0].tolist(),
+        "e": attack.e[:, 0].tolist(),
+        "leaves": guarantee.leaves,
+        "depth": guarantee.depth,
+        "history": [list(pair) for pair in guarantee.history],
+        "common": guarantee.history[0][1],
+        "solvers": [guarantee.report.to_dict()],
+    }
+
+
+def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None, nodes: int, level: float) -> Json:
+    """gamma*(h) by formula where there is one, the norm of the paper's filter at h, the constant periods around the
+    middle at which that norm is at most `level`, and the floor for any filter."""
+    system, span = problem(plant, periods)
+    filter_ = subject(system, span, printed)
+    h = span.nodes(nodes)
+    floor, where = floor_for_any_filter(system, PeriodRange(span.middle, span.h_u), 3)
+
+    def norm(period: float) -> float:
+        return periodic_gain(system, filter_, [period]).value
+
+    return {
+        "h": h.tolist(),
+        "optimum": [closed_form(system, float(t)) for t in h],
+        "filter": [norm(float(t)) for t in h],
+        "holds_from": _reach(norm, [span.middle, *h[h < span.middle][::-1].tolist()], level),
+        "holds_to": _reach(norm, [span.middle, *h[h > span.middle].tolist()], level),
+        "middle": span.middle,
+        "floor": floor,
+        "floor_at": where,
+    }
+
+
+def _reach(norm: Callable[[float], float], outward: list[float], level: float) -> float:
+    """The period at which the norm first exceeds `level` on the way outward, seen at those nodes; else the last."""
+    for near, far in pairwise(outward):
+        if norm(far) > level:
+            return float(brentq(lambda h: norm(h) - level, near, far, xtol=1e-9))
+    return outward[-1]
+
+
+def robust(plant: Matrices, periods: list[float], cells: int, nodes: int) -> Json:
+    """Robust designs: one Lyapunov function by exchange and by a dense grid, and the reconstructed LMI (13)."""
+    system, span = problem(plant, periods)
+    exchanged, dense = robust_design(system, span), dense_design(system, span, nodes)
+    restored = robust_lmi_design(system, span, cells)
+    modal = system.in_coordinates(modal_transform(system.A))
+    whole = delta_radius(modal.A, (span.h_u - span.h_l) / 2)
+    common = guaranteed_level(system, exchanged.design.filter, span, max_leaves=1)
+    return {
+        "exchange": exchanged.design.level,
+        "periods": list(exchanged.design.periods),
+        "rounds": exchanged.rounds,
+        "dense": dense.level,
+        "guaranteed": common.level,
+        "lmi13": restored.level,
+        "lmi13_alpha": max(restored.alphas),
+        "lmi13_small_gain": max(restored.alphas) * restored.radius,
+        "one_cell_small_gain": small_gain_alpha(modal, span.middle) * whole,
+        "solvers": [exchanged.design.report.to_dict(), restored.report.to_dict()],
+    }
+
+
+def against_range(plant: Matrices, h_l: float, ends: list[float], horizon: int, leaves: int) -> Json:
+    """The bracket for [h_l, h_u] with the filter that is nominally optimal at the middle of the last range."""
+    system, whole = problem(plant, [h_l, ends[-1]])
+    filter_ = subject(system, whole, None)
+    rows = []
+    for end in ends:
+        found = worst_case_gain(
+            system, filter_, PeriodRange(h_l, end), horizon=horizon, final_horizon=2 * horizon, max_leaves=leaves
+        )
+        rows.append([end, found.lower, found.upper])
+    return {"rows": rows}

@@ -1,0 +1,1 @@
+"""Claims by section, in the order of the manuscript."""

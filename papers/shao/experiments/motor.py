@@ -1,0 +1,142 @@
+"""Experiments on the motor: its model, gains and feedforward, and for which periods and ratios its loop is stable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from papers.shao.method.lyapunov import hurwitz_margins, slow_eigenvalues
+from papers.shao.method.motor import Feedforward, feedforward
+from papers.shao.problem import APO, DESIGN, FAST, MOTOR, PMI, REPAIRED
+from replication.audit.declare import experiment
+from replication.estimation.dualrate.loop import close_loop, stability_radius
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import DualRateDesign
+from replication.estimation.validation import increasing_grid
+
+
+def motor_model(seed: int) -> dict[str, Any]:
+    """(23) against A and B in position coordinates; Hurwitz margins; what the feedforwards leave of the inverse.
+
+    transfer_gap: largest relative difference of the two transfer functions at random points, which draw from `seed`.
+    inverse_gap: |P(jσ) ȳ_d/y_d − 1| for each feedforward over the frequencies of Table I, at its largest.
+    equation_gap: residual of (9) against (10) at random states.
+    """
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=8) + 1j * rng.normal(size=8) * 100
+    feedback, observer = hurwitz_margins(DESIGN)
+    sigma = 1j * np.linspace(0.5, 3.0, 26)
+    return {
+        "torque_constant": 1.5 * MOTOR.pole_pairs * MOTOR.flux,
+        "transfer_gap": float(max(abs(_physical(s) / _position(s) - 1) for s in points)),
+        "feedback_margin": feedback,
+        "observer_margin": observer,
+        "inverse_gap": {
+            form: float(max(abs(_position(s) * feedforward(MOTOR, s, form) - 1) for s in sigma)) for form in Feedforward
+        },
+        "equation_gap": _equation_gap(rng),
+        "slow_period": DESIGN.slow_period,
+    }
+
+
+def motor_eigenvalues(periods: Sequence[float]) -> dict[str, Any]:
+    """Moduli of the 2n largest eigenvalues of the motor's monodromy matrix against T at the printed M, decreasing."""
+    designs = [replace(DESIGN, period=period) for period in periods]
+    moduli = {
+        name: [np.abs(slow_eigenvalues(design, name)).tolist() for design in designs]
+        for name in (PMI, APO, REPAIRED, FAST)
+    }
+    return {"periods": list(periods), "moduli": moduli}
+
+
+def stable_sets(ratios: Sequence[int], periods: Sequence[float], largest_ratio: int) -> dict[str, Any]:
+    """Intervals of T (s) with a stable motor loop for each M; and the stable M at the printed T."""
+    names, counts = (PMI, APO, REPAIRED), list(range(1, largest_ratio + 1))
+    return {
+        "ratios": list(ratios),
+        "intervals": {
+            name: [[list(ends) for ends in stable_periods(replace(DESIGN, ratio=M), name, periods)] for M in ratios]
+            for name in names
+        },
+        "counts": counts,
+        "radii": {name: [radius(DESIGN, name, ratio=M) for M in counts] for name in names},
+    }
+
+
+def radius(design: DualRateDesign, observer: str, **changes: Any) -> float:
+    """Monodromy radius of a design with one of `OBSERVERS`, at another period (s) or ratio if one is given."""
+    return stability_radius(close_loop(replace(design, **changes), OBSERVERS[observer]))
+
+
+def stable_periods(
+    design: DualRateDesign, observer: str, periods: Sequence[float], *, tolerance: float = 1e-9
+) -> list[tuple[float, float]]:
+    """Intervals of T (s) with a stable loop, between the first and the last of the increasing grid `periods`.
+
+    The stable set need not be an interval: sampling folds a fast mode of the plant. Its ends are refined from the grid;
+    two of them closer together than that may be missed. Raises InvalidInputError unless the grid increases from a
+    positive start.
+    """
+    grid = increasing_grid("periods", periods)
+
+    def excess(period: float) -> float:
+        return radius(design, observer, period=period) - 1.0
+
+    stable = [excess(period) < 0 for period in grid]
+    ends = [float(grid[0])] if stable[0] else []
+    for k in range(grid.size - 1):
+        if stable[k] != stable[k + 1]:
+            ends.append(float(brentq(excess, grid[k], grid[k + 1], xtol=tolerance)))
+    if stable[-1]:
+        ends.append(float(grid[-1]))
+    return list(zip(ends[::2], ends[1::2], strict=True))
+
+
+def _physical(s: complex) -> complex:
+    """θ/u_q of (23) by solving its three equations for i_q, ω and θ."""
+    m = MOTOR
+    matrix = np.array(
+        [
+            [s + m.resistance / m.inductance, m.pole_pairs * m.flux / m.inductance, 0],
+            [-m.torque_constant / m.inertia, s + m.friction / m.inertia, 0],
+            [0, -1, s],
+        ]
+    )
+    return complex(np.linalg.solve(matrix, [1 / m.inductance, 0, 0])[2])
+
+
+def _position(s: complex) -> complex:
+    """θ/u_q from the printed A, B and C."""
+    model = DESIGN.model
+    return complex((model.output @ np.linalg.solve(s * np.eye(3) - model.state, model.input))[0, 0])
+
+
+def _equation_gap(rng: np.random.Generator) -> float:
+    """(9) minus (10) for random x, ξ, ζ(t_k), y(t_k) and y_p(t_k), relative to the size of (9)."""
+    A, B, C = DESIGN.model.state, DESIGN.model.input, DESIGN.model.output
+    K, L = DESIGN.feedback, DESIGN.injection
+    x, xi, held = (rng.normal(size=3) for _ in range(3))
+    measured, predicted = rng.normal(size=1), rng.normal(size=1)
+    zeta = x - xi
+    first = np.concatenate([A @ x + B @ (K @ held), A @ xi - L @ (predicted - C @ zeta)])
+    joint = np.block([[A + B @ K, -B @ K], [np.zeros((3, 3)), A - L @ C]])
+    extra = np.concatenate([B @ (K @ (held - zeta)), -L @ (measured - C @ x) - L @ (predicted - measured)])
+    second = joint @ np.concatenate([x, xi]) + extra
+    return float(np.linalg.norm(first - second) / np.linalg.norm(first))
+
+
+EXPERIMENTS = (
+    experiment("motor", motor_model, seed=1),
+    experiment("eigenvalues", motor_eigenvalues, periods=np.geomspace(1e-3, 0.4, 200).tolist()),
+    experiment(
+        "stable-sets",
+        stable_sets,
+        ratios=[1, 2, 3, 5, 8],
+        periods=[*np.arange(0.0004, 0.04, 0.0004).tolist(), *np.arange(0.04, 0.4, 0.01).tolist()],
+        largest_ratio=60,
+    ),
+)

@@ -1,0 +1,198 @@
+"""Experiments on tracking: Table I under the literal reading and others, error against frequency, transients, lag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from papers.shao.experiments.motor import radius
+from papers.shao.method.motor import Feedforward, Motor
+from papers.shao.method.readings import STRUCTURES, Structure
+from papers.shao.method.simulation import simulate
+from papers.shao.printed import DATA
+from papers.shao.problem import (
+    APO,
+    APO_READINGS,
+    DESIGN,
+    FAST,
+    FREQUENCIES,
+    HELD,
+    MOTOR,
+    PMI,
+    PMI_READINGS,
+    READINGS,
+    REPAIRED,
+    SINGLE,
+    START,
+    STATE,
+    literal_loop,
+)
+from replication.audit.declare import experiment
+from replication.errors import InfeasibleError
+from replication.estimation.dualrate.loop import MARGINAL, DualRateLoop, close_loop, noise_gain, stability_radius
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import Plant, plant_of
+from replication.estimation.dualrate.response import time_response
+from replication.estimation.dualrate.tracking import (
+    bandwidth,
+    estimation_error_ratio,
+    estimation_lag,
+    reference,
+    tracking_error_ratio,
+)
+
+COMPARED = (PMI, HELD, SINGLE, APO, REPAIRED, FAST, STATE)
+DISTURBED = (PMI, HELD, APO, REPAIRED, FAST)
+LOW_FREQUENCY = 0.02
+"""σ in rad/s far below the rates of every loop."""
+
+
+def table(simulated_periods: int) -> dict[str, Any]:
+    """Table I by the lifted form, in percent; the radius of each loop; the check by brute-force simulation.
+
+    agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
+    weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error far below the rates of the loops.
+    """
+    radii = {name: radius(DESIGN, name) for name in OBSERVERS}
+    stable = [name for name in OBSERVERS if radii[name] < 1]
+    corrected = Structure(feedforward=Feedforward.CORRECTED)
+    weak = replace(DESIGN, injection=DESIGN.injection / DESIGN.ratio)
+    return {
+        "ratios": {name: _percent(literal_loop(name, f) for f in FREQUENCIES) for name in stable},
+        "corrected": {name: _percent(READINGS.loop(name, corrected, f) for f in FREQUENCIES) for name in stable},
+        "weak_gain": {name: _percent(literal_loop(name, f, weak) for f in FREQUENCIES) for name in (PMI, HELD)},
+        "slow": {name: _percent([literal_loop(name, LOW_FREQUENCY)])[0] for name in (PMI, HELD, APO)},
+        "radius": radii,
+        "agreement": {name: [_agreement(name, f, simulated_periods) for f in FREQUENCIES] for name in (PMI, HELD, APO)},
+        "estimation": {
+            name: [100 * estimation_error_ratio(literal_loop(name, f)) for f in FREQUENCIES]
+            for name in (PMI, HELD, SINGLE, APO, REPAIRED, FAST)
+        },
+    }
+
+
+def orderings() -> list[dict[str, Any]]:
+    """Steady-state percent errors for every structure and every observer of a column; None for an unstable loop."""
+    return [
+        {
+            "structure": [structure.feedforward, structure.timing, structure.discrete_gain, structure.current],
+            "ratios": {name: _structure_ratios(name, structure) for name in (*PMI_READINGS, *APO_READINGS)},
+        }
+        for structure in STRUCTURES
+    ]
+
+
+def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> dict[str, Any]:
+    """Percent error against σ, bandwidths (rad/s) at the given error ratios, and noise gains; literal reading."""
+    return {
+        "frequencies": list(frequencies),
+        "ratios": {name: _percent(literal_loop(name, f) for f in frequencies) for name in COMPARED},
+        "levels": list(levels),
+        "bandwidth": {name: [_bandwidth(name, level, frequencies) for level in levels] for name in COMPARED},
+        "noise": {name: noise_gain(literal_loop(name, 1.0)) for name in COMPARED},
+    }
+
+
+def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
+    """Responses of Figs. 2 and 3 from the printed start with ζ(0) = 0, and time constants −M T/ln(radius) in s."""
+    sigmas = [float(sigma) for sigma in DATA["frequency"].values()]
+    return {
+        "responses": {
+            name: {str(f): _response(name, f, slow_periods, substeps) for f in sigmas} for name in (PMI, APO)
+        },
+        "time_constants": {name: -DESIGN.slow_period / float(np.log(radius(DESIGN, name))) for name in COMPARED},
+    }
+
+
+def lags(ratios: Sequence[int], frequency: float) -> dict[str, Any]:
+    """Mean lag of the estimate (s) at a very slow reference against M, for the literal and the repaired observers."""
+    designs = [replace(DESIGN, ratio=ratio) for ratio in ratios]
+    found = {
+        name: [estimation_lag(literal_loop(name, frequency, design)) for design in designs]
+        for name in (PMI, HELD, APO, REPAIRED)
+    }
+    return {"ratios": list(ratios), "lags": found, "period": DESIGN.period}
+
+
+def robustness(factors: Sequence[float]) -> dict[str, Any]:
+    """[radius, percent error or None if unstable] at σ = 1 rad/s when J, Ψ_f (with K_T) or R is off by a factor."""
+    result: dict[str, Any] = {"factors": list(factors)}
+    for parameter in ("inertia", "flux", "resistance"):
+        plants = [plant_of(_motor_with(parameter, factor).system()) for factor in factors]
+        result[parameter] = {name: over_plants(literal_loop(name, 1.0), name, plants) for name in DISTURBED}
+    return result
+
+
+def over_plants(nominal: DualRateLoop, observer: str, plants: Sequence[Plant]) -> list[list[float | None]]:
+    """[radius, percent tracking error or None without a steady state] of the nominal loop around each true plant.
+
+    The observer, the gains and the command stay those of the model. Raises InvalidInputError for a plant that does
+    not fit, or a loop without a reference.
+    """
+    harmonic = reference(nominal)
+    found: list[list[float | None]] = []
+    for plant in plants:
+        loop = close_loop(nominal.design, OBSERVERS[observer], plant=plant, harmonic=harmonic)
+        size = stability_radius(loop)
+        found.append([size, 100 * tracking_error_ratio(loop) if size < 1.0 - MARGINAL else None])
+    return found
+
+
+def _percent(loops: Iterable[DualRateLoop]) -> list[float]:
+    return [100 * tracking_error_ratio(loop) for loop in loops]
+
+
+def _structure_ratios(name: str, structure: Structure) -> list[float] | None:
+    loops = [READINGS.loop(name, structure, f) for f in FREQUENCIES]
+    return _percent(loops) if stability_radius(loops[0]) < 1 else None
+
+
+def _bandwidth(name: str, level: float, frequencies: Sequence[float]) -> float | None:
+    try:
+        return bandwidth(lambda f: literal_loop(name, f), level, frequencies)
+    except InfeasibleError:  # the level is not crossed within the sweep
+        return None
+
+
+def _agreement(name: str, frequency: float, periods: int) -> float:
+    loop = literal_loop(name, frequency)
+    lifted = time_response(loop, START, 0 * START, slow_periods=periods, substeps=5)
+    brute = simulate(DESIGN, name, reference(loop), START, 0 * START, slow_periods=periods, substeps=5)
+    gaps = lifted.output - brute.output, (lifted.estimate - brute.estimate)[:, 0]
+    return float(max(np.abs(gap).max() for gap in gaps))
+
+
+def _response(name: str, frequency: float, slow_periods: int, substeps: int) -> dict[str, list[float]]:
+    loop = literal_loop(name, frequency)
+    response = time_response(loop, START, 0 * START, slow_periods=slow_periods, substeps=substeps)
+    return {
+        "time": response.time.tolist(),
+        "output": response.output.tolist(),
+        "error": response.error.tolist(),
+        "instants": response.instants.tolist(),
+        "estimate": response.estimate[:, 0].tolist(),
+        "estimation_error": (response.state - response.estimate)[:, 0].tolist(),
+    }
+
+
+def _motor_with(parameter: str, factor: float) -> Motor:
+    parameters = (parameter, "torque_constant") if parameter == "flux" else (parameter,)
+    return replace(MOTOR, **{name: getattr(MOTOR, name) * factor for name in parameters})
+
+
+EXPERIMENTS = (
+    experiment("table", table, simulated_periods=60),
+    experiment("orderings", orderings),
+    experiment(
+        "frequencies",
+        frequency_sweep,
+        frequencies=np.geomspace(0.05, 8.0, 40).tolist(),
+        levels=[0.1, 1 - 0.5**0.5, 0.5],
+    ),
+    experiment("transients", transients, slow_periods=40, substeps=10),
+    experiment("lags", lags, ratios=list(range(1, 11)), frequency=1e-3),
+    experiment("robustness", robustness, factors=np.geomspace(0.5, 2.0, 25).tolist()),
+)

@@ -1,0 +1,1 @@
+"""Figures on tracking, on stability and on the readings of Table I."""

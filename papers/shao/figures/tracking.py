@@ -1,0 +1,219 @@
+"""Figures on tracking: Figs. 2 and 3, error against frequency, lag of the estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import partial
+from typing import Any
+
+from papers.shao.printed import DATA, table_1
+from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, HELD, LABELS, PMI, REPAIRED, STATE
+from replication.audit.model import Figure, FigureData, Results
+from replication.drawing.style import line, new_axes
+
+SWEPT = (PMI, APO, HELD, REPAIRED, FAST, STATE)
+LAGGING = (PMI, APO, HELD, REPAIRED)
+DISTURBED = (PMI, APO, HELD, REPAIRED, FAST)
+RESPONSES = {
+    "output": ("time_s", "θ, rad"),
+    "estimate": ("instant_s", "θ̂, rad"),
+    "error": ("time_s", "e, rad"),
+    "estimation_error": ("instant_s", "θ − θ̂, rad"),
+}
+"""Rows of Figs. 2 and 3: what is drawn against which time, and its label."""
+
+
+def columns_of(columns: Mapping[str, Iterable[float]]) -> FigureData:
+    """Columns of plain floats."""
+    return FigureData(columns={name: tuple(float(x) for x in values) for name, values in columns.items()})
+
+
+def responses(sigma: str, results: Results) -> FigureData:
+    """Time, reference, outputs, tracking errors; instants, estimates and estimation errors."""
+    found = {short: results["transients"]["responses"][name][sigma] for short, name in COLUMNS.items()}
+    first = found["pmi"]
+    columns = {
+        "time_s": first["time"],
+        "reference": [y - e for y, e in zip(first["output"], first["error"], strict=True)],
+        "instant_s": first["instants"],
+    }
+    for short in found:
+        for key in ("output", "error", "estimate", "estimation_error"):
+            columns[f"{key}_{short}"] = found[short][key]
+    return columns_of(columns)
+
+
+def plot_responses(drawn: FigureData) -> Any:
+    """Four rows: output, estimate, tracking error, estimation error."""
+    figure, axes = new_axes(len(RESPONSES))
+    c = drawn.columns
+    for axis in axes[:2]:
+        axis.plot(c["time_s"], c["reference"], color="#777777", label="reference")
+    for axis, (key, (time, label)) in zip(axes, RESPONSES.items(), strict=True):
+        for index, short in enumerate(COLUMNS):
+            axis.plot(c[time], c[f"{key}_{short}"], label=f"DRC-{short.upper()}", **line(index))
+        axis.set_ylabel(label)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    axes[-1].set_xlabel("t, s")
+    return figure
+
+
+def describe_responses(drawn: FigureData) -> str:
+    """Largest errors in the second half of the time shown."""
+    half = len(drawn.columns["error_pmi"]) // 2
+    late = {short: max(abs(e) for e in drawn.columns[f"error_{short}"][half:]) for short in COLUMNS}
+    return (
+        f"Position, its estimate, tracking error and estimation error over {drawn.columns['time_s'][-1]:.0f} s. In the "
+        f"second half the error reaches {late['pmi']:.3f} rad under DRC-PMI and {late['apo']:.3f} rad under DRC-APO."
+    )
+
+
+def error_curves(results: Results) -> FigureData:
+    """Percent error against σ, and Table I."""
+    found = results["frequencies"]
+    columns = {"frequency_rad_s": found["frequencies"]} | {name: found["ratios"][name] for name in SWEPT}
+    columns["table_frequency_rad_s"] = FREQUENCIES
+    return columns_of(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
+
+
+def plot_error_curves(drawn: FigureData) -> Any:
+    """Both axes logarithmic."""
+    figure, (axis,) = new_axes(row_height=3.6)
+    c = drawn.columns
+    for index, name in enumerate(SWEPT):
+        axis.loglog(c["frequency_rad_s"], c[name], label=LABELS[name], **line(index))
+    for index, (short, marker) in enumerate(zip(COLUMNS, "so", strict=True)):
+        label = f"Table I, DRC-{short.upper()}"
+        axis.plot(c["table_frequency_rad_s"], c[f"table_{short}"], marker, color=line(index)["color"], label=label)
+    axis.set(xlabel="σ, rad/s", ylabel="tracking error, percent")
+    axis.legend()
+    return figure
+
+
+def describe_error_curves(drawn: FigureData) -> str:
+    """Ends of the curves of the two printed controllers."""
+    c = drawn.columns
+    return (
+        f"Tracking error against frequency from {c['frequency_rad_s'][0]:.2f} to {c['frequency_rad_s'][-1]:.0f} rad/s. "
+        f"At the lowest it is {c[PMI][0]:.2f} percent under DRC-PMI and {c[APO][0]:.2f} under DRC-APO."
+    )
+
+
+def lag_curves(results: Results) -> FigureData:
+    """Mean lag of the estimate against M, with half the hold beside it."""
+    found = results["lags"]
+    halves = [ratio * found["period"] / 2 for ratio in found["ratios"]]
+    return columns_of({"ratio": found["ratios"]} | dict(found["lags"]) | {"half_slow_period_s": halves})
+
+
+def plot_lag_curves(drawn: FigureData) -> Any:
+    """Lag in seconds against M."""
+    figure, (axis,) = new_axes(row_height=3.0)
+    c = drawn.columns
+    for index, name in enumerate(LAGGING):
+        axis.plot(c["ratio"], c[name], marker="osv^"[index], label=LABELS[name], **line(index))
+    axis.plot(c["ratio"], c["half_slow_period_s"], ":", color="#777777", label="M T/2")
+    axis.set(xlabel="M", ylabel="lag of the estimate, s")
+    axis.legend()
+    return figure
+
+
+def describe_lag_curves(drawn: FigureData) -> str:
+    """The lags at the largest ratio."""
+    c = drawn.columns
+    return (
+        f"At M = {c['ratio'][-1]:.0f} a slow reference is estimated {c[HELD][-1]:.3f} s late with a held measurement, "
+        f"{c[PMI][-1]:.3f} s if the model alone carries the estimate between the slow instants, "
+        f"{c[APO][-1]:.3f} s with the virtual one as printed and {c[REPAIRED][-1]:.3f} s with the repaired predictor; "
+        f"half the slow period is {c['half_slow_period_s'][-1]:.3f} s."
+    )
+
+
+PARAMETERS = {"inertia": "J", "flux": "Ψ_f and K_T", "resistance": "R"}
+
+
+def robustness_curves(results: Results) -> FigureData:
+    """Percent error at σ = 1 rad/s against the factor by which a parameter of the plant is off."""
+    found = results["robustness"]
+    columns: dict[str, list[float]] = {"factor": found["factors"]}
+    for parameter in PARAMETERS:
+        for name in DISTURBED:
+            columns[f"{parameter}_{name}"] = [float("inf") if e is None else e for _, e in found[parameter][name]]
+    return columns_of(columns)
+
+
+def plot_robustness_curves(drawn: FigureData) -> Any:
+    """One axis per parameter."""
+    figure, axes = new_axes(1, len(PARAMETERS), row_height=3.0)
+    c = drawn.columns
+    for axis, (parameter, symbol) in zip(axes, PARAMETERS.items(), strict=True):
+        for index, name in enumerate(DISTURBED):
+            axis.semilogy(c["factor"], c[f"{parameter}_{name}"], label=LABELS[name], **line(index))
+        axis.set(title=symbol, xlabel="true over nominal")
+        axis.sharey(axes[0])
+    axes[0].set_ylabel("tracking error, percent")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    return figure
+
+
+def describe_robustness_curves(drawn: FigureData) -> str:
+    """Range of the error over the factors for each parameter under DRC-APO."""
+    ranges = [
+        f"{symbol}: {min(drawn.columns[f'{parameter}_{APO}']):.2f} to {max(drawn.columns[f'{parameter}_{APO}']):.2f}"
+        for parameter, symbol in PARAMETERS.items()
+    ]
+    return (
+        f"Percent error of DRC-APO over the factors of a parameter that the model does not know. {'; '.join(ranges)}."
+    )
+
+
+ours = partial(Figure, published=False)
+FIGURES = (
+    *(
+        Figure(
+            name=f"fig{number}",
+            place=f"Fig. {number}",
+            title=f"Tracking of sin({sigma} t)",
+            caption="Literal reading, printed initial state, observer started at zero. The published axes carry no "
+            "numbers in the text at hand.",
+            published=True,
+            uses=("transients",),
+            data=partial(responses, sigma),
+            plot=plot_responses,
+            alt=describe_responses,
+        )
+        for number, sigma in DATA["frequency"].items()
+    ),
+    ours(
+        name="robustness",
+        place="Sec. V",
+        title="Error at 1 rad/s when the plant is not the model",
+        caption="Literal reading. The observer and the feedforward keep the printed parameters.",
+        uses=("robustness",),
+        data=robustness_curves,
+        plot=plot_robustness_curves,
+        alt=describe_robustness_curves,
+    ),
+    ours(
+        name="error-frequency",
+        place="Table I",
+        title="Tracking error against frequency",
+        caption="Steady state under the literal reading, with the points of Table I.",
+        uses=("frequencies",),
+        data=error_curves,
+        plot=plot_error_curves,
+        alt=describe_error_curves,
+    ),
+    ours(
+        name="lag",
+        place="eqs. (2) and (6)",
+        title="Bias of held and of virtual measurements",
+        caption="Mean lag of the position estimate for a very slow reference. A held measurement is late by half the "
+        "hold on average; (6) has the same lag at frequencies far below its slow rate. So the lag does not explain the "
+        "difference of the columns of Table I, whose frequencies lie above that rate.",
+        uses=("lags",),
+        data=lag_curves,
+        plot=plot_lag_curves,
+        alt=describe_lag_curves,
+    ),
+)

@@ -1,0 +1,217 @@
+"""The audit of the alternating predictive observer: transcription, pinned verdicts, and what changed data would do."""
+
+import json
+from dataclasses import asdict, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from papers.shao import PAPER, printed, problem
+from papers.shao.experiments.readings import SEARCH, block, merged, table_columns
+from papers.shao.method.search import BlockResult, search_block
+from papers.shao.plants import PARAMETERS, plants
+from replication.audit.judge.validate import validate_claims
+from replication.audit.judge.verdict import make_record
+from replication.audit.model import Verdict
+from replication.audit.store.jsonvalues import encode
+from replication.estimation.dualrate.loop import close_loop, stability_radius
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.verify import subjects
+
+SECOND_TRANSCRIPTION = """
+sin(t/2) - 11.38 1.02
+sin(t) - 13.89 2.93
+sin(3t/2) - 18.21 5.42
+sin(2t) - 24.73 9.91
+sin(5t/2) - 33.85 16.73
+sin(3t) - 42.03 25.92
+"""
+SECOND_TRANSCRIPTION_OF_THE_TEXT = {
+    "resistance": "0.54",
+    "flux": "0.61",
+    "inductance": "0.0096",
+    "pole_pairs": "4",
+    "friction": "0.0001",
+    "inertia": "0.016",
+    "torque_constant": "3.66",
+    "start": "-0.5 1 -1",
+    "period": "0.2",
+    "ratio": "5",
+    "slow_period": "1",
+    "feedback": "-20 -0.1 -0.01",
+    "injection": "0.45 0.9 0.9",
+    "frequency": "0.5 1.5",
+}
+BLOCKS = tuple(f"shao.{name}" for name in SEARCH)
+CLAIMS = {claim.id: claim for claim in PAPER.claims}
+FINDINGS_USE = ("shao.bounds", "shao.theorem", "shao.table", "shao.transients", "shao.orderings")
+EXPERIMENTS = {experiment.name: experiment for experiment in PAPER.experiments}
+
+
+@cache
+def result(name: str) -> object:
+    """What the experiment leaves in the store: JSON values."""
+    experiment = EXPERIMENTS[name]
+    return json.loads(encode(name, experiment.function(**experiment.inputs)))
+
+
+def verdict(claim_id: str, results: dict[str, object] | None = None) -> Verdict:
+    claim = CLAIMS[claim_id]
+    found = results or {name: result(name) for name in claim.uses}
+    proof = None
+    if claim.erratum is not None:
+        erratum = next(e for e in PAPER.errata if e.id == claim.erratum)
+        proof = erratum.prove({name: result(name) for name in erratum.uses})
+    return make_record(claim, claim.answer(found), proof).verdict
+
+
+def test_table_was_transcribed_twice_with_the_same_outcome() -> None:
+    rows = [line.split() for line in SECOND_TRANSCRIPTION.strip().splitlines()]
+    assert tuple(row[0] for row in rows) == printed.REFERENCES
+    for index, controller in enumerate(("SRC", "DRC-PMI", "DRC-APO"), 1):
+        assert tuple(row[index] for row in rows) == printed.table_1(controller)
+    words = {"sin(t/2)": 0.5, "sin(t)": 1, "sin(3t/2)": 1.5, "sin(2t)": 2, "sin(5t/2)": 2.5, "sin(3t)": 3}
+    assert tuple(words[row[0]] for row in rows) == problem.FREQUENCIES
+
+
+def test_the_rest_was_transcribed_twice_with_the_same_outcome() -> None:
+    entries = {name: value for name, value in printed.DATA.items() if name != "table-1"}
+    texts = {name: " ".join([value] if isinstance(value, str) else value) for name, value in entries.items()}
+    texts["frequency"] = " ".join(entries["frequency"].values())
+    assert texts == SECOND_TRANSCRIPTION_OF_THE_TEXT
+
+
+def number(exact: object) -> float:
+    return int(exact.numer()) / int(exact.denom())
+
+
+def floats(exact: object) -> list[list[float]]:
+    return [[number(entry) for entry in row] for row in exact.tolist()]
+
+
+def test_the_verifier_is_given_the_plants_that_are_computed_with() -> None:
+    exact = plants(subjects.printed(Path(printed.__file__).with_suffix(".toml")))
+    motor, started = exact["parameters"], exact["motor-from-start"]
+    assert {name: number(motor[symbol]) for symbol, name in PARAMETERS.items()} == asdict(problem.MOTOR)
+    for name, design in {"motor": problem.DESIGN, "scalar": problem.COUNTEREXAMPLE}.items():
+        loop, model = exact[name], design.model
+        matrices = {"A": model.state, "B": model.input, "C": model.output, "K": design.feedback, "L": design.injection}
+        for symbol, matrix in matrices.items():
+            np.testing.assert_allclose(floats(loop[symbol]), matrix, rtol=1e-14)
+        assert (number(loop["T"]), loop["M"]) == (design.period, design.ratio)
+    assert floats(started.pop("start")) == problem.START[:, None].tolist()
+    assert started == exact["motor"]
+    assert all(motor[symbol] == exact["motor"][symbol] for symbol in "ABC")
+
+
+def test_the_paper_is_well_formed_and_has_about_forty_claims() -> None:
+    validate_claims([PAPER])
+    assert len(PAPER.claims) >= 40
+    assert sum(claim.id.startswith("shao.table.") and claim.id[-1].isdigit() for claim in PAPER.claims) == 18
+
+
+@pytest.mark.parametrize(
+    "claim_id", [claim.id for claim in PAPER.claims if not set(claim.uses) & {*BLOCKS, "shao.stable-sets"}]
+)
+def test_each_claim_has_its_pinned_verdict(claim_id: str) -> None:
+    assert verdict(claim_id) is CLAIMS[claim_id].expected
+
+
+def test_every_erratum_holds() -> None:
+    for erratum in PAPER.errata:
+        assert erratum.prove({name: result(name) for name in erratum.uses}).holds, erratum.id
+
+
+def test_a_printed_value_one_unit_off_is_not_reproduced() -> None:
+    claim = replace(CLAIMS["shao.motor.torque-constant"], printed="3.67")
+    evidence = claim.answer({"shao.motor": result("shao.motor")})
+    assert make_record(claim, evidence).verdict is Verdict.DIFFERS
+
+
+def test_changed_data_turn_claims_red() -> None:
+    """A motor that ties the radius, and a table that agrees, are told from the pinned verdicts."""
+    table = dict(result("shao.table"))
+    agreeing = {**table, "ratios": {**table["ratios"], problem.APO: [float(v) for v in printed.table_1("DRC-APO")]}}
+    assert verdict("shao.table.apo-3", {"shao.table": agreeing}) is Verdict.REPRODUCED
+    weak = {**table, "radius": {**table["radius"], problem.APO: 1.5}}
+    assert verdict("shao.stability.apo", {"shao.table": weak}) is Verdict.DIFFERS
+
+
+def test_erratum_without_its_proof_does_not_count() -> None:
+    claim = CLAIMS["shao.motor.feedforward"]
+    evidence = claim.answer({"shao.motor": result("shao.motor")})
+    assert make_record(claim, evidence).verdict is Verdict.ERROR
+
+
+def test_stored_blocks_merge_to_what_was_searched() -> None:
+    small = replace(problem.READINGS, horizon=6, substeps=8)
+    found = [search_block(small, table_columns(4, 1), index) for index in (0, 3)]
+    stored = [json.loads(json.dumps(asdict(one))) for one in found]
+    again = merged(stored)
+    assert isinstance(again, BlockResult)
+    assert again == merged([asdict(one) for one in reversed(found)])
+
+
+def test_steady_state_is_near_that_of_a_fast_sensor_and_the_transient_is_not() -> None:
+    table, constants = result("shao.table"), result("shao.transients")["time_constants"]
+    own, fast = (np.array(table["ratios"][name]) for name in (problem.APO, problem.FAST))
+    assert np.abs(own / fast - 1)[1:].max() < 0.03
+    assert constants[problem.APO] > 5 * constants[problem.FAST]
+    assert all(constants[problem.APO] > constants[name] for name in (problem.PMI, problem.HELD, problem.SINGLE))
+
+
+def test_every_cell_of_the_table_was_simulated_at_its_own_frequency() -> None:
+    agreement = result("shao.table")["agreement"]
+    for name in (problem.PMI, problem.APO):
+        assert len(agreement[name]) == len(problem.FREQUENCIES)
+        assert max(agreement[name]) < 1e-10
+
+
+def test_bounds_of_the_proof_are_approached_and_a_broken_one_is_told() -> None:
+    bounds = result("shao.bounds")
+    assert 0.2 < bounds["worst"]["12"] <= 1
+    broken = {**bounds, "worst": {**bounds["worst"], "14": 1.01}}
+    assert verdict("shao.theory.estimate-bound", {"shao.bounds": broken}) is Verdict.DIFFERS
+
+
+def test_weak_gain_finding_is_not_an_artefact_of_the_table_experiment() -> None:
+    """Held measurements with L/M: the loop itself, built again, is stable and slow as the virtual one."""
+    weak = replace(problem.DESIGN, injection=problem.DESIGN.injection / problem.DESIGN.ratio)
+    virtual = stability_radius(close_loop(problem.DESIGN, OBSERVERS[problem.APO]))
+    for name in (problem.PMI, problem.HELD):
+        assert stability_radius(close_loop(weak, OBSERVERS[name])) == pytest.approx(virtual, rel=0.02)
+
+
+@pytest.mark.slow
+def test_no_reading_hits_table_one_and_near_misses_are_chance() -> None:
+    results = {name: result(name) for name in BLOCKS}
+    found = merged(list(results.values()))
+    assert sum(found.tried.values()) >= 1e6
+    assert found.joint_hits == 0
+    assert verdict("shao.table.any-reading") is Verdict.DIFFERS
+    assert 0 < sum(found.distinct.values()) < sum(found.tried.values()) / 10
+    words = " ".join(PAPER.findings({**results, **{name: result(name) for name in FINDINGS_USE}}))
+    assert "Not searched: delays" in words
+    assert f"{100 * found.joint['apo'].values[0]:.2f}" in words
+    shares = [
+        v for k, v in CLAIMS["shao.table.any-reading"].answer(results).quantities.items() if k.startswith("share")
+    ]
+    assert len(shares) == 3
+    assert min(shares) > 0.05
+
+
+@pytest.mark.slow
+def test_a_block_of_the_search_is_the_same_again() -> None:
+    assert json.dumps(block(3, 5, 7)) == json.dumps(block(3, 5, 7))
+    assert np.isfinite(block(3, 5, 7)["joint_distance"])
+
+
+@pytest.mark.slow
+def test_figures_have_data_and_words() -> None:
+    for figure in PAPER.figures:
+        drawn = figure.data({name: result(name) for name in figure.uses})
+        assert all(np.all(np.isfinite(column)) for column in drawn.columns.values())
+        assert len(figure.alt(drawn)) > 40
+        assert figure.plot(drawn).axes

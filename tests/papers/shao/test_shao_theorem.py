@@ -1,0 +1,101 @@
+"""The stability theorem: its constants, the counter-example, the limit of the slow rates, stable sets."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from papers.shao.experiments.motor import radius, stable_periods
+from papers.shao.experiments.tracking import over_plants
+from papers.shao.method.lyapunov import prediction_gap, slow_rate_gap, theorem_constants
+from papers.shao.problem import DESIGN, literal_loop
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.loop import close_loop, stability_radius
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import dual_rate_design, make_plant
+from replication.estimation.dualrate.tracking import tracking_error_ratio
+
+SCALAR = dual_rate_design(make_plant([[1]], [[1]], [[1]]), feedback=[[-2]], injection=[[2]], period=1e-3, ratio=5)
+APO, RUNNING = "alternating_predictive", "running_prediction"
+
+
+def test_every_period_allowed_by_the_theorem_is_unstable() -> None:
+    allowed = SCALAR.period / theorem_constants(SCALAR).condition
+    for period in np.geomspace(allowed / 100, allowed, 8):
+        design = replace(SCALAR, period=float(period))
+        assert theorem_constants(design).condition < 1.001
+        assert stability_radius(close_loop(design, OBSERVERS[APO])) > 1
+        assert stability_radius(close_loop(design, OBSERVERS[RUNNING])) < 1
+
+
+def test_lyapunov_equation_and_constants_of_the_scalar_loop() -> None:
+    constants = theorem_constants(SCALAR)
+    np.testing.assert_allclose(constants.P, [[0.5, 0.5], [0.5, 1.5]], atol=1e-12)
+    root = np.sqrt(constants.smallest)
+    np.testing.assert_allclose(np.array(constants.alpha[:3]) * root, [5, 16, 1], rtol=1e-12)
+    assert constants.condition < 1
+    with pytest.raises(InfeasibleError, match="needs A \\+ B K and A − L C Hurwitz"):
+        theorem_constants(replace(SCALAR, feedback=np.array([[0.5]])))
+
+
+def test_prediction_error_does_not_vanish_with_the_period() -> None:
+    gaps = [prediction_gap(replace(SCALAR, period=period)) for period in (1e-3, 1e-4, 1e-5)]
+    assert gaps[2][0] == pytest.approx(gaps[1][0], rel=1e-3)
+    assert gaps[2][1] == pytest.approx(gaps[1][1] / 10)
+    assert gaps[2][0] > 100 * gaps[2][1]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_slow_rates_tend_to_a_fraction_of_the_observer_gain(seed: int) -> None:
+    """With (6) the gain acts once in M periods; with the running prediction it acts in full."""
+    rng = np.random.default_rng(seed)
+    design = dual_rate_design(
+        make_plant(rng.normal(size=(3, 3)), rng.normal(size=(3, 1)), rng.normal(size=(1, 3))),
+        feedback=0.3 * rng.normal(size=(1, 3)),
+        injection=0.3 * rng.normal(size=(3, 1)),
+        period=0.2,
+        ratio=4,
+    )
+    for name, share in ((APO, 1 / 4), (RUNNING, 1.0), ("fast_sensor", 1.0)):
+        near, nearer = (slow_rate_gap(design, name, period=period, share=share) for period in (1e-3, 5e-4))
+        assert nearer == pytest.approx(near / 2, rel=0.1)
+    assert slow_rate_gap(design, APO, period=1e-4, share=1.0) > 0.01
+
+
+def test_true_plants_that_differ_are_swept_with_the_command_of_the_model() -> None:
+    """The nominal plant gives the nominal numbers; a reversed input has no steady state."""
+    nominal = literal_loop("alternating_predictive", 1.0)
+    A, B, C = DESIGN.model.state, DESIGN.model.input, DESIGN.model.output
+    plants = [DESIGN.model, make_plant(A, 1.2 * B, C), make_plant(A, -B, C)]
+    same, other, reversed_input = over_plants(nominal, APO, plants)
+    assert same == pytest.approx([stability_radius(nominal), 100 * tracking_error_ratio(nominal)], rel=1e-9)
+    assert other[0] != pytest.approx(same[0], rel=1e-3)
+    assert reversed_input[0] > 1
+    assert reversed_input[1] is None
+
+
+def test_stable_sets_bound_what_the_radii_say() -> None:
+    grid = list(np.linspace(0.002, 0.3, 150))
+    intervals = stable_periods(DESIGN, APO, grid)
+    assert len(intervals) > 1, "sampling folds the fast mode"
+    for first, last in intervals:
+        assert stability_radius(close_loop(replace(DESIGN, period=(first + last) / 2), OBSERVERS[APO])) < 1
+    inner = [end for interval in intervals for end in interval][1:]
+    np.testing.assert_allclose([radius(DESIGN, APO, period=end) for end in inner], 1.0, atol=1e-5)
+    assert radius(DESIGN, APO, ratio=5) == stability_radius(close_loop(DESIGN, OBSERVERS[APO]))
+    with pytest.raises(InvalidInputError, match="increasing"):
+        stable_periods(DESIGN, APO, [0.2, 0.1])
+
+
+@pytest.mark.parametrize("change", [{"period": 0.0}, {"period": -1e-3}, {"ratio": 0}, {"ratio": 2.5}])
+def test_a_replaced_design_is_checked_again(change: dict[str, float]) -> None:
+    with pytest.raises(InvalidInputError, match=r"period T must be positive|rate ratio M must be"):
+        theorem_constants(replace(DESIGN, **change))
+
+
+@pytest.mark.parametrize("period", [0.0, -1e-2])
+def test_periods_that_are_not_positive_have_no_radius_and_no_rates(period: float) -> None:
+    with pytest.raises(InvalidInputError, match="period T must be positive"):
+        radius(DESIGN, APO, period=period)
+    with pytest.raises(InvalidInputError, match="period T must be positive"):
+        slow_rate_gap(DESIGN, APO, period=period, share=1.0)
