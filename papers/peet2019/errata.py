@@ -127,6 +127,9 @@ def dimensions(results: Results) -> Proof:
     )
 
 
+OF_THE_IDENTITY = ("theorem-3-signs", "theorem-3-transposes", "eq-10-factor", "theorem-3-names", "proof-square")
+"""The errata that the identity of Sec. VI needs, all together."""
+
 ERRATA: tuple[Erratum, ...] = (
     Erratum(
         id="theorem-3-signs",
@@ -168,7 +171,7 @@ ERRATA: tuple[Erratum, ...] = (
     ),
     Erratum(
         id="proof-square",
-        place="Sec. VI, the identity, three times",
+        place="Theorem 1, v; Sec. VI, the identity, three times",
         printed="+‖C_1e‖²/γ, beside a form in h that holds v",
         meant="-γ‖v‖² + 2⟨v, C_1e⟩, which equals it for v = C_1e/γ alone; v ∈ R^p, not R^q",
         prove=partial(terms, ("theorem-1-sign",)),

@@ -110,6 +110,18 @@ def by(factor: float) -> Callable[[Any], Any]:
     return lambda value: value * factor
 
 
+def everywhere(example: str, degree: int) -> Alteration:
+    """Raise the least gain of Theorem 3 under every degree rule."""
+
+    def alter(results: Results) -> None:
+        at(f"sos.ex{example}.d{degree}/tensor/gamma", by(1.0005))(results)  # one object for all rules of the library
+        for parts in results["peet2019.readings"].values():
+            for part in (parts[example],) if example in parts and degree == 1 else ():
+                part |= {name: part[name] * 1.0005 for name in ("gamma", "rescaled")}
+
+    return alter
+
+
 def alterations() -> list[tuple[str, Alteration]]:
     """(claim, alteration of the results under which it must not agree), for every claim that can be checked."""
     found: list[tuple[str, Alteration]] = [
@@ -139,7 +151,7 @@ def alterations() -> list[tuple[str, Alteration]]:
         found.append((f"theory.{misprint}", at("identities/theorem_3/none", to(WRONG))))
     for example in EXAMPLES:
         for degree in DEGREES:
-            found.append((f"ex{example}.gamma-d{degree}", at(f"sos.ex{example}.d{degree}/tensor/gamma", by(1.0005))))
+            found.append((f"ex{example}.gamma-d{degree}", everywhere(example, degree)))
         found += [
             (f"ex{example}.gamma-pade", at(f"reference.ex{example}/pade", by(1.0005))),
             (f"ex{example}.not-conservative", at(f"sos.ex{example}.d3/tensor/gamma", by(1.00001))),
@@ -164,7 +176,12 @@ def verdict(claim: Claim, results: Results, proof_holds: bool = True) -> Verdict
         evidence, error = claim.answer(results), ""
     except KeyError as missing:
         evidence, error = None, repr(missing)
-    return make_record(claim, PAPER.key, evidence, proof, "", 0.0, error).verdict
+    return make_record(claim, evidence, proof, error=error).verdict
+
+
+def fails(claim: Claim, results: Results, proof_holds: bool = True) -> bool:
+    """Whether the verdict is neither agreement nor an error."""
+    return verdict(claim, results, proof_holds) not in (*GOOD, Verdict.ERROR)
 
 
 def test_every_claim_has_a_control() -> None:
@@ -182,7 +199,7 @@ def test_a_claim_agrees_where_the_results_bear_it_out(name: str) -> None:
 def test_a_claim_fails_where_the_results_do_not(name: str, number: int) -> None:
     results = copy.deepcopy(agreeing())
     ALTERATIONS[number][1](results)
-    assert verdict(CLAIMS[name], results) is Verdict.DIFFERS
+    assert fails(CLAIMS[name], results)
 
 
 @pytest.mark.parametrize(
@@ -191,13 +208,13 @@ def test_a_claim_fails_where_the_results_do_not(name: str, number: int) -> None:
 def test_a_claim_fails_with_another_print(name: str) -> None:
     claim = CLAIMS[name]
     other = "<.0008" if claim.kind is Kind.BOUND else f"{float(claim.printed) * 1.01:.4f}"
-    assert verdict(replace(claim, printed=other), agreeing()) is Verdict.DIFFERS
+    assert fails(replace(claim, printed=other), agreeing())
 
 
 @pytest.mark.parametrize("name", sorted(name for name, claim in CLAIMS.items() if claim.erratum))
 def test_a_correction_counts_only_with_its_proof(name: str) -> None:
     assert verdict(CLAIMS[name], agreeing()) is Verdict.REPRODUCED_AFTER_ERRATUM
-    assert verdict(CLAIMS[name], agreeing(), proof_holds=False) is Verdict.DIFFERS
+    assert fails(CLAIMS[name], agreeing(), proof_holds=False)
 
 
 def test_the_cost_is_a_function_of_the_product_only_while_equal_products_cost_alike(
@@ -216,7 +233,7 @@ def test_the_cost_is_a_function_of_the_product_only_while_equal_products_cost_al
 
 def test_whether_example_4_is_unstable_follows_the_roots() -> None:
     claim, results = CLAIMS["ex4.unstable"], agreeing()
-    assert verdict(claim, results) is Verdict.NOT_CHECKABLE
+    assert verdict(claim, results) is claim.expected
     held = {outcome.reading: outcome.holds for outcome in claim.answer(results).outcomes}
     results["peet2019.roots"] = {
         "roots": {

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+import msgspec
+
 from papers.peet2019.readings import HOUSE
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord, Verdict
@@ -126,8 +128,8 @@ def inverse(part: str, results: Results) -> Evidence:
     )
     evidence = _residuals(method, found[part]["corrected"]["largest"], found[part]["printed"]["median"])
     error = found["quadrature"]["corrected"]["largest"]
-    return Evidence(
-        **{name: getattr(evidence, name) for name in evidence.__struct_fields__ if name not in ("quantities", "note")},
+    return msgspec.structs.replace(
+        evidence,
         quantities={
             **evidence.quantities,
             "largest error of those sums, on K_i": error,
