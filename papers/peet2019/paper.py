@@ -77,8 +77,8 @@ def findings(results: Results) -> tuple[str, ...]:
         "conservative there.",
         f"Degree 1, Examples 2 and 3: none of {len(RULES)} degree rules tried gives the printed gains; under "
         f"{len(attained(results))} they lie above the least.",
-        "Theorem 3 cannot be met as printed; its identity holds to rounding in "
-        f"{results['identities']['trials']} random cases once {len(OF_THE_IDENTITY)} groups of misprints are corrected.",
+        f"Theorem 3 cannot be met as printed; its identity holds to rounding in {results['identities']['trials']} random "
+        f"cases once {len(OF_THE_IDENTITY)} groups of misprints are corrected.",
         f"With twenty lumped states the H∞ norm errs by {100 * abs(lumped_error('2', results)):.1f} % in Example 2, by "
         f"{100 * abs(lumped_error('1', results)):.4f} % in Example 1; the text defines no accuracy.",
         "The text does not settle whether Example 4 is unstable: the eigenvalue of J is missing. "
