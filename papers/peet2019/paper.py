@@ -71,13 +71,14 @@ def findings(results: Results) -> tuple[str, ...]:
     worst = max(abs(results[f"sos.ex{e}.d3"]["tensor"]["gamma"] / optimum_of(e, results) - 1.0) for e in EXAMPLES)
     ratios = [largest_ratio(cost) for cost in (printed_seconds(), our_seconds(results))]
     one, negative = (results["roots"]["roots"][f"{JORDAN[name]:g}"] for name in ("jordan-one", "jordan-negative"))
+    trials = results["identities"]["trials"]
     words = ["stable" if ends["largest"] < 0.0 else "unstable" for ends in (one, negative)]
     return (
         f"In Examples 1-3, Theorem 3 as corrected comes within {worst:.0e} of the optimum at degree 3: it is not "
         "conservative there.",
         f"Degree 1, Examples 2 and 3: none of {len(RULES)} degree rules tried gives the printed gains; under "
         f"{len(attained(results))} they lie above the least.",
-        f"Theorem 3 cannot be met as printed; its identity holds to rounding in {results['identities']['trials']} random "
+        f"Theorem 3 cannot be met as printed; its identity holds to rounding in {trials} random "
         f"cases once {len(OF_THE_IDENTITY)} groups of misprints are corrected.",
         f"With twenty lumped states the H∞ norm errs by {100 * abs(lumped_error('2', results)):.1f} % in Example 2, by "
         f"{100 * abs(lumped_error('1', results)):.4f} % in Example 1; the text defines no accuracy.",
