@@ -10,9 +10,10 @@ from replication.audit.model import Erratum, Proof, Results
 
 WRONG = 1.0
 """A residual at least this large, with data of size one, is no rounding."""
+CONVERSION = "The slip may be of the text at hand, not of the paper."
 
 
-def terms(misprints: tuple[str, ...], results: Results) -> Proof:
+def terms(misprints: tuple[str, ...], results: Results, note: str = "") -> Proof:
     """The identity of Sec. VI fails with these terms as printed and holds with all of them corrected."""
     found = results["identities"]
     corrected = found["theorem_3"]["none"]["largest"]
@@ -21,7 +22,7 @@ def terms(misprints: tuple[str, ...], results: Results) -> Proof:
         holds=corrected <= ROUNDING and all(value >= WRONG for value in printed.values()),
         text=(
             f"{found['trials']} random cases with delays {found['delays']}: both sides of the identity of Sec. VI "
-            "agree to rounding when all terms are corrected, and do not when one of these groups is left as printed."
+            f"agree to rounding when all terms are corrected, and do not when one of these is left as printed.{note}"
         ),
         quantities={
             "largest residual, corrected": corrected,
@@ -65,7 +66,7 @@ def limits(results: Results) -> Proof:
         holds=bool(outside) and bool(short),
         text=(
             "e_j is a history on [-τ_j, 0], where (9) integrates it. From -τᵢ the integral leaves that interval or "
-            "misses part of it, as soon as two delays differ; counted for Example 3."
+            f"misses part of it, as soon as two delays differ; counted for Example 3. {CONVERSION}"
         ),
         quantities={"pairs that leave it": float(len(outside)), "pairs that miss part": float(len(short))},
     )
@@ -79,7 +80,7 @@ def hats(results: Results) -> Proof:
         holds=unstable or found["norm"] > found["level"] >= found["all_gains"],
         text=(
             "C_2φ_i(t, s) = C_2x(t + s) = y(t + s), so that e_i vanishes if φ_i is the true history. Without the gains "
-            "of e_i the observer of Example 2 exceeds the level that it keeps with them."
+            f"of e_i the observer of Example 2 exceeds the level that it keeps with them. {CONVERSION}"
         ),
         quantities={
             "level": found["level"],
@@ -136,7 +137,7 @@ ERRATA: tuple[Erratum, ...] = (
         place="Theorem 3, D and F_i; proof, D_1 and F_1i",
         printed="Diagonal blocks S_i(-τ_i) of D, and +dS_i/ds in F_i",
         meant="-S_i(-τ_i), and -dS_i/ds",
-        prove=partial(terms, ("d-sign", "f-sign")),
+        prove=partial(terms, ("d-sign", "f-sign"), note=" Theorem and proof print them alike."),
         uses=("identities",),
     ),
     Erratum(
@@ -166,14 +167,14 @@ ERRATA: tuple[Erratum, ...] = (
         place="Theorem 3, T_00; proof, D_4",
         printed="Z_1 in T_00, C_0 and C_i in D_4",
         meant="Z_0, as in (10) and D_2; C_10 and C_1i",
-        prove=partial(terms, ("z0-name",)),
+        prove=partial(terms, ("z0-name",), note=f" {CONVERSION}"),
         uses=("identities",),
     ),
     Erratum(
         id="proof-square",
         place="Theorem 1, v; Sec. VI, the identity, three times",
         printed="+‖C_1e‖²/γ, beside a form in h that holds v",
-        meant="-γ‖v‖² + 2⟨v, C_1e⟩, which equals it for v = C_1e/γ alone; v ∈ R^p, not R^q",
+        meant="-γ‖v‖² + 2⟨v, C_1e⟩, which equals it for v = C_1e/γ alone; v ∈ R^p, and with it h, not R^q",
         prove=partial(terms, ("theorem-1-sign",)),
         uses=("identities",),
     ),
@@ -190,7 +191,7 @@ ERRATA: tuple[Erratum, ...] = (
         place="Theorem 4, last line",
         printed="P̂P̂x = PP̂x = x",
         meant="P̂Px = PP̂x = x",
-        prove=partial(other_product, "theorem_4", "squared", "P̂P and PP̂ are the identity, P̂P̂ is not."),
+        prove=partial(other_product, "theorem_4", "squared", f"P̂P and PP̂ are the identity, P̂P̂ is not. {CONVERSION}"),
         uses=("inversion",),
     ),
     Erratum(
@@ -202,7 +203,7 @@ ERRATA: tuple[Erratum, ...] = (
             other_product,
             "lemma_5",
             "x-index",
-            "The gains compose 𝒫⁻¹ and 𝒵 with X_i, and not with that of another delay.",
+            "The gains compose 𝒫⁻¹ and 𝒵 with X_i, and not with that of another delay. " + CONVERSION,
         ),
         uses=("inversion",),
     ),

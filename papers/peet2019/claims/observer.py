@@ -55,7 +55,10 @@ def lumped_states(results: Results) -> Evidence:
         outcomes=tuple(
             Outcome(reading=name, holds=worst < allowed, margin=allowed - worst) for name, allowed in ACCURATE.items()
         ),
-        note="The text does not say how accurate is accurate, nor for which systems; the answer depends on both.",
+        note=(
+            "The text does not say how accurate is accurate, nor for which systems; the answer depends on both. In "
+            "Example 2 the norm is that of the plant from w₁ to x₁, whatever the observer."
+        ),
     )
 
 
@@ -94,8 +97,8 @@ def closed_loop(name: str, results: Results) -> Evidence:
 
 
 for _name, _what in (
-    ("ex1", f"Example 1, {ABOVE} times the optimum"),
-    ("ex2", f"Example 2, {NEAR} times the optimum"),
+    ("ex1", f"Example 1, level {ABOVE} times the optimum"),
+    ("ex2", f"Example 2, level {NEAR} times the optimum"),
     ("own-1", "a system of ours with one delay"),
     ("own-2", "a system of ours with two delays"),
     ("own-3", "a system of ours with three delays"),
