@@ -20,7 +20,7 @@ ACCURATE = {"lumps-1-percent": 0.01, "lumps-10-percent": 0.1}
 COST = {
     "cost-printed": "the printed seconds",
     "cost-equalities": "the equalities of our program, full cone",
-    "cost-seconds": "our CPU seconds, full cone",
+    "cost-seconds": "our CPU seconds, full cone, γ minimised",
 }
 DESKTOP, MEMORY, DAY = "desktop", 16.0, 86400.0
 """A desktop computer: memory in GB, and seconds that a run may take."""

@@ -24,7 +24,7 @@ from papers.peet2019.experiments.finite import lmi_3, matrix_3
 from papers.peet2019.experiments.identities import MISPRINTS, identities
 from papers.peet2019.experiments.inversion import inverse_identities
 from papers.peet2019.experiments.measured import RECORD, recorded
-from papers.peet2019.experiments.readings import HOUSE, READINGS, attainable, common_epsilon, readings
+from papers.peet2019.experiments.readings import HOUSE, READINGS, attainable, common_epsilon, inside, readings
 from papers.peet2019.experiments.scaling import (
     SMALL_LEVEL,
     cost,
@@ -290,6 +290,15 @@ def test_no_reading_of_the_degree_rule_gives_both_prints() -> None:
         ours = synthesised(EXAMPLES[example], 1)["tensor"]["gamma"]
         house = found[HOUSE][example]
         assert [house["gamma"], house["rescaled"]] == pytest.approx([ours] * 2, rel=1e-6)
+
+
+def test_rules_that_hold_all_certificates_of_another_are_known() -> None:
+    held = {name: {other for other in READINGS if inside(READINGS[name], READINGS[other])} for name in READINGS}
+    assert held["z2-outer"] >= {"z2-total-same", "z2-each-same", "z2-wide"}
+    assert held["z2-total"] >= {"z2-each", "z2-total-same", "z2-total-z1", "z2-total-next"}
+    assert "z2-outer" not in held["z2-inner"] and held["z2-wide"] == {"z2-wide"}
+    for name, others in held.items():
+        assert all(held[other] <= others for other in others), name
 
 
 def test_a_common_epsilon_is_recognised() -> None:

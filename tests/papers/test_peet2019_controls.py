@@ -14,6 +14,7 @@ import pytest
 
 from papers.peet2019 import PAPER
 from papers.peet2019.claims import cost
+from papers.peet2019.claims.gains import UNSHARP
 from papers.peet2019.claims.theory import LOOPS
 from papers.peet2019.experiments.identities import MISPRINTS
 from papers.peet2019.experiments.readings import READINGS
@@ -253,8 +254,12 @@ def test_the_outcomes_of_degree_one_follow_the_rules() -> None:
     assert {outcome.reading for outcome in outcomes} == set(READINGS)
     results["peet2019.readings"]["z2-outer"]["2"] |= {"gamma": 2.46, "rescaled": 2.463}
     found = {outcome.reading: outcome for outcome in claim.answer(results).outcomes}
-    assert (found["z2-outer"].lower, found["z2-outer"].upper) == (OPTIMUM["2"], 2.46)
-    assert "z2-outer" in claim.answer(results).note.split("Not determined")[1]
+    # A rule whose certificates are those of z2-outer and more has its least gain at the print.
+    assert (found["z2-outer"].lower, found["z2-outer"].upper) == (float(DATA["gamma-2"]["d1"]) - UNSHARP, 2.46)
+    results["peet2019.readings"]["z2-wide"]["2"] |= {"gamma": 2.331, "rescaled": 2.332}
+    found = {outcome.reading: outcome for outcome in claim.answer(results).outcomes}
+    assert (found["z2-wide"].lower, found["z2-wide"].upper) == (OPTIMUM["2"], 2.331)
+    assert "z2-wide, z2-outer" in claim.answer(results).note
 
 
 def test_every_claim_names_a_reading_of_the_paper() -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
+from papers.peet2019.experiments.scaling import level_of
 from papers.peet2019.printed import DATA, published
 from papers.peet2019.readings import COST, DAY, DESKTOP, JORDAN, MEMORY, SAME
 from papers.peet2019.runs import DEFAULT_CELLS, SMALL_CONE_CELLS
@@ -122,7 +123,7 @@ for _n, _k, _seconds in published():
         Kind.CITED,
         f"table1.n{_n}k{_k}",
         _seconds,
-        statement=f"CPU seconds of Example 4 with {_n} states and {_k} delays.",
+        statement=f"CPU seconds of Example 4, n = {_n} states and K = {_k} delays.",
         uses=("measured", "timed", *([_run] if _run else [])),
     )(partial(cell, _n, _k, _run))
 
@@ -137,7 +138,7 @@ def function_of_product(results: Results) -> Evidence:
     costs = {
         "cost-printed": printed,
         "cost-equalities": {(c["states"], c["delays"]): c["equalities"] for c in results["sizes"]["cells"]},
-        "cost-seconds": our_seconds(results),
+        "cost-seconds": minimised(our_seconds(results)),
     }
     ratios = {name: largest_ratio(cost) for name, cost in costs.items()}
     grown = {cell: value for cell, value in printed.items() if cell[0] * cell[1] >= FROM_PRODUCT}
@@ -148,7 +149,12 @@ def function_of_product(results: Results) -> Evidence:
         method="Largest ratio of the costs of two cells of equal n·K: printed seconds, our equalities, our seconds.",
         quantities={
             **{f"largest ratio at equal n·K, {COST[name]}": ratio for name, ratio in ratios.items()},
-            "largest ratio at equal n·K, our CPU seconds, small cone": largest_ratio(cpu_seconds(cells, "bessel")),
+            **{
+                f"largest ratio at equal n·K, our CPU seconds, {MEASURED_AS[cone]}": largest_ratio(
+                    cpu_seconds(cells, cone)
+                )
+                for cone in ("bessel", "plain")
+            },
             "exponent of the printed seconds": exponent([(n * k, value) for (n, k), value in grown.items()]),
             "exponent of our equalities": exponent([(n * k, costs["cost-equalities"][n, k]) for n, k in grown]),
             **_measured_growth(cells, set(grown)),
@@ -156,7 +162,10 @@ def function_of_product(results: Results) -> Evidence:
         outcomes=tuple(
             Outcome(reading=name, holds=ratio < SAME, margin=SAME - ratio) for name, ratio in ratios.items()
         ),
-        note="Our solver is not that of the paper. It takes longer with many states than with many delays.",
+        note=(
+            "Our programs and solvers are not those of the paper: they have more equalities, and take longer, with "
+            "many states than with many delays. Runs of the full cone that only certify a level are left out."
+        ),
     )
 
 
@@ -206,6 +215,11 @@ def our_seconds(results: Results) -> dict[tuple[int, int], float]:
         if apart["solver"] is not None:
             found[n, k] = apart["assembly"] + apart["solver"]
     return found
+
+
+def minimised(cost: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
+    """Of these cells those whose run minimises γ, so that all do the same."""
+    return {(n, k): value for (n, k), value in cost.items() if level_of(n, k) is None}
 
 
 def cpu_seconds(cells: Iterable[Mapping[str, Any]], cone: str) -> dict[tuple[int, int], float]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from papers.peet2019.experiments.readings import attainable, common_epsilon, runs
+from papers.peet2019.experiments.readings import READINGS as RULES
+from papers.peet2019.experiments.readings import attainable, common_epsilon, inside, runs
 from papers.peet2019.printed import DATA
 from papers.peet2019.readings import HOUSE
 from papers.peet2019.runs import OFF_THE_PRINT
@@ -58,7 +59,7 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
             **variants,
             **(_epsilons(example, results["readings"]) if off else {}),
         },
-        outcomes=tuple(_outcome(name, values, optimum) for name, values in gammas.items()),
+        outcomes=outcomes(gammas, optimum),
         note=(_on_the_rule(results["readings"], unsharp(gammas)) if off else ONE_RULE_OF_MANY) + delay_of(example),
     )
 
@@ -80,13 +81,22 @@ def unsharp(gammas: Mapping[str, list[float]]) -> tuple[str, ...]:
     return tuple(name for name, values in gammas.items() if max(values) - min(values) > UNSHARP)
 
 
-def _outcome(name: str, values: list[float], optimum: float) -> Outcome:
-    """The least γ found, and between which ends the runs lie; where they differ, between which the infimum lies."""
-    found = min(values)
-    if len(values) == 1:
-        return Outcome(reading=name, value=found)
-    apart = max(values) - found > UNSHARP
-    return Outcome(reading=name, value=found, lower=optimum if apart else found, upper=found if apart else max(values))
+def outcomes(gammas: Mapping[str, list[float]], optimum: float) -> tuple[Outcome, ...]:
+    """Under each reading the least γ found, and between which ends the infimum lies, as far as there are several runs.
+
+    Where the runs differ the least found is its upper end, and the lower one that of a rule that holds all its
+    certificates and whose runs agree, or the optimum of all observers.
+    """
+    open_ones = unsharp(gammas)
+    found = []
+    for name, values in gammas.items():
+        low, high = min(values), max(values)
+        if name in open_ones:
+            wider = [min(gammas[b]) - UNSHARP for b in gammas if b not in open_ones and inside(RULES[name], RULES[b])]
+            low, high = max([optimum, *wider]), low
+        ends = (low, high) if len(values) > 1 else (None, None)
+        found.append(Outcome(reading=name, value=min(values), lower=ends[0], upper=ends[1]))
+    return tuple(found)
 
 
 def _epsilons(example: str, rules: Results) -> dict[str, float]:
@@ -111,9 +121,9 @@ def _on_the_rule(rules: Results, undetermined: tuple[str, ...]) -> str:
     common = [name for name in rules if common_epsilon(rules, name)]
     return (
         f"{ONE_RULE_OF_MANY} Under {', '.join(reached) or 'none'} the printed gains of Examples 2 and 3 both lie above "
-        "the least gain, so that a solver that stops early could give them. Not determined, as runs differ: "
-        f"{', '.join(undetermined) or 'none'}. Rules that give both prints with one ε, were γ linear in ε: "
-        f"{', '.join(common) or 'none'}."
+        "the least gain, so that a solver that stops early could give them. Where runs differ the least gain is not "
+        f"determined, only bracketed: {', '.join(undetermined) or 'none'}. Rules that give both prints with one ε, were "
+        f"γ linear in ε: {', '.join(common) or 'none'}."
     )
 
 

@@ -11,7 +11,7 @@ from replication.audit.declare import Part, below
 from replication.audit.model import Evidence, Outcome, Results, SolverRecord
 
 IMPLEMENTATION = Part("Sec. IX-B")
-CLOSED_LOOPS = Part("Closed loops", figures="gains", reading=HOUSE)
+CLOSED_LOOPS = Part("Secs. I and X: closed loops, with systems of ours", figures="gains", reading=HOUSE)
 REMARKS = Part(
     "Sec. IX-A, and characteristics 5 and 6 of Sec. I",
     reason="The text gives no number for reliable or efficient computation, and its code is no part of it.",

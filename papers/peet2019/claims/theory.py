@@ -135,7 +135,7 @@ def inverse(part: str, results: Results) -> Evidence:
             "largest error of those sums, on K_i": error,
             "least eigenvalue of all operators": found["least"],
         },
-        note="Cases, for these sums. The integrals enter the formulas through K_i and T_i alone, which the sums give.",
+        note="Cases. Integrals enter the formulas through K_i and T_i alone, which the sums give to rounding.",
     )
 
 

@@ -78,10 +78,28 @@ READINGS: dict[str, Rule] = {
 }
 
 
-def _cone(space: FormSpace, shape: Shape) -> tuple[sparse.csr_array, tuple[Index, ...]]:
+def _blocks(shape: Shape) -> tuple[Block, Block]:
+    """The two matrices of a cone, without and with the weight -η(η+1)."""
     z1, inner, outer, total, lower = shape
     plain = Block(z1, DegreeRule.TENSOR, False, inner, outer, total)
-    weighted = Block(z1 - lower, DegreeRule.TENSOR, True, max(inner - lower, 0), max(outer - lower, 0), total)
+    return plain, Block(z1 - lower, DegreeRule.TENSOR, True, max(inner - lower, 0), max(outer - lower, 0), total)
+
+
+def inside(small: Rule, big: Rule) -> bool:
+    """Whether every certificate of one rule is one of the other: the least γ of `big` is then no greater."""
+
+    def members(block: Block) -> set[tuple[int, int]]:
+        return set(zip(*(degrees.tolist() for degrees in block.kernel_basis()), strict=True))
+
+    return all(
+        a.degree <= b.degree and members(a) <= members(b)
+        for one, other in ((small.storage, big.storage), (small.dissipation, big.dissipation))
+        for a, b in zip(_blocks(one), _blocks(other), strict=True)
+    )
+
+
+def _cone(space: FormSpace, shape: Shape) -> tuple[sparse.csr_array, tuple[Index, ...]]:
+    plain, weighted = _blocks(shape)
     maps = [cone_map(block, space) for block in (plain, weighted)]
     return sparse.hstack(maps, format="csr"), (plain.labels(space), weighted.labels(space))
 
