@@ -122,8 +122,8 @@ def _on_the_rule(rules: Results, undetermined: tuple[str, ...]) -> str:
     return (
         f"{ONE_RULE_OF_MANY} Under {', '.join(reached) or 'none'} the printed gains of Examples 2 and 3 both lie above "
         "the least gain, so that a solver that stops early could give them. Where runs differ the least gain is not "
-        f"determined, only bracketed: {', '.join(undetermined) or 'none'}. Rules that give both prints with one ε, were "
-        f"γ linear in ε: {', '.join(common) or 'none'}."
+        f"determined, but bracketed: {', '.join(undetermined) or 'none'}. Rules that give both prints with one ε, "
+        f"were γ linear in ε: {', '.join(common) or 'none'}."
     )
 
 
