@@ -10,13 +10,13 @@ import numpy as np
 from replication.errors import ReplicationError
 from replication.estimation.conic.program import Program
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
-from replication.estimation.delay.collocation import Scheme
+from replication.estimation.delay.collocation import Scheme, grid
 from replication.estimation.delay.lmi import lmi_gain, riccati_gain
 from replication.estimation.delay.models import chebyshev_model, pade_model
-from replication.estimation.delay.observer import error_system
+from replication.estimation.delay.observer import ErrorSystem, assembled, error_system
 from replication.estimation.delay.operators.gains import evaluate, observer_gains
 from replication.estimation.delay.operators.galerkin import check
-from replication.estimation.delay.response import Trajectory, hinf_norm, simulate
+from replication.estimation.delay.response import Trajectory, hinf_norm, simulate, spectral_abscissa
 from replication.estimation.delay.sos import least_gain, lie, synthesis
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at
 from replication.estimation.delay.sos.cone import DegreeRule
@@ -145,6 +145,24 @@ def lumped(plant: Json, level: float, degree: int, epsilon: float, states: list[
     return {"states": states, "norms": norms, "collocation": exact, "relative": [norm / exact - 1.0 for norm in norms]}
 
 
+def without_histories(plant: Json, level: float, degree: int, epsilon: float, order: int) -> Json:
+    """The closed loop with e_i ≡ 0, as eq. (2) prints it, where only L_0 and L_4i act; and with all gains.
+
+    norm: H∞ norm from w to z_e, None if the loop is unstable.
+    """
+    system, net = delay_system(**plant), grid(order, Scheme.CHEBYSHEV)
+    values = evaluate(observer_gains(_certificate(system, level, degree, epsilon)), net.points)
+    dead = {name: np.zeros_like(getattr(values, name)) for name in ("l2", "l3", "l5", "l6", "l7")}
+    printed, meant = assembled(system, replace(values, **dead), net), assembled(system, values, net)
+    abscissa = spectral_abscissa(printed)
+    return {
+        "abscissa": abscissa,
+        "norm": hinf_norm(printed).upper if abscissa < 0.0 else None,
+        "level": level * _optimum(system),
+        "all_gains": hinf_norm(meant).upper,
+    }
+
+
 def gain_functions(plant: Json, level: float, degree: int, epsilon: float, points: int) -> Json:
     """The gains as functions of s ∈ [-τ, 0], for the first delay, in the units of eq. (9); z = C_10 x alone."""
     system = delay_system(**{**plant, "c1": None})
@@ -160,16 +178,20 @@ def gain_functions(plant: Json, level: float, degree: int, epsilon: float, point
     }
 
 
-def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int) -> Json:
+def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int, lumps: int) -> Json:
     """Simulated gain for sinc disturbances: shape sin(πx)/(πx) or sin(x)/x, centre, horizon and channels scanned.
 
     The text leaves all four open. The trajectory kept for the figure is sinc(t - τ) on all channels over [0, 20τ].
+    lumped: its gain with `lumps` lumped states in place of collocation.
     """
     system = delay_system(**plant)
     certificate = certificate_at(system, level, degree, epsilon=epsilon)
-    error = error_system(system, observer_gains(certificate), 20)
+    gains = observer_gains(certificate)
+    collocated, lumped = error_system(system, gains, 20), error_system(system, gains, lumps, Scheme.LUMPED)
 
-    def run(unit: float, centre: float, horizon: float, channels: tuple[float, float]) -> Trajectory:
+    def run(
+        unit: float, centre: float, horizon: float, channels: tuple[float, float], error: ErrorSystem = collocated
+    ) -> Trajectory:
         times = np.linspace(0.0, horizon, samples)
         return simulate(error, times, np.outer(np.sinc((times - centre) / unit), channels), system.states)
 
@@ -188,6 +210,7 @@ def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int) 
         "w": kept.disturbance[:, 0].tolist(),
         "e": kept.state.T.tolist(),
         "gain": kept.gain,
+        "lumped": run(1.0, 1.0, 20.0, (1.0, 1.0), lumped).gain,
         "solver": certificate.solution.report.to_dict(),
     }
 

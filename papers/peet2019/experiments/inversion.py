@@ -1,6 +1,7 @@
 """Theorem 4 and Lemma 5 on random coercive operators, in the paper's own units, as printed and as corrected.
 
-Functions are values at Gauss points of [-τ_i, 0]: an operator (8) is then a matrix, and its inverse that of a matrix.
+Functions are values at Gauss points of [-τ_i, 0] and integrals are their sums: an operator (8) is then a matrix, and
+its inverse that of a matrix. How near the sums are to integrals is measured on K_i, with twice the points.
 """
 
 from __future__ import annotations
@@ -9,42 +10,112 @@ from typing import Any
 
 import numpy as np
 
-from papers.peet2019.experiments.identities import EACH, LAST, NODES, POINTS, Array, K, summaries
+from papers.peet2019.experiments.identities import DELAYS, EACH, LAST, NODES, POINTS, Array, K, summaries
 
 N, DEGREE = 2, 1
 WIDTH = N * (DEGREE + 1)
 Z = [np.kron(np.vander(points, DEGREE + 1, increasing=True)[:, :, None], np.eye(N)) for points, _ in NODES]
 """Z(s) = (1, s, ..)⊗I at the Gauss points of each history."""
+COERCIVE = 0.1
+"""Least eigenvalue of the operators that are drawn."""
 PART = [slice(i * WIDTH, (i + 1) * WIDTH) for i in EACH]
 """Rows of H_i and Γ_ij in H and Γ."""
 
 
 def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
-    """Residuals of Theorem 4 (‖P̂P - I‖∞) and of Lemma 5 (‖ℒ - P̂𝒵‖∞), as printed and as corrected."""
+    """Largest and median residuals over random operators, as corrected, and with misprints.
+
+    theorem_4: ‖P̂P - I‖∞; its `right` is that of PP̂, its `squared` of P̂P̂, the product that is printed. lemma_5:
+    ‖ℒy - 𝒫⁻¹𝒵y‖∞, its `x-index` with X_j of another delay for the X(s) that is printed without an index. printed:
+    without the factors of τ_K. quadrature: of K_i, against twice the points. present_only: with Q_i = 0 and
+    Z_3i = Z_4i = Z_5ij = Z_6i = Z_7ij = 0, all gains of Lemma 5 but L_0 and L_2i, and L_0 - P⁻¹Z_0; `injected` with
+    Q_i as drawn. least: the least eigenvalue of all operators.
+    """
     rng = np.random.default_rng(seed)
     found: dict[str, dict[str, list[float]]] = {
-        part: {"printed": [], "corrected": []} for part in ("theorem_4", "lemma_5")
+        "theorem_4": {"printed": [], "corrected": [], "right": [], "squared": []},
+        "lemma_5": {"printed": [], "corrected": [], "x-index": []},
+        "present_only": {"corrected": [], "l0": [], "injected": []},
+        "quadrature": {"corrected": []},
     }
+
+    least = []
+
+    def put(part: str, name: str, residual: Array) -> None:
+        found[part][name].append(float(np.abs(residual).max()))
+
     for _ in range(trials):
         case = _coercive(rng)
+        least.append(case["least"])
+        eye = np.eye(case["operator"].shape[0])
         for reading in ("printed", "corrected"):
             inverse = _inverse(case, reading == "corrected")
-            eye = np.eye(case["operator"].shape[0])
-            found["theorem_4"][reading].append(float(np.abs(inverse["operator"] @ case["operator"] - eye).max()))
-            found["lemma_5"][reading].append(_lemma_5(case, inverse, rng, reading == "corrected"))
-    return {part: summaries(residuals) for part, residuals in found.items()}
+            put("theorem_4", reading, inverse["operator"] @ case["operator"] - eye)
+            state = rng.bit_generator.state
+            put("lemma_5", reading, _lemma_5(case, inverse, rng, reading == "corrected"))
+        put("theorem_4", "right", case["operator"] @ inverse["operator"] - eye)
+        put("theorem_4", "squared", inverse["operator"] @ inverse["operator"] - eye)
+        rng.bit_generator.state = state
+        put("lemma_5", "x-index", _lemma_5(case, inverse, rng, True, other=True))
+        put("quadrature", "corrected", inverse["moment"] - _moment(case["slope"], 2 * POINTS))
+        z0, z2 = rng.standard_normal((N, 1)), rng.standard_normal((K, N, 1))
+        put("present_only", "injected", _history_gains(inverse, z0, z2))
+        alone = _inverse({**case, "h": np.zeros_like(case["h"])}, True)
+        put("present_only", "corrected", _history_gains(alone, z0, z2))
+        put("present_only", "l0", alone["p"] @ z0 - np.linalg.solve(case["p"], z0))
+    return {"trials": trials, "points": POINTS, "least": min(least)} | {
+        part: summaries(residuals) for part, residuals in found.items()
+    }
+
+
+def _history_gains(inverse: dict[str, Any], z0: Array, z2: Array) -> Array:
+    """L_4i and L_5ij of Lemma 5 at the Gauss points where only Z_0 and Z_2i are not zero; L_3, L_6 and L_7 then are."""
+    heads = np.concatenate([z0, *z2], axis=1)
+    gains = [
+        np.einsum("tij,twj,wq->tiq", inverse["s"][i], Z[i], inverse["h"][:, PART[i]].T @ heads).ravel() for i in EACH
+    ]
+    return np.concatenate(gains)
+
+
+def _moment(slope: Array, count: int) -> Array:
+    """K of Theorem 4, by a Gauss rule of `count` points on each [-τ_i, 0]."""
+    moment = np.zeros((K * WIDTH, K * WIDTH))
+    points, weights = np.polynomial.legendre.leggauss(count)
+    for i in EACH:
+        s = (points - 1.0) / 2.0 * DELAYS[i]
+        z = np.kron(np.vander(s, DEGREE + 1, increasing=True)[:, :, None], np.eye(N))
+        inverse = np.linalg.inv(_multiplier(slope[i], s))
+        moment[PART[i], PART[i]] = np.einsum("t,twi,tij,tvj->wv", weights / 2.0 * DELAYS[i], z, inverse, z)
+    return moment
+
+
+def _multiplier(slope: Array, s: Array) -> Array:
+    """S_i at the points s: symmetric, of degree one."""
+    return np.asarray(2.0 * np.eye(N) + s[:, None, None] * (slope + slope.T))
 
 
 def _coercive(rng: np.random.Generator) -> dict[str, Any]:
-    """A coercive operator (8) with Q_i = H_iZ, R_ij = ZᵀΓ_ijZ, and its matrix on the Gauss points."""
+    """An operator (8) with Q_i = H_iZ, R_ij = ZᵀΓ_ijZ, and its matrix on the Gauss points.
+
+    S_i is at least the identity on [-τ_i, 0]; Q and R are halved until the operator is coercive.
+    """
     root = rng.standard_normal((N, N))
     p = 3.0 * np.eye(N) + 0.1 * (root + root.T)
-    h = 0.2 * rng.standard_normal((N, K * WIDTH))
+    h = rng.standard_normal((N, K * WIDTH))
     g = rng.standard_normal((K * WIDTH, K * WIDTH))
-    gamma = 0.1 * (g + g.T)
-    slope = 0.2 * rng.standard_normal((K, N, N))
-    s = [2.0 * np.eye(N) + points[:, None, None] * (slope[i] + slope[i].T) for i, (points, _) in enumerate(NODES)]
-    return {"p": p, "h": h, "gamma": gamma, "s": s, "operator": _matrix(p, h, s, gamma)}
+    gamma = 0.5 * (g + g.T)
+    slope = rng.standard_normal((K, N, N))
+    slope /= 2.0 * LAST * np.linalg.norm(slope, 2, axis=(1, 2))[:, None, None]
+    s = [_multiplier(slope[i], points) for i, (points, _) in enumerate(NODES)]
+    while (least := _least_eigenvalue(operator := _matrix(p, h, s, gamma))) < COERCIVE:
+        h, gamma = h / 2.0, gamma / 2.0
+    return {"p": p, "h": h, "gamma": gamma, "s": s, "slope": slope, "operator": operator, "least": least}
+
+
+def _least_eigenvalue(operator: Array) -> float:
+    """Of (8), in the inner product of Sec. IV: ⟨x, 𝒫x⟩ is at least this times ‖x‖²."""
+    weights = np.sqrt(np.concatenate([np.full(N, LAST), *(np.repeat(pair[1], N) for pair in NODES)]))
+    return float(np.linalg.eigvalsh(operator * weights[:, None] / weights)[0])
 
 
 def _matrix(p: Array, h: Array, s: list[Array], gamma: Array, right: list[Array] | None = None) -> Array:
@@ -84,8 +155,10 @@ def _inverse(case: dict[str, Any], corrected: bool) -> dict[str, Any]:
     return {"p": p_hat, "h": h_hat, "gamma": gamma_hat, "s": s_hat, "moment": moment, "operator": operator}
 
 
-def _lemma_5(case: dict[str, Any], inverse: dict[str, Any], rng: np.random.Generator, corrected: bool) -> float:
-    """Largest difference between ℒy by the formulas of Lemma 5 and P⁻¹𝒵y, for random 𝒵 and y; P⁻¹ numerically."""
+def _lemma_5(
+    case: dict[str, Any], inverse: dict[str, Any], rng: np.random.Generator, corrected: bool, other: bool = False
+) -> Array:
+    """ℒy by Lemma 5 less P⁻¹𝒵y, for random 𝒵 and y; P⁻¹ numerically. other: X_j of another delay in L_6i."""
     q = 1
     z0, z2 = rng.standard_normal((N, q)), rng.standard_normal((K, N, q))
     z3 = rng.standard_normal((K, N, WIDTH // N * q))  # Z_3i(θ) = z3_i (Z(θ)⊗I_q)
@@ -114,5 +187,7 @@ def _lemma_5(case: dict[str, Any], inverse: dict[str, Any], rng: np.random.Gener
         inside = inverse["h"][:, PART[i]].T @ head + injected[i]
         inside = inside + sum(inverse["gamma"][PART[i], PART[j]] @ pulled[j] for j in EACH)
         x = np.einsum("tij,twj->tiw", inverse["s"][i], Z[i])
-        result.append((np.einsum("tiw,w->ti", x, inside) + np.einsum("tiw,tw->ti", x, local[i])).ravel())
-    return float(np.abs(np.concatenate(result) - exact).max())
+        shift = np.linalg.inv(_multiplier(case["slope"][i - 1], NODES[i][0])) if other else inverse["s"][i]
+        sixth = np.einsum("tij,twj->tiw", shift, Z[i])
+        result.append((np.einsum("tiw,w->ti", x, inside) + np.einsum("tiw,tw->ti", sixth, local[i])).ravel())
+    return np.asarray(np.concatenate(result) - exact)

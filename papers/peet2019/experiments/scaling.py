@@ -20,6 +20,8 @@ ROUGH = SdpaOptions(tolerance=1e-7, scale=1e2, gap=1.0, residual=1e-5)
 """For Example 4: the infimum of γ is zero, known and not attained, so that a gap says nothing; any small γ serves."""
 CERTIFY = SdpaOptions(tolerance=1e-5, scale=1e4, gap=1e-2, residual=1e-6)
 """For Example 4 at a given level: any feasible point serves, and a start larger than it takes fewest iterations."""
+TINY = 1e-9
+"""Entries below this are rounding, where those of the matrix are of size one."""
 SMALL_LEVEL = 9e-4
 """Below the printed bound .001."""
 
@@ -90,12 +92,23 @@ def sizes(states: list[int], delays: list[int]) -> Json:
     return {"cells": [{"states": n, "delays": k, "equalities": count} for n, k, count in cells]}
 
 
-def example_4_roots(states: list[int], delays: list[int]) -> Json:
-    """Rightmost root for a Jordan block of eigenvalue 1 and of eigenvalue 0, over all cells.
+def example_4_roots(states: list[int], delays: list[int], eigenvalues: list[float]) -> Json:
+    """For each eigenvalue of the Jordan block: the rightmost roots over all numbers of delays, and of zero the growth.
 
-    n states have the roots of one, n times. As a multiple root is found to the n-th root of rounding only, those for
-    eigenvalue 1 are found with one state; for eigenvalue 0 all are zero.
+    n states have the roots of one, n times. As a multiple root is found to the n-th root of rounding only, they are
+    found with one state. growth: with eigenvalue zero all n roots are zero, and some free motion grows like t to this
+    power: the index of the nilpotent J less one, over all numbers of states, the least first.
     """
-    one = [float(rightmost_roots(example_4(1, k, jordan=1.0), 1)[0].real) for k in delays]
-    roots = {"one": one, "zero": [0.0 for _ in states]}
-    return {name: {"largest": max(values), "smallest": min(values)} for name, values in roots.items()}
+    found: Json = {}
+    for eigenvalue in eigenvalues:
+        roots = [float(rightmost_roots(example_4(1, k, jordan=eigenvalue), 1)[0].real) for k in delays]
+        found[f"{eigenvalue:g}"] = {"largest": max(roots), "smallest": min(roots)}
+    return {"roots": found, "growth": [_nilpotency(example_4(n, 1, jordan=0.0).a[0]) - 1 for n in states]}
+
+
+def _nilpotency(matrix: np.ndarray[Any, np.dtype[np.float64]]) -> int:
+    """The least power of a nilpotent matrix that vanishes."""
+    power, index = matrix, 1
+    while np.abs(power).max() > TINY:
+        power, index = power @ matrix, index + 1
+    return index

@@ -1,0 +1,110 @@
+"""LMI (3), and with it Theorem 1, in finite dimensions: X = Z = R^n, all operators matrices, with D.
+
+For random plants a P and a Z near the best are found without a solver, by a Riccati equation. The least γ at which
+(3) holds for them is then compared with the gain of the error dynamics (6), computed by the Hamiltonian test.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.linalg import solve_continuous_are
+
+from replication.estimation.delay.observer import ErrorSystem
+from replication.estimation.delay.response import hinf_norm
+from replication.estimation.validation import Array
+
+N, INPUTS, OUTPUTS, MEASURED = 3, 2, 2, 1
+ABOVE = 1.02
+"""Level, over the gain of the error dynamics, for which P is made."""
+SLACK = 1e-4
+"""Weight of |e|² in the Riccati equation, which makes the inequality strict."""
+TIGHT = 1e-9
+"""Relative width to which the least γ of (3) is bisected."""
+
+
+def matrix_3(p: Array, z: Array, plant: dict[str, Array], gamma: float) -> Array:
+    """The matrix of LMI (3), in the order (e, w, v)."""
+    half = p @ plant["a"] + z @ plant["c2"]
+    cross, c1 = -(p @ plant["b"] + z @ plant["d"]), plant["c1"]
+    return np.block(
+        [
+            [half + half.T, cross, c1.T],
+            [cross.T, -gamma * np.eye(INPUTS), np.zeros((INPUTS, OUTPUTS))],
+            [c1, np.zeros((OUTPUTS, INPUTS)), -gamma * np.eye(OUTPUTS)],
+        ]
+    )
+
+
+def least_level(p: Array, z: Array, plant: dict[str, Array], start: float) -> float:
+    """Upper end of a bracket of the least γ at which (3) holds for P and Z; doubled from `start` until it does."""
+    high = start
+    while np.linalg.eigvalsh(matrix_3(p, z, plant, high))[-1] >= 0.0:
+        high *= 2.0
+    low = 0.0
+    while high - low > TIGHT * high:
+        middle = (low + high) / 2.0
+        holds = np.linalg.eigvalsh(matrix_3(p, z, plant, middle))[-1] < 0.0
+        low, high = (low, middle) if holds else (middle, high)
+    return high
+
+
+def lmi_3(trials: int, seed: int) -> dict[str, Any]:
+    """Gain of (6) over the least γ of (3), over random plants, with L = P⁻¹Z, and as a control with -P⁻¹Z.
+
+    largest, smallest: of the ratio. storage: least eigenvalue of all P. form: by how much the quadratic form of (3)
+    differs from that of Theorem 1, V' - γ|w|² - γ|v|² + 2⟨v, C_1e⟩ along (6), relatively. reversed: how many of the
+    control's error dynamics are unstable or have a gain above the level.
+    """
+    rng = np.random.default_rng(seed)
+    ratios, storage, form, reverse = [], [], [], 0
+    for _ in range(trials):
+        plant, gain = _drawn(rng)
+        norm = _gain(plant, gain)
+        a, b = plant["a"] + gain @ plant["c2"], -(plant["b"] + gain @ plant["d"])
+        level = ABOVE * norm
+        weight = plant["c1"].T @ plant["c1"] / level + SLACK * np.eye(N)
+        p = np.asarray(solve_continuous_are(a, b, weight, -level * np.eye(INPUTS)))
+        z = p @ gain
+        least = least_level(p, z, plant, level)
+        found = np.linalg.solve(p, z)
+        ratios.append(_gain(plant, found) / least)
+        storage.append(float(np.linalg.eigvalsh(p)[0]))
+        reverse += not _gain(plant, -found) <= least
+        e, w, v = (rng.standard_normal(size) for size in (N, INPUTS, OUTPUTS))
+        h = np.concatenate([e, w, v])
+        rate = (plant["a"] + found @ plant["c2"]) @ e - (plant["b"] + found @ plant["d"]) @ w
+        supply = 2.0 * e @ p @ rate - least * (w @ w + v @ v) + 2.0 * v @ plant["c1"] @ e
+        form.append(abs(h @ matrix_3(p, z, plant, least) @ h - supply) / (1.0 + abs(supply)))
+    return {
+        "trials": trials,
+        "largest": max(ratios),
+        "smallest": min(ratios),
+        "storage": min(storage),
+        "form": float(max(form)),
+        "reversed": reverse,
+    }
+
+
+def _drawn(rng: np.random.Generator) -> tuple[dict[str, Array], Array]:
+    """A plant, and a gain that makes its error dynamics stable."""
+    stable = rng.standard_normal((N, N))
+    stable -= (np.linalg.eigvals(stable).real.max() + rng.uniform(0.2, 1.0)) * np.eye(N)
+    gain, c2 = rng.standard_normal((N, MEASURED)), rng.standard_normal((MEASURED, N))
+    plant = {
+        "a": stable - gain @ c2,
+        "b": rng.standard_normal((N, INPUTS)),
+        "c1": rng.standard_normal((OUTPUTS, N)),
+        "c2": c2,
+        "d": rng.standard_normal((MEASURED, INPUTS)),
+    }
+    return plant, gain
+
+
+def _gain(plant: dict[str, Array], gain: Array) -> float:
+    """H∞ norm of the error dynamics (6), infinite if they are unstable."""
+    a = plant["a"] + gain @ plant["c2"]
+    if np.linalg.eigvals(a).real.max() >= 0.0:
+        return float("inf")
+    return hinf_norm(ErrorSystem(a, -(plant["b"] + gain @ plant["d"]), plant["c1"])).upper

@@ -1,0 +1,74 @@
+"""What the text leaves open, and the assumptions made for it: names, places and words of all readings."""
+
+from __future__ import annotations
+
+from papers.peet2019.experiments.readings import HOUSE
+from papers.peet2019.experiments.readings import READINGS as RULES
+from papers.peet2019.printed import DATA
+from replication.audit.model import Reading
+
+JORDAN = {
+    "jordan-negative": -1.0,
+    "jordan-zero": 0.0,
+    "jordan-one": 1.0,
+    "jordan-large": 8.0,
+}
+"""Eigenvalues of the Jordan block of Example 4 that are tried."""
+PADE, SINC = "pade-square", "sinc"
+ACCURATE = {"lumps-1-percent": 0.01, "lumps-10-percent": 0.1}
+"""Relative errors of the H∞ norm that count as accurate."""
+COST = {
+    "cost-printed": "the printed seconds",
+    "cost-equalities": "the equalities of our program, full cone",
+    "cost-seconds": "our CPU seconds, full cone, γ minimised",
+}
+DESKTOP, MEMORY, DAY = "desktop", 16.0, 86400.0
+"""A desktop computer: memory in GB, and seconds that a run may take."""
+SAME = 2.0
+"""Costs whose ratio is below this count as approximately the same."""
+
+READINGS = (
+    *(
+        Reading(name=name, place="Corollary 2; Part 1 has its cone", text=f"Theorem 3 as corrected. {rule.text}.")
+        for name, rule in RULES.items()
+    ),
+    Reading(
+        name=PADE,
+        place="Sec. X",
+        text=f"Order {DATA['pade-order']}: numerator and denominator of the Padé approximation both have this degree.",
+    ),
+    Reading(
+        name=SINC,
+        place="Sec. X, Example 2, and Fig. 1",
+        text="The sinc is sin(πx)/(πx) or sin(x)/x; centre, horizon and channels are scanned over a stated grid.",
+    ),
+    *(
+        Reading(name=name, place="Sec. IX-B", text=f"Accurate: H∞ norms of the loops of Examples 1-3, {allowed:.0%}.")
+        for name, allowed in ACCURATE.items()
+    ),
+    Reading(
+        name="jordan-zero",
+        place="Sec. X, Example 4",
+        text="J has the eigenvalue 0 and two states or more; with one state J is 0 and no free motion grows.",
+    ),
+    *(
+        Reading(name=name, place="Sec. X, Example 4", text=f"J has the eigenvalue {value:g}.")
+        for name, value in JORDAN.items()
+        if value
+    ),
+    *(
+        Reading(
+            name=name,
+            place="Sec. X, Example 4",
+            text=f"Cost: {what}. Approximately a function of n·K: within a factor of {SAME:g} at equal n·K.",
+        )
+        for name, what in COST.items()
+    ),
+    Reading(
+        name=DESKTOP,
+        place="Sec. I",
+        text=f"A desktop computer has {MEMORY:g} GB of memory, and a run may take one day.",
+    ),
+)  # fmt: skip
+
+__all__ = ["ACCURATE", "COST", "DAY", "DESKTOP", "HOUSE", "JORDAN", "MEMORY", "PADE", "READINGS", "SAME", "SINC"]

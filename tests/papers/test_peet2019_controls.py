@@ -1,0 +1,279 @@
+"""Each claim of the delay paper can fail: results that bear it out, altered, or another print, change its verdict.
+
+The results here are made up: of the shape that the experiments give, and such that every claim agrees.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from papers.peet2019 import PAPER
+from papers.peet2019.claims import cost
+from papers.peet2019.claims.gains import UNSHARP
+from papers.peet2019.claims.theory import LOOPS
+from papers.peet2019.experiments.identities import MISPRINTS
+from papers.peet2019.experiments.readings import READINGS
+from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
+from papers.peet2019.runs import OFF_THE_PRINT
+from replication.audit.judge.verdict import make_record
+from replication.audit.model import Claim, Kind, Proof, Verdict
+
+Results = dict[str, Any]
+Alteration = Callable[[Results], None]
+
+GOOD = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.CONSISTENT)
+SOLVER = {"name": "made up", "version": "0", "status": "optimal"}
+ROUNDED = {"largest": 1e-14, "median": 1e-15}
+WRONG = {"largest": 50.0, "median": 5.0}
+OPTIMUM = {example: float(DATA[f"gamma-{example}"]["pade"]) for example in EXAMPLES}
+
+
+def agreeing() -> Results:
+    """Results with which every claim that can be checked agrees with the text, degree 1 of Examples 2 and 3 too."""
+    found: Results = {
+        "lmi-3": {"trials": 3, "largest": 0.9, "smallest": 0.8, "storage": 0.1, "form": 1e-15, "reversed": 2},
+        "identities": {"trials": 3, "delays": [1, 2], "theorem_3": dict.fromkeys(MISPRINTS, WRONG) | {"none": ROUNDED}},
+        "inversion": {
+            "trials": 3,
+            "points": 9,
+            "least": 0.2,
+            "theorem_4": {"printed": WRONG, "corrected": ROUNDED, "right": ROUNDED, "squared": WRONG},
+            "lemma_5": {"printed": WRONG, "corrected": ROUNDED, "x-index": WRONG},
+            "present_only": {"corrected": ROUNDED, "l0": ROUNDED, "injected": WRONG},
+            "quadrature": {"corrected": ROUNDED},
+        },
+        "printed-signs": {"0.001": {"refuted": True}},
+        "fig1": {"scan": [{"gain": 0.5}, {"gain": 1.0}], "level": 2.33, "gain": 1.0, "lumped": 1.001, "solver": SOLVER},
+        "roots": {
+            "roots": {f"{value:g}": {"largest": value, "smallest": value} for value in (-1.0, 1.0, 8.0)},
+            "growth": [0, 1],
+        },
+        "sizes": {"cells": [_cell(n, k) for n, k, _ in published()]},
+        "measured": {"cells": [_cell(n, k, cone) for cone in cost.MEASURED_AS for n, k, _ in published()]},
+        "timed": {f"n{n}k{k}": {"assembly": 0.1, "solver": None} for n, k, _ in published()},
+        "readings": {name: {e: _reading(e) for e in OFF_THE_PRINT} for name in READINGS},
+    }
+    for name in LOOPS:
+        norms = [1.0, 1.0]
+        found[name] = {"storage": 0.1, "dissipation": -0.1, "abscissa": -1.0, "norms": norms, "orders": [9, 12]}
+        found[name] |= {"level": 1.1, "optimum": 1.0, "solver": SOLVER}
+    for example in EXAMPLES:
+        gamma, states = OPTIMUM[example], DATA["lumped-states"]
+        for degree in (*DEGREES, DATA["text-2-degree"]):
+            printed = float(DATA[f"gamma-{example}"].get(f"d{degree}", gamma))
+            rule = {"gamma": printed, "solver": SOLVER}
+            found[f"sos.ex{example}.d{degree}"] = {
+                "tensor": rule, "total": rule, "wide": rule, "clarabel": printed, "epsilon": {},
+            }  # fmt: skip
+        found[f"reference.ex{example}"] = {
+            "root": [0.4, 0.0], "pade": gamma, "pade_states": 9, "pade_status": "optimal", "pade_riccati": gamma,
+            "chebyshev": gamma, "exact": None if example == "1" else {"lower": gamma, "upper": gamma},
+        }  # fmt: skip
+        found[f"lumped.ex{example}"] = {"states": [states], "relative": [0.001]}
+        found[f"small.ex{example}"] = {"level": 0.0009, "solver": SOLVER}
+    return {f"{PAPER.key}.{name}": value for name, value in found.items()}
+
+
+def _cell(states: int, delays: int, cone: str = "total") -> dict[str, Any]:
+    size = float(states * delays)
+    run = {"cpu_seconds": size, "peak": 0.1, "gamma": 0.0009, "machine": "made up", "date": "2000-01-01"}
+    return {"states": states, "delays": delays, "cone": cone, "equalities": size, "residual": 0.0} | run
+
+
+def _reading(example: str) -> dict[str, Any]:
+    printed = float(DATA[f"gamma-{example}"]["d1"])
+    return {"gamma": printed, "rescaled": printed, "epsilon_from": 0.0, "epsilon_to": 1e-6, "solved": printed}
+
+
+def at(path: str, change: Callable[[Any], Any]) -> Alteration:
+    """Alter the value at a path of keys and indices, divided by slashes; its first key is an experiment."""
+
+    def alter(results: Results) -> None:
+        first, *inner, last = (int(key) if key.lstrip("-").isdigit() else key for key in path.split("/"))
+        place: Any = results[f"{PAPER.key}.{first}"]
+        for key in inner:
+            place = place[key]
+        place[last] = change(place[last])
+
+    return alter
+
+
+def to(value: Any) -> Callable[[Any], Any]:
+    return lambda _: value
+
+
+def by(factor: float) -> Callable[[Any], Any]:
+    return lambda value: value * factor
+
+
+def everywhere(example: str, degree: int) -> Alteration:
+    """Raise the least gain of Theorem 3 under every degree rule."""
+
+    def alter(results: Results) -> None:
+        at(f"sos.ex{example}.d{degree}/tensor/gamma", by(1.0005))(results)  # one object for all rules of the library
+        for parts in results["peet2019.readings"].values():
+            for part in (parts[example],) if example in parts and degree == 1 else ():
+                part |= {name: part[name] * 1.0005 for name in ("gamma", "rescaled")}
+
+    return alter
+
+
+def alterations() -> list[tuple[str, Alteration]]:
+    """(claim, alteration of the results under which it must not agree), for every claim that can be checked."""
+    found: list[tuple[str, Alteration]] = [
+        ("theory.lmi-3", at("lmi-3/largest", to(1.001))),
+        ("theory.lmi-3", at("lmi-3/storage", to(-1e-3))),
+        ("theory.theorem-1", at("lmi-3/largest", to(1.001))),
+        ("theory.theorem-3-feasible", at("loop.ex2/storage", to(-1e-9))),
+        ("theory.theorem-3-feasible", at("loop.ex2/dissipation", to(1e-9))),
+        ("theory.theorem-4", at("inversion/theorem_4/corrected", to(WRONG))),
+        ("theory.lemma-5", at("inversion/lemma_5/corrected", to(WRONG))),
+        ("theory.present-only", at("inversion/present_only/corrected", to(WRONG))),
+        ("theory.present-only", at("inversion/present_only/l0", to(WRONG))),
+        ("observer.lumped-states", at("lumped.ex2/relative/0", to(-0.02))),
+        ("fig1.below-level", at("fig1/scan/0/gain", to(2.34))),
+        ("scaling.desktop", at("measured/cells/0/gamma", to(None))),
+        ("scaling.desktop", at("measured/cells/0/peak", to(17.0))),
+        ("scaling.desktop", at("measured/cells/0/cpu_seconds", to(1e5))),
+    ]
+    for name in LOOPS:
+        found += [
+            (name, at(f"{name}/norms/-1", by(1.2))),
+            (name, at(f"{name}/abscissa", to(1e-9))),
+            ("theory.theorem-1", at(f"{name}/norms/-1", by(1.2))),
+            ("theory.vanishing-error", at(f"{name}/abscissa", to(1e-9))),
+        ]
+    for misprint in ("eq10-factor", "d-sign", "e-transposes", "f-sign", "theorem-1-sign"):
+        found.append((f"theory.{misprint}", at("identities/theorem_3/none", to(WRONG))))
+    for example in EXAMPLES:
+        for degree in DEGREES:
+            found.append((f"ex{example}.gamma-d{degree}", everywhere(example, degree)))
+        found += [
+            (f"ex{example}.gamma-pade", at(f"reference.ex{example}/pade", by(1.0005))),
+            (f"ex{example}.not-conservative", at(f"sos.ex{example}.d3/tensor/gamma", by(1.00001))),
+            (f"ex{example}.one-disturbance", at(f"small.ex{example}/level", to(0.0011))),
+        ]
+    for example in ("1", "2"):
+        degree = 3 if example == "1" else DATA["text-2-degree"]
+        found.append((f"ex{example}.text", at(f"sos.ex{example}.d{degree}/tensor/gamma", by(1.0005))))
+        found.append((f"ex{example}.unstable", at(f"reference.ex{example}/root/0", to(-1e-9))))
+    return found
+
+
+ALTERATIONS = alterations()
+CLAIMS = {claim.id.removeprefix(f"{PAPER.key}."): claim for claim in PAPER.claims}
+NOT_SETTLED = {"ex4.unstable"}
+"""Claims that are no citations and that the text does not settle: their outcomes must turn, not their verdict."""
+
+
+def verdict(claim: Claim, results: Results, proof_holds: bool = True) -> Verdict:
+    proof = None if claim.erratum is None else Proof(holds=proof_holds, text="")
+    try:
+        evidence, error = claim.answer(results), ""
+    except KeyError as missing:
+        evidence, error = None, repr(missing)
+    return make_record(claim, evidence, proof, error=error).verdict
+
+
+def fails(claim: Claim, results: Results, proof_holds: bool = True) -> bool:
+    """Whether the verdict is neither agreement nor an error."""
+    return verdict(claim, results, proof_holds) not in (*GOOD, Verdict.ERROR)
+
+
+def test_every_claim_has_a_control() -> None:
+    checked = {name for name, claim in CLAIMS.items() if claim.kind is not Kind.CITED}
+    by_print = {"table1.function-of-product"}
+    assert {name for name, _ in ALTERATIONS} | by_print | NOT_SETTLED == checked
+
+
+@pytest.mark.parametrize("name", sorted({name for name, _ in ALTERATIONS}))
+def test_a_claim_agrees_where_the_results_bear_it_out(name: str) -> None:
+    assert verdict(CLAIMS[name], agreeing()) in GOOD
+
+
+@pytest.mark.parametrize(("name", "number"), [(name, i) for i, (name, _) in enumerate(ALTERATIONS)])
+def test_a_claim_fails_where_the_results_do_not(name: str, number: int) -> None:
+    results = copy.deepcopy(agreeing())
+    ALTERATIONS[number][1](results)
+    assert fails(CLAIMS[name], results)
+
+
+@pytest.mark.parametrize(
+    "name", sorted(name for name, claim in CLAIMS.items() if claim.printed and claim.kind is not Kind.CITED)
+)
+def test_a_claim_fails_with_another_print(name: str) -> None:
+    claim = CLAIMS[name]
+    other = "<.0008" if claim.kind is Kind.BOUND else f"{float(claim.printed) * 1.01:.4f}"
+    assert fails(replace(claim, printed=other), agreeing())
+
+
+@pytest.mark.parametrize("name", sorted(name for name, claim in CLAIMS.items() if claim.erratum))
+def test_a_correction_counts_only_with_its_proof(name: str) -> None:
+    assert verdict(CLAIMS[name], agreeing()) is Verdict.REPRODUCED_AFTER_ERRATUM
+    assert fails(CLAIMS[name], agreeing(), proof_holds=False)
+
+
+def test_the_cost_is_a_function_of_the_product_only_while_equal_products_cost_alike(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    claim = CLAIMS["table1.function-of-product"]
+    assert verdict(claim, agreeing()) is Verdict.CONSISTENT
+    altered = [(n, k, str(float(text) * (2.5 if (n, k) == (1, 10) else 1.0))) for n, k, text in published()]
+    monkeypatch.setattr(cost, "published", lambda: altered)
+    evidence = claim.answer(agreeing())
+    assert evidence.holds is False
+    assert {outcome.reading: outcome.holds for outcome in evidence.outcomes} == {
+        "cost-printed": False, "cost-equalities": True, "cost-seconds": True,
+    }  # fmt: skip
+
+
+def test_whether_example_4_is_unstable_follows_the_roots() -> None:
+    claim, results = CLAIMS["ex4.unstable"], agreeing()
+    assert verdict(claim, results) is claim.expected
+    held = {outcome.reading: outcome.holds for outcome in claim.answer(results).outcomes}
+    results["peet2019.roots"] = {
+        "roots": {
+            name: {end: -value for end, value in ends.items()}
+            for name, ends in results["peet2019.roots"]["roots"].items()
+        },
+        "growth": [0, 0],
+    }
+    turned = {outcome.reading: outcome.holds for outcome in claim.answer(results).outcomes}
+    assert turned == {reading: not holds for reading, holds in held.items()}
+
+
+def test_the_outcomes_of_degree_one_follow_the_rules() -> None:
+    results = agreeing()
+    claim = CLAIMS["ex2.gamma-d1"]
+    outcomes = claim.answer(results).outcomes
+    assert {outcome.reading for outcome in outcomes} == set(READINGS)
+    results["peet2019.readings"]["z2-outer"]["2"] |= {"gamma": 2.46, "rescaled": 2.463}
+    found = {outcome.reading: outcome for outcome in claim.answer(results).outcomes}
+    # A rule whose certificates are those of z2-outer and more has its least gain at the print.
+    assert (found["z2-outer"].lower, found["z2-outer"].upper) == (float(DATA["gamma-2"]["d1"]) - UNSHARP, 2.46)
+    results["peet2019.readings"]["z2-wide"]["2"] |= {"gamma": 2.331, "rescaled": 2.332}
+    found = {outcome.reading: outcome for outcome in claim.answer(results).outcomes}
+    assert (found["z2-wide"].lower, found["z2-wide"].upper) == (OPTIMUM["2"], 2.331)
+    assert "z2-wide, z2-outer" in claim.answer(results).note
+
+
+def test_every_claim_names_a_reading_of_the_paper() -> None:
+    known = {"none", *(reading.name for reading in PAPER.readings)}
+    assert {claim.reading for claim in PAPER.claims} <= known
+    told = {
+        outcome.reading
+        for claim in PAPER.claims
+        if claim.kind is not Kind.CITED
+        for outcome in claim.answer(agreeing()).outcomes
+    }
+    assert told <= known
+
+
+def test_findings_are_short() -> None:
+    for finding in PAPER.findings(agreeing()):
+        assert len(finding.split()) <= 25, finding
