@@ -133,7 +133,9 @@ def test_a_printed_value_one_unit_off_is_not_reproduced() -> None:
 def test_changed_data_turn_claims_red() -> None:
     """A motor that ties the radius, and a table that agrees, are told from the pinned verdicts."""
     table = dict(result("shao.table"))
-    agreeing = {**table, "ratios": {**table["ratios"], problem.APO: [float(v) for v in printed.table_1("DRC-APO")]}}
+    column = {problem.APO: [float(v) for v in printed.table_1("DRC-APO")]}
+    readings = {choice: {**found, **column} for choice, found in table["readings"].items()}
+    agreeing = {**table, "ratios": {**table["ratios"], **column}, "readings": readings}
     assert verdict("shao.table.apo-3", {"shao.table": agreeing}) is Verdict.REPRODUCED
     weak = {**table, "radius": {**table["radius"], problem.APO: 1.5}}
     assert verdict("shao.stability.apo", {"shao.table": weak}) is Verdict.DIFFERS
@@ -194,7 +196,7 @@ def test_no_reading_hits_table_one_and_near_misses_are_chance() -> None:
     assert 0 < sum(found.distinct.values()) < sum(found.tried.values()) / 10
     words = " ".join(PAPER.findings({**results, **{name: result(name) for name in FINDINGS_USE}}))
     assert "Not searched: delays" in words
-    assert f"{100 * found.joint['apo'].values[0]:.2f}" in words
+    assert f"{100 * found.joint['apo'].values[0]:.2f}" in CLAIMS["shao.table.any-reading"].answer(results).note
     shares = [
         v for k, v in CLAIMS["shao.table.any-reading"].answer(results).quantities.items() if k.startswith("share")
     ]
