@@ -46,6 +46,8 @@ SECOND_TRANSCRIPTION_OF_THE_TEXT = {
 }
 BLOCKS = tuple(f"shao.{name}" for name in SEARCH)
 CLAIMS = {claim.id: claim for claim in PAPER.claims}
+DENIED = (Verdict.DIFFERS, "refuted")
+"""Verdicts on a statement that does not hold."""
 FINDINGS_USE = ("shao.bounds", "shao.theorem", "shao.table", "shao.transients", "shao.orderings")
 EXPERIMENTS = {experiment.name: experiment for experiment in PAPER.experiments}
 
@@ -138,7 +140,7 @@ def test_changed_data_turn_claims_red() -> None:
     agreeing = {**table, "ratios": {**table["ratios"], **column}, "readings": readings}
     assert verdict("shao.table.apo-3", {"shao.table": agreeing}) is Verdict.REPRODUCED
     weak = {**table, "radius": {**table["radius"], problem.APO: 1.5}}
-    assert verdict("shao.stability.apo", {"shao.table": weak}) is Verdict.DIFFERS
+    assert verdict("shao.stability.apo", {"shao.table": weak}) in DENIED
 
 
 def test_erratum_without_its_proof_does_not_count() -> None:
@@ -175,7 +177,7 @@ def test_bounds_of_the_proof_are_approached_and_a_broken_one_is_told() -> None:
     bounds = result("shao.bounds")
     assert 0.2 < bounds["worst"]["12"] <= 1
     broken = {**bounds, "worst": {**bounds["worst"], "14": 1.01}}
-    assert verdict("shao.theory.estimate-bound", {"shao.bounds": broken}) is Verdict.DIFFERS
+    assert verdict("shao.theory.estimate-bound", {"shao.bounds": broken}) in DENIED
 
 
 def test_weak_gain_finding_is_not_an_artefact_of_the_table_experiment() -> None:
