@@ -74,7 +74,7 @@ READINGS = (
     _reading("start-true", FIGURES, "The observer starts at ζ(0) = x(0); the rest as literal."),
     _reading(
         SLOWEST,
-        FIGURES,
+        "Secs. I and V, Figs. 2 and 3",
         "Transients are compared by their slowest mode, which all starts but those of a subspace excite.",
     ),
     _reading(

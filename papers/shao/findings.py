@@ -113,8 +113,8 @@ def _against_a_fast_sensor(results: Results) -> tuple[str, str]:
     gaps = [own / fast - 1 for own, fast in zip(ratios[APO], ratios[FAST], strict=True)]
     upper = max(abs(gap) for gap, sigma in zip(gaps, FREQUENCIES, strict=True) if sigma >= FREQUENCIES[1])
     return (
-        f"In the steady state DRC-APO nearly tracks like a fast sensor: from {FREQUENCIES[1]:g} rad/s on the errors "
-        f"agree within {upper:.1%}.",
+        f"In the steady state DRC-APO tracks nearly like a fast sensor: at {FREQUENCIES[1]:g} rad/s and the higher "
+        f"frequencies of Table I errors agree within {upper:.1%}.",
         f"At {FREQUENCIES[0]:g} rad/s the steady-state error of DRC-APO is {abs(gaps[0]):.0%} "
         f"{'larger' if gaps[0] > 0 else 'smaller'} than with a fast sensor.",
     )

@@ -34,7 +34,9 @@ def residual(method: str, gap: float, as_printed: Evidence | None = None) -> Evi
 def same_estimates(results: Results) -> Evidence:
     """The discrete-time observer gives the estimates of the sampled-data observer at the instants."""
     gap = max(results["table"]["agreement"][APO])
-    return residual("responses by (7) against (3) integrated between the instants, transients included", gap)
+    return residual(
+        "responses of the printed example by (7) and by (3) integrated between the instants, with transients", gap
+    )
 
 
 @THEOREM.feasible("theory.error-equations", place="eqs. (9) and (10)", uses="motor")
@@ -79,7 +81,7 @@ def step_bounds(results: Results, *names: str, method: str = RANDOM) -> Evidence
 
 @THEOREM.feasible("theory.output-bounds", place="eqs. (12) and (13)", uses="bounds")
 def output_bounds(results: Results) -> Evidence:
-    """The output changes over a fast period by no more than the printed bounds."""
+    """Over a fast period the rate and the change of the output stay within (12) and (13)."""
     return step_bounds(results, "12", "13")
 
 
@@ -107,14 +109,13 @@ def estimate_bound(results: Results) -> Evidence:
     "theory.prediction-rate",
     place="Sec. IV, above eq. (15)",
     uses="theorem",
-    reading="from-measurement",
-    pinned="differs",
+    reading="from-estimate",
 )
 def prediction_rate(results: Results) -> Evidence:
     """Over a fast period the virtual output (6) changes by the integral of C A ζ + C B u, up to terms of order T²."""
     order = results["theorem"]["increment_order"]
     return by_margin(
-        {f"from-{start}": order[APO][start] - 1 for start in ("measurement", "estimate")},
+        {f"from-{start}": order[APO][start] - 1 for start in ("estimate", "measurement")},
         method=(
             "power of T with which the two sides part as T → 0, for the printed loop and the worst unit ζ, u and ȳ, "
             "less one"

@@ -220,8 +220,8 @@ FIGURES = (
         name="error-frequency",
         place="Table I",
         title="Tracking error against frequency",
-        caption="Steady state, largest error over all times, with the points of Table I. The text leaves open which of "
-        "the three DRC-PMI is meant.",
+        caption="Steady state, largest error over all times, with the points of Table I. The text leaves open which "
+        "DRC-PMI is meant; three are drawn.",
         uses=("frequencies",),
         data=error_curves,
         plot=plot_error_curves,
@@ -231,9 +231,9 @@ FIGURES = (
         name="lag",
         place="eqs. (2) and (6)",
         title="Bias of held and of virtual measurements",
-        caption="Mean lag of the position estimate for a very slow reference. A held measurement is late by half the "
-        "hold on average; (6) has the same lag at frequencies far below its slow rate. So the lag does not explain the "
-        "difference of the columns of Table I, whose frequencies lie above that rate.",
+        caption="Mean lag of the position estimate for a very slow reference. A held measurement makes the estimate "
+        "late by about half the hold, and so does (6), for references far below its slow rate. The frequencies of "
+        "Table I lie above that rate: the lag shown here does not tell its columns apart.",
         uses=("lags",),
         data=lag_curves,
         plot=plot_lag_curves,

@@ -144,9 +144,9 @@ def as_printed(column: str) -> Change:
     return change
 
 
-def rated(results: dict[str, Any]) -> None:
-    """(6) has the rate from either start."""
-    results["theorem"]["increment_order"][APO] = {"measurement": 2.0, "estimate": 2.0}
+def jumping(results: dict[str, Any]) -> None:
+    """(6) has the rate from neither start."""
+    results["theorem"]["increment_order"][APO] = {"measurement": 0.0, "estimate": 0.0}
 
 
 def repaired(results: dict[str, Any]) -> None:
@@ -163,7 +163,7 @@ CHANGES: dict[str, Change] = {
     "theory.lyapunov": put("theorem/motor/smallest", -1e-3),
     "theory.output-bounds": put("bounds/worst/13", 1.01),
     "theory.estimate-bound": put("bounds/worst/14", 1.01),
-    "theory.prediction-rate": rated,
+    "theory.prediction-rate": jumping,
     "theory.prediction-bound": repaired,
     "theory.collected-constant": put("bounds/worst/17", 1.01),
     "theory.contraction": put("theorem/factor_gap", 1e-3),
