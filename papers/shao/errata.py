@@ -9,7 +9,7 @@ from papers.shao.printed import DATA
 from papers.shao.problem import DESIGN
 from replication.audit.model import Erratum, Proof, Results
 
-CONVERSION = "The text at hand is a conversion, which may have lost the dots."
+CONVERSION = "The text at hand is a conversion, which may have misread the dots."
 
 
 def feedforward_orders(results: Results) -> Proof:

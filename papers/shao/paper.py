@@ -53,8 +53,8 @@ PAPER = paper(
         Part(
             "Dots over symbols",
             reason=(
-                "The text at hand is a conversion, which loses dots easily: the misprints shao.feedforward-orders and "
-                "shao.third-state may be its own."
+                "The text at hand is a conversion, which misreads dots easily: the misprints shao.feedforward-orders "
+                "and shao.third-state may be its own."
             ),
         ),
         Part("Fig. 1", reason="A block diagram; it holds no data."),

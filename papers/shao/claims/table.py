@@ -67,8 +67,8 @@ def cell(column: str, index: int, results: Results) -> Evidence:
         ),
         quantities={"lifted against simulated, rad": table["agreement"][observer][index]},
         note=(
-            "The manuscript leaves the simulation open, the time window too. One number alone comes out under many of "
-            "the readings searched; whether all twelve do under one is a claim of its own."
+            "The manuscript leaves the simulation open, the time window too. The readings listed are not all that were "
+            "searched: whether all twelve numbers come out under one of those is a claim of its own."
         ),
     )
 
@@ -186,12 +186,15 @@ def growing(column: str, results: Results) -> Evidence:
         },
         method=f"{STEADY}; the step with the smallest growth counts",
         quantities={
-            "other readings of loop and command": len(structures),
+            "stable readings of loop and command": len(structures),
             "of these, readings in which it holds": sum(
                 all(a * (1 + TIED) < b for a, b in pairwise(found)) for found in structures
             ),
         },
-        note="The further readings take L as a discrete gain, the observer in its current form, or another command.",
+        note=(
+            "The readings that are only counted take L as a discrete gain too, the observer in its current form, or "
+            "another command or timing of the reference."
+        ),
     )
 
 

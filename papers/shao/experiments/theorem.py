@@ -33,8 +33,9 @@ POINTS = 40
 def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
     """Condition (18) for the motor, both sides of (15) at small T, the counter-example, and the slow rates.
 
-    periods: decreasing T in s for the limits. ratios: M of the counter-example. repaired_gap: (15) with the repaired
-    predictor. increment_order: `increment_order` of (6) and of the repaired predictor from either start.
+    periods: decreasing T in s for the limits. ratios: M of the counter-example. printed_gap: (15) at the printed T.
+    repaired_gap: (15) with the repaired predictor. increment_order: `increment_order` of (6) and of that predictor,
+    from either start.
     """
     motor, scalar = theorem_constants(DESIGN), theorem_constants(COUNTEREXAMPLE)
 
@@ -55,6 +56,7 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
             name: [prediction_gap(replace(design, period=T)) for T in periods]
             for name, design in (("motor", DESIGN), ("scalar", COUNTEREXAMPLE))
         },
+        "printed_gap": prediction_gap(DESIGN),
         "repaired_gap": [prediction_gap(replace(DESIGN, period=T), repaired=True) for T in periods],
         "increment_order": {
             name: {
