@@ -146,7 +146,8 @@ def prediction_bound(results: Results) -> Evidence:
         1 - worst / bound,
         method=(
             "left over right side of (15) at the first instant after a measurement, for the printed loop at the "
-            "smallest T listed, from the exact y_p(t_k) − y(t_k) = −C e^{AT} ξ(t_{k−1}) with V(χ(t_{k−1})) = 1 and the worst ξ"
+            "smallest T listed, from the exact y_p(t_k) − y(t_k) = −C e^{AT} ξ(t_{k−1}), V(χ(t_{k−1})) = 1 and the "
+            "worst ξ"
         ),
         cross_check="the same for the scalar loop of the counter-example",
         quantities={
