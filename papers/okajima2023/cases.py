@@ -15,12 +15,16 @@ Json = dict[str, Any]
 
 HALF_UNIT_OF_GAINS = 0.0005
 """Half a unit in the last printed place of the gains."""
+HALF_UNIT_OF_POLES = 0.0005
+"""Half a unit in the last printed place of the poles of A."""
 SEEDS, SEED = 2000, 20230302
 """Draws for the distribution of g_sim, and the seed of all simulations."""
 IDENTITY_TRIALS = 50
 DIAGONAL_STEP, LARGEST_ENTRY, WIDER = 0.01, 3, 5
 """Grids of the search behind Sec. IV-C: step of the diagonal of A, largest entry of C, and of its possible rivals."""
 WORST_HORIZON = 300
+SUMMED_SLACK, SUMMED_DRAWS, SUMMED_LAST = 0.05, 20, 59
+"""The steps (26)-(28): level over the smallest one of Theorem 1, relative; random noises; last instant of each."""
 
 LARGEST_PERIOD = 6
 PERIOD_TABLE = tuple(f"period-table-{first}" for first in range(1, LARGEST_PERIOD + 1))
@@ -76,6 +80,9 @@ _SIMULATED = {**CASES, "proposed": _PROPOSED}
 _TIMED = {f"timing-{n}": {**both((3, 3), n - 1), "gains": GAINS[str(37 + n)]} for n in (1, 2, 3)}
 _NOISE = {"sigma": float(DATA["sigma"]), "noisy": DATA["last-noise"], "last": DATA["last-summed"]}
 _DRAWN = {"seeds": SEEDS, "seed": SEED, "parts": len(DRAWS)}
+_GAINS_OF = {name: {**inputs, "gains": GAINS[name]} for name, inputs in GAIN_SETS.items()}
+_SUMMED = {"slack": SUMMED_SLACK, "draws": SUMMED_DRAWS, "last": SUMMED_LAST, "seed": SEED}
+_ERROR_POLES = [pole[0] for pole in poles(DATA["error-poles"])]
 _WORST = {"case": _PROPOSED, "horizon": WORST_HORIZON}
 _ROUNDED = [
     *({**both(periods), "claims": [table_claim(periods)]} for periods in TABLE_1),
@@ -112,8 +119,9 @@ EXPERIMENTS = (
         experiment(name, designs.period_row, plant=PLANT, first=first, largest=LARGEST_PERIOD)
         for first, name in enumerate(PERIOD_TABLE, start=1)
     ),
-    experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **_unsensed(both((2, 1)))),
+    experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **_unsensed(both((2, 1))), analysed=_GAINS_OF),
     experiment("identities", identities.identities, trials=IDENTITY_TRIALS, seed=SEED),
+    experiment("summation", identities.summation, plant=PLANT, **_PROPOSED, **_SUMMED),
     experiment("observability", identities.observability, plant=PLANT),
     experiment("observable-not-detectable", identities.observable_but_not_detectable),
     experiment("product-orders", identities.product_orders, plant=PLANT, **_unsensed(_PROPOSED), gains=GAINS["33"]),
@@ -122,15 +130,28 @@ EXPERIMENTS = (
         experiment(name, simulations.draws, plant=PLANT, cases=_SIMULATED, **_NOISE, **_DRAWN, part=part)
         for part, name in enumerate(DRAWS)
     ),
+    experiment("timing-draws", simulations.timing_draws, plant=PLANT, cases=_TIMED, **_NOISE, seeds=SEEDS, seed=SEED),
     experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, **_WORST, seed=SEED),
     experiment("unstable.as-printed", unstable.as_printed, plant=PLANT, gains=GAINS["42"]),
+    experiment(
+        "unstable.diagonals",
+        unstable.diagonals,
+        printed_A=matrix(DATA["unstable-A"]),
+        C=PLANT["C"],
+        printed_gains=GAINS["42"],
+        stated_poles=poles(DATA["poles"]),
+        stated_error_poles=_ERROR_POLES,
+        half_unit=HALF_UNIT_OF_POLES,
+        bound=LARGEST_ENTRY,
+    ),
     experiment(
         "unstable.recovered",
         unstable.recovered,
         printed_A=matrix(DATA["unstable-A"]),
         printed_gains=GAINS["42"],
         stated_poles=poles(DATA["poles"]),
-        stated_error_poles=[pole[0] for pole in poles(DATA["error-poles"])],
+        stated_error_poles=_ERROR_POLES,
+        printed_inputs={name: PLANT[name] for name in ("B_d", "D")},
         half_unit=HALF_UNIT_OF_GAINS,
         step=DIAGONAL_STEP,
         bound=LARGEST_ENTRY,

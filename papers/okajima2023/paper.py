@@ -10,15 +10,20 @@ from papers.okajima2023.errata import ERRATA
 from papers.okajima2023.figures import FIGURES
 from papers.okajima2023.findings import findings
 from papers.okajima2023.printed import TABLE_1
+from papers.okajima2023.readings import READINGS
 from replication.audit.declare import Part, paper
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Formula, Table
 
 PARTS = (
+    Part("Abstract", reason="Says in short what is audited where the paper says it."),
+    Part(
+        "Sec. I, motivation and related work",
+        reason="Statements about other papers, whose texts are not at hand, and about ease of implementation.",
+    ),
     formulation.EARLIER,
-    Part("Sec. I, related work", reason="Statements about other papers; their texts are not at hand."),
     formulation.FORMULATION,
-    Part("Fig. 1, block diagram", reason="A drawing without data; its schedules are audited."),
+    Part("Fig. 1, block diagram", reason="A drawing without data; its schedules are audited, its D is an erratum."),
     Part("Remark 1, on zero measurements", reason="An explanation: the observer knows S_k."),
     theorems.THEOREMS,
     levels.LEVELS,
@@ -26,28 +31,40 @@ PARTS = (
         "Input matrix B_u", reason="It cancels in the error system, as the check of eq. (16) with a random B_u shows."
     ),
     Part(
-        "Symbols d_u, d_y1, d_y2 before Fig. 2",
-        reason="Defined nowhere; read as d, w₁ and w₂, which are zero after k = 500.",
+        "Symbols d_u, d_y1, d_y2 and “standard normal” before Fig. 2",
+        reason="Defined nowhere, and at odds with the deviations stated; read as d, w₁ and w₂ with those deviations, "
+        "zero after k = 500. Their common scale cancels in eq. (34).",
     ),
     simulation.SIMULATION,
     levels.TABLE,
     timing.TIMING,
+    simulation.TIMED,
     unstable.UNSTABLE,
-    Part("Computing times, and the solver mincx itself", reason="None printed; closed source."),
+    Part(
+        "The solver mincx, and computing times",
+        reason="Its source is closed, and no time is printed. By its documentation it stops at a relative accuracy of "
+        "1 % unless told otherwise.",
+    ),
     Part("Sec. V, conclusion", reason="Repeats statements that are audited where they are made."),
     blog.BLOG,
+    Part(
+        "The author's own program, to which the blog links",
+        reason="Public, but not at hand, and not used here. It could settle eq. (34), Sec. IV-C and the entry of "
+        "Table 1 that differs.",
+    ),
+    Part("Blog: other articles, courses and links", reason="About other works."),
 )
 
 TABLES = (
     Table(
         place="Table 1",
-        caption="Optimal level for several sensing periods, both sensors at instant 0.",
+        caption="Smallest level for several sensing periods, both sensors at instant 0.",
         header=("N₁, N₂", *(f"{a}, {b}" for a, b in TABLE_1)),
         rows=(("γ", *(f"claim:{table_claim(periods)}" for periods in TABLE_1)),),
     ),
     Table(
         place="Sec. IV-A",
-        caption="The multi-rate observer against three dual-rate ones, and one simulated ratio of each.",
+        caption="The multi-rate observer against three dual-rate ones, with a simulated ratio of each: one draw.",
         header=("Observer", "optimal level γ", "simulated ratio, eq. (34)"),
         rows=tuple(
             (who, f"claim:gamma.{'' if name == 'proposed' else 'case-'}{name.lower()}", f"claim:gsim.{name.lower()}")
@@ -56,8 +73,8 @@ TABLES = (
     ),
     Table(
         place="Sec. IV-B",
-        caption="Three timings of two sensors of period 3: optimal level, and the level of the printed gains.",
-        header=("Timing", "optimal level γ", "level of the printed gains"),
+        caption="Three timings of two sensors of period 3: smallest level, and l2 gain with the printed gains.",
+        header=("Timing", "optimal level γ", "l2 gain with the printed gains"),
         rows=tuple((f"Case {n}, θ₂ = {n - 1}", f"claim:timing.case-{n}", f"claim:gains.eq{37 + n}") for n in (1, 2, 3)),
     ),
 )
@@ -83,7 +100,7 @@ FORMULAS = (
         ),
     ),
     Formula(
-        text="Non-causal bound: no estimator, not even a smoother, has a smaller gain",
+        text="Non-causal bound: no estimator, not even a smoother that knows all measurements, has a smaller gain",
         latex=r"\gamma_{nc}^2 = \sup_\omega \lambda_{\max}\left(T_x^* T_x,\; I + T_y^* T_y\right)",
     ),
 )
@@ -112,6 +129,7 @@ PAPER = paper(
   doi     = {10.1109/ACCESS.2023.3249187}
 }""",
     parts=PARTS,
+    readings=READINGS,
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=FIGURES,

@@ -81,6 +81,7 @@ class Part:
         tolerance: str | None = None,
         tolerance_reason: str = "",
         reading: str = "",
+        repeats: str = "",
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
 
@@ -110,6 +111,7 @@ class Part:
                     tolerance_reason=tolerance_reason,
                     erratum=erratum,
                     reading=reading or self.reading,
+                    repeats=repeats,
                 )
             )
             return answer
@@ -168,7 +170,7 @@ def paper(
 ) -> Paper:
     """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, formulas, and the like.
 
-    Raises AuditError for a name that has the key in front already.
+    Raises AuditError for a name that has the key in front already, and for a claim that repeats one that is not there.
     """
 
     def one(name: str, link: str = ".") -> str:
@@ -189,6 +191,12 @@ def paper(
         return tuple(msgspec.structs.replace(row, claim=one(row.claim)) for row in sensitivity(results))
 
     parts = tuple(parts)
+    known = {claim.id for part in parts for claim in part.claims if not claim.repeats}
+    for claim in (claim for part in parts for claim in part.claims):
+        if claim.repeats and claim.repeats not in known:
+            raise AuditError(
+                f"claim {claim.id!r} repeats {claim.repeats!r}, which is no claim, or repeats another one itself"
+            )
     return Paper(
         key=key,
         claims=tuple(
@@ -198,6 +206,7 @@ def paper(
                 uses=full(claim.uses),
                 answer=own(claim.answer),
                 erratum=None if claim.erratum is None else one(claim.erratum),
+                repeats=claim.repeats and one(claim.repeats),
             )
             for part in parts
             for claim in part.claims

@@ -159,6 +159,7 @@ class Claim:
     tolerance: half-width other than half a unit in the last printed place; needs `tolerance_reason`.
     erratum: id of the erratum under which the claim is reproduced, if it is one of those.
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
+    repeats: id of the claim on a number or statement that this one only prints again; empty if it stands for itself.
     """
 
     id: str
@@ -173,6 +174,7 @@ class Claim:
     tolerance_reason: str = ""
     erratum: str | None = None
     reading: str = ""
+    repeats: str = ""
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

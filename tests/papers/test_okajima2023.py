@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 from papers.okajima2023 import PAPER
-from papers.okajima2023.cases import pair
+from papers.okajima2023.cases import SEED, both, pair
 from papers.okajima2023.claims.blog import longest_gap
 from papers.okajima2023.claims.levels import counterexamples
-from papers.okajima2023.experiments.designs import design, norm_of_gains
-from papers.okajima2023.experiments.simulations import distribution, draws, tail_probability
+from papers.okajima2023.experiments.designs import constant_matrix, design, norm_of_gains, of_filters
+from papers.okajima2023.experiments.identities import summation
+from papers.okajima2023.experiments.problem import build
+from papers.okajima2023.experiments.simulations import distribution, draws, tail_probability, timing_draws
 from papers.okajima2023.printed import GAINS, PLANT, TABLE_1
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Kind, ScopeItem, Verdict
@@ -23,6 +25,7 @@ from replication.audit.run.pool import Processes
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
 from replication.errors import InvalidInputError
+from replication.estimation.multirate.optimum import optimum
 
 ROOT = Path(__file__).resolve().parents[2]
 KEY = PAPER.key
@@ -137,3 +140,45 @@ def test_draws_depend_on_the_seed_and_not_on_the_parts() -> None:
         return distribution(answers, "own", {"own": 0.4})
 
     assert found(1, 1) == found(1, 3) != found(2, 3)
+
+
+def test_timings_are_ranked_by_draws_as_by_their_variance() -> None:
+    cases = {f"timing-{n}": {**both((3, 3), n - 1), "gains": GAINS[str(37 + n)]} for n in (1, 2, 3)}
+    found = timing_draws(PLANT, cases, 0.2, 500, 600, 200, SEED)
+    assert sum(found["least"].values()) == pytest.approx(1.0)
+    by_draws, by_variance = (sorted(cases, key=found[what].__getitem__) for what in ("mean_energy", "long_run"))
+    assert by_draws == by_variance == ["timing-2", "timing-3", "timing-1"]
+    for name, others in found["smaller"].items():
+        assert all(fraction + found["smaller"][other][name] == 1.0 for other, fraction in others.items())
+
+
+def test_steps_of_the_proof_hold_above_the_level_and_not_below() -> None:
+    def steps(slack: float) -> dict[str, float]:
+        return summation(PLANT, **both((2, 3)), gains=GAINS["33"], slack=slack, draws=3, last=20, seed=SEED)
+
+    above, below = steps(0.05), steps(-0.05)
+    assert above["epsilon"] > 0 > below["epsilon"]
+    assert above["largest_ratio"] < above["bound_28"] < above["level"]
+    assert max(above["sum_residual"], below["sum_residual"]) < 1e-12
+
+
+def test_one_matrix_does_not_exist_where_one_instant_alone_is_unstable() -> None:
+    analysed = {name: {**both((3, 3), theta), "gains": GAINS[name]} for theta, name in ((1, "39"), (2, "40"))}
+    found = constant_matrix(PLANT, [2, 1], [0, 0], analysed)["analyses"]
+    assert found["40"]["constant"] is None
+    assert found["40"]["largest_radius"] > 1 > found["39"]["largest_radius"]
+    assert found["39"]["constant"] > found["39"]["periodic"]
+
+
+@pytest.mark.parametrize(
+    ("periods", "sensors", "better"), [([2], [0], True), ([3], [1], False), ([2, 3], [0, 1], False)]
+)
+def test_filters_are_between_predictors_and_smoothers(periods: list[int], sensors: list[int], better: bool) -> None:
+    problem = build(PLANT, periods, [0] * len(periods), sensors)
+    predictor, smallest = optimum(problem), optimum(of_filters(problem))
+    # Smoothers do as well for the state of one instant earlier.
+    assert smallest.noncausal.value == pytest.approx(predictor.noncausal.value, rel=AGREEMENT)
+    assert predictor.noncausal.lower <= smallest.value * (1 + AGREEMENT)
+    assert (smallest.value < 0.99 * predictor.value) is better
+    if not better:
+        assert smallest.value == pytest.approx(predictor.value, rel=AGREEMENT)

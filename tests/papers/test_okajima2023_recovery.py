@@ -11,7 +11,7 @@ import pytest
 from papers.okajima2023 import certificates
 from papers.okajima2023.method.central_path import central_path
 from papers.okajima2023.method.input_recovery import recover_inputs, schedule_of
-from papers.okajima2023.method.recovery import recover_outputs, recover_poles
+from papers.okajima2023.method.recovery import exact_diagonals, recover_outputs, recover_poles
 from papers.okajima2023.printed import DATA, PLANT, matrix
 from papers.okajima2023.printed import GAINS as PRINTED_GAINS
 from replication.errors import AuditError, InfeasibleError, InvalidInputError
@@ -44,6 +44,32 @@ def rounded(values: Array, decimals: int) -> list[list[list[float]]]:
 
 
 # --- poles -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("diagonal", [(0.8, 1.3, 1.1), (0.5, 0.6, 1.5), (1.2, 1.0, 1.0)])
+def test_exact_diagonals_hold_the_planted_one_and_all_have_its_poles(diagonal: tuple[float, ...]) -> None:
+    def poles(values: list[float] | tuple[float, ...]) -> Array:
+        return np.sort_complex(np.linalg.eigvals(A_PLANTED - np.diag(np.diag(A_PLANTED)) + np.diag(values)))
+
+    stated = [[pole.real, pole.imag] for pole in poles(diagonal).astype(complex)]
+    found = exact_diagonals(A_PLANTED.tolist(), stated)
+    assert any(row == pytest.approx(diagonal, abs=1e-7) for row in found)
+    for row in found:
+        assert np.abs(poles(row) - poles(diagonal)).max() < 1e-7
+
+
+def test_two_diagonals_have_the_stated_poles() -> None:
+    """The one that the search on the grid finds is near one of them; the other differs by more than a tenth."""
+    first, second = exact_diagonals(A_41, STATED_POLES)
+    assert first == pytest.approx(np.diag(A_RECOVERED), abs=1e-3)
+    assert np.abs(np.array(second) - first).min() > 0.1
+
+
+def test_exact_diagonals_refuse_entries_that_cannot_be_told_apart() -> None:
+    with pytest.raises(InvalidInputError, match="cannot be told apart"):
+        exact_diagonals([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [1.0, 1.0, 1.0])
+    with pytest.raises(InvalidInputError, match="3"):
+        exact_diagonals([[1.0, 0.0], [0.0, 1.0]], [1.0, 1.0])
 
 
 @pytest.mark.parametrize("diagonal", [(0.8, 1.3, 1.1), (0.5, 0.6, 1.5)])

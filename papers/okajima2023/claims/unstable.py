@@ -6,12 +6,13 @@ from typing import Any
 
 from papers.okajima2023.claims.levels import solvers_of
 from papers.okajima2023.printed import DATA, bracketed, poles
+from papers.okajima2023.readings import RECOVERED_A, RECOVERED_PLANT, SECOND_A, UNROUNDED_GAINS
 from replication.audit.declare import Part, below, positive
-from replication.audit.model import Evidence, Numbers, Results
+from replication.audit.model import Evidence, Numbers, Outcome, Results
 
-UNSTABLE = Part("Sec. IV-C, unstable plant, gains (42)")
+UNSTABLE = Part("Sec. IV-C, unstable plant, gains (42)", reading=RECOVERED_PLANT)
 
-PRINTED, RECOVERED = "unstable.as-printed", "unstable.recovered"
+PRINTED, RECOVERED, ALL_DIAGONALS = "unstable.as-printed", "unstable.recovered", "unstable.diagonals"
 USES = (PRINTED, RECOVERED)
 DIAGONAL, SETTING = "diagonal-of-a", "setting-of-4c"
 AFTER: dict[str, Any] = {"uses": USES, "pinned": "reproduced after erratum"}
@@ -20,16 +21,16 @@ AFTER: dict[str, Any] = {"uses": USES, "pinned": "reproduced after erratum"}
 def _search_of_the_diagonal(results: Results) -> str:
     state = results[RECOVERED]["state"]
     return (
-        f"Of {state['tried']} diagonals on a grid of {state['step']}, {len(state['fits'])} gives the stated poles: "
-        f"{tuple(state['fits'][0])}."
+        f"The diagonal was chosen to have these poles: of {state['tried']} in steps of {state['step']}, "
+        f"{len(state['fits'])} has them, {tuple(state['fits'][0])}."
     )
 
 
 def _search_of_the_outputs(results: Results) -> str:
     found = results[RECOVERED]["outputs"]
     return (
-        f"Of {found['tried']} integer matrices C, {found['fits']} explains the stated poles by rounding: "
-        f"{bracketed(found['C'])}; "
+        f"C was chosen to have these poles: of {found['tried']} integer matrices with entries up to {found['bound']}, "
+        f"{found['fits']} has them within rounding, {bracketed(found['C'])}; "
         f"misfit {found['best_misfit']:.2f} of what rounding allows, the next {found['second_misfit']:.2f}."
     )
 
@@ -52,22 +53,40 @@ def _by_stated_order(found: list[list[float]]) -> Numbers:
 
 
 @UNSTABLE.feasible(
-    "unstable.same-setting", place="Sec. IV-C, before eq. (41)", erratum=DIAGONAL, uses=USES, pinned="differs"
+    "unstable.same-setting",
+    place="Sec. IV-C, before eq. (41)",
+    erratum=DIAGONAL,
+    uses=(*USES, ALL_DIAGONALS),
+    pinned="differs",
+    reading=RECOVERED_A,
 )
 def same_setting(results: Results) -> Evidence:
-    """Nothing but the matrix A differs from the setting of Sec. IV-A."""
+    """If only the diagonal of A differs from Sec. IV-A, giving it the stated poles, the gains (42) stabilise A_e."""
     radius = _radius(results[RECOVERED]["outputs"]["error_poles_printed_C"])
+    found = results[ALL_DIAGONALS]
+    least = [row["least_radius"] for row in found["found"]]
     return positive(
         1 - radius,
-        method="Spectral radius over one period of A_e with the recovered A, the C of Sec. IV-A and the gains (42).",
+        method="Spectral radius over one period of A_e with this A, the C of Sec. IV-A and the gains (42).",
+        cross_check=(
+            f"{len(least)} real diagonals have the stated poles exactly; at {found['moved']} points of the rounding of "
+            f"these poles the radius is never below {min(least):.3f}."
+        ),
+        outcomes=tuple(
+            Outcome(reading=name, holds=size < 1, margin=1 - size)
+            for name, size in zip((RECOVERED_A, SECOND_A), (radius, *least[1:]), strict=True)
+        ),
         quantities={"spectral radius": radius},
-        note="the sentence names no A of its own; the one of eq. (41) is that of Sec. IV-A.",
+        note="An A that differs off its diagonal too is not considered.",
+        as_printed=positive(
+            1 - _radius(results[PRINTED]["error_poles"]), method="The same with A as printed, without the stated poles."
+        ),
     )
 
 
-@UNSTABLE.value("unstable.poles", DATA["poles"], erratum=DIAGONAL, **AFTER)
+@UNSTABLE.value("unstable.poles", DATA["poles"], erratum=DIAGONAL, reading=RECOVERED_A, **AFTER)
 def plant_poles(results: Results) -> Evidence:
-    """The poles of the unstable plant."""
+    """The poles of the matrix A of Sec. IV-C."""
     return Evidence(
         method="Eigenvalues of A with the recovered diagonal.",
         cross_check=_search_of_the_diagonal(results),
@@ -79,19 +98,22 @@ def plant_poles(results: Results) -> Evidence:
     )
 
 
-@UNSTABLE.feasible("unstable.is-unstable", place="Sec. IV-C, after eq. (41)", erratum=DIAGONAL, **AFTER)
+@UNSTABLE.feasible(
+    "unstable.is-unstable", place="Sec. IV-C, after eq. (41)", erratum=DIAGONAL, reading=RECOVERED_A, **AFTER
+)
 def plant_unstable(results: Results) -> Evidence:
-    """The plant is unstable."""
+    """The matrix A of Sec. IV-C has a pole outside the unit circle."""
     return positive(
         _radius(results[RECOVERED]["state"]["poles_recovered"]) - 1,
         method="Largest modulus of the eigenvalues of A with the recovered diagonal, minus one.",
+        note="The diagonal was chosen to have the stated poles, of which this follows.",
         as_printed=positive(_radius(results[PRINTED]["poles"]) - 1, method="The same for A as printed."),
     )
 
 
 @UNSTABLE.feasible("unstable.gains-optimal", place="Eq. (42)", erratum=SETTING, **AFTER)
 def gains_near_optimal(results: Results) -> Evidence:
-    """The gains (42) come from minimising the level under Theorem 2."""
+    """For the recovered plant, the gains (42) have the smallest level, up to the rounding of their entries."""
     inputs, achieved = results[RECOVERED]["inputs"], results[RECOVERED]["gains"]
     return below(
         achieved["norm"]["value"] - achieved["optimum"],
@@ -112,19 +134,23 @@ def gains_near_optimal(results: Results) -> Evidence:
             "relative excess, second best": inputs["second_excess"],
             "pairs of B_d and D tried": inputs["tried"],
         },
+        as_printed=positive(
+            1 - _radius(results[PRINTED]["error_poles"]),
+            method="Stability of A_e with A and C as printed, without which the gains have no finite level.",
+        ),
         note=(
-            "The text prints no level for this plant. Only the ratio of B_d to D is identifiable, and not the sign of "
-            "B_d."
+            "The text prints no level for this plant. B_d and D were chosen to make this excess least among those "
+            "tried, so it bears the choice out and does not test it; only their ratio is identifiable, up to a sign."
         ),
     )
 
 
 @UNSTABLE.value("unstable.error-poles", DATA["error-poles"], erratum=SETTING, uses=USES, pinned="differs")
 def error_poles(results: Results) -> Evidence:
-    """The poles of A_e with the gains (42)."""
+    """The poles of A_e with the gains (42), for the recovered A and C."""
     attained = results[RECOVERED]["attained"]
     return Evidence(
-        method="Eigenvalues of A_e with the gains (42) as printed, for the recovered plant.",
+        method="Eigenvalues of A_e with the gains (42) as printed, for the recovered A and C.",
         cross_check=_search_of_the_outputs(results),
         value=_by_stated_order(results[RECOVERED]["outputs"]["error_poles"]),
         quantities={
@@ -134,17 +160,21 @@ def error_poles(results: Results) -> Evidence:
         as_printed=Evidence(
             method="The same with A and C as printed.", value=_by_stated_order(results[PRINTED]["error_poles"])
         ),
+        outcomes=(
+            Outcome(reading=RECOVERED_PLANT, value=_by_stated_order(results[RECOVERED]["outputs"]["error_poles"])),
+            Outcome(reading=UNROUNDED_GAINS, value=_by_stated_order(attained["error_poles"])),
+        ),
         note=(
-            f"The gains are printed to three decimals. Changing them by at most {attained['largest_change']:.2g}, less "
-            f"than half a unit ({attained['half_unit']:g}), gives exactly the stated poles, so rounding explains the "
-            "difference; the poles come out to their digits only with gains that are not printed."
+            f"By search: changing the gains by at most {attained['largest_change']:.2g}, less than half a unit of "
+            f"their last place ({attained['half_unit']:g}), gives the stated poles, so the rounding of the printed "
+            "gains contains the print."
         ),
     )
 
 
 @UNSTABLE.feasible("unstable.stabilised", place="Sec. IV-C, after eq. (42)", erratum=SETTING, **AFTER)
 def error_stable(results: Results) -> Evidence:
-    """The gains (42) stabilise the error system of the unstable plant."""
+    """The gains (42) stabilise the error system of the recovered plant."""
     return positive(
         1 - _radius(results[RECOVERED]["outputs"]["error_poles"]),
         method="Spectral radius over one period with the gains (42), for the recovered plant.",
@@ -156,7 +186,7 @@ def error_stable(results: Results) -> Evidence:
 
 @UNSTABLE.feasible("unstable.designable", place="Sec. IV-C, last sentence", erratum=SETTING, **AFTER)
 def designable(results: Results) -> Evidence:
-    """Theorem 2 designs an observer for the unstable plant."""
+    """Theorem 2 designs an observer for the recovered plant, which is unstable."""
     result = results[RECOVERED]["design"]
     return below(
         result["reduced_lmi"]["norm"] / result["optimum"] - 1,
@@ -165,5 +195,5 @@ def designable(results: Results) -> Evidence:
         method="Exact norm of the gains of Theorem 2 (reduced form) relative to the exact optimum, recovered plant.",
         solvers=solvers_of(result),
         quantities={"optimum": result["optimum"], "norm of the gains": result["reduced_lmi"]["norm"]},
-        note="The plant as printed is stable, so the statement has no printed reading.",
+        note="The plant as printed is stable: a design for it would not bear the sentence out.",
     )

@@ -11,8 +11,10 @@ from papers.okajima2023.experiments.problem import Json, Matrix, bracket_json, b
 from papers.okajima2023.method.lmi import cyclic_size, lmi_analysis, lmi_design, theorem2_size
 from papers.okajima2023.method.reduced_lmi import LmiDesign, reduced_lmi_design
 from replication.audit.judge.perturb import Parameters, spread
+from replication.errors import InfeasibleError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum
+from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import white_noise_variance
@@ -23,7 +25,10 @@ INACCURATE = ("optimal", "optimal_inaccurate")
 
 
 def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sensors: list[int]) -> Json:
-    """Smallest achievable gain by Riccati and non-causal bound, by both LMIs, and the exact norms of all gains."""
+    """Smallest achievable gain by Riccati and non-causal bound, by both LMIs, and the exact norms of all gains.
+
+    filter: the smallest one of filters, which use the newest measurement too.
+    """
     problem = build(plant, periods, offsets, sensors)
     best = optimum(problem)
     central, reduced, printed = optimal_design(problem), reduced_lmi_design(problem), lmi_design(problem)
@@ -31,6 +36,7 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
     cyclic_variables, cyclic_rows = cyclic_size(problem)
     return {
         **optimum_json(best),
+        "filter": optimum(of_filters(problem)).value,
         "gains": central.gains.tolist(),
         "norm_central": bracket_json(l2_gain(problem.error_system(central.gains))),
         "reduced_lmi": _lmi(problem, reduced),
@@ -52,14 +58,50 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
     }
 
 
-def constant_matrix(plant: dict[str, Matrix], periods: list[int], offsets: list[int]) -> Json:
-    """Level of Theorem 2 if all P_k must be one matrix, beside the level with P_k of their own."""
+def of_filters(problem: MultirateProblem) -> MultirateProblem:
+    """The same problem for filters, which use y(k) for the state at k: that of predicting a state kept one instant."""
+    plant, n = problem.plant, problem.plant.order
+    kept = MultiratePlant(
+        A=np.block([[plant.A, np.zeros((n, n))], [np.eye(n), np.zeros((n, n))]]),
+        B_d=np.vstack([plant.B_d, np.zeros_like(plant.B_d)]),
+        C=np.hstack([plant.C, np.zeros_like(plant.C)]),
+        D=plant.D,
+        W=np.hstack([np.zeros_like(plant.W), plant.W]),
+    )
+    return MultirateProblem(kept, problem.schedule)
+
+
+def constant_matrix(
+    plant: dict[str, Matrix], periods: list[int], offsets: list[int], analysed: Mapping[str, Json]
+) -> Json:
+    """Levels if all P_k must be one matrix, beside those with P_k of their own.
+
+    Theorem 1 for the gains of each entry of `analysed` (periods, offsets, sensors, gains), None where one P does not
+    exist, with the largest spectral radius of any A_ek alone; and one design by Theorem 2.
+    """
     problem = build(plant, periods, offsets, list(range(len(plant["C"]))))
     constant, periodic = lmi_design(problem, one_matrix=True), lmi_design(problem)
+    analyses: Json = {}
+    for name, case in analysed.items():
+        seen, gains = build(plant, case["periods"], case["offsets"], case["sensors"]), np.array(case["gains"])
+        own = lmi_analysis(seen, gains, accept=INACCURATE)
+        try:
+            one = lmi_analysis(seen, gains, one_matrix=True, accept=INACCURATE)
+        except InfeasibleError:
+            one = None
+        system = seen.error_system(gains)
+        analyses[name] = {
+            "constant": None if one is None else one.level,
+            "periodic": own.level,
+            # One P for all instants makes each A_ek alone stable.
+            "largest_radius": float(max(np.abs(np.linalg.eigvals(stage.A)).max() for stage in system.stages)),
+            "solvers": [found.report.to_dict() for found in (one, own) if found is not None],
+        }
     return {
         "constant": constant.level,
         "norm_constant": l2_gain(problem.error_system(constant.gains)).value,
         "periodic": periodic.level,
+        "analyses": analyses,
         "solvers": [constant.report.to_dict(), periodic.report.to_dict()],
     }
 

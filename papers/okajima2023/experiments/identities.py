@@ -1,4 +1,4 @@
-"""The theorems of Secs. II and III as numerical identities on random data, and the slips in their statements."""
+"""Steps of the proofs of Secs. II and III on random data, and the slips in their statements."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from papers.okajima2023.experiments.problem import Json, Matrix, build
-from papers.okajima2023.method.lmi import theorem1_matrix, theorem2_matrix
+from papers.okajima2023.method.lmi import lmi_analysis, theorem1_matrix, theorem2_matrix
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
@@ -97,6 +97,58 @@ def _schur_residual(
         reduced = hat[n:, n:] - hat[n:, :n] @ np.linalg.solve(hat[:n, :n], hat[:n, n:])
         residual = max(residual, float(np.linalg.norm(reduced - theta) / np.linalg.norm(theta)))
     return residual
+
+
+def summation(
+    plant: dict[str, Matrix],
+    periods: list[int],
+    offsets: list[int],
+    sensors: list[int],
+    gains: list[Matrix],
+    slack: float,
+    draws: int,
+    last: int,
+    seed: int,
+) -> Json:
+    """The steps (26)-(28) of the proof of Theorem 1, for given gains under random noise d_*(k), k = 0 ... last.
+
+    slack: by how much the level exceeds the smallest one of Theorem 1, relative, which leaves an epsilon > 0 in (22).
+    Returns the level, that epsilon, and over all draws, relative to the energy of d_*: the largest distance of the sum
+    of xi' Theta_k xi from the left-hand side of (26), and the least excess of the left-hand side over the right-hand
+    side in (26) and (27); and the largest ratio of energies, as a root, beside the bound in (28).
+    """
+    problem, L = build(plant, periods, offsets, sensors), np.array(gains)
+    found = lmi_analysis(problem, L, accept=("optimal", "optimal_inaccurate"))
+    level, N, P = (1 + slack) * found.level, problem.schedule.period, list(found.P)
+    theta = [np.block(theorem1_matrix(problem, L, P, k, level**2)) for k in range(N)]
+    epsilon = float(min(np.linalg.eigvalsh(matrix)[0] for matrix in theta))
+    rng, stages, n = np.random.default_rng(seed), problem.error_system(L).stages, problem.plant.order
+    rows = []
+    for _ in range(draws):
+        e = np.zeros(n)
+        summed, size, energy, output = 0.0, 0.0, 0.0, 0.0
+        for k in range(last + 1):
+            noise = rng.normal(size=(stages[k % N].B.shape[1],))
+            xi, z = np.concatenate([e, noise]), stages[k % N].C @ e
+            summed, size = summed + float(xi @ theta[k % N] @ xi), size + float(xi @ xi)
+            energy, output = energy + float(noise @ noise), output + float(z @ z)
+            e = np.asarray(stages[k % N].A @ e + stages[k % N].B @ noise)
+        stored = e @ P[last % N] @ e
+        left = -stored + level**2 * energy - output
+        steps = abs(left - summed), left - epsilon * size, (level**2 - epsilon) * energy - output - stored, output
+        rows.append(np.array(steps) / energy)
+    table = np.array(rows)
+    return {
+        "level": level,
+        "epsilon": epsilon,
+        "sum_residual": float(table[:, 0].max()),
+        "excess_26": float(table[:, 1].min()),
+        "excess_27": float(table[:, 2].min()),
+        "largest_ratio": float(np.sqrt(table[:, 3].max())),
+        "bound_28": float(np.sqrt(max(level**2 - epsilon, 0.0))),
+        "draws": draws,
+        "solvers": [found.report.to_dict()],
+    }
 
 
 def product_orders(plant: dict[str, Matrix], periods: list[int], offsets: list[int], gains: list[Matrix]) -> Json:

@@ -11,9 +11,9 @@ from papers.okajima2023.experiments.problem import Json, Matrix, build
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.multirate.optimum import optimal_design
-from replication.estimation.multirate.simulation import simulate, worst_case_response
+from replication.estimation.multirate.simulation import simulate, white_noise_variance, worst_case_response
 
-READINGS = ("d", "d, simulated without w", "w", "d, w when measured", "d, w of sensors used", "d, all w")
+DENOMINATORS = ("d", "d, simulated without w", "w", "d, w when measured", "d, w of sensors used", "d, all w")
 """What eq. (34) may mean: the first is the print, the second takes the sensors as noiseless, the others count w."""
 PERCENTILES = (0.0, 2.5, 50.0, 97.5, 100.0)
 
@@ -70,17 +70,47 @@ def draws(
     return found
 
 
+def timing_draws(
+    plant: dict[str, Matrix], cases: dict[str, Json], sigma: float, noisy: int, last: int, seeds: int, seed: int
+) -> Json:
+    """Error energies of several observers under common noise, over `seeds` independent draws.
+
+    Returns how often each has the least energy; how often each has less than each other one; the mean energies; and the
+    expected size of the error in the long run, the root of its variance per unit variance of the noise.
+    """
+    d, w = _noise(np.random.default_rng(seed), seeds, plant, sigma, noisy, last)
+    systems = {name: _system(plant, case) for name, case in cases.items()}
+    energies = np.array(
+        [
+            _error_energy(system, np.concatenate([d, w[:, :, cases[name]["sensors"]]], axis=2))[0]
+            for name, system in systems.items()
+        ]
+    )
+    least = np.argmin(energies, axis=0)
+    return {
+        "seeds": seeds,
+        "least": {name: float(np.mean(least == i)) for i, name in enumerate(cases)},
+        "smaller": {
+            name: {other: float(np.mean(energies[i] < energies[j])) for j, other in enumerate(cases) if other != name}
+            for i, name in enumerate(cases)
+        },
+        "mean_energy": dict(zip(cases, energies.mean(axis=1).tolist(), strict=True)),
+        "long_run": {name: float(np.sqrt(white_noise_variance(system))) for name, system in systems.items()},
+    }
+
+
 def distribution(parts: Sequence[Json], reference: str, printed: dict[str, float]) -> Json:
     """What all parts of `draws` say together.
 
     Returns per case and reading percentiles and the two-sided probability of a draw at least as extreme as the printed
-    one; the largest effect of the tail; how often the `reference` case has the smaller error energy.
+    one; the largest effect of the tail; how often the `reference` case has the smaller error energy, and how often, by
+    reading, the smaller ratio.
     """
     cases = {
         name: {
             "readings": {
                 reading: _summary(np.concatenate([part[name]["ratios"][reading] for part in parts]), printed[name])
-                for reading in READINGS
+                for reading in DENOMINATORS
             },
             "largest_final_error": max(part[name]["largest_final_error"] for part in parts),
             "largest_tail_effect": max(part[name]["largest_tail_effect"] for part in parts),
@@ -88,9 +118,21 @@ def distribution(parts: Sequence[Json], reference: str, printed: dict[str, float
         }
         for name in parts[0]
     }
+    ratios = {
+        reading: {name: np.concatenate([part[name]["ratios"][reading] for part in parts]) for name in cases}
+        for reading in DENOMINATORS
+    }
     errors = {name: np.concatenate([part[name]["errors"] for part in parts]) for name in cases}
     smaller = {name: float(np.mean(errors[reference] < errors[name])) for name in cases if name != reference}
-    return {"seeds": len(errors[reference]), "cases": cases, "reference_smaller_than": smaller}
+    return {
+        "seeds": len(errors[reference]),
+        "cases": cases,
+        "reference_smaller_than": smaller,
+        "smaller_ratio": {
+            reading: {name: float(np.mean(found[reference] < found[name])) for name in cases if name != reference}
+            for reading, found in ratios.items()
+        },
+    }
 
 
 def tail_probability(draws: np.ndarray[Any, Any], printed: float) -> float:

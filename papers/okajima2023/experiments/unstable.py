@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+import itertools
 
 import numpy as np
 
 from papers.okajima2023.experiments.designs import design, norm_of_gains
 from papers.okajima2023.experiments.problem import Json, Matrix, build
 from papers.okajima2023.method.input_recovery import recover_inputs
-from papers.okajima2023.method.recovery import by_modulus, recover_outputs, recover_poles, upper_half
+from papers.okajima2023.method.recovery import by_modulus, exact_diagonals, recover_outputs, recover_poles, upper_half
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.multirate.optimum import optimum
+from replication.estimation.validation import Array
 
 PERIODS, OFFSETS = [2, 3], [0, 0]
 """The schedule of Sec. IV-A, which Sec. IV-C keeps."""
@@ -27,6 +30,7 @@ def recovered(
     printed_gains: list[Matrix],
     stated_poles: list[list[float]],
     stated_error_poles: list[float],
+    printed_inputs: dict[str, Matrix],
     half_unit: float,
     step: float,
     bound: int,
@@ -34,9 +38,10 @@ def recovered(
 ) -> Json:
     """Search A, then C, then B_d and D, and check the plant that comes out by a design of its own.
 
+    printed_inputs: the B_d and D of Sec. IV-A, for which the gains are evaluated too.
     bound: largest entry of C in the search that counts; wider_bound: how far it is looked for rivals of its result.
-    attained: the smallest change of the gains that makes the poles of A_e the stated ones exactly, beside the half unit
-    by which rounding may have changed them.
+    attained: the largest entry of a small change of the gains with which A_e has the stated poles, beside the half unit
+    by which rounding may have changed them, and the poles with the changed gains.
     """
     state = recover_poles(printed_A, stated_poles, step)
     A = np.array(printed_A)
@@ -45,7 +50,10 @@ def recovered(
     wider = recover_outputs(A.tolist(), printed_gains, stated_error_poles, wider_bound)
     inputs = recover_inputs(A.tolist(), outputs["C"], printed_gains)
     plant = {"A": A.tolist(), "B_d": inputs["B_d"], "C": outputs["C"], "D": inputs["D"]}
-    change = smallest_change(plant, np.array(printed_gains), np.array(stated_error_poles))
+    same = build({**plant, **printed_inputs}, PERIODS, OFFSETS, [0, 1])
+    gains = np.array(printed_gains)
+    change = smallest_change(plant, gains, np.array(stated_error_poles))
+    monodromy = build(plant, PERIODS, OFFSETS, [0, 1]).error_system(gains + change).monodromy()
     return {
         "state": state,
         "outputs": outputs,
@@ -53,12 +61,65 @@ def recovered(
         "inputs": inputs,
         "design": design(plant, PERIODS, OFFSETS, [0, 1]),
         "gains": norm_of_gains(plant, PERIODS, OFFSETS, printed_gains, half_unit),
-        "attained": {"largest_change": change, "half_unit": half_unit},
+        "printed_inputs": {"norm": l2_gain(same.error_system(gains)).value, "optimum": optimum(same).value},
+        "attained": {
+            "largest_change": float(np.abs(change).max()),
+            "half_unit": half_unit,
+            "error_poles": by_modulus(np.linalg.eigvals(monodromy)),
+        },
     }
 
 
-def smallest_change(plant: dict[str, Matrix], gains: np.ndarray[Any, Any], poles: np.ndarray[Any, Any]) -> float:
-    """Largest entry of a small change of the measured gains after which A_e has exactly the given poles.
+def diagonals(
+    printed_A: Matrix,
+    C: Matrix,
+    printed_gains: list[Matrix],
+    stated_poles: list[list[float]],
+    stated_error_poles: list[float],
+    half_unit: float,
+    bound: int,
+) -> Json:
+    """All real diagonals of A with the stated poles, other entries as printed, and what the gains do with this C.
+
+    For each: the diagonal, and the least and the largest spectral radius of A_e while the stated poles move to the ends
+    and the middle of their rounding, `half_unit` either way; and how many integer C with entries up to `bound` explain
+    the stated poles of A_e.
+    """
+    rows = [_row(printed_A, diagonal) for diagonal in exact_diagonals(printed_A, stated_poles)]
+    parts = [part for pole in stated_poles for part in pole]
+    # The imaginary part of a real pole stays zero.
+    moves = [(-half_unit, 0.0, half_unit) if part else (0.0,) for part in parts]
+    for move in itertools.product(*moves):
+        moved = [part + by for part, by in zip(parts, move, strict=True)]
+        found = exact_diagonals(printed_A, [moved[i : i + 2] for i in range(0, len(moved), 2)])
+        for row, diagonal in zip(rows, found, strict=True):
+            A = _row(printed_A, diagonal)["A"]
+            plant = {"A": A, "B_d": [[0.0]] * len(A), "C": C, "D": np.eye(len(C)).tolist()}
+            system = build(plant, PERIODS, OFFSETS, list(range(len(C)))).error_system(np.array(printed_gains))
+            row["radii"].append(float(np.abs(np.linalg.eigvals(system.monodromy())).max()))
+    return {
+        "moved": len(rows[0]["radii"]),
+        "bound": bound,
+        "found": [
+            {
+                "diagonal": row["diagonal"],
+                "least_radius": min(row["radii"]),
+                "largest_radius": max(row["radii"]),
+                "fits": recover_outputs(row["A"], printed_gains, stated_error_poles, bound)["fits"],
+            }
+            for row in rows
+        ],
+    }
+
+
+def _row(printed_A: Matrix, diagonal: list[float]) -> Json:
+    A = np.array(printed_A)
+    A[np.diag_indices(len(A))] = diagonal
+    return {"diagonal": diagonal, "A": A.tolist(), "radii": []}
+
+
+def smallest_change(plant: dict[str, Matrix], gains: Array, poles: Array) -> Array:
+    """A small change of the measured gains after which A_e has the given poles, in the shape of the gains.
 
     Gauss-Newton on the coefficients of the characteristic polynomial, least change in the Euclidean norm each time.
     """
@@ -66,10 +127,13 @@ def smallest_change(plant: dict[str, Matrix], gains: np.ndarray[Any, Any], poles
     acting = np.flatnonzero(np.repeat(problem.schedule.mask[:, None, :], problem.plant.order, axis=1).ravel())
     target = np.poly(poles)[1:]
 
-    def coefficients(change: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-        moved = gains.ravel().copy()
-        moved[acting] += change
-        return np.real(np.poly(problem.error_system(moved.reshape(gains.shape)).monodromy())[1:])
+    def placed(change: Array) -> Array:
+        all_entries = np.zeros(gains.size)
+        all_entries[acting] = change
+        return all_entries.reshape(gains.shape)
+
+    def coefficients(change: Array) -> Array:
+        return np.real(np.poly(problem.error_system(gains + placed(change)).monodromy())[1:])
 
     change = np.zeros(len(acting))
     for _ in range(20):
@@ -84,4 +148,4 @@ def smallest_change(plant: dict[str, Matrix], gains: np.ndarray[Any, Any], poles
             ]
         ).T
         change = change + np.linalg.lstsq(jacobian, residual, rcond=None)[0]
-    return float(np.abs(change).max())
+    return placed(change)

@@ -1,8 +1,8 @@
-"""Section IV-C: which B_d and D stand behind the gains printed in eq. (42), given A and C.
+"""Section IV-C: which B_d and D may stand behind the gains printed in eq. (42), given A and C.
 
 Gains that solve Theorem 2 achieve nearly the smallest possible level, so the excess of their exact norm over the exact
-optimum singles out (B_d, D). The winner is checked by a computation that shares no code with that: how near the printed
-gains come to the central path of the matrix inequality, which interior-point solvers follow.
+optimum ranks the candidates (B_d, D). The winner is checked by a computation that shares no code with that: how near
+the printed gains come to the central path of the matrix inequality, which interior-point solvers follow.
 Only the ratio of B_d to D matters and the sign of B_d does not: D[0][0] = 1 is a choice. No random numbers.
 """
 

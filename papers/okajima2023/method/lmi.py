@@ -65,8 +65,12 @@ def cyclic_size(problem: MultirateProblem) -> tuple[int, int]:
     return n * (n + 1) // 2 + n * N * plant.sensors + 1, 2 * n + N * (plant.B_d.shape[1] + plant.D.shape[1])
 
 
-def lmi_analysis(problem: MultirateProblem, gains: Array, *, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
+def lmi_analysis(
+    problem: MultirateProblem, gains: Array, *, one_matrix: bool = False, accept: tuple[str, ...] = ACCEPTED
+) -> LmiDesign:
     """Theorem 1: the smallest gamma that eq. (19) certifies for given gains (N, n, q).
+
+    one_matrix: the same P at every phase, a more conservative condition, for comparison.
 
     Raises InvalidInputError for gains of another shape, InfeasibleError if the error system is not stable, SolverError
     unless the solver's status is one of `accept`.
@@ -76,7 +80,7 @@ def lmi_analysis(problem: MultirateProblem, gains: Array, *, accept: tuple[str, 
     if radius >= 1:
         raise InfeasibleError(f"the gains do not stabilise the error system (multiplier of modulus {radius:.6g})")
     N, n = problem.schedule.period, problem.plant.order
-    P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(N)]
+    P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(1 if one_matrix else N)] * (N if one_matrix else 1)
     gamma_squared = cvxpy.Variable()
     blocks = [theorem1_matrix(problem, np.asarray(gains, dtype=float), P, k, gamma_squared) for k in range(N)]
     report = _minimise(gamma_squared, [*blocks, *([[P_k]] for P_k in P)], accept)

@@ -1,7 +1,7 @@
-"""Section IV-C: which A and C stand behind the poles stated there and the gains printed in eq. (42).
+"""Section IV-C: which A and C may stand behind the poles stated there and the gains printed in eq. (42).
 
 The matrix of eq. (41) repeats that of Sec. IV-A and does not have the stated poles. Two searches on finite grids find
-the diagonal of A from the stated open-loop poles, and C from the stated poles of A_e = A_e5 ... A_e0. Both count every
+a diagonal of A from the stated open-loop poles, and C from the stated poles of A_e = A_e5 ... A_e0. Both count every
 candidate that rounding of the printed digits can explain. Pure functions of JSON values, without random numbers.
 """
 
@@ -25,6 +25,8 @@ Poles = Sequence[float | Sequence[float]]
 HALF_UNIT_POLE = 0.5e-3  # the poles of A are printed to three decimals
 HALF_UNIT_GAIN = 0.5e-3  # so are the gains
 HALF_UNIT_ERROR_POLE = 0.5e-4  # the poles of A_e are printed to four
+REAL = 1e-9
+"""Imaginary part below which a root counts as real."""
 DIAGONAL_RANGE = (0.5, 1.5)
 """Diagonal entries of A that are tried; those of eq. (41) lie inside."""
 
@@ -60,6 +62,34 @@ def recover_poles(printed_A: Matrix, stated_poles: Poles, step: float) -> Json:
         "poles_printed": upper_half(np.linalg.eigvals(A)),
         "poles_recovered": upper_half(np.linalg.eigvals(A - np.diag(np.diag(A)) + np.diag(fits[0]))),
     }
+
+
+def exact_diagonals(printed_A: Matrix, poles: Poles) -> list[list[float]]:
+    """All real diagonals (three entries) with which A has exactly these poles, the largest first entry first.
+
+    The coefficients of the characteristic polynomial give the sum of the entries, the sum of their products in pairs,
+    and their product up to linear terms. The last one gives the third entry from the first, which is then a root of a
+    polynomial of degree six. Raises InvalidInputError unless A is 3 by 3 and its third-entry terms differ.
+    """
+    A = as_matrix("printed_A", printed_A, rows=3, columns=3)
+    minors = [A[i, j] * A[j, i] for i, j in ((1, 2), (0, 2), (0, 1))]
+    if minors[1] == minors[2]:
+        raise InvalidInputError(
+            "printed_A has A(1,3) A(3,1) = A(1,2) A(2,1), so the entries 2 and 3 cannot be told apart; exchange states"
+        )
+    coefficients = np.poly(_stated("poles", poles, 3)).real
+    total, pairs = -coefficients[1], coefficients[2] + sum(minors)
+    cyclic = A[0, 1] * A[1, 2] * A[2, 0] + A[0, 2] * A[1, 0] * A[2, 1]
+    first = np.polynomial.Polynomial([0.0, 1.0])
+    # The entries a, b, c have b + c = total - a and b c = pairs - a (total - a).
+    rest = total - first
+    product = pairs - first * rest
+    determinant = -coefficients[3] - cyclic
+    third = (determinant - first * product + minors[0] * first + minors[1] * rest) / (minors[1] - minors[2])
+    second = rest - third
+    roots = (second * third - product).roots()
+    real = sorted((float(root.real) for root in roots if abs(root.imag) < REAL), reverse=True)
+    return [[a, float(second(a)), float(third(a))] for a in real]
 
 
 def recover_outputs(

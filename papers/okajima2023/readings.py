@@ -1,0 +1,107 @@
+"""What is assumed where the paper or the blog leaves a choice."""
+
+from __future__ import annotations
+
+from papers.okajima2023.cases import DIAGONAL_STEP
+from papers.okajima2023.experiments.simulations import DENOMINATORS
+from replication.audit.model import Reading
+
+PREDICTORS = "predictors"
+CYCLIC_FULL, CYCLIC_BLOCKS = "cyclic-full", "cyclic-blocks"
+CENTRAL = "central-gains"
+SAME_NOISE = "same-noise"
+RULE, RULE_BEST_TIMING = "rule", "rule-best-timing"
+RECOVERED_A, SECOND_A = "recovered-diagonal", "second-diagonal"
+RECOVERED_PLANT, UNROUNDED_GAINS = "recovered-plant", "unrounded-gains"
+DENOMINATOR = dict(
+    zip(
+        DENOMINATORS,
+        (
+            "denominator-d",
+            "denominator-d-without-w",
+            "denominator-w",
+            "denominator-w-when-measured",
+            "denominator-w-of-sensors-used",
+            "denominator-all-w",
+        ),
+        strict=True,
+    )
+)
+"""Names of the readings of eq. (34), by denominator."""
+
+_OURS = "Cases A to C run with our central optimal gains, since theirs are not printed."
+_ENERGIES = (
+    "The denominator of eq. (34) is the energy of d, as printed.",
+    "The denominator of eq. (34) is the energy of d, as printed, and the sensors are simulated without noise.",
+    "The denominator of eq. (34) is the energy of both sensor noises.",
+    "The denominator of eq. (34) is the energy of d and of each sensor noise at the instants of measurement.",
+    "The denominator of eq. (34) is the energy of d and of the noises of the sensors that the observer uses.",
+    "The denominator of eq. (34) is the energy of d and of both sensor noises, in all four cases.",
+)
+_SEARCHED = "All other entries of A are as printed."
+
+READINGS = (
+    Reading(
+        name=CYCLIC_FULL,
+        place="Sec. I, on the earlier design",
+        text="The inequality of the earlier article, which is not at hand, is that of Theorem 2 for the cyclic "
+        "reformulation, with one full symmetric P.",
+    ),
+    Reading(
+        name=CYCLIC_BLOCKS,
+        place="Sec. I, on the earlier design",
+        text="The same with a P of one diagonal block for each instant of the period.",
+    ),
+    Reading(
+        name=PREDICTORS,
+        place="Sec. IV-A, Cases A to C",
+        text="The dual-rate observers have the form (15): they estimate the state at k + 1 from measurements up to k. "
+        "Filters, which use the newest measurement too, are another class.",
+    ),
+    *(
+        Reading(name=DENOMINATOR[what], place="Eq. (34)", text=f"{energy} {_OURS}", inference=what != DENOMINATORS[0])
+        for what, energy in zip(DENOMINATORS, _ENERGIES, strict=True)
+    ),
+    Reading(name=CENTRAL, place="Sec. IV-A, Cases A to C", text=_OURS),
+    Reading(
+        name=SAME_NOISE,
+        place="Sec. IV-B, on Figs. 6-8",
+        text="Figs. 6-8 are simulated with the gains (38)-(40) and noise as in Sec. IV-A.",
+    ),
+    Reading(
+        name=RECOVERED_A,
+        place="Eq. (41)",
+        text=f"The diagonal of A is the one in steps of {DIAGONAL_STEP} with which A has the stated poles. {_SEARCHED}",
+        inference=True,
+    ),
+    Reading(
+        name=SECOND_A,
+        place="Eq. (41)",
+        text=f"The diagonal of A is the other real one, not in such steps, with which A has the stated poles. "
+        f"{_SEARCHED}",
+        inference=True,
+    ),
+    Reading(
+        name=RECOVERED_PLANT,
+        place="Sec. IV-C, eqs. (41) and (42)",
+        text="A, C, B_d and D are those that a search finds from the stated poles and the gains (42); other plants may "
+        "fit them too.",
+        inference=True,
+    ),
+    Reading(
+        name=UNROUNDED_GAINS,
+        place="Eq. (42)",
+        text="The same plant, with gains that round to the printed ones and were chosen to give the stated poles.",
+        inference=True,
+    ),
+    Reading(
+        name=RULE,
+        place="Blog, text on Table 1",
+        text="The sentence is a rule for all pairs of periods, both sensors at instant 0.",
+    ),
+    Reading(
+        name=RULE_BEST_TIMING,
+        place="Blog, text on Table 1",
+        text="The sentence is a rule for all pairs of periods, each with its best timing.",
+    ),
+)

@@ -1,0 +1,243 @@
+"""The claims of the multi-rate paper can fail: each answer, and each proof of an erratum, has a fault that shows.
+
+A fault is one number that an experiment might have returned and did not, or one printed number. It must change the
+verdict, to another one than an error.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from papers.okajima2023 import PAPER, errata
+from papers.okajima2023.cases import CASES, DRAWS, GAIN_SETS, TIMINGS, case, gain_set, pair
+from papers.okajima2023.claims import levels
+from papers.okajima2023.experiments.simulations import DENOMINATORS
+from papers.okajima2023.printed import GAINS, PLANT, SCHEDULES, TABLE_1
+from replication.audit.judge.verdict import make_record
+from replication.audit.model import NO_READING, Claim, Proof, Verdict
+
+KEY = PAPER.key
+Change = Callable[[Any], Any]
+Fault = Callable[[dict[str, Any]], None]
+MOST_WORDS, MOST_NUMBERS = 25, 2
+
+
+class Computed(dict[str, Any]):
+    """Results of the experiments by full name, each computed when it is first asked for."""
+
+    def __missing__(self, name: str) -> Any:
+        (found,) = (experiment for experiment in PAPER.experiments if experiment.name == name)
+        # Through JSON, as in a run.
+        self[name] = json.loads(json.dumps(found.function(**found.inputs)))
+        return self[name]
+
+
+COMPUTED = Computed()
+
+
+def at(name: str, *path: Any, to: Change) -> Fault:
+    """A fault in one place of a result."""
+
+    def change(results: dict[str, Any]) -> None:
+        place = results[f"{KEY}.{name}"]
+        for step in path[:-1]:
+            place = place[step]
+        place[path[-1]] = to(place[path[-1]])
+
+    return change
+
+
+def all_of(*faults: Fault) -> Fault:
+    def change(results: dict[str, Any]) -> None:
+        for fault in faults:
+            fault(results)
+
+    return change
+
+
+def times(factor: float) -> Change:
+    """Multiply a number, or each of a list."""
+    return lambda value: [factor * entry for entry in value] if isinstance(value, list) else factor * value
+
+
+def to(new: Any) -> Change:
+    return lambda value: new
+
+
+def copied(source: str, target: str, *entries: str) -> Fault:
+    """Entries of one result in another."""
+
+    def change(results: dict[str, Any]) -> None:
+        for entry in entries:
+            results[f"{KEY}.{target}"][entry] = results[f"{KEY}.{source}"][entry]
+
+    return change
+
+
+def level(name: str, factor: float = 1.01) -> Fault:
+    """Another optimum, with its bracket."""
+    return all_of(*(at(name, end, to=times(factor)) for end in ("optimum", "lower", "upper")))
+
+
+def gain(name: str) -> Fault:
+    return all_of(*(at(name, "norm", end, to=times(1.01)) for end in ("value", "lower", "upper")))
+
+
+def draws(who: str, *path: str, factor: float) -> Fault:
+    return all_of(*(at(name, who, *path, to=times(factor)) for name in DRAWS))
+
+
+def measured(name: str) -> Fault:
+    """A sensor that measures where it does not, or the other way round."""
+    return at(f"schedule.{name}", "diagonals", 1, 0, to=lambda entry: 1.0 - entry)
+
+
+LEVELS = {
+    "gamma.proposed": case("proposed"),
+    "blog.proposed": case("proposed"),
+    **{f"{part}.case-{name.lower()}": case(name) for part in ("gamma", "blog") for name in "ABC"},
+    **{f"table1.n{a}{b}": pair((a, b)) for a, b in TABLE_1},
+    **{f"{part}{n}": name for part in ("timing.case-", "blog.timing-") for n, name in enumerate(TIMINGS, start=1)},
+    "blog.n11": pair((1, 1)),
+    "blog.n33": pair((3, 3)),
+}
+RECOVERED = "unstable.recovered"
+FAULTS: dict[str, Fault] = {
+    **{claim: level(name) for claim, name in LEVELS.items()},
+    # It differs, and agrees with a slightly larger optimum.
+    "table1.n21": level(pair((2, 1)), 1.0005),
+    **{f"gains.eq{equation}": gain(gain_set(equation)) for equation in GAIN_SETS},
+    **{f"schedule.{name}": measured(name) for name in SCHEDULES},
+    "schedule.common-period": at("schedule.sec-4a", "period", to=to(12)),
+    "size.cyclic-larger": at(case("proposed"), "size", "cyclic_rows", to=to(9)),
+    "size.variables": at(case("proposed"), "size", "variables", to=to(72)),
+    "size.rows": at(case("proposed"), "size", "rows", to=to(8)),
+    "theory.observable": at("observability", "margin", to=to(0.0)),
+    "theory.dual-rate": measured("dual-rate"),
+    "theory.error-system": at("identities", "error_system", to=to(1e-6)),
+    "theory.dissipation": at("identities", "dissipation", to=to(1e-6)),
+    "theory.schur": at("identities", "schur", to=to(1e-6)),
+    "theory.product": at("product-orders", "shifted", 0, to=times(1.001)),
+    "theory.summation": at("summation", "excess_27", to=to(-1e-3)),
+    "theory.theorem1": at(gain_set("39"), "theorem1", to=times(1.0001)),
+    "theory.theorem2": at(pair((3, 3), 1), "lmi", "level", to=times(0.9999)),
+    "theory.gains-attain": at(case("C"), "lmi", "norm", to=times(1.0001)),
+    "theory.stable": at(gain_set("40"), "spectral_radius", to=to(1.001)),
+    "order.proposed-best": level(case("A"), 0.5),
+    "order.shorter-in-table": level(pair((1, 3)), 1.2),
+    "order.timing-matters": copied(TIMINGS[2], TIMINGS[1], "lower", "upper"),
+    "order.timing-best": level(TIMINGS[2], 0.99),
+    "order.shorter-in-general": at("period-table-5", "cells", 5, "synchronous", "lower", to=times(0.99)),
+    "gains.depend-on-timing": copied(TIMINGS[0], TIMINGS[1], "gains"),
+    **{f"gsim.{name.lower()}": draws(name, "ratios", DENOMINATORS[-1], factor=1.5) for name in CASES},
+    "gsim.below-level": level(case("B"), 0.25),
+    "gsim.smallest": draws("proposed", "ratios", DENOMINATORS[2], factor=2.0),
+    "simulation.lowest-error": draws("B", "errors", factor=0.2),
+    "simulation.truncation": draws("C", "largest_tail_effect", factor=1e7),
+    "simulation.timing": at("timing-draws", "smaller", "timing-2", "timing-3", to=to(0.45)),
+    "unstable.same-setting": at(RECOVERED, "outputs", "error_poles_printed_C", to=to([[0.5, 0.0], [0.1, 0.1]])),
+    "unstable.poles": at(RECOVERED, "state", "poles_recovered", 0, 0, to=times(1.001)),
+    "unstable.is-unstable": at(RECOVERED, "state", "poles_recovered", to=to([[0.9, 0.0], [0.8, 0.1]])),
+    "unstable.gains-optimal": at(RECOVERED, "gains", "norm", "value", to=times(1.001)),
+    "unstable.error-poles": lambda results: at(
+        RECOVERED, "outputs", "error_poles", to=to(results[f"{KEY}.{RECOVERED}"]["attained"]["error_poles"])
+    )(results),
+    "unstable.stabilised": at(RECOVERED, "outputs", "error_poles", 0, 0, to=to(1.1)),
+    "unstable.designable": at(RECOVERED, "design", "reduced_lmi", "norm", to=times(1.001)),
+    "blog.periodic-matrices": at("constant-matrix", "analyses", "38", "constant", to=to(1.43)),
+    "blog.idle-instants": at("schedule.case-1", "diagonals", 1, 0, to=to(1.0)),
+    "blog.evenness": at("schedule.case-2", "diagonals", 1, 1, to=to(0.0)),
+}
+ERRATA: dict[str, Fault] = {
+    "denominator": draws("A", "ratios", DENOMINATORS[-1], factor=1.5),
+    "diagonal-of-a": at("unstable.diagonals", "found", 1, "fits", to=to(1)),
+    "setting-of-4c": at(RECOVERED, "attained", "largest_change", to=to(0.001)),
+    "sensor-index": at("schedule.sec-4a", "diagonals", 0, to=to([1.0, 1.0, 1.0])),
+}
+IN_PRINT = {"gains.unmeasured": (levels, "GAINS"), "noise-index": (errata, "PLANT")}
+"""What a claim or erratum reads from the printed data alone."""
+
+
+def results_of(uses: tuple[str, ...]) -> dict[str, Any]:
+    return {name: copy.deepcopy(COMPUTED[name]) for name in uses}
+
+
+def verdict(claim: Claim, results: dict[str, Any]) -> Verdict:
+    evidence = claim.answer(results)
+    assert {outcome.reading for outcome in evidence.outcomes} <= {reading.name for reading in PAPER.readings}
+    proof = Proof(holds=True, text="taken for granted here") if claim.erratum else None
+    return make_record(claim, evidence, proof).judgement.verdict
+
+
+def named(names: dict[str, Any]) -> list[Any]:
+    """The names as parameters; those that need the long search are slow."""
+    long = ("unstable.", "setting", "diagonal")
+    return [pytest.param(name, marks=pytest.mark.slow) if name.startswith(long) else name for name in names]
+
+
+def test_every_claim_and_erratum_has_a_fault() -> None:
+    assert {f"{KEY}.{name}" for name in (*FAULTS, "gains.unmeasured")} == {claim.id for claim in PAPER.claims}
+    assert {f"{KEY}.{name}" for name in (*ERRATA, "noise-index")} == {erratum.id for erratum in PAPER.errata}
+
+
+@pytest.mark.parametrize("name", named(FAULTS))
+def test_a_fault_changes_the_verdict(name: str) -> None:
+    (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.{name}")
+    before = verdict(claim, results_of(claim.uses))
+    assert before is claim.expected
+    faulty = results_of(claim.uses)
+    FAULTS[name](faulty)
+    assert verdict(claim, faulty) not in (before, Verdict.ERROR)
+
+
+@pytest.mark.parametrize("name", named(ERRATA))
+def test_a_fault_refutes_the_proof_of_an_erratum(name: str) -> None:
+    (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.{name}")
+    results = results_of(erratum.uses)
+    assert erratum.prove(results).holds
+    ERRATA[name](results)
+    assert not erratum.prove(results).holds
+
+
+def test_a_fault_in_print_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    gains, plant = copy.deepcopy(GAINS), copy.deepcopy(PLANT)
+    gains["39"][0][1][1] = 0.001
+    plant["D"][0][1] = 0.5
+    (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.gains.unmeasured")
+    (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.noise-index")
+    assert claim.answer({}).holds and erratum.prove({}).holds
+    for (module, name), faulty in zip(IN_PRINT.values(), (gains, plant), strict=True):
+        monkeypatch.setattr(module, name, faulty)
+    assert not claim.answer({}).holds
+    assert not erratum.prove({}).holds
+
+
+def test_every_claim_names_a_reading_of_the_paper() -> None:
+    names = [reading.name for reading in PAPER.readings]
+    assert len(set(names)) == len(names)
+    assert {claim.id for claim in PAPER.claims if claim.reading not in (NO_READING, *names)} == set()
+    assert all(reading.place and reading.text for reading in PAPER.readings)
+
+
+def test_repeats_print_the_number_of_another_claim_again() -> None:
+    claims = {claim.id: claim for claim in PAPER.claims}
+    repeats = [claim for claim in PAPER.claims if claim.repeats]
+    assert len(repeats) == 11
+    for claim in repeats:
+        original = claims[claim.repeats]
+        assert (claim.printed, claim.uses, claim.reading) == (original.printed, original.uses, original.reading)
+        assert not original.repeats and original.id != claim.id
+
+
+def test_findings_are_short() -> None:
+    """References, such as eq. (34) or Table 1, and pairs of periods are names and not numbers."""
+    for finding in PAPER.findings(COMPUTED):
+        bare = re.sub(r"eq\. \(\d+\)|gains \(\d+\)|Table \d|Figs\. \d-\d|Case \d|Section IV-C|\(\d, \d\)", "", finding)
+        assert len(finding.split()) <= MOST_WORDS, finding
+        assert len(re.findall(r"\d+(?:\.\d+)?", bare)) <= MOST_NUMBERS, finding
