@@ -75,7 +75,7 @@ def verdict(name: str, change: Change | None = None, printed: str | None = None)
         change(short)
         results = {f"shao.{key}": value for key, value in short.items()}
     proof = errata[0].prove(results) if errata else None
-    return make_record(claim, PAPER.key, claim.answer(results), proof, "", 0.0, "").verdict
+    return make_record(claim, claim.answer(results), proof).verdict
 
 
 def put(path: str, value: Any) -> Change:
