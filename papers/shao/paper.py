@@ -62,8 +62,8 @@ PAPER = paper(
         Part(
             "Sec. IV: eqs. (11), (16), (19) to (21)",
             reason=(
-                "Algebra that follows from (10), (12) to (15) and (17): (15) is the step that fails, and the theorem "
-                "is refuted as a whole."
+                "Steps between (10), (12) to (15) and (17), read and not tested by a claim: (15) is the step that "
+                "fails, and the theorem is refuted as a whole."
             ),
         ),
         MOTOR,
