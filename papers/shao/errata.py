@@ -9,13 +9,18 @@ from papers.shao.printed import DATA
 from papers.shao.problem import DESIGN
 from replication.audit.model import Erratum, Proof, Results
 
+CONVERSION = "The text at hand is a conversion, which may have misread the dots."
+
 
 def feedforward_orders(results: Results) -> Proof:
     """The corrected feedforward is the inverse of the motor, the printed one is not."""
     gaps = results["motor"]["inverse_gap"]
     return Proof(
         holds=gaps["corrected"] < ROUND_OFF < gaps["printed"],
-        text="Only with the orders raised in the first and the last term is the feedforward the inverse of the motor.",
+        text=(
+            "Only with the orders raised in the first and the last term is the feedforward the inverse of the motor. "
+            f"{CONVERSION}"
+        ),
         quantities={f"{form}: largest |P ȳ_d/y_d − 1|": gap for form, gap in gaps.items()},
     )
 
@@ -26,8 +31,8 @@ def mechanical_speed(results: Results) -> Proof:
     return Proof(
         holds=abs(ideal - printed) < ROUND_OFF,
         text=(
-            "With K_T = 1.5 p Ψ_f the mechanical power K_T i_q ω equals the electrical power 1.5 (p Ψ_f ω) i_q of the "
-            "back-EMF in (23) only if ω is the mechanical speed."
+            "The printed K_T is 1.5 p Ψ_f, which the text does not say. Then the mechanical power K_T i_q ω equals the "
+            "electrical power 1.5 (p Ψ_f ω) i_q of the back-EMF in (23) only if ω is the mechanical speed."
         ),
         quantities={"1.5 p Ψ_f": ideal, "printed K_T": printed},
     )
@@ -38,7 +43,7 @@ def third_state(results: Results) -> Proof:
     state = DESIGN.model.state
     return Proof(
         holds=bool(state[0, 1] == 1 and state[1, 2] == 1 and abs(state[0]).sum() == 1 and abs(state[1]).sum() == 1),
-        text="The printed A makes the third state the first derivative of the second, so it is dω/dt.",
+        text=f"The printed A makes the third state the first derivative of the second, so it is dω/dt. {CONVERSION}",
         quantities={"A(2,3)": float(state[1, 2])},
     )
 
@@ -50,6 +55,22 @@ def output_rate(results: Results) -> Proof:
         holds=rows != columns,
         text="C multiplies states, and ẏ has as many entries as C has rows, so C ẏ has no meaning.",
         quantities={"rows of C": rows, "columns of C": columns},
+    )
+
+
+def prediction_error_sign(results: Results) -> Proof:
+    """(14) with a negative e_p, and with its modulus."""
+    worst = results["bounds"]["worst"]
+    return Proof(
+        holds=worst["excess"] > 0 >= worst["14"] - 1,
+        text=(
+            "e_p = y_p − y has a sign. Where it is negative, just after t_k, the right side of (14) is negative and "
+            "the left side is not; with |e_p| the bound holds for every loop and period of up to a second."
+        ),
+        quantities={
+            "e_p as printed: largest left minus right, over the moduli on the right": worst["excess"],
+            "|e_p|: largest left over right": worst["14"],
+        },
     )
 
 
@@ -79,4 +100,12 @@ ERRATA = (
         prove=third_state,
     ),
     inferred(id="output-rate", place="eq. (13)", printed="|C ẏ| under the integral", meant="|ẏ|", prove=output_rate),
+    Erratum(
+        id="prediction-error-sign",
+        place="eq. (14)",
+        printed="‖K L‖ e_p(t_k)",
+        meant="‖K L‖ |e_p(t_k)|",
+        prove=prediction_error_sign,
+        uses=("bounds",),
+    ),
 )

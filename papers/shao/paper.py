@@ -1,8 +1,9 @@
 """The audit of Shao, Yang, Li and Yi: what it covers, in the order of the manuscript, and what it shows."""
 
 from papers.shao import common, sensitivity
+from papers.shao.choices import READINGS
 from papers.shao.claims.comparison import RESPONSES, STABILITY
-from papers.shao.claims.introduction import INTRODUCTION
+from papers.shao.claims.introduction import ABSTRACT, INTRODUCTION
 from papers.shao.claims.motor import MOTOR
 from papers.shao.claims.table import TABLE
 from papers.shao.claims.theory import OBSERVER, THEOREM
@@ -27,8 +28,8 @@ PAPER = paper(
     summary=(
         "A sensor delivers the output once in M fast periods of the controller. The alternating predictive observer "
         "feeds its correction with a virtual measurement, predicted by the model, at the instants between. The audit "
-        "analyses the loop exactly as a periodic system, searches the readings of its simulation, and tests the "
-        "stability theorem."
+        "analyses the loop as a periodic system without a time stepper, searches readings of its simulation, which the "
+        "text leaves open, and tests the stability theorem and the steps of its proof."
     ),
     notebook="dualrate",
     bibtex=(
@@ -40,23 +41,29 @@ PAPER = paper(
         "}"
     ),
     parts=(
+        ABSTRACT,
         INTRODUCTION,
-        Part("Secs. I and II: motivation and literature", reason="Words without a checkable quantity."),
+        Part("Sec. I: motivation and literature", reason="Words without a checkable quantity."),
+        Part("Sec. II: problem formulation", reason="Definitions: plant, fast and slow period, held input and output."),
         OBSERVER,
+        Part(
+            "Sec. III: updates as fast as the actuator, an observation close to the measurement",
+            reason="Properties of the design by its definition, and words without a checkable quantity.",
+        ),
         Part(
             "Dots over symbols",
             reason=(
-                "The text at hand is a conversion, which loses dots easily: the misprints shao.feedforward-orders and "
-                "shao.third-state may be its own."
+                "The text at hand is a conversion, which misreads dots easily: the misprints shao.feedforward-orders "
+                "and shao.third-state may be its own."
             ),
         ),
         Part("Fig. 1", reason="A block diagram; it holds no data."),
         THEOREM,
         Part(
-            "Sec. IV: eqs. (11), (16), (17), (19) to (21)",
+            "Sec. IV: eqs. (11), (16), (19) to (21)",
             reason=(
-                "Algebra that follows from (10) and (12) to (15): (15) is the step that fails, and the theorem is "
-                "refuted as a whole."
+                "Steps between (10), (12) to (15) and (17), read and not tested by a claim: (15) is the step that "
+                "fails, and the theorem is refuted as a whole."
             ),
         ),
         MOTOR,
@@ -67,7 +74,16 @@ PAPER = paper(
             reason="The text at hand holds no image and no data of the curves.",
         ),
         TABLE,
+        Part(
+            "Sec. VI: conclusion",
+            also=("theory.stability", "order.transient", "order.apo-below-pmi", "order.bandwidth", "theory.condition"),
+        ),
+        Part(
+            "Sec. V and VI: simple implementation, more complex systems",
+            reason="Words without a checkable quantity, and work to come.",
+        ),
     ),
+    readings=READINGS,
     experiments=(
         common.EXPERIMENT,
         sensitivity.EXPERIMENT,

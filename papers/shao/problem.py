@@ -28,9 +28,9 @@ SRC, PMI, APO = "single_rate", "model_interpolation", "alternating_predictive"
 """The literal readings of SRC, DRC-PMI (observer (2) at M T, the model alone between) and DRC-APO."""
 COLUMNS = {"pmi": PMI, "apo": APO}
 """The columns of Table I that hold numbers, under the names that claims and figures give them."""
-HELD, SINGLE = "held_measurement", "single_correction"
-"""Other readings of DRC-PMI: observer (2) read at every T with y held, and (7) corrected once in M T."""
-PMI_READINGS = (PMI, HELD, SINGLE, "slow_input_interpolation")
+HELD, SINGLE, SLOW_INPUT = "held_measurement", "single_correction", "slow_input_interpolation"
+"""Other readings of DRC-PMI: (2) read at every T with y held; (7) corrected once in M T; (2) with the slow input."""
+PMI_READINGS = (PMI, HELD, SINGLE, SLOW_INPUT)
 APO_READINGS = (APO, "open_loop_prediction", "running_prediction")
 REPAIRED, FAST, STATE = "running_prediction", "fast_sensor", "state_feedback"
 
@@ -39,7 +39,7 @@ LABELS = {
     PMI: "DRC-PMI, slow observer and model",
     HELD: "DRC-PMI, y held",
     SINGLE: "DRC-PMI, one correction and model",
-    "slow_input_interpolation": "DRC-PMI, slow observer with slow input",
+    SLOW_INPUT: "DRC-PMI, slow observer with slow input",
     APO: "DRC-APO as printed",
     "open_loop_prediction": "DRC-APO, open-loop prediction",
     REPAIRED: "APO, repaired predictor",

@@ -7,16 +7,18 @@ from functools import partial
 from papers.shao.claims.theory import residual
 from papers.shao.printed import DATA
 from replication.audit.declare import Part, positive
-from replication.audit.model import Evidence, Results
+from replication.audit.model import NO_READING, Evidence, Results
 
-MOTOR = Part("Sec. V: motor model, parameters, gains, feedforward")
+MOTOR = Part("Sec. V: motor model, parameters, gains, feedforward", reading=NO_READING)
 
 
-@MOTOR.value("motor.torque-constant", DATA["torque_constant"], uses="motor")
+@MOTOR.value("motor.torque-constant", DATA["torque_constant"], uses="motor", reading="surface-magnets")
 def torque_constant(results: Results) -> Evidence:
     """The torque constant K_T, N m/A."""
     return Evidence(
-        method="K_T = 1.5 p Ψ_f, the torque of a surface-magnet machine", value=results["motor"]["torque_constant"]
+        method="K_T = 1.5 p Ψ_f, the torque of a surface-magnet machine",
+        value=results["motor"]["torque_constant"],
+        note="The manuscript prints K_T among the data and gives no formula for it.",
     )
 
 
@@ -36,13 +38,19 @@ def hurwitz(which: str, results: Results) -> Evidence:
 for which, matrix in (("feedback", "A + B K"), ("observer", "A − L C")):
     MOTOR.feasible(
         f"motor.hurwitz-{which}",
-        place="Sec. IV, below eq. (10)",
-        statement=f"{matrix} is Hurwitz for the printed gains.",
+        place="Sec. V, gains, and Sec. IV, below eq. (10)",
+        statement=f"{matrix} is Hurwitz for the printed gains, as the theorem supposes.",
         uses="motor",
     )(partial(hurwitz, which))
 
 
-@MOTOR.value("motor.slow-period", DATA["slow_period"], uses="motor")
+@MOTOR.value(
+    "motor.slow-period",
+    DATA["slow_period"],
+    uses="motor",
+    tolerance="0.000001",
+    tolerance_reason="T, M and T_s are settings in exact decimals and no rounded results: T_s must be M T to rounding.",
+)
 def slow_period(results: Results) -> Evidence:
     """The sampling period T_s of the sensor, s."""
     return Evidence(method="M T", value=results["motor"]["slow_period"])
@@ -52,11 +60,12 @@ def slow_period(results: Results) -> Evidence:
     "motor.feedforward",
     place="Sec. V, ȳ_d",
     uses="motor",
+    reading="inverse-feedforward",
     erratum="feedforward-orders",
     pinned="reproduced after erratum",
 )
 def inverse_feedforward(results: Results) -> Evidence:
-    """The feedforward inverts the motor: our inference of its purpose, which the text does not state."""
+    """The feedforward inverts the motor."""
     gaps = results["motor"]["inverse_gap"]
     method = "largest |P(jσ) ȳ_d/y_d − 1| for 0.5 ≤ σ ≤ 3 rad/s, P the motor"
     return residual(method, gaps["corrected"], as_printed=residual(method, gaps["printed"]))

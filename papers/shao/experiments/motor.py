@@ -24,7 +24,8 @@ def motor_model(seed: int) -> dict[str, Any]:
 
     transfer_gap: largest relative difference of the two transfer functions at random points, which draw from `seed`.
     inverse_gap: |P(jσ) ȳ_d/y_d − 1| for each feedforward over the frequencies of Table I, at its largest.
-    equation_gap: residual of (9) against (10) at random states.
+    equation_gap: residual of (9) against (10) at random states; case_gap: of Case 2, with ȳ(t_k) = y(t_k) in (9), and
+    (10) without its last term.
     """
     rng = np.random.default_rng(seed)
     points = rng.normal(size=8) + 1j * rng.normal(size=8) * 100
@@ -39,6 +40,7 @@ def motor_model(seed: int) -> dict[str, Any]:
             form: float(max(abs(_position(s) * feedforward(MOTOR, s, form) - 1) for s in sigma)) for form in Feedforward
         },
         "equation_gap": _equation_gap(rng),
+        "case_gap": _equation_gap(rng, measured=True),
         "slow_period": DESIGN.slow_period,
     }
 
@@ -115,16 +117,21 @@ def _position(s: complex) -> complex:
     return complex((model.output @ np.linalg.solve(s * np.eye(3) - model.state, model.input))[0, 0])
 
 
-def _equation_gap(rng: np.random.Generator) -> float:
-    """(9) minus (10) for random x, ξ, ζ(t_k), y(t_k) and y_p(t_k), relative to the size of (9)."""
+def _equation_gap(rng: np.random.Generator, *, measured: bool = False) -> float:
+    """(9) minus (10) for random x, ξ, ζ(t_k), y(t_k) and y_p(t_k), relative to the size of (9).
+
+    measured: Case 2, with y(t_k) for ȳ(t_k) in (9), and (10) without its last term.
+    """
     A, B, C = DESIGN.model.state, DESIGN.model.input, DESIGN.model.output
     K, L = DESIGN.feedback, DESIGN.injection
     x, xi, held = (rng.normal(size=3) for _ in range(3))
-    measured, predicted = rng.normal(size=1), rng.normal(size=1)
-    zeta = x - xi
+    measured_output, predicted = rng.normal(size=1), rng.normal(size=1)
+    zeta, last = x - xi, predicted - measured_output
+    if measured:
+        predicted, last = measured_output, 0 * last
     first = np.concatenate([A @ x + B @ (K @ held), A @ xi - L @ (predicted - C @ zeta)])
     joint = np.block([[A + B @ K, -B @ K], [np.zeros((3, 3)), A - L @ C]])
-    extra = np.concatenate([B @ (K @ (held - zeta)), -L @ (measured - C @ x) - L @ (predicted - measured)])
+    extra = np.concatenate([B @ (K @ (held - zeta)), -L @ (measured_output - C @ x) - L @ last])
     second = joint @ np.concatenate([x, xi]) + extra
     return float(np.linalg.norm(first - second) / np.linalg.norm(first))
 

@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 
 from papers.shao.experiments.motor import radius
-from papers.shao.method.lyapunov import norm, prediction_gap, slow_rate_gap, slow_rates, theorem_constants
+from papers.shao.method.lyapunov import (
+    TheoremConstants,
+    increment_order,
+    norm,
+    prediction_gap,
+    slow_rate_gap,
+    slow_rates,
+    theorem_constants,
+)
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, REPAIRED
 from replication.audit.declare import experiment
 from replication.errors import InfeasibleError
@@ -25,7 +33,9 @@ POINTS = 40
 def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
     """Condition (18) for the motor, both sides of (15) at small T, the counter-example, and the slow rates.
 
-    periods: decreasing T in s for the limits. ratios: M of the counter-example.
+    periods: decreasing T in s for the limits. ratios: M of the counter-example. printed_gap: (15) at the printed T.
+    repaired_gap: (15) with the repaired predictor. increment_order: `increment_order` of (6) and of that predictor,
+    from either start.
     """
     motor, scalar = theorem_constants(DESIGN), theorem_constants(COUNTEREXAMPLE)
 
@@ -40,11 +50,20 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
             "allowed_period": COUNTEREXAMPLE.period / scalar.condition,
             "radii": {str(M): radius(COUNTEREXAMPLE, APO, ratio=M) for M in ratios},
         },
-        "factor_margin": _factor_margin(),
+        "factor_gap": _factor_gap(),
         "periods": list(periods),
         "gap": {
             name: [prediction_gap(replace(design, period=T)) for T in periods]
             for name, design in (("motor", DESIGN), ("scalar", COUNTEREXAMPLE))
+        },
+        "printed_gap": prediction_gap(DESIGN),
+        "repaired_gap": [prediction_gap(replace(DESIGN, period=T), repaired=True) for T in periods],
+        "increment_order": {
+            name: {
+                start: increment_order(DESIGN, (periods[0], periods[-1]), measured=measured, repaired=repaired)
+                for start, measured in (("measurement", True), ("estimate", False))
+            }
+            for name, repaired in ((APO, False), (REPAIRED, True))
         },
         "radius": {name: radius(COUNTEREXAMPLE, name) for name in COMPARED},
         "rate_gap": {
@@ -65,41 +84,58 @@ def slowest_rates(periods: Sequence[float]) -> dict[str, Any]:
 def step_bounds(trials: int, seed: int) -> dict[str, Any]:
     """Largest left over right side of (12), (13), (14) over `trials` random loops with Hurwitz A + B K and A − L C.
 
-    Order two; T between 1 ms and 1 s; random x, ζ and prediction error e_p at t_k; exact in time.
+    Order two; T between 1 ms and 1 s; random x, ζ and prediction error e_p at t_k; exact in time. 14: with |e_p| in the
+    place of e_p. excess: of (14) with e_p as printed, left minus right over the sum of the right side's moduli, which
+    the bound holds below zero. 17: the bracket of (16) over its bound by α₄ in (17). slow: (14) with |e_p| for a scalar
+    loop with rates near 1e-3 1/s, nearly at rest, over a period of two seconds.
     """
     rng = np.random.default_rng(seed)
-    worst = {"12": 0.0, "13": 0.0, "14": 0.0}
-    done = 0
-    while done < trials:
-        design = _random_design(rng)
-        try:
-            constants = theorem_constants(design)
-        except InfeasibleError:  # not Hurwitz: the theorem does not speak of it
-            continue
-        done += 1
+    worst = dict.fromkeys(("12", "13", "14", "17", "excess"), -np.inf)
+    for _ in range(trials):
+        design, constants = _random_loop(rng)
         start, error = rng.normal(size=4), rng.normal(size=1)
-        found = _ratios(design, constants.P, constants.alpha, start, error)
+        found = _ratios(design, constants, start, error) | {"17": _collected(design, constants)}
         worst = {name: max(worst[name], found[name]) for name in worst}
-    return {"trials": trials, "worst": worst}
+    slow = DualRateDesign(
+        make_plant([[1e-3]], [[1]], [[1]]), np.array([[-2e-3]]), np.array([[2e-3]]), period=2.0, ratio=2
+    )
+    longer = _ratios(slow, theorem_constants(slow), np.full(2, 1e-6), np.ones(1))["14"]
+    return {"trials": trials, "worst": worst, "slow": longer}
 
 
-def _factor_margin() -> float:
-    """Smallest 1 − φ of (22), relative to its size at α₄ = 0, where (18) is below one; it must be positive."""
-    conditions = np.linspace(0.0, 1.0, 101)[:-1]
+def _factor_gap() -> float:
+    """Largest difference of 1 − φ of (22) and (1 − E)(1 − c), E = e^{−T/(2 λ_max)} and c the left side of (18)."""
+    conditions = np.linspace(0.0, 2.0, 41)
     decays = np.exp(-np.geomspace(1e-6, 10, 40))[:, None]
-    return float(np.min((1 - (decays + (1 - decays) * conditions)) / (1 - decays)))
+    factors = decays + (1 - decays) * conditions
+    return float(np.max(np.abs(1 - factors - (1 - decays) * (1 - conditions))))
 
 
-def _random_design(rng: np.random.Generator) -> DualRateDesign:
-    plant = make_plant(rng.normal(size=(2, 2)), rng.normal(size=(2, 1)), rng.normal(size=(1, 2)))
-    gains = 2 * rng.normal(size=(1, 2)), 2 * rng.normal(size=(2, 1))
-    return DualRateDesign(plant, *gains, period=float(10 ** rng.uniform(-3, 0)), ratio=2)
+def _random_loop(rng: np.random.Generator) -> tuple[DualRateDesign, TheoremConstants]:
+    """A loop of order two with Hurwitz A + B K and A − L C, of which alone the theorem speaks; T from 1 ms to 1 s."""
+    while True:
+        plant = make_plant(rng.normal(size=(2, 2)), rng.normal(size=(2, 1)), rng.normal(size=(1, 2)))
+        gains = 2 * rng.normal(size=(1, 2)), 2 * rng.normal(size=(2, 1))
+        design = DualRateDesign(plant, *gains, period=float(10 ** rng.uniform(-3, 0)), ratio=2)
+        try:
+            return design, theorem_constants(design)
+        except InfeasibleError:
+            continue
 
 
-def _ratios(
-    design: DualRateDesign, P: Array, alpha: tuple[float, float, float, float], start: Array, error: Array
-) -> dict[str, float]:
+def _collected(design: DualRateDesign, constants: TheoremConstants) -> float:
+    """What stands with ‖χ‖ V_m in (16), by ‖χ‖ ≤ √V/√λ_min, over α₄ of (17)."""
+    B, K, L = design.model.input, design.feedback, design.injection
+    n = design.model.size
+    PB, PL = norm(constants.P[:, :n] @ B), norm(constants.P[:, n:] @ L)
+    alpha1, alpha2, alpha3, alpha4 = constants.alpha
+    total = alpha2 * PB + alpha1 * PL + alpha3 * PB * norm(K @ L) + alpha3 * PL
+    return float(2 * total / np.sqrt(constants.smallest) / alpha4)
+
+
+def _ratios(design: DualRateDesign, constants: TheoremConstants, start: Array, error: Array) -> dict[str, float]:
     """Left over right side, the largest over the times of one fast period, from (x, ζ) at t_k and e_p(t_k)."""
+    P, alpha = constants.P, constants.alpha
     A, B, C = design.model.state, design.model.input, design.model.output
     K, L = design.feedback, design.injection
     n = len(A)
@@ -123,11 +159,14 @@ def _ratios(
     moved = np.maximum.accumulate(root_v)[1:] * width * np.arange(1, POINTS + 1)
     change_y = np.abs((x[1:] - x[0]) @ C.T)[:, 0]
     change_u = np.abs((zeta[1:] - zeta[0]) @ K.T)[:, 0]
-    bound14 = alpha[1] * moved + norm(K @ L) * np.abs(error[0])
+    size = norm(K @ L) * np.abs(error[0])
+    bound14 = alpha[1] * moved + size
+    as_printed = alpha[1] * moved + np.sign(error[0]) * size
     return {
         "12": float(np.max(rate / bound12)),
         "13": float(np.max(change_y / (alpha[0] * moved))),
         "14": float(np.max(change_u / bound14)),
+        "excess": float(np.max((change_u - as_printed) / bound14)),
     }
 
 

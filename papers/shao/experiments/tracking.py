@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from papers.shao.choices import MEASURES, STARTS
 from papers.shao.experiments.motor import radius
-from papers.shao.method.motor import Feedforward, Motor
-from papers.shao.method.readings import STRUCTURES, Structure
+from papers.shao.method.motor import Motor
+from papers.shao.method.readings import STRUCTURES, Structure, first_estimate
 from papers.shao.method.simulation import simulate
 from papers.shao.printed import DATA
 from papers.shao.problem import (
@@ -26,23 +27,36 @@ from papers.shao.problem import (
     READINGS,
     REPAIRED,
     SINGLE,
+    SRC,
     START,
     STATE,
     literal_loop,
 )
 from replication.audit.declare import experiment
 from replication.errors import InfeasibleError
-from replication.estimation.dualrate.loop import MARGINAL, DualRateLoop, close_loop, noise_gain, stability_radius
+from replication.estimation.dualrate.loop import (
+    MARGINAL,
+    DualRateLoop,
+    close_loop,
+    monodromy,
+    noise_gain,
+    stability_radius,
+)
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import Plant, plant_of
-from replication.estimation.dualrate.response import time_response
+from replication.estimation.dualrate.response import slow_states, start_state, time_response
 from replication.estimation.dualrate.tracking import (
+    Points,
     bandwidth,
     estimation_error_ratio,
     estimation_lag,
+    output_rows,
+    period_response,
     reference,
+    steady_state,
     tracking_error_ratio,
 )
+from replication.estimation.validation import Array
 
 COMPARED = (PMI, HELD, SINGLE, APO, REPAIRED, FAST, STATE)
 DISTURBED = (PMI, HELD, APO, REPAIRED, FAST)
@@ -53,16 +67,21 @@ LOW_FREQUENCY = 0.02
 def table(simulated_periods: int) -> dict[str, Any]:
     """Table I by the lifted form, in percent; the radius of each loop; the check by brute-force simulation.
 
+    ratios: the literal reading. readings: by reading of the command and of the maximum, the literal one first.
     agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
     weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error far below the rates of the loops.
     """
     radii = {name: radius(DESIGN, name) for name in OBSERVERS}
     stable = [name for name in OBSERVERS if radii[name] < 1]
-    corrected = Structure(feedforward=Feedforward.CORRECTED)
     weak = replace(DESIGN, injection=DESIGN.injection / DESIGN.ratio)
     return {
         "ratios": {name: _percent(literal_loop(name, f) for f in FREQUENCIES) for name in stable},
-        "corrected": {name: _percent(READINGS.loop(name, corrected, f) for f in FREQUENCIES) for name in stable},
+        "readings": {
+            choice: {
+                name: _percent((READINGS.loop(name, structure, f) for f in FREQUENCIES), points) for name in stable
+            }
+            for choice, (structure, points) in MEASURES.items()
+        },
         "weak_gain": {name: _percent(literal_loop(name, f, weak) for f in FREQUENCIES) for name in (PMI, HELD)},
         "slow": {name: _percent([literal_loop(name, LOW_FREQUENCY)])[0] for name in (PMI, HELD, APO)},
         "radius": radii,
@@ -75,11 +94,16 @@ def table(simulated_periods: int) -> dict[str, Any]:
 
 
 def orderings() -> list[dict[str, Any]]:
-    """Steady-state percent errors for every structure and every observer of a column; None for an unstable loop."""
+    """Steady-state percent errors and time constants (s) for every structure and every observer of a column.
+
+    None for an unstable loop.
+    """
+    names = (*PMI_READINGS, *APO_READINGS)
     return [
         {
             "structure": [structure.feedforward, structure.timing, structure.discrete_gain, structure.current],
-            "ratios": {name: _structure_ratios(name, structure) for name in (*PMI_READINGS, *APO_READINGS)},
+            "ratios": {name: _structure_ratios(name, structure) for name in names},
+            "time_constants": {name: _time_constant(READINGS.loop(name, structure, 1.0)) for name in names},
         }
         for structure in STRUCTURES
     ]
@@ -96,14 +120,30 @@ def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> di
     }
 
 
-def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
-    """Responses of Figs. 2 and 3 from the printed start with ζ(0) = 0, and time constants −M T/ln(radius) in s."""
+def transients(slow_periods: int, substeps: int, settled: int) -> dict[str, Any]:
+    """Responses of Figs. 2 and 3 from the printed x(0) and each reading of ζ(0), and time constants −M T/ln(radius), s.
+
+    energy: integral over `settled` slow periods of the square of what the tracking error is apart from its steady
+    state, rad² s. excited: for each reference of Table I, the share of SRC's unstable mode in the offset at t = 0.
+    """
     sigmas = [float(sigma) for sigma in DATA["frequency"].values()]
     return {
         "responses": {
-            name: {str(f): _response(name, f, slow_periods, substeps) for f in sigmas} for name in (PMI, APO)
+            choice: {
+                name: {str(f): _response(name, f, choice, slow_periods, substeps) for f in sigmas}
+                for name in (PMI, APO)
+            }
+            for choice in STARTS
         },
-        "time_constants": {name: -DESIGN.slow_period / float(np.log(radius(DESIGN, name))) for name in COMPARED},
+        "energy": {
+            choice: {
+                name: {str(f): _energy(literal_loop(name, f), choice, settled) for f in sigmas}
+                for name in (PMI, HELD, SINGLE, APO, REPAIRED, FAST)
+            }
+            for choice in STARTS
+        },
+        "time_constants": {name: _time_constant(literal_loop(name, 1.0)) for name in COMPARED},
+        "excited": {choice: [_excitation(literal_loop(SRC, f), choice) for f in FREQUENCIES] for choice in STARTS},
     }
 
 
@@ -141,8 +181,43 @@ def over_plants(nominal: DualRateLoop, observer: str, plants: Sequence[Plant]) -
     return found
 
 
-def _percent(loops: Iterable[DualRateLoop]) -> list[float]:
-    return [100 * tracking_error_ratio(loop) for loop in loops]
+def _percent(loops: Iterable[DualRateLoop], points: Points = Points.BETWEEN) -> list[float]:
+    return [100 * tracking_error_ratio(loop, points) for loop in loops]
+
+
+def _time_constant(loop: DualRateLoop) -> float | None:
+    """−M T/ln(radius) in s; None for an unstable loop."""
+    size = stability_radius(loop)
+    return -loop.design.slow_period / float(np.log(size)) if size < 1.0 - MARGINAL else None
+
+
+def _estimate(choice: str) -> Array:
+    """ζ(0) under a reading of the start of the observer."""
+    return first_estimate(STARTS[choice], START, DESIGN.model.output[0])
+
+
+def _energy(loop: DualRateLoop, choice: str, periods: int, substeps: int = 100) -> float:
+    """Integral of the squared transient of the output, by the rectangle rule, rad² s."""
+    offset = start_state(loop, START, _estimate(choice)) - np.imag(steady_state(loop).states[0])
+    free = replace(loop, harmonic=None)
+    rows, n = output_rows(free, substeps), loop.plant.size
+    z, squares = slow_states(free, offset[None, :], periods)[:, 0], 0.0
+    for step in free.steps:
+        squares += float(np.sum((z[:, :n] @ rows.state.T + z @ step.input_state.T @ rows.input.T) ** 2))
+        z = z @ step.state.T
+    return squares * loop.design.period / substeps
+
+
+def _excitation(loop: DualRateLoop, choice: str) -> float:
+    """Modulus of the slow periods' largest mode in the offset from the periodic solution, for unit vectors."""
+    transition, size = monodromy(loop), loop.size
+    gain = period_response(loop, np.zeros(size, complex)).states[-1]
+    turn = np.exp(reference(loop).exponent * loop.design.slow_period)
+    periodic = np.imag(np.linalg.solve(turn * np.eye(size) - transition, gain))
+    offset = start_state(loop, START, _estimate(choice)) - periodic
+    values, modes = np.linalg.eig(transition.T)
+    mode = modes[:, np.argmax(np.abs(values))]
+    return float(np.abs(mode @ offset) / (np.linalg.norm(mode) * np.linalg.norm(offset)))
 
 
 def _structure_ratios(name: str, structure: Structure) -> list[float] | None:
@@ -165,9 +240,9 @@ def _agreement(name: str, frequency: float, periods: int) -> float:
     return float(max(np.abs(gap).max() for gap in gaps))
 
 
-def _response(name: str, frequency: float, slow_periods: int, substeps: int) -> dict[str, list[float]]:
+def _response(name: str, frequency: float, choice: str, slow_periods: int, substeps: int) -> dict[str, list[float]]:
     loop = literal_loop(name, frequency)
-    response = time_response(loop, START, 0 * START, slow_periods=slow_periods, substeps=substeps)
+    response = time_response(loop, START, _estimate(choice), slow_periods=slow_periods, substeps=substeps)
     return {
         "time": response.time.tolist(),
         "output": response.output.tolist(),
@@ -192,7 +267,7 @@ EXPERIMENTS = (
         frequencies=np.geomspace(0.05, 8.0, 40).tolist(),
         levels=[0.1, 1 - 0.5**0.5, 0.5],
     ),
-    experiment("transients", transients, slow_periods=40, substeps=10),
+    experiment("transients", transients, slow_periods=40, substeps=10, settled=200),
     experiment("lags", lags, ratios=list(range(1, 11)), frequency=1e-3),
     experiment("robustness", robustness, factors=np.geomspace(0.5, 2.0, 25).tolist()),
 )

@@ -7,11 +7,11 @@ from functools import partial
 from typing import Any
 
 from papers.shao.printed import DATA, table_1
-from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, HELD, LABELS, PMI, REPAIRED, STATE
+from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, HELD, LABELS, PMI, REPAIRED, SINGLE, STATE
 from replication.audit.model import Figure, FigureData, Results
 from replication.drawing.style import line, new_axes
 
-SWEPT = (PMI, APO, HELD, REPAIRED, FAST, STATE)
+SWEPT = (PMI, APO, HELD, REPAIRED, FAST, STATE, SINGLE)
 LAGGING = (PMI, APO, HELD, REPAIRED)
 DISTURBED = (PMI, APO, HELD, REPAIRED, FAST)
 RESPONSES = {
@@ -28,9 +28,17 @@ def columns_of(columns: Mapping[str, Iterable[float]]) -> FigureData:
     return FigureData(columns={name: tuple(float(x) for x in values) for name, values in columns.items()})
 
 
+FROM = {"start-zero": "", "start-output": "_from_output"}
+"""The readings of ζ(0) that Figs. 2 and 3 show, and the ends of their columns."""
+
+
 def responses(sigma: str, results: Results) -> FigureData:
-    """Time, reference, outputs, tracking errors; instants, estimates and estimation errors."""
-    found = {short: results["transients"]["responses"][name][sigma] for short, name in COLUMNS.items()}
+    """Time, reference, outputs, tracking errors; instants, estimates and estimation errors; from both starts."""
+    found = {
+        f"{short}{end}": results["transients"]["responses"][choice][name][sigma]
+        for choice, end in FROM.items()
+        for short, name in COLUMNS.items()
+    }
     first = found["pmi"]
     columns = {
         "time_s": first["time"],
@@ -51,20 +59,32 @@ def plot_responses(drawn: FigureData) -> Any:
         axis.plot(c["time_s"], c["reference"], color="#777777", label="reference")
     for axis, (key, (time, label)) in zip(axes, RESPONSES.items(), strict=True):
         for index, short in enumerate(COLUMNS):
-            axis.plot(c[time], c[f"{key}_{short}"], label=f"DRC-{short.upper()}", **line(index))
+            name, style = f"DRC-{short.upper()}", line(index)
+            axis.plot(c[time], c[f"{key}_{short}"], label=f"{name}, from ζ(0) = 0", **style)
+            late = style | {"linestyle": ":", "linewidth": 1.6}
+            axis.plot(c[time], c[f"{key}_{short}_from_output"], label=f"{name}, from ζ(0) = [y(0), 0, 0]", **late)
         axis.set_ylabel(label)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
     axes[-1].set_xlabel("t, s")
     return figure
 
 
 def describe_responses(drawn: FigureData) -> str:
-    """Largest errors in the second half of the time shown."""
-    half = len(drawn.columns["error_pmi"]) // 2
-    late = {short: max(abs(e) for e in drawn.columns[f"error_{short}"][half:]) for short in COLUMNS}
+    """Largest errors in the first eighth of the time shown, by start, and in its second half."""
+    times = len(drawn.columns["error_pmi"])
+    late = {short: max(abs(e) for e in drawn.columns[f"error_{short}"][times // 2 :]) for short in COLUMNS}
+    early = [
+        "{:.3f} and {:.3f} rad".format(
+            *(max(abs(e) for e in drawn.columns[f"error_{short}{end}"][times // 40 : times // 8]) for short in COLUMNS)
+        )
+        for end in FROM.values()
+    ]
+    length = drawn.columns["time_s"][-1]
     return (
-        f"Position, its estimate, tracking error and estimation error over {drawn.columns['time_s'][-1]:.0f} s. In the "
-        f"second half the error reaches {late['pmi']:.3f} rad under DRC-PMI and {late['apo']:.3f} rad under DRC-APO."
+        f"Position, its estimate, tracking error and estimation error over {length:.0f} s under DRC-PMI and DRC-APO. "
+        f"Between {length / 40:.0f} s and {length / 8:.0f} s the errors reach {early[0]} from ζ(0) = 0, and {early[1]} "
+        f"from ζ(0) = [y(0), 0, 0]. In the second half they reach {late['pmi']:.3f} and {late['apo']:.3f} rad from "
+        "ζ(0) = 0."
     )
 
 
@@ -81,7 +101,8 @@ def plot_error_curves(drawn: FigureData) -> Any:
     figure, (axis,) = new_axes(row_height=3.6)
     c = drawn.columns
     for index, name in enumerate(SWEPT):
-        axis.loglog(c["frequency_rad_s"], c[name], label=LABELS[name], **line(index))
+        style = line(index) if name != SINGLE else {"color": "#777777", "linestyle": "-"}
+        axis.loglog(c["frequency_rad_s"], c[name], label=LABELS[name], **style)
     for index, (short, marker) in enumerate(zip(COLUMNS, "so", strict=True)):
         label = f"Table I, DRC-{short.upper()}"
         axis.plot(c["table_frequency_rad_s"], c[f"table_{short}"], marker, color=line(index)["color"], label=label)
@@ -174,8 +195,8 @@ FIGURES = (
             name=f"fig{number}",
             place=f"Fig. {number}",
             title=f"Tracking of sin({sigma} t)",
-            caption="Literal reading, printed initial state, observer started at zero. The published axes carry no "
-            "numbers in the text at hand.",
+            caption="Command as printed, printed initial state. Dotted: observer from ζ(0) = [y(0), 0, 0]; else "
+            "from ζ(0) = 0. ζ(0) is not printed. The text at hand holds no image of the figure: the axes are ours.",
             published=True,
             uses=("transients",),
             data=partial(responses, sigma),
@@ -188,7 +209,8 @@ FIGURES = (
         name="robustness",
         place="Sec. V",
         title="Error at 1 rad/s when the plant is not the model",
-        caption="Literal reading. The observer and the feedforward keep the printed parameters.",
+        caption="Steady state under the literal reading. The observer and the feedforward keep the printed parameters; "
+        "with Ψ_f the torque constant moves too.",
         uses=("robustness",),
         data=robustness_curves,
         plot=plot_robustness_curves,
@@ -198,7 +220,8 @@ FIGURES = (
         name="error-frequency",
         place="Table I",
         title="Tracking error against frequency",
-        caption="Steady state under the literal reading, with the points of Table I.",
+        caption="Steady state, largest error over all times, with the points of Table I. The text leaves open which "
+        "DRC-PMI is meant; three are drawn.",
         uses=("frequencies",),
         data=error_curves,
         plot=plot_error_curves,
@@ -208,9 +231,9 @@ FIGURES = (
         name="lag",
         place="eqs. (2) and (6)",
         title="Bias of held and of virtual measurements",
-        caption="Mean lag of the position estimate for a very slow reference. A held measurement is late by half the "
-        "hold on average; (6) has the same lag at frequencies far below its slow rate. So the lag does not explain the "
-        "difference of the columns of Table I, whose frequencies lie above that rate.",
+        caption="Mean lag of the position estimate for a very slow reference. A held measurement makes the estimate "
+        "late by about half the hold, and so does (6), for references far below its slow rate. The frequencies of "
+        "Table I lie above that rate: the lag shown here does not tell its columns apart.",
         uses=("lags",),
         data=lag_curves,
         plot=plot_lag_curves,

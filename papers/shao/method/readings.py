@@ -151,10 +151,14 @@ def _column(space: ReadingSpace, observer: str, structure: Structure, frequency:
     return np.concatenate([steady, _window_maxima(peaks).ravel()])
 
 
+def first_estimate(start: Start, x: Array, output: Array) -> Array:
+    """ζ(0) for the plant's state x(0) and output row C."""
+    return {Start.ZERO: 0 * x, Start.TRUE: x, Start.OUTPUT: output * (output @ x)}[start]
+
+
 def _start(space: ReadingSpace, loop: DualRateLoop, start: Start) -> Array:
     x = np.array(space.start)
-    estimate = {Start.ZERO: 0 * x, Start.TRUE: x, Start.OUTPUT: loop.plant.output[0] * (loop.plant.output[0] @ x)}
-    return start_state(loop, x, estimate[start])
+    return start_state(loop, x, first_estimate(start, x, loop.plant.output[0]))
 
 
 def _peaks(space: ReadingSpace, loop: DualRateLoop, starts: Array) -> Array:

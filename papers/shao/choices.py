@@ -1,0 +1,128 @@
+"""Readings: what is assumed where the manuscript leaves a choice. A claim or an outcome refers to one by its name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from papers.shao.method.motor import Feedforward
+from papers.shao.method.readings import Start, Structure
+from papers.shao.problem import HELD, PMI, SINGLE, SLOW_INPUT
+from replication.audit.model import Reading
+from replication.estimation.dualrate.tracking import Points
+
+TABLE, FIGURES = "Sec. V and Table I", "Sec. V and Figs. 2 and 3"
+LITERAL = "literal"
+MEASURES: Mapping[str, tuple[Structure, Points]] = {
+    LITERAL: (Structure(), Points.BETWEEN),
+    "fast-instants": (Structure(), Points.FAST),
+    "corrected-feedforward": (Structure(feedforward=Feedforward.CORRECTED), Points.BETWEEN),
+    "corrected-feedforward-fast-instants": (Structure(feedforward=Feedforward.CORRECTED), Points.FAST),
+}
+"""Readings of the command and of the maximum in Table I."""
+INTERPOLATIONS: Mapping[str, str] = {
+    LITERAL: PMI,
+    "pmi-held": HELD,
+    "pmi-one-correction": SINGLE,
+    "pmi-slow-input": SLOW_INPUT,
+}
+"""Observers that may be meant by DRC-PMI, by reading."""
+STARTS: Mapping[str, Start] = {
+    "start-zero": Start.ZERO,
+    "start-output": Start.OUTPUT,
+    "start-true": Start.TRUE,
+}
+"""Readings of ζ(0), which is not printed."""
+SLOWEST = "slowest-mode"
+
+_SETTINGS = (
+    "The command is as printed and held over T; L is a gain in continuous time; all parameters are exactly the printed "
+    "decimals. DRC-PMI reads observer (2) at the slow instants, and the model alone carries the estimate between them."
+)
+_MAXIMUM = "The largest error is taken over {} of the steady state."
+
+
+def _reading(name: str, place: str, text: str, inference: bool = False) -> Reading:
+    return Reading(name=name, place=place, text=text, inference=inference)
+
+
+READINGS = (
+    _reading(LITERAL, TABLE, f"{_SETTINGS} {_MAXIMUM.format('all times')}"),
+    _reading("fast-instants", TABLE, f"As literal, but: {_MAXIMUM.format('the fast instants').lower()}"),
+    _reading(
+        "corrected-feedforward",
+        TABLE,
+        "As literal, but ȳ_d inverts the motor: third derivative in its first term, second in its last.",
+    ),
+    _reading(
+        "corrected-feedforward-fast-instants",
+        TABLE,
+        "As literal, but ȳ_d inverts the motor, and the largest error is taken over the fast instants.",
+    ),
+    _reading("pmi-held", TABLE, "As literal, but DRC-PMI reads observer (2) at every T, with y held over M T."),
+    _reading(
+        "pmi-one-correction",
+        TABLE,
+        "As literal, but DRC-PMI corrects by (7) once in M T, and the model alone carries the estimate between.",
+    ),
+    _reading(
+        "pmi-slow-input",
+        TABLE,
+        "As literal, but the observer of DRC-PMI takes the input of the slow instant for the whole M T.",
+    ),
+    _reading("start-zero", FIGURES, "The observer starts at ζ(0) = 0; the rest as literal."),
+    _reading("start-output", FIGURES, "The observer starts at ζ(0) = [y(0), 0, 0]; the rest as literal."),
+    _reading("start-true", FIGURES, "The observer starts at ζ(0) = x(0); the rest as literal."),
+    _reading(
+        SLOWEST,
+        "Secs. I and V, Figs. 2 and 3",
+        "Transients are compared by their slowest mode, which all starts but those of a subspace excite.",
+    ),
+    _reading(
+        "steady-errors",
+        "Sec. I",
+        "To work alike means here: steady-state errors within five per cent at every frequency of Table I.",
+    ),
+    _reading(
+        "bandwidths",
+        "Sec. I",
+        "To work alike means here: bandwidths within five per cent, at errors of 10, 29.3 and 50 per cent.",
+    ),
+    _reading(
+        "short-periods",
+        "eq. (14)",
+        "Periods of up to one second: the last term of (14) lacks the factor t − t_k, in seconds.",
+    ),
+    _reading(
+        "elapsed-period",
+        "eq. (15)",
+        "The time elapsed in (15) is the whole period T, the most that it allows at the first virtual instant.",
+    ),
+    _reading(
+        "from-measurement",
+        "Sec. IV, above eq. (15)",
+        "The virtual output starts each period at the measurement, true or virtual, of the instant before.",
+    ),
+    _reading(
+        "from-estimate",
+        "Sec. IV, above eq. (15)",
+        "The virtual output starts each period at the output of the estimate, as (6) has it.",
+    ),
+    _reading(
+        "surface-magnets",
+        "Sec. V, parameters",
+        "The torque constant is that of a machine with surface magnets, 1.5 p Ψ_f, which the text does not say.",
+        inference=True,
+    ),
+    _reading(
+        "inverse-feedforward",
+        "Sec. V, ȳ_d",
+        "The purpose of ȳ_d is to invert the motor, which the text does not say.",
+        inference=True,
+    ),
+    _reading(
+        "searched",
+        TABLE,
+        "Any one of the readings searched: feedforward, timing of the reference, kind of gain, form of the observer, "
+        "which observers stand for the columns, ζ(0), window of time, and instants of the error.",
+    ),
+)

@@ -1,0 +1,20 @@
+"""Evidence from a family of readings: the outcome under each, and the answer under the first of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from replication.audit.model import Evidence, Outcome
+
+
+def by_margin(margins: Mapping[str, float], **told: Any) -> Evidence:
+    """A statement that holds where a margin is positive; margins: by reading, that of the claim first."""
+    outcomes = tuple(Outcome(reading=reading, holds=margin > 0, margin=margin) for reading, margin in margins.items())
+    return Evidence(holds=outcomes[0].holds, margin=outcomes[0].margin, outcomes=outcomes, **told)
+
+
+def by_value(values: Mapping[str, float], **told: Any) -> Evidence:
+    """A printed number; values: what comes out by reading, that of the claim first."""
+    outcomes = tuple(Outcome(reading=reading, value=value) for reading, value in values.items())
+    return Evidence(value=outcomes[0].value, outcomes=outcomes, **told)

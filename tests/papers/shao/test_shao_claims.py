@@ -1,0 +1,367 @@
+"""Every check of this paper can fail: a perturbed result, print or plant turns its pinned verdict."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from papers.shao import PAPER
+from papers.shao.choices import INTERPOLATIONS, MEASURES, STARTS
+from papers.shao.claims.outcomes import by_margin
+from papers.shao.claims.table import described, ordering_counts
+from papers.shao.experiments import motor as motor_experiments
+from papers.shao.experiments.readings import SEARCH, merged, table_columns
+from papers.shao.experiments.tracking import _energy
+from papers.shao.method.lyapunov import _increment_gap, increment_order, prediction_gap
+from papers.shao.method.search import search_block
+from papers.shao.printed import DATA
+from papers.shao.problem import (
+    APO,
+    COLUMNS,
+    COUNTEREXAMPLE,
+    DESIGN,
+    FAST,
+    PMI,
+    READINGS,
+    SRC,
+    START,
+    literal_loop,
+)
+from replication.audit.judge.verdict import make_record
+from replication.audit.model import NO_READING, Kind, Verdict
+from replication.audit.store.jsonvalues import encode
+from replication.estimation.dualrate.problem import make_plant
+from replication.estimation.dualrate.response import time_response
+
+CLAIMS = {claim.id.removeprefix("shao."): claim for claim in PAPER.claims}
+EXPERIMENTS = {experiment.name: experiment for experiment in PAPER.experiments}
+BLOCKS = {f"shao.{name}" for name in SEARCH}
+Change = Callable[[dict[str, Any]], None]
+
+
+@cache
+def small_block() -> dict[str, Any]:
+    """A small search in the place of each block of the large one."""
+    small = replace(READINGS, horizon=6, substeps=8)
+    return json.loads(json.dumps(asdict(search_block(small, table_columns(4, 1), 0))))
+
+
+@cache
+def stored(name: str) -> str:
+    """What the experiment leaves in the store."""
+    if name in BLOCKS:
+        return json.dumps(small_block())
+    experiment = EXPERIMENTS[name]
+    return encode(name, experiment.function(**experiment.inputs))
+
+
+def results_of(names: tuple[str, ...]) -> dict[str, Any]:
+    return {name: json.loads(stored(name)) for name in names}
+
+
+def verdict(name: str, change: Change | None = None, printed: str | None = None) -> Verdict:
+    claim = CLAIMS[name] if printed is None else replace(CLAIMS[name], printed=printed)
+    errata = [erratum for erratum in PAPER.errata if erratum.id == claim.erratum]
+    results = results_of((*claim.uses, *(use for erratum in errata for use in erratum.uses)))
+    if change is not None:
+        short = {key.removeprefix("shao."): value for key, value in results.items()}
+        change(short)
+        results = {f"shao.{key}": value for key, value in short.items()}
+    proof = errata[0].prove(results) if errata else None
+    return make_record(claim, claim.answer(results), proof).verdict
+
+
+def put(path: str, value: Any) -> Change:
+    """Set one entry of the results, whose place is written with strokes; a list entry by its number."""
+
+    def change(results: dict[str, Any]) -> None:
+        *parents, last = path.split("/")
+        entry: Any = results
+        for name in parents:
+            entry = entry[int(name)] if isinstance(entry, list) else entry[name]
+        entry[int(last) if isinstance(entry, list) else last] = value
+
+    return change
+
+
+def alike(results: dict[str, Any]) -> None:
+    """DRC-APO as a fast sensor in all measures."""
+    table, sweep, transients = results["table"], results["frequencies"], results["transients"]
+    for found in (transients["time_constants"], table["ratios"], sweep["bandwidth"]):
+        found[APO] = found[FAST]
+
+
+def no_bandwidth(results: dict[str, Any]) -> None:
+    results["frequencies"]["bandwidth"][APO] = [1e-3, 2e-3, 3e-3]
+
+
+def all_unstable(results: dict[str, Any]) -> None:
+    results["table"]["radius"].update(dict.fromkeys(INTERPOLATIONS.values(), 1.5))
+
+
+def estimates_off(results: dict[str, Any]) -> None:
+    results["table"]["estimation"][APO] = [1e3] * 6
+
+
+def quick(results: dict[str, Any]) -> None:
+    """DRC-APO settles at once from every start."""
+    results["transients"]["time_constants"][APO] = 0.1
+    for energy in results["transients"]["energy"].values():
+        energy[APO] = dict.fromkeys(energy[APO], 0.0)
+
+
+def not_excited(results: dict[str, Any]) -> None:
+    results["transients"]["excited"] = dict.fromkeys(STARTS, [0.0] * 6)
+
+
+def large_errors(results: dict[str, Any]) -> None:
+    for found in (*results["table"]["readings"].values(), results["table"]["ratios"]):
+        found[APO] = [100 * value for value in found[APO]]
+
+
+def falling(results: dict[str, Any]) -> None:
+    table = results["table"]
+    for found in (*table["readings"].values(), table["ratios"]):
+        for name in found:
+            found[name] = sorted(found[name], reverse=True)
+
+
+def as_printed(column: str) -> Change:
+    """The column of Table I comes out under every reading."""
+
+    def change(results: dict[str, Any]) -> None:
+        printed = [float(row[f"DRC-{column.upper()}"]) for row in DATA["table-1"].values()]
+        for found in (*results["table"]["readings"].values(), results["table"]["ratios"]):
+            found.update(dict.fromkeys((COLUMNS["apo"],) if column == "apo" else INTERPOLATIONS.values(), printed))
+
+    return change
+
+
+def jumping(results: dict[str, Any]) -> None:
+    """(6) has the rate from neither start."""
+    results["theorem"]["increment_order"][APO] = {"measurement": 0.0, "estimate": 0.0}
+
+
+def repaired(results: dict[str, Any]) -> None:
+    """The virtual measurement is that of the repaired predictor."""
+    results["theorem"]["gap"]["motor"] = results["theorem"]["repaired_gap"]
+
+
+CHANGES: dict[str, Change] = {
+    "theory.fast-sensor": alike,
+    "order.bandwidth": no_bandwidth,
+    "theory.discrete-observer": put(f"table/agreement/{APO}/2", 1e-3),
+    "theory.error-equations": put("motor/equation_gap", 1e-3),
+    "theory.second-case": put("motor/case_gap", 1e-3),
+    "theory.lyapunov": put("theorem/motor/smallest", -1e-3),
+    "theory.output-bounds": put("bounds/worst/13", 1.01),
+    "theory.estimate-bound": put("bounds/worst/14", 1.01),
+    "theory.prediction-rate": jumping,
+    "theory.prediction-bound": repaired,
+    "theory.collected-constant": put("bounds/worst/17", 1.01),
+    "theory.contraction": put("theorem/factor_gap", 1e-3),
+    "theory.stability": put(f"theorem/radius/{APO}", 0.99),
+    "motor.torque-constant": put("motor/torque_constant", 3.67),
+    "motor.coordinates": put("motor/transfer_gap", 1e-3),
+    "motor.hurwitz-feedback": put("motor/feedback_margin", 0.1),
+    "motor.hurwitz-observer": put("motor/observer_margin", 0.1),
+    "motor.slow-period": put("motor/slow_period", 1.05),
+    "motor.feedforward": put("motor/inverse_gap/corrected", 1e-3),
+    "stability.src": put(f"table/radius/{SRC}", 0.9),
+    "stability.pmi": all_unstable,
+    "stability.apo": put(f"table/radius/{APO}", 1.5),
+    **{f"order.estimate-{figure}": estimates_off for figure in DATA["frequency"]},
+    "order.transient": quick,
+    **{f"table.src-{row}": not_excited for row in range(1, 7)},
+    **{f"table.{column}-{row}": as_printed(column) for column in COLUMNS for row in range(1, 7)},
+    "order.apo-below-pmi": large_errors,
+    **{f"order.growth-{column}": falling for column in COLUMNS},
+}
+SETTLED = {"theory.condition"}
+"""What no computation can settle."""
+
+
+def test_every_claim_that_is_checked_has_a_perturbed_result() -> None:
+    assert {*CHANGES, "table.any-reading"} == CLAIMS.keys() - SETTLED
+    assert {CLAIMS[name].kind for name in SETTLED} == {Kind.CITED}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_perturbed_result_turns_the_verdict(name: str) -> None:
+    assert verdict(name) is CLAIMS[name].expected
+    assert verdict(name, CHANGES[name]) not in (CLAIMS[name].expected, Verdict.ERROR)
+
+
+def test_table_one_is_reproduced_if_the_nearest_reading_is_printed() -> None:
+    claim = CLAIMS["table.any-reading"]
+    rows = claim.answer(results_of(claim.uses)).value
+    nearest = "[{}]".format("; ".join(" ".join(f"{value:.2f}" for value in row) for row in rows))
+    assert verdict("table.any-reading") is Verdict.DIFFERS
+    assert verdict("table.any-reading", printed=nearest) is not Verdict.DIFFERS
+    assert len(claim.printed.split(";")) == 6
+
+
+def test_printed_example_not_covered_is_told_and_not_judged() -> None:
+    evidence = CLAIMS["theory.condition"].answer(results_of(("shao.theorem",)))
+    assert evidence.not_checkable
+    assert max(evidence.quantities.values()) > 1
+
+
+@pytest.mark.parametrize(("row", "column"), [(1, 2), (2, 1), (2, 2)])
+def test_another_plant_is_told_from_the_motor(row: int, column: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One entry of A is off by a per cent: (23) is no longer these matrices, or the structure of x is lost."""
+    state = DESIGN.model.state.copy()
+    state[row, column] *= 1.01
+    other = replace(DESIGN, model=make_plant(state, DESIGN.model.input, DESIGN.model.output))
+    monkeypatch.setattr(motor_experiments, "DESIGN", other)
+    assert motor_experiments.motor_model(1)["transfer_gap"] > 1e-4
+
+
+def test_other_gains_and_periods_turn_the_motor_claims(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        motor_experiments,
+        "DESIGN",
+        replace(DESIGN, feedback=-DESIGN.feedback, injection=-DESIGN.injection, period=0.21),
+    )
+    found = json.loads(json.dumps(motor_experiments.motor_model(1)))
+    for name in ("motor.hurwitz-feedback", "motor.hurwitz-observer", "motor.slow-period"):
+        assert verdict(name, lambda results: results["motor"].update(found)) is not CLAIMS[name].expected
+
+
+def test_each_claim_has_a_reading_that_exists_and_so_has_each_outcome() -> None:
+    known = {reading.name for reading in PAPER.readings}
+    assert len(known) == len(PAPER.readings)
+    assert set(MEASURES) | set(INTERPOLATIONS) | set(STARTS) < known
+    used = set()
+    for claim in PAPER.claims:
+        assert claim.reading == NO_READING or claim.reading in known, claim.id
+        outcomes = claim.answer(results_of(claim.uses)).outcomes
+        names = [outcome.reading for outcome in outcomes]
+        assert len(set(names)) == len(names)
+        assert not names or names[0] == claim.reading, claim.id
+        used |= {claim.reading, *names}
+    assert used - {NO_READING} == known
+
+
+def test_outcomes_that_hang_on_a_reading_are_listed_under_each() -> None:
+    """Which observer, and from which start: the answer is not the same under all."""
+
+    def outcomes(name: str) -> dict[str, bool | None]:
+        evidence = CLAIMS[name].answer(results_of(CLAIMS[name].uses))
+        return {outcome.reading: outcome.holds for outcome in evidence.outcomes}
+
+    assert outcomes("order.transient") == {
+        "slowest-mode": False,
+        "start-zero": False,
+        "start-output": True,
+        "start-true": True,
+    }
+    for name in ("order.apo-below-pmi", "order.bandwidth", "order.estimate-2", "order.estimate-3"):
+        found = outcomes(name)
+        assert [reading for reading, holds in found.items() if not holds] == ["pmi-one-correction"]
+    assert outcomes("stability.pmi")["pmi-slow-input"] is False
+    assert by_margin({"one": -1.0, "other": 1.0}, method="m").holds is False
+
+
+def test_energy_of_a_transient_is_that_of_the_response_less_its_steady_state() -> None:
+    """With five slow periods in a turn the steady state repeats, and late periods show it."""
+    sigma = 2 * np.pi / (5 * DESIGN.slow_period)
+    for choice, estimate in (("start-zero", 0 * START), ("start-output", START * [1, 0, 0]), ("start-true", START)):
+        loop = literal_loop(APO, sigma)
+        response = time_response(loop, START, estimate, slow_periods=400, substeps=20)
+        turn = 5 * DESIGN.ratio * 20
+        late = np.tile(response.error[-turn:], 400 // 5)
+        expected = float(np.sum((response.error - late) ** 2)) * DESIGN.period / 20
+        assert _energy(loop, choice, 200, substeps=20) == pytest.approx(expected, rel=1e-6)
+
+
+def test_single_rate_responses_grow_by_the_radius_from_every_start() -> None:
+    radius = json.loads(stored("shao.table"))["radius"][SRC]
+    loop = literal_loop(SRC, 1.0)
+    for estimate in (0 * START, START * [1, 0, 0], START):
+        response = time_response(loop, START, estimate, slow_periods=40, substeps=1)
+        sizes = np.abs(response.error).reshape(40, -1).max(axis=1)
+        assert sizes[-1] / sizes[-2] == pytest.approx(radius, rel=1e-3)
+
+
+def test_the_repaired_predictor_meets_the_inequality_that_the_printed_one_breaks() -> None:
+    for design in (DESIGN, COUNTEREXAMPLE):
+        for period in (1e-4, 1e-5):
+            at = replace(design, period=period)
+            printed, bound = prediction_gap(at)
+            own, same = prediction_gap(at, repaired=True)
+            assert same == bound
+            assert own < bound < printed
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_rate_of_the_virtual_output_on_other_plants(seed: int) -> None:
+    """From the measurement only the repaired predictor has the rate, from the estimate only (6)."""
+    rng = np.random.default_rng(seed)
+    design = replace(
+        DESIGN,
+        model=make_plant(rng.normal(size=(3, 3)), rng.normal(size=(3, 1)), rng.normal(size=(1, 3))),
+        injection=rng.normal(size=(3, 1)),
+    )
+    for measured in (True, False):
+        for restarted in (True, False):
+            order = increment_order(design, (1e-3, 1e-4), measured=measured, repaired=restarted)
+            assert order == pytest.approx(2.0 if measured is restarted else 0.0, abs=0.01)
+
+
+def test_increment_by_a_fine_simulation() -> None:
+    """The order of departure rests on the integral of C A ζ + C B u: here by many small Euler steps."""
+    A, B, C, L = DESIGN.model.state, DESIGN.model.input, DESIGN.model.output, DESIGN.injection
+    period, steps = 1e-3, 20000
+    rng = np.random.default_rng(5)
+    zeta, u, y = rng.normal(size=(3, 1)), rng.normal(size=(1, 1)), rng.normal(size=(1, 1))
+    own, model, integral = zeta.copy(), zeta.copy(), 0.0
+    for _ in range(steps):
+        width = period / steps
+        integral += width * (C @ A @ own + C @ B @ u).item()
+        own = own + width * (A @ own + B @ u + L @ (y - C @ own))
+        model = model + width * (A @ model + B @ u)
+    gap = (C @ model - y).item() - integral
+    size = np.linalg.norm(np.concatenate([zeta, u, y]))
+    assert abs(gap) <= _increment_gap(replace(DESIGN, period=period), True, False) * size * (1 + 1e-6)
+    assert gap == pytest.approx((C @ zeta - y).item(), rel=1e-2)
+
+
+def test_ties_up_to_rounding_are_counted_apart() -> None:
+    column = [1.0, 2.0, 3.0]
+    entry = dict.fromkeys(("model_interpolation", "held_measurement", "single_correction", "slow_input_interpolation"))
+    apo = dict.fromkeys(("alternating_predictive", "open_loop_prediction", "running_prediction"))
+    for factor, outcome in ((0.9, "holds"), (1.1, "fails"), (1 + 1e-13, "tied"), (1 - 1e-13, "tied"), (1.0, "tied")):
+        ratios = {**entry, **apo, PMI: column, APO: [factor * value for value in column]}
+        counts = ordering_counts([{"ratios": ratios}])
+        assert counts[outcome] == sum(counts.values()) == 1
+    mixed = {**entry, **apo, PMI: column, APO: [0.9, 2.2, 2.7]}
+    assert ordering_counts([{"ratios": mixed}])["fails"] == 1
+
+
+USED = {"theorem", "table", "bounds", "transients", "orderings"}
+
+
+def test_findings_are_short() -> None:
+    names = tuple(name for name in EXPERIMENTS if name in BLOCKS or name.split(".")[1] in USED)
+    told = PAPER.findings(results_of(names))
+    for finding in told:
+        assert len(finding.split()) <= 25, finding
+        numbers = re.findall(r"\d[\d,.]*", re.sub(r"\(\d+\)", "", finding))
+        assert len(numbers) <= 2, finding
+    assert any("Not searched: delays" in finding for finding in told)
+    assert len(set(told)) == len(told)
+
+
+def test_readings_are_described_with_their_numbers() -> None:
+    found = merged([small_block()])
+    words = described(found.joint["apo"])
+    assert f"{100 * found.joint['apo'].values[0]:.2f}" in words
+    assert "gain" in words and "feedforward" in words
