@@ -35,7 +35,7 @@ def exponent(points: list[tuple[float, float]]) -> float:
 
 
 @EXAMPLE_4.feasible(
-    "ex4.unstable", place="Sec. X, Example 4", pinned="not checkable", uses="roots", reading="jordan-one"
+    "ex4.unstable", place="Sec. X, Example 4", pinned="undetermined", uses="roots", reading="jordan-one"
 )
 def instability(results: Results) -> Evidence:
     """The system of Example 4 is unstable."""

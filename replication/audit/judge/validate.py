@@ -12,7 +12,7 @@ from replication.errors import AuditError
 
 _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
 _CELL = "claim:"
-REQUIRE_READING = False
+REQUIRE_READING = True
 """Whether every claim must name its reading; `NO_READING` says that the text leaves no choice."""
 
 
