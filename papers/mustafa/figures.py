@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from papers.mustafa.claims.preliminaries import down, up
 from papers.mustafa.experiments.draws import DRAWS, merged
 from papers.mustafa.printed import EXAMPLES, GAMMA
 from replication.audit.model import Figure, FigureData, Results
@@ -81,7 +82,7 @@ def plot_curves(figure: FigureData) -> Any:
         axis.plot(c[f"h_{e}"], c[f"optimum_{e}"], label="optimum for constant $h$", **line(0))
         axis.plot(c[f"h_{e}"], c[f"filter_{e}"], label="filter, constant $h$", **line(1))
         axis.plot(c[f"middle_{e}"], c[f"published_{e}"], "o", color=COLOURS[2], label="published level")
-        axis.axhspan(*c[f"lower_{e}"], *c[f"upper_{e}"], color=COLOURS[3], label="that filter, periods that vary")
+        axis.axhspan(*c[f"lower_{e}"], *c[f"upper_{e}"], color=COLOURS[3], label="filter, all sequences")
         axis.set(xlabel="constant period $h$ (s)", ylabel="gain", title=f"Example {e}, {OF_FILTER[e]}")
     axes[1].legend(loc="center")
     return drawing
@@ -95,8 +96,8 @@ def describe_curves(figure: FigureData) -> str:
     return (
         "; ".join(
             f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, the filter at constant "
-            f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; with periods "
-            f"that vary the filter has between {c[f'lower_{e}'][0]:.4f} and {c[f'upper_{e}'][0]:.4f}"
+            f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its gain "
+            f"over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}"
             for e in EXAMPLES
         )
         + f". In Example 1 the optimum jumps by {max(steps):.4f} near {c['h_1'][jump]:.4f} s."
@@ -127,7 +128,7 @@ def describe_brackets(figure: FigureData) -> str:
     """First and last bracket."""
     c = figure.columns
     return (
-        "; ".join(f"h_u = {c['h_u'][i]:.4f} s: between {c['lower'][i]:.4f} and {c['upper'][i]:.4f}" for i in (0, -1))
+        "; ".join(f"h_u = {c['h_u'][i]:.4f} s: between {down(c['lower'][i])} and {up(c['upper'][i])}" for i in (0, -1))
         + "."
     )
 

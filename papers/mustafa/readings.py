@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from papers.mustafa.experiments.draws import LAWS
+from papers.mustafa.experiments.levels import ABOVE
 from replication.audit.model import Reading
 
 SAMPLES = Reading(
@@ -25,7 +26,8 @@ NOMINAL = Reading(
 OUR_FILTER = Reading(
     name="our filter",
     place="Sec. VI-A",
-    text="Example 1 prints no filter. Ours, next to the nominal optimum at the middle of the range, stands for it.",
+    text=f"Example 1 prints no filter. Ours, at 1 + {ABOVE:.0e} times the nominal optimum at the middle of the range, "
+    "stands for it.",
 )
 MOTOR = Reading(
     name="one motor constant",

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from papers.mustafa.claims.extensions import solvers
-from papers.mustafa.claims.preliminaries import FILTER
+from papers.mustafa.claims.preliminaries import FILTER, down, up
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, matrix, upper_end
 from papers.mustafa.readings import (
@@ -54,7 +54,7 @@ def where_it_holds(e: int, results: Results) -> str:
     c = results[f"curve.{e}"]
     return (
         f"For {FILTER[e]} the level holds, to its printed digits, at constant sampling periods from "
-        f"{c['holds_from']:.5f} to {c['holds_to']:.5f} s around the middle {c['middle']:.5f} s of the range."
+        f"{up(c['holds_from'], 5)} to {down(c['holds_to'], 5)} s around the middle {c['middle']:.5f} s of the range."
     )
 
 
@@ -86,10 +86,10 @@ def guaranteed(e: int, results: Results) -> Evidence:
             "duration-weighted, upper": d["upper"],
         },
         solvers=solvers(r),
-        note="By the definition of Sec. II the level is one over every sequence, and the abstract, step 3 and Sec. VII "
-        "read so. Sec. V-A says that the level of Algorithm 1 is nominal, and Sec. VI-B says so of the level of "
-        f"Example 2; as nominal ones the levels are checked apart (Sec. VI). The bracket is that of {FILTER[e]}; the "
-        f"norms count samples, not seconds. {where_it_holds(e, results)}",
+        note="The definition of Sec. II is about (5) with all its sequences, and the abstract, step 3 and Sec. VII "
+        "can be read so. Sec. V-A says that the level of Algorithm 1 is nominal, and Sec. VI-B says so of the level of "
+        "Example 2; as nominal ones the levels are checked apart (Sec. VI). The bracket is that of "
+        f"{FILTER[e]}; its norms count samples, not seconds. {where_it_holds(e, results)}",
     )
 
 
@@ -160,8 +160,8 @@ for e in EXAMPLES:
     ABSTRACT.feasible(
         f"valid.{e}",
         place="Sec. I; Sec. III, before Lemma 2",
-        statement=f"In Example {e} (6), which holds with the printed level for the one period of the grid, holds for "
-        "all periods of the range.",
+        statement=f"The inequality (6), which in Example {e} holds with the printed level, to its digits, for the one "
+        "period of the grid, holds for all periods of the range.",
         uses=f"curve.{e}",
         pinned="differs",
         reading=ONE_ELEMENT.name,
@@ -169,7 +169,7 @@ for e in EXAMPLES:
     ABSTRACT.feasible(
         f"valid-own.{e}",
         place="Sec. I; Sec. III, before Lemma 2",
-        statement=f"In Example {e} what solves (6) with its level for the periods of the grid solves it for all "
+        statement=f"What solves (6) in Example {e} with its level for the periods of the grid solves it for all "
         "periods of the range.",
         uses=f"own-grid.{e}",
         pinned="differs",
@@ -190,8 +190,8 @@ def beside(e: int, others: str, remark: str, results: Results) -> Evidence:
             "duration-weighted gain, upper": results[f"bracket-duration.{e}"]["upper"],
         },
         not_checkable=f"The paper sets {GAMMA[e]} and {others} side by side and claims no order. "
-        f"{remark} The printed level is nominal; over all sequences the gain of {FILTER[e]} lies between "
-        f"{r['lower']:.4f} and {r['upper']:.4f}.",
+        f"{remark} The printed level is nominal; over all sequences, samples counted, the gain of {FILTER[e]} lies "
+        f"between {down(r['lower'])} and {up(r['upper'])}.",
     )
 
 
@@ -303,7 +303,7 @@ def undetermined(name: str, results: Results) -> Evidence:
             "norm of the Riccati filter": r["riccati_norm"],
             "norm of the printed filter": norm,
         },
-        not_checkable="The paper gives the filter that it found and calls it neither unique nor optimal. With "
+        not_checkable="The paper gives the filter that it found and does not say how near to the optimum. With "
         f"D = 0 the infimum is degenerate: the filter there and the printed one {both} the printed level, and "
         f"differ by up to {apart:.4f} in this matrix. Which one a solver returns depends on where it stops, which "
         "is not stated. What does not depend on it is checked by itself: the norm, A_f "
@@ -388,6 +388,6 @@ def attenuated(results: Results) -> Evidence:
             **{f"smallest ratio with no filter, periods {law}": min(laws[law]["none"]) for law in LAWS},
             "attained worst-case gain": results["bracket.2"]["lower"],
         },
-        note="Other disturbances are not covered: for the worst one, with the worst sequence, the error is larger than "
-        "the disturbance.",
+        note="Other disturbances are not covered: there are a disturbance and a sequence for which the error is larger "
+        "than the disturbance.",
     )

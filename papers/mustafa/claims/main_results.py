@@ -6,7 +6,7 @@ from functools import partial
 
 from msgspec.structs import replace
 
-from papers.mustafa.claims.preliminaries import FILTER, identity, up_to_rounding
+from papers.mustafa.claims.preliminaries import FILTER, identity, up, up_to_rounding
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, sizes
 from papers.mustafa.readings import (
@@ -76,7 +76,7 @@ def one_interval_is_conservative(results: Results) -> Evidence:
         method="Part of the range outside (9) around its middle, U3 corrected; exact stability test; Algorithm 1.",
         holds=stable and several and min(left_out.values()) > 0,
         note="The text lays this to the condition (8). In Example 2 it is the bound (9): (8) itself, evaluated "
-        f"directly, holds on the whole range with one element ({results['condition.2']['constant']:.4f} at most).",
+        f"directly, holds on the whole range with one element ({up(results['condition.2']['constant_bound'])} at most).",
         quantities={
             **{f"left out by one element (s), Example {e}": length for e, length in left_out.items()},
             **{f"elements that cover, Example {e}": float(size) for e, size in elements.items()},
@@ -169,7 +169,7 @@ def grid_size(e: int, results: Results) -> Evidence:
     """The number of elements of the grid of the corrected algorithm, and by other readings of what one covers."""
     r = results[f"grids.{e}"]
     run, found = r["algorithm"][CORRECT.name], elements(e, results)
-    covering = ", ".join(name for name, interval in r["intervals"].items() if interval["covers"]) or "none"
+    covering = "; ".join(name for name, interval in r["intervals"].items() if interval["covers"]) or "none"
     return Evidence(
         method="Algorithm 1 with (9), U3 corrected, alpha in both steps and a set-minus in step 4.",
         value=float(run["size"]),
@@ -183,7 +183,7 @@ def grid_size(e: int, results: Results) -> Evidence:
         },
         note=f"Forms of (9) in which the middle alone covers the range: {covering}. That the paper's one-element grid "
         f"comes from the root of alpha that step 4 prints is an inference. (9) bounds (8) and is not needed for it: by "
-        f"(8) itself, with the change of the period held constant, the grid has {found[CONDITION_8.name]:g} elements.",
+        f"(8) itself, with the change of the period held constant, the number is {found[CONDITION_8.name]:g}.",
     )
 
 

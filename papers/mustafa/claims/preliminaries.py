@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import Any
 
 from papers.mustafa.experiments.identities import EXACT
-from papers.mustafa.experiments.levels import ABOVE
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Results
 
 LEMMAS = Part("Sec. III, Lemmas 2 and 3, the map below (7)", reading=NO_READING)
 
 FILTER = {
-    1: f"our filter at the optimum times 1 + {ABOVE:.0e} (the paper prints none)",
+    1: "our filter next to the optimum (none is printed)",
     2: "the printed filter",
 }
 """The filter that an example is about."""
+
+
+def down(number: float, places: int = 4) -> Decimal:
+    """A lower bound as the text shows it: rounded, and not above the number."""
+    return Decimal(number).quantize(Decimal(10) ** -places, rounding=ROUND_FLOOR)
+
+
+def up(number: float, places: int = 4) -> Decimal:
+    """An upper bound as the text shows it: rounded, and not below the number."""
+    return Decimal(number).quantize(Decimal(10) ** -places, rounding=ROUND_CEILING)
 
 
 def up_to_rounding(residual: float, method: str, **told: Any) -> Evidence:

@@ -141,7 +141,7 @@ def bracket(
     leaves: int,
     cuts: list[float] | None,
 ) -> Json:
-    """The true worst-case gain of the paper's filter from both sides, its stability, and its norm at each end."""
+    """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at each end."""
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     found = worst_case_gain(
@@ -174,8 +174,8 @@ def bracket(
 
 
 def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None, nodes: int, level: float) -> Json:
-    """gamma*(h) by formula where there is one, the norm of the paper's filter at h, the constant periods around the
-    middle at which that norm is at most `level`, and the floor for any filter."""
+    """gamma*(h) by formula where there is one, the norm of the printed filter, or of ours, at h, the constant periods
+    around the middle at which that norm is at most `level`, and the floor for any filter."""
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     h = span.nodes(nodes)
