@@ -63,9 +63,14 @@ def no_filter(results: dict[str, Any]) -> None:
 
 
 BROKEN: dict[str, Alteration] = {
-    **{f"robust-level.{e}": to(0.09, f"bracket.{e}", "lower") for e in EXAMPLES},
+    **{
+        f"robust-level.{e}": both(to(0.08, f"bracket.{e}", "lower"), to(0.09, f"bracket.{e}", "upper"))
+        for e in EXAMPLES
+    },
     **{f"valid.{e}": to(0.0, f"curve.{e}", "floor") for e in EXAMPLES},
-    **{f"valid-own.{e}": to(0.0, f"own-grid.{e}", "lower") for e in EXAMPLES},
+    **{
+        f"valid-own.{e}": both(to(0.10, f"own-grid.{e}", "lower"), to(0.11, f"own-grid.{e}", "upper")) for e in EXAMPLES
+    },
     "lemma-2": to(1e-6, "identities", "lemma 2"),
     "lemma-3": to(1e-6, "identities", "lemma 3"),
     "map": to(1e-6, "identities", "map reordered"),
@@ -138,6 +143,14 @@ def test_a_perturbed_print_changes_the_verdict(
     matrix, other = BY_PRINT[name]
     monkeypatch.setitem(DATA["filter"], matrix, PrintedValue(other, "Sec. VI-B"))
     assert verdict(name, results) is not CLAIMS[name].expected
+
+
+@pytest.mark.parametrize(("name", "experiment"), [("robust-level", "bracket"), ("valid-own", "own-grid")])
+def test_a_bracket_that_does_not_decide_gives_no_verdict(name: str, experiment: str, results: dict[str, Any]) -> None:
+    for e in EXAMPLES:
+        altered = copy.deepcopy(results)
+        to(0.01, f"{experiment}.{e}", "lower")(altered)
+        assert verdict(f"{name}.{e}", altered) is CLAIMS["cited.14"].expected
 
 
 def inputs(name: str) -> dict[str, Any]:

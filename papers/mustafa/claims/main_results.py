@@ -75,8 +75,8 @@ def one_interval_is_conservative(results: Results) -> Evidence:
     return Evidence(
         method="Part of the range outside (9) around its middle, U3 corrected; exact stability test; Algorithm 1.",
         holds=stable and several and min(left_out.values()) > 0,
-        note="The text lays this to the condition (8). In Example 2 it is the bound (9): (8) itself, evaluated "
-        f"directly, holds on the whole range with one element ({up(results['condition.2']['constant_bound'])} at most).",
+        note="The text lays this to the condition (8). In Example 2 it is the bound (9): the norm in (8), evaluated "
+        f"directly, is at most {up(results['condition.2']['constant_bound'])} on the whole range with one element.",
         quantities={
             **{f"left out by one element (s), Example {e}": length for e, length in left_out.items()},
             **{f"elements that cover, Example {e}": float(size) for e, size in elements.items()},
