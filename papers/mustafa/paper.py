@@ -34,8 +34,8 @@ FORMULAS = (
 SUMMARY = (
     "The paper designs filters for measurements at irregular instants by solving matrix inequalities at a grid of "
     "sampling periods that a small-gain argument chooses. Two plants of two states are the examples. The levels in the "
-    "examples are nominal, as Sec. V-A says: they come from one constant period. This page sets beside each a bracket of "
-    "the worst case over all sampling sequences, for the printed filter or, where none is printed, for ours."
+    "examples are nominal, as Sec. V-A says: they come from one constant period. This page sets beside each a bracket "
+    "of the worst case over all sampling sequences, for the printed filter or, where none is printed, for ours."
 )
 
 PARTS = (
