@@ -100,6 +100,15 @@ def test_a_wrong_unit_or_step_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> 
     assert not errata[f"{KEY}.step"].prove({}).holds
 
 
+def test_another_filter_does_not_bear_out_the_motor_constant(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With A_f = Phi - B_f C for K_theta = 0 in the second row the proof fails."""
+    (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.motor-constant")
+    results = {f"{KEY}.nominal.2": nominal(**example(2))}
+    assert erratum.prove(results).holds
+    monkeypatch.setitem(DATA["filter"], "B_f", PrintedValue("[0.6505; 1.0674]", "Sec. VI-B"))
+    assert not erratum.prove(results).holds
+
+
 @pytest.mark.slow
 def test_every_claim_has_its_pinned_verdict(fresh_run: Outcome) -> None:
     claims = [claim for claim in fresh_run.results.claims if claim.paper == KEY]

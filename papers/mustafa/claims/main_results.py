@@ -213,7 +213,8 @@ def condition_8(e: int, results: Results) -> Evidence:
         },
         not_checkable="" if not undecided else "The bound between the nodes does not decide; take more of them.",
         note="In modal coordinates the left side is the least that any coordinates give for a constant change: where "
-        "it exceeds one, no change of coordinates helps.",
+        "it exceeds one, no change of coordinates helps. Its gain for every sequence in the coordinates of the plant "
+        "is not evaluated.",
     )
 
 
