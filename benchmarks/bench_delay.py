@@ -32,7 +32,7 @@ from papers.peet2019.experiments import scaling
 from papers.peet2019.experiments.measured import PLAIN, RECORD, Cell, recorded
 from papers.peet2019.printed import DELAY_COUNTS, STATES, published
 from papers.peet2019.printed import seconds as printed_seconds
-from replication.estimation.conic.sdpa import Program
+from replication.estimation.conic.program import Program
 from replication.estimation.delay import DegreeRule
 
 TABLE = Path(__file__).parent / "delay_full.md"

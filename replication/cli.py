@@ -1,4 +1,4 @@
-"""The command line: `python -m replication` or `replication`; one module of `replication.commands` for each command.
+"""The command line: `python -m replication` or `replication`, with the commands of `replication.commands`.
 
 Exit codes: 0 all is well · 1 a verdict is not the pinned one, a certificate is not proved, or `check` or `diff` found
 something · 2 bad usage or input · 3 an experiment, claim, erratum or figure ended in an error, or no design was found ·
@@ -64,14 +64,14 @@ def _parser() -> argparse.ArgumentParser:
     )
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for name in commands.NAMES:
-        module = commands.load(name)
+        command = commands.load(name)
         added = subparsers.add_parser(
             name,
-            help=module.TEXT,
-            description=f"{module.TEXT[0].upper()}{module.TEXT[1:]}.",
-            epilog=getattr(module, "NOTES", "") + EXIT_CODES,
+            help=command.text,
+            description=f"{command.text[0].upper()}{command.text[1:]}.",
+            epilog=command.notes + EXIT_CODES,
             formatter_class=style,
         )
-        module.arguments(added)
-        added.set_defaults(command=module.command)
+        command.arguments(added)
+        added.set_defaults(command=command.command)
     return parser

@@ -215,11 +215,31 @@ def test_without_results_the_way_to_make_them_is_named(lab: Lab, command: tuple[
     assert "results.json does not exist; make it with `python -m replication run`" in done.stderr
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("list",), ("show", "toy2020.square.two"), ("check",), ("report",), ("export",),
+        ("diff", "report/results.json", "report/results.json"),
+    ],
+)  # fmt: skip
+def test_results_of_another_schema_are_refused(ran: Lab, command: tuple[str, ...]) -> None:
+    path, page = ran.root / "report" / "results.json", ran.root / "report" / "index.html"
+    before = page.read_bytes()
+    content = json.loads(path.read_bytes())
+    path.write_text(json.dumps({**content, "schema_version": 99}), encoding="utf-8")
+    done = ran.cli(*command)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "report/results.json has schema version 99, and this program reads 3" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert page.read_bytes() == before and not (ran.root / "report" / "exports").exists()
+
+
 def test_check_finds_a_verdict_set_by_hand(ran: Lab) -> None:
     assert ran.cli("check").returncode == 0
     path = ran.root / "report" / "results.json"
     content = json.loads(path.read_bytes())
-    content["claims"][2]["verdict"] = content["claims"][2]["expected_verdict"] = "reproduced"
+    forged = content["claims"][2]
+    forged["judgement"]["verdict"] = forged["claim"]["expected"] = "reproduced"
     path.write_text(json.dumps(content), encoding="utf-8")
     done = ran.cli("check")
     assert done.returncode == 1

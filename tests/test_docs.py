@@ -168,3 +168,16 @@ def test_every_command_of_the_guide_exists() -> None:
         re.findall(r"python -m replication (\w+)", "\n".join(path.read_text() for path in ROOT.glob("docs/**/*.md")))
     )
     assert named <= set(commands.NAMES)
+
+
+def test_the_map_shows_every_room_and_every_path_on_it_is_there() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rooms = {match[1] for match in re.finditer(r"^\| `([\w/]+)` \|", page, re.MULTILINE)}
+    folders = {path.parent for path in (ROOT / "replication").glob("*/__init__.py")}
+    folders |= {path.parent for path in (ROOT / "replication" / "audit").glob("*/__init__.py")}
+    assert rooms == {path.relative_to(ROOT).as_posix() for path in folders} | {"papers/KEY"}
+    named = re.findall(r"`((?:replication|papers)/[\w./]+\.(?:py|toml|json))`", page)
+    assert len(named) > 15
+    for name in named:
+        place = name.replace("KEY", "okajima2023").replace("METHOD", "multirate")
+        assert (ROOT / place).is_file(), name

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,11 +14,24 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 FORBIDDEN = {
-    "replication/estimation": ("papers", "replication.audit", "matplotlib"),
-    "replication/audit": ("papers", "replication.estimation", "control", "cvxpy", "clarabel"),
+    "replication/estimation": (
+        "papers",
+        "replication.audit",
+        "replication.certify",
+        "replication.verify",
+        "matplotlib",
+    ),
+    "replication/audit": ("papers", "replication.estimation", "replication.certify", "control", "cvxpy", "clarabel"),
+    "replication/certify": ("papers", "replication.audit", "matplotlib"),
+    "replication/drawing": ("papers", "replication.audit", "replication.estimation", "replication.certify"),
     "replication/ownplant": ("papers", "matplotlib", "control", "cvxpy", "clarabel"),
 }
 """What the files of each room must not import, anywhere in them."""
+
+SHARED = ("replication.verify.algebra", "replication.verify.reading")
+"""The parts of the verifier that makers of certificates may use: its algebra, and how it writes numbers."""
+ASKS = "own.py"
+"""The one module of theirs that asks the verifier: it hands out no certificate of an own plant that was not checked."""
 
 
 def imported(tree: ast.AST, package: str) -> Iterator[tuple[int, str]]:
@@ -85,6 +99,11 @@ def test_every_room_is_looked_at(room: str) -> None:
         ("audit/a.py", "from ..estimation import validation", "replication.estimation.validation"),
         ("audit/a.py", "import control", "control"),
         ("audit/a.py", "import cvxpy as cp", "cvxpy"),
+        ("audit/a.py", "def f():\n    from replication.certify import rounding", "replication.certify.rounding"),
+        ("estimation/a.py", "from ..verify import balls", "replication.verify.balls"),
+        ("certify/a.py", "from papers.toy.data import A", "papers.toy.data.A"),
+        ("certify/deep/a.py", "def f():\n    from ...audit import model", "replication.audit.model"),
+        ("drawing/a.py", "if TYPE_CHECKING:\n    from replication.estimation import x", "replication.estimation.x"),
     ],
 )
 def test_a_planted_violation_is_found(file: str, source: str, name: str, tmp_path: Path) -> None:
@@ -92,6 +111,14 @@ def test_a_planted_violation_is_found(file: str, source: str, name: str, tmp_pat
     path.parent.mkdir(parents=True)
     path.write_text(source, encoding="utf-8")
     assert [text.split(" imports ")[1] for text in violations(tmp_path)] == [name]
+
+
+def test_makers_of_certificates_use_the_algebra_of_the_verifier_only() -> None:
+    for path in (ROOT / "replication" / "certify").rglob("*.py"):
+        package = ".".join(path.relative_to(ROOT).parent.parts)
+        for line, name in imported(ast.parse(path.read_text(encoding="utf-8")), package):
+            if name.startswith("replication.verify") and path.name != ASKS:
+                assert name.startswith(SHARED), f"{path}:{line} imports {name}"
 
 
 def test_the_verifier_imports_python_flint_and_itself_only() -> None:
@@ -141,6 +168,105 @@ def test_importing_a_whole_room_opens_no_closed_door(room: str, closed: tuple[st
     loaded = done.stdout.split()
     assert modules[-1] in loaded
     assert [name for name in loaded if any(name == door or name.startswith(f"{door}.") for door in closed)] == []
+
+
+Graph = dict[str, dict[str, int]]
+"""By module, the modules that it imports, each with the line."""
+
+
+def import_graph(root: Path, packages: tuple[str, ...] = ("replication", "papers")) -> Graph:
+    """Which module of the packages imports which: at the top, inside functions, for type checking, by a literal name.
+
+    A name that is taken from a package leads to the submodule of that name, or to the package where it is none. That
+    importing a.b runs a/__init__ first is no import that anybody wrote, and is left out.
+    """
+    paths = {
+        ".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): path
+        for package in packages
+        for path in sorted((root / package).rglob("*.py"))
+    }
+    graph: Graph = {}
+    for module, path in paths.items():
+        package = ".".join(path.relative_to(root).parent.parts)
+        edges: dict[str, int] = graph.setdefault(module, {})
+        for line, name in imported(ast.parse(path.read_text(encoding="utf-8")), package):
+            found = next((part for part in (name, name.rpartition(".")[0]) if part in paths), None)
+            if found is not None:
+                edges.setdefault(found, line)
+    return graph
+
+
+def circles(graph: Graph) -> list[str]:
+    """For each module from which imports lead back to it, the shortest way; none if there is no circle."""
+    found: dict[frozenset[str], str] = {}
+    for start in graph:
+        way = _way_back(graph, start)
+        if way:
+            steps = itertools.pairwise([*way, start])
+            told = ", ".join(f"{one}:{graph[one][other]} imports {other}" for one, other in steps)
+            found.setdefault(frozenset(way), told)
+    return list(found.values())
+
+
+def _way_back(graph: Graph, start: str) -> list[str]:
+    """The modules of a shortest circle through `start`; empty if there is none."""
+    ways, seen = [[start]], {start}
+    for way in ways:
+        for module in graph[way[-1]]:
+            if module == start:
+                return way
+            if module not in seen:
+                seen.add(module)
+                ways.append([*way, module])
+    return []
+
+
+def test_no_import_leads_back_to_its_module() -> None:
+    graph = import_graph(ROOT)
+    assert len(graph) > 250 and sum(map(len, graph.values())) > 1000
+    assert circles(graph) == []
+
+
+TOP = "from replication.b import x\n"
+
+
+@pytest.mark.parametrize(
+    ("back", "line"),
+    [
+        ("from replication.a import y", 1),
+        ("from replication import a", 1),
+        ("import replication.a as other", 1),
+        ("from .a import y", 1),
+        ("def f():\n    from replication.a import y", 2),
+        ("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from replication.a import y", 3),
+        ("import importlib\ndef f():\n    return importlib.import_module('replication.a')", 3),
+        ("try:\n    from . import a\nexcept ImportError:\n    pass", 2),
+    ],
+)
+def test_a_planted_circle_is_found(back: str, line: int, tmp_path: Path) -> None:
+    for name, text in (("__init__", ""), ("a", TOP), ("b", back)):
+        (tmp_path / "replication").mkdir(exist_ok=True)
+        (tmp_path / "replication" / f"{name}.py").write_text(text, encoding="utf-8")
+    (told,) = circles(import_graph(tmp_path))
+    assert told == f"replication.a:1 imports replication.b, replication.b:{line} imports replication.a"
+
+
+def test_longer_circles_are_found_and_a_package_that_offers_its_modules_is_none(tmp_path: Path) -> None:
+    files = {
+        "replication/__init__.py": "",
+        "replication/room/__init__.py": "from replication.room.a import x\nfrom replication.room.b import y",
+        "replication/room/a.py": "from replication.room.b import y",
+        "replication/room/b.py": "import json",
+        "papers/__init__.py": "from replication.room import x",
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    assert circles(import_graph(tmp_path)) == []
+    (tmp_path / "replication/room/b.py").write_text("def f():\n    import papers", encoding="utf-8")
+    assert sorted(circle.count(" imports ") for circle in circles(import_graph(tmp_path))) == [3, 4]
+    (tmp_path / "replication/room/b.py").write_text("from replication.room import x", encoding="utf-8")
+    assert sorted(circle.count(" imports ") for circle in circles(import_graph(tmp_path))) == [2, 3]
 
 
 @pytest.mark.parametrize("method", ["multirate", "nonuniform", "dualrate", "delay"])

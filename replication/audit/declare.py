@@ -220,7 +220,8 @@ def paper(
             for figure in figures
         ),
         tables=tuple(
-            replace(table, rows=tuple(tuple(cell(text) for text in row) for row in table.rows)) for table in tables
+            msgspec.structs.replace(table, rows=tuple(tuple(cell(text) for text in row) for row in table.rows))
+            for table in tables
         ),
         findings=own(findings),
         sensitivity=own(moved),

@@ -85,7 +85,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """What was computed for a claim, how, and how that was checked.
 
     value: the computed quantity, in the layout of the printed value (`Numbers`).
-    lower, upper: a bracket of the true quantity, same layout as `value`; `proved` only if checked in exact arithmetic.
+    lower, upper: a bracket of the true quantity, same layout as `value`.
     holds, margin: for order and feasible claims, whether the statement holds and by how much (positive if it holds).
     threshold: for those, the number that `holds` compares a residual with, if the statement holds up to rounding, a
     printed digit or the like; the residual is then threshold − margin. threshold_reason: why that much is allowed.
@@ -94,6 +94,9 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     as_printed: for a claim with an erratum, the evidence for the text as printed (`value` is then the corrected one).
     outcomes: under each reading of a family, where the text leaves a choice on which the answer may depend.
     not_checkable: the reason, if the claim cannot be checked from the text.
+
+    The run fills in the rest. code: file:line of the function that answers the claim. seconds: of the experiments that
+    it uses, together. certificates: the files whose theorems support the claim.
     """
 
     method: str
@@ -101,7 +104,6 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     value: Numbers | None = None
     lower: Numbers | None = None
     upper: Numbers | None = None
-    proved: bool = False
     holds: bool | None = None
     margin: float | None = None
     threshold: float | None = None
@@ -113,6 +115,26 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     outcomes: tuple[Outcome, ...] = ()
     not_checkable: str = ""
     as_printed: Evidence | None = None
+    code: str = ""
+    seconds: float = 0.0
+    certificates: tuple[str, ...] = ()
+
+
+class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What comparing a claim with its evidence gives; `judge.verdict` is the only maker.
+
+    reason: why this verdict, in one sentence.
+    deviation_ulp: (computed − printed) in units of the last printed place, the largest in size over the entries.
+    intervals: ends of what each printed number stands for, as exact fractions; none beside a relation.
+    proved: whether the bracket, or the statement, is a theorem. unproved: why no theorem is possible, if that is so.
+    """
+
+    verdict: Verdict
+    reason: str
+    deviation_ulp: float | None = None
+    intervals: tuple[tuple[str, str], ...] = ()
+    proved: bool = False
+    unproved: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,8 +231,7 @@ class ScopeItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     reason: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Table:
+class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of the paper in its own shape: each cell is text or, as `claim:ID`, stands for that claim."""
 
     place: str
@@ -219,8 +240,7 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Formula:
+class Formula(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A formula that the report shows: `latex` is rendered as MathML, `text` says what it is."""
 
     text: str

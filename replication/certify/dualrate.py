@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg
 from flint import fmpq, fmpq_mat
 
-from replication.certify.rounding import as_floats, rounded, rounded_array, rounded_down, rounded_up
+from replication.certify.rounding import as_floats, bracket, exact, rounded, rounded_array, rounded_down
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy
 from replication.estimation.dualrate.tracking import reference, tracking_error_peak
 
@@ -61,7 +61,7 @@ def between_radii(slower: DualRateLoop, faster: DualRateLoop) -> dict[str, Any]:
 
 def lyapunov_solution(plant: Mapping[str, Any]) -> list[list[str]]:
     """The exact P of ÃᵀP + P Ã = −I for the loop of a certificate."""
-    A, B, C, K, L = (_exact(plant[name]) for name in "ABCKL")
+    A, B, C, K, L = (exact(plant[name]) for name in "ABCKL")
     pushed, guided, n = B * K, A - L * C, A.nrows()
     above = [[*left, *right] for left, right in zip((A + pushed).tolist(), (-pushed).tolist(), strict=True)]
     joint = fmpq_mat(above + [[fmpq(0)] * n + row for row in guided.tolist()])
@@ -117,10 +117,7 @@ def _pair(value: complex) -> list[str]:
 
 
 def _around(value: float) -> dict[str, str]:
-    return {
-        "lower": rounded_down(value * (1 - MARGIN), LEVEL_BITS),
-        "upper": rounded_up(value * (1 + MARGIN), LEVEL_BITS),
-    }
+    return bracket(value, value, MARGIN, LEVEL_BITS)
 
 
 def _weights(loop: DualRateLoop) -> list[str]:
@@ -130,7 +127,3 @@ def _weights(loop: DualRateLoop) -> list[str]:
     motion[:n, :n], motion[:n, n], motion[-1, -1] = plant.state, plant.input[:, 0], reference(loop).frequency
     weights = scipy.linalg.matrix_balance(motion, permute=False, separate=True)[1][0]
     return [str(fmpq(*float(weight).as_integer_ratio())) for weight in weights]
-
-
-def _exact(rows: Any) -> fmpq_mat:
-    return fmpq_mat([[fmpq(*map(int, [*entry.split("/"), "1"][:2])) for entry in row] for row in rows])

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from math import ceil, floor
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from flint import fmpq, fmpq_mat
 
+from replication.errors import InfeasibleError, SolverError
+from replication.estimation.conic.solvers import Options, solve_modelled
 from replication.estimation.validation import Array
+from replication.verify.reading import written
+
+ACCURATE: Options = {"tol_gap_abs": 1e-9, "tol_gap_rel": 1e-9, "tol_feas": 1e-9}
+"""Tolerances of Clarabel for a point that is rounded afterwards."""
 
 
 def rounded(number: float, bits: int) -> str:
@@ -31,6 +39,47 @@ def rounded_array(values: npt.ArrayLike, bits: int) -> Any:
     """The nearest multiples of 2^-bits, as nested lists of strings in the shape of `values`; symmetry is kept."""
     array = np.asarray(values, dtype=float)
     return [rounded_array(part, bits) for part in array] if array.ndim else rounded(float(array), bits)
+
+
+def bracket(lower: float, upper: float, margin: float, bits: int) -> dict[str, str]:
+    """Both bounds, a relative `margin` further apart: room for what rounding costs."""
+    return {"lower": rounded_down(lower * (1 - margin), bits), "upper": rounded_up(upper * (1 + margin), bits)}
+
+
+def stepwise(
+    least: float, steps: Sequence[float], bits: int, witness: Callable[[str], dict[str, Any]]
+) -> dict[str, Any]:
+    """Bound and witness of the level nearest above `least` for which `witness` finds one; steps: relative distances.
+
+    Raises InfeasibleError if there is no room for rounding up to the last step.
+    """
+    for step in steps:
+        level = rounded_up(least * (1.0 + step), bits)
+        try:
+            return {"bound": {"upper": level}, "witness": witness(level)}
+        except (InfeasibleError, SolverError):
+            continue
+    raise InfeasibleError(f"no room for rounding up to {steps[-1]:g} above {least!r}; add a larger step")
+
+
+def modelled(problem: Any) -> str:
+    """Solve a problem of cvxpy. How accurate Clarabel says it is does not matter: the margin is measured afterwards."""
+    return solve_modelled(problem, ACCURATE)
+
+
+def rational(number: str | float) -> fmpq:
+    """A number of a certificate, or a floating-point number, as it stands."""
+    return fmpq(*Fraction(number).as_integer_ratio())
+
+
+def exact(values: Any) -> fmpq_mat:
+    """A matrix of a certificate in exact numbers."""
+    return fmpq_mat([[rational(entry) for entry in row] for row in values])
+
+
+def floats(matrix: fmpq_mat) -> Array:
+    """An exact matrix in floating point, each number rounded once."""
+    return as_floats(written(matrix))
 
 
 def as_floats(values: Any) -> Array:

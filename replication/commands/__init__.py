@@ -1,13 +1,8 @@
-"""The commands of the command line, one module each, in the order in which `--help` lists them.
+"""The commands of the command line, in the order in which `--help` lists them.
 
-A command is a module with
-
-- `TEXT`: one line for the list of commands, starting with a small letter;
-- `NOTES` (optional): paragraphs that its own help adds, ending with an empty line;
-- `arguments(parser)`: adds its arguments;
-- `command(chosen)`: does it and returns one of the exit codes of `replication.commands.shared`.
-
-The module `NAME.py` is the command `replication NAME`. To add one: write the module and put its name in `NAMES`.
+To add one: define it in a module of this package and name the module in `MODULES`. A module holds commands that do one
+kind of work, as a dictionary `COMMANDS` by name; one that is a single command may instead have its parts as names of
+its own: `TEXT`, `NOTES` (optional), `arguments(parser)` and `command(chosen)`.
 Nothing but the standard library is imported at the top of these modules, so that `--help` answers at once.
 """
 
@@ -15,37 +10,48 @@ from __future__ import annotations
 
 import argparse
 import importlib
-from typing import Protocol, cast
+from collections.abc import Callable
+from dataclasses import dataclass
 
-NAMES = (
-    "run",
-    "list",
-    "show",
-    "check",
-    "report",
-    "diff",
-    "new",
-    "notebooks",
-    "certify",
-    "verify",
-    "export",
-    "artifact",
-    "design",
-)
+MODULES = {
+    "run": "run",
+    "list": "results",
+    "show": "results",
+    "check": "results",
+    "report": "publish",
+    "diff": "results",
+    "new": "new",
+    "notebooks": "publish",
+    "certify": "certify",
+    "verify": "verify",
+    "export": "publish",
+    "artifact": "publish",
+    "design": "design",
+}
+"""The module of each command."""
+
+NAMES = tuple(MODULES)
 
 
-class Command(Protocol):
-    """What a module of this package has to offer."""
+@dataclass(frozen=True)
+class Command:
+    """A command of the command line.
 
-    TEXT: str
+    text: one line for the list of commands, starting with a small letter. arguments: adds its arguments to a parser.
+    command: does it and returns one of the exit codes of `replication.commands.shared`.
+    notes: paragraphs that its own help adds, ending with an empty line.
+    """
 
-    def arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Add the arguments of the command to its parser."""
-
-    def command(self, chosen: argparse.Namespace) -> int:
-        """Carry the command out and return the exit code."""
+    text: str
+    arguments: Callable[[argparse.ArgumentParser], None]
+    command: Callable[[argparse.Namespace], int]
+    notes: str = ""
 
 
 def load(name: str) -> Command:
-    """The module of a command."""
-    return cast(Command, importlib.import_module(f"{__name__}.{name}"))
+    """The command of that name."""
+    module = importlib.import_module(f"{__name__}.{MODULES[name]}")
+    if hasattr(module, "COMMANDS"):
+        found: Command = module.COMMANDS[name]
+        return found
+    return Command(module.TEXT, module.arguments, module.command, getattr(module, "NOTES", ""))

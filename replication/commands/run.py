@@ -11,7 +11,7 @@ from replication.commands.shared import DIFFERENT, FAILED, FINE, add_figures, ad
 
 if TYPE_CHECKING:
     from replication.audit.run.pool import Executor
-    from replication.audit.run.progress import Progress
+    from replication.audit.run.progress import Silent
     from replication.audit.store.records import ResultsFile
 
 TEXT = "compute what changed, judge every claim, write figures and report"
@@ -48,7 +48,7 @@ def command(chosen: argparse.Namespace) -> int:
 
     import papers
     from replication.audit.publish.terminal import run_lines
-    from replication.audit.run.drawn import draw_figures
+    from replication.audit.run.draw import draw_figures
     from replication.audit.run.runner import run
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import write_results
@@ -93,7 +93,7 @@ def _executor(chosen: argparse.Namespace) -> Executor:
     return Cluster(chosen.scheduler) if on_cluster else Processes(chosen.jobs)
 
 
-def _progress() -> Progress:
+def _progress() -> Silent:
     from replication.audit.run.progress import Bar, Plain
 
     if not sys.stdout.isatty():

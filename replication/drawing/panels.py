@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from replication.drawing import svg
+from replication.drawing.panel import Panel
 from replication.drawing.style import house_style, line, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Figure
-
-    from replication.estimation.api.results import Panel
 
 
 def draw(panels: Sequence[Panel]) -> Figure:

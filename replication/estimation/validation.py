@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from enum import StrEnum
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,7 @@ from replication.errors import InvalidInputError
 
 Array = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
+Choice = TypeVar("Choice", bound=StrEnum)
 
 
 def as_matrix(name: str, value: Any, *, rows: int | None = None, columns: int | None = None) -> Array:
@@ -97,6 +99,31 @@ def at_most(name: str, value: Any, most: int) -> int:
     if whole > most:
         raise InvalidInputError(f"{name} must be at most {most}, got {whole}")
     return whole
+
+
+def one_of(kind: type[Choice], value: Any) -> Choice:
+    """The member of `kind` that `value` is or names; raises InvalidInputError that lists them."""
+    try:
+        return kind(value)
+    except ValueError:
+        known = ", ".join(repr(str(member)) for member in kind)
+        raise InvalidInputError(f"{kind.__name__.lower()} must be one of {known}, got {value!r}") from None
+
+
+def increasing_grid(name: str, values: Any) -> Array:
+    """`values` as at least two positive, increasing numbers; raises InvalidInputError."""
+    grid: Array = as_matrix(name, [values])[0]
+    if grid.size < 2 or grid[0] <= 0 or np.any(np.diff(grid) <= 0):
+        raise InvalidInputError(f"the {name} must be an increasing sequence of positive numbers, at least two")
+    return grid
+
+
+def finite_vector(name: str, value: Any, size: int) -> Array:
+    """`value` as `size` finite real numbers; raises InvalidInputError."""
+    try:
+        return np.array(as_matrix(name, [value], columns=size)[0])
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{name} must be {size} finite real numbers, got {value!r}") from error
 
 
 def undetectable_mode(state: Array, output: Array, *, discrete: bool, tolerance: float = 1e-9) -> complex | None:

@@ -1,12 +1,17 @@
-"""What a plant file may hold for each method: names, kinds and shapes, as data.
+"""Keys of a plant file and options of the command line, as data: names, kinds and shapes, and how words are read.
 
 The letters of a shape stand for numbers that must agree within a file: n states, u known inputs, q sensors, and so on.
 """
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 
 class Kind(StrEnum):
@@ -28,55 +33,86 @@ class Field:
     required: bool = True
     meaning: str = ""
 
+    def described(self) -> str:
+        """Shape and meaning, for the help of the command line."""
+        shape = f" ({', '.join(self.shape)})" if self.shape else ""
+        return f"{shape}  {self.meaning}{'' if self.required else ', optional'}"
 
-def _matrix(name: str, rows: str, columns: str, meaning: str, *, required: bool = True) -> Field:
+
+def matrix(name: str, rows: str, columns: str, meaning: str, *, required: bool = True) -> Field:
+    """The key of one matrix."""
     return Field(name, Kind.MATRIX, (rows, columns), required, meaning)
 
-
-FIELDS: dict[str, tuple[Field, ...]] = {
-    "multirate": (
-        _matrix("A", "n", "n", "x+ = A x + B_u u + B_d d"),
-        _matrix("B_d", "n", "m", "process noise"),
-        _matrix("C", "q", "n", "sensors, y = C x + D w"),
-        _matrix("D", "q", "w", "sensor noise"),
-        _matrix("W", "z", "n", "weight of the error (identity)", required=False),
-        _matrix("B_u", "n", "u", "known inputs (none)", required=False),
-        Field("dt", Kind.TIME, (), required=False, meaning="base period in s (1)"),
-    ),
-    "nonuniform": (
-        _matrix("A", "n", "n", "x' = A x + B w"),
-        _matrix("B", "n", "m", "disturbance, held between samples"),
-        _matrix("C", "q", "n", "sensors, y = C x + D w"),
-        _matrix("D", "q", "m", "sensor noise"),
-        _matrix("L", "z", "n", "what is estimated, z = L x"),
-    ),
-    "dualrate": (
-        _matrix("A", "n", "n", "x' = A x + B u"),
-        _matrix("B", "n", "u", "input, held over the fast period"),
-        _matrix("C", "q", "n", "sensor, y = C x"),
-        _matrix("K", "u", "n", "feedback u = K x^ (linear-quadratic)", required=False),
-        _matrix("L", "n", "q", "observer gain (Kalman)", required=False),
-    ),
-    "delay": (
-        _matrix("A0", "n", "n", "x' = A0 x + sum of A[i] x(t - delays[i]) + B w"),
-        Field("A", Kind.MATRICES, ("k", "n", "n"), meaning="one matrix for each delay"),
-        Field("delays", Kind.TIMES, ("k",), meaning="increasing, in s"),
-        _matrix("B", "n", "m", "disturbance"),
-        _matrix("C10", "z", "n", "what is estimated, z = C10 x + sum of C1[i] x(t - delays[i])"),
-        Field("C1", Kind.MATRICES, ("k", "z", "n"), required=False, meaning="one matrix for each delay (zero)"),
-        _matrix("C2", "q", "n", "sensors, y = C2 x"),
-    ),
-}
 
 NAMES = {"states": "n", "inputs": "u", "measurements": "q", "outputs": "z"}
 """Lists of the table [names], and the letter that says how many there are."""
 
 
-def described(method: str) -> str:
-    """The keys of a method's plant file, one line each, for the help of the command line."""
-    width = max(len(field.name) for field in FIELDS[method])
-    lines = []
-    for field in FIELDS[method]:
-        shape = f" ({', '.join(field.shape)})" if field.shape else ""
-        lines.append(f"  {field.name:<{width}}{shape}  {field.meaning}{'' if field.required else ', optional'}")
-    return "\n".join(lines)
+@dataclass(frozen=True)
+class Option:
+    """`--name METAVAR`, passed on to the design under its name; read: its value from the word that was given."""
+
+    name: str
+    read: Callable[[str], Any]
+    metavar: str | None
+    help: str
+    required: bool = False
+    choices: tuple[str, ...] | None = None
+
+    def add(self, parser: argparse.ArgumentParser) -> None:
+        """Add the option to a parser."""
+        parser.add_argument(
+            f"--{self.name}",
+            type=self.read,
+            metavar=self.metavar,
+            help=self.help,
+            required=self.required,
+            choices=self.choices,
+        )
+
+
+def listed(one: Callable[[str], T]) -> Callable[[str], list[T]]:
+    """Reads values that commas separate."""
+    return lambda text: [one(part.strip()) for part in text.split(",")]
+
+
+def two(one: Callable[[str], T]) -> Callable[[str], list[T]]:
+    """Reads exactly two values."""
+
+    def ends(text: str) -> list[T]:
+        found = listed(one)(text)
+        if len(found) != 2:
+            raise argparse.ArgumentTypeError(f"{text!r} must be two numbers, such as 0.1,0.3")
+        return found
+
+    return ends
+
+
+def offsets(text: str) -> list[int] | str:
+    """A list of whole numbers from zero on, or the word `best`."""
+    return text if text == "best" else listed(natural)(text)
+
+
+def natural(text: str) -> int:
+    """A whole number from zero on."""
+    if not text.isascii() or not text.isdecimal() or len(text) > 9:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
+    return int(text)
+
+
+def whole(text: str) -> int:
+    """A whole number from one on."""
+    if natural(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
+    return int(text)
+
+
+def positive(text: str) -> float:
+    """A positive finite number."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number")
+    return number

@@ -1,6 +1,6 @@
 """Reads a plant file (TOML) and reports every mistake in it at once, each with its path; nothing is computed here.
 
-Beside the matrices of its method (`fields`) a file may hold name (starts the names of what is written), title,
+Beside the matrices of its method (`methods`) a file may hold name (starts the names of what is written), title,
 method, time_unit (only "s": rates, periods and delays are in seconds), and a table [names].
 """
 
@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from replication.errors import InvalidInputError
-from replication.ownplant.fields import FIELDS, NAMES, Field, Kind
+from replication.ownplant.fields import NAMES, Field, Kind
+from replication.ownplant.methods import METHODS
 
 MAX_BYTES = 2_000_000
 MAX_ENTRIES = 40_000
@@ -49,7 +50,7 @@ def read_plant(path: Path, method: str) -> PlantFile:
     """
     found = _parsed(path)
     problems: list[str] = []
-    known = {field.name: field for field in FIELDS[method]}
+    known = {field.name: field for field in METHODS[method].fields}
     for key in found:
         if key not in known and key not in GENERAL:
             problems.append(f"{key}: {_unknown(key, [*known, *GENERAL])}")

@@ -17,6 +17,8 @@ from flint import fmpq, fmpq_mat, fmpz
 from replication.verify.theorem import Refused, require
 
 T = TypeVar("T")
+Reader = Callable[[Any, str], Any]
+"""Gives the value of a field, from its JSON value and its path in the certificate; refuses what it must not be."""
 
 MAX_BYTES = 2_000_000
 MAX_DIGITS = 1_000
@@ -24,6 +26,8 @@ MAX_DIGITS = 1_000
 MAX_INTEGER_DIGITS = 9
 MAX_ENTRIES = 40_000
 """Of one matrix or list."""
+LARGEST_ORDER = 50
+"""Most states of a plant or a filter whose characteristic polynomial is taken."""
 NAME = re.compile(r"[A-Za-z0-9._-]{1,80}")
 RATIONAL = re.compile(r"(-?(?:0|[1-9][0-9]*))(?:/([1-9][0-9]*))?")
 
@@ -79,10 +83,20 @@ def fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
     return tuple(value[name] for name in names)
 
 
-def require_empty(certificate: Mapping[str, Any], *names: str) -> None:
-    """Refuse unless these fields of a certificate hold nothing."""
-    for name in names:
-        fields(certificate[name], name)
+def known_fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
+    """The values of these fields of an object, which may have others."""
+    require(isinstance(value, dict), f"{path} must be an object, got {_shown(value)}")
+    return fields({name: value[name] for name in names if name in value}, path, *names)
+
+
+def sized(reader: Callable[..., T], *sizes: Any) -> Callable[[Any, str], T]:
+    """A reader with further arguments: shapes, a least integer, or the reader and number of the entries of a list."""
+    return lambda value, path: reader(value, path, *sizes)
+
+
+def as_written(value: Any, path: str) -> Any:
+    """What stands there, for the statement to read."""
+    return value
 
 
 def text(value: Any, path: str) -> str:
@@ -136,6 +150,13 @@ def sequence(value: Any, path: str, reader: Callable[[Any, str], T], length: int
     return [reader(entry, f"{path}[{i}]") for i, entry in enumerate(value)]
 
 
+def several(value: Any, path: str, reader: Callable[[Any, str], T], most: int = MAX_ENTRIES) -> list[T]:
+    """A list of at least one and at most so many entries."""
+    require(value != [], f"{path} is empty")
+    require(not isinstance(value, list) or len(value) <= most, f"{path} has more than {most} entries")
+    return sequence(value, path, reader)
+
+
 def matrix(value: Any, path: str, rows: int | None = None, columns: int | None = None) -> fmpq_mat:
     """A matrix from a list of rows of rationals, of the given shape where that is given."""
     read = sequence(value, path, lambda row, where: sequence(row, where, rational), rows)
@@ -152,10 +173,23 @@ def matrix(value: Any, path: str, rows: int | None = None, columns: int | None =
     return fmpq_mat(len(read), width, [entry for row in read for entry in row])
 
 
-def symmetric(value: Any, path: str, size: int | None = None) -> fmpq_mat:
-    """A symmetric matrix, all of its entries written out."""
+def square(value: Any, path: str, size: int | None = None) -> fmpq_mat:
+    """A square matrix."""
     read = matrix(value, path, size, size)
     require(read.nrows() == read.ncols(), f"{path} must be square, got {read.nrows()} x {read.ncols()}")
+    return read
+
+
+def states(value: Any, path: str) -> fmpq_mat:
+    """The square matrix of a plant or a filter, of few enough states for exact determinants."""
+    read = square(value, path)
+    require(read.nrows() <= LARGEST_ORDER, f"{path} has {read.nrows()} states, more than {LARGEST_ORDER}")
+    return read
+
+
+def symmetric(value: Any, path: str, size: int | None = None) -> fmpq_mat:
+    """A symmetric matrix, all of its entries written out."""
+    read = square(value, path, size)
     require(read == read.transpose(), f"{path} must be symmetric")
     return read
 

@@ -5,45 +5,19 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from replication.verify import multirate
-from replication.verify.delay import dual as delay_dual
-from replication.verify.delay import identity as delay_identity
-from replication.verify.delay import inverse as delay_inverse
-from replication.verify.delay import levels as delay
-from replication.verify.delay import pade as delay_pade
-from replication.verify.dualrate import loops as dualrate
-from replication.verify.dualrate import motor as dualrate_motor
-from replication.verify.dualrate import orders as dualrate_orders
-from replication.verify.dualrate import theory as dualrate_theory
-from replication.verify.nonuniform import levels as nonuniform
-from replication.verify.nonuniform import theory as nonuniform_theory
+from replication.verify import delay, dualrate, multirate, nonuniform
 from replication.verify.reading import content, fields, name_of, parse, rational, text
+from replication.verify.statement import collected
 from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
 from replication.verify.theorem import Refused, Theorem, require
 
-Statement = Callable[[Mapping[str, Any]], Theorem]
-"""Proves the theorem of a certificate from its fields plant, parameters, bound and witness, or raises Refused."""
-
-STATEMENTS: Mapping[str, Statement] = {
-    **multirate.STATEMENTS,
-    **delay.STATEMENTS,
-    **delay_dual.STATEMENTS,
-    **delay_identity.STATEMENTS,
-    **delay_inverse.STATEMENTS,
-    **delay_pade.STATEMENTS,
-    **dualrate.STATEMENTS,
-    **dualrate_motor.STATEMENTS,
-    **dualrate_orders.STATEMENTS,
-    **dualrate_theory.STATEMENTS,
-    **nonuniform.STATEMENTS,
-    **nonuniform_theory.STATEMENTS,
-}
-
+STATEMENTS = collected(delay, dualrate, multirate, nonuniform)
+"""All that can be proved, by name: `statement`s of the modules that these families import."""
 FIELDS = ("format", "paper", "name", "claims", "statement", "plant", "parameters", "bound", "witness")
 
 

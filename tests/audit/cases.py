@@ -6,7 +6,8 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from replication.audit.judge.verdict import Case, make_record
+from replication.audit.judge import verdict
+from replication.audit.judge.verdict import make_record
 from replication.audit.model import (
     Claim,
     Erratum,
@@ -14,13 +15,14 @@ from replication.audit.model import (
     Experiment,
     Figure,
     FigureData,
+    Judgement,
     Kind,
     Paper,
     Proof,
     ScopeItem,
+    SolverRecord,
     Verdict,
 )
-from replication.audit.run.stated import paper_fields
 from replication.audit.store.records import (
     SCHEMA_VERSION,
     ClaimRecord,
@@ -28,18 +30,34 @@ from replication.audit.store.records import (
     ExperimentRecord,
     FigureRecord,
     PaperRecord,
-    Reading,
     ResultsFile,
     RunRecord,
+    StatedClaim,
+    shared,
 )
+
+Case = tuple[StatedClaim, Evidence, bool | None]
+"""What is judged: a claim, its evidence, and whether the proof of its erratum holds."""
+
+
+def case(kind: Kind, evidence: Evidence, *, printed: str = "", proof_holds: bool | None = None, **more: Any) -> Case:
+    made = claim(kind=kind, printed=printed, **more)
+    return StatedClaim(**shared(StatedClaim, made)), evidence, proof_holds
+
+
+def judge(case: Case) -> Judgement:
+    return verdict.judge(*case)
 
 
 def value_case(printed: str, value: Any, lower: Any = None, upper: Any = None, **more: Any) -> Case:
-    return Case(kind=Kind.VALUE, printed=printed, reading=Reading(value=value, lower=lower, upper=upper), **more)
+    said = {name: more.pop(name) for name in ("method", "note", "as_printed") if name in more}
+    evidence = Evidence(**{"method": "computed", **said}, value=value, lower=lower, upper=upper)
+    return case(Kind.VALUE, evidence, printed=printed, **more)
 
 
 def statement_case(kind: Kind, holds: bool | None = None, margin: float | None = None, **more: Any) -> Case:
-    return Case(kind=kind, reading=Reading(holds=holds, margin=margin), **more)
+    said = {name: more.pop(name) for name in ("as_printed",) if name in more}
+    return case(kind, Evidence(method="computed", holds=holds, margin=margin, **said), **more)
 
 
 def claim(**more: Any) -> Claim:
@@ -56,14 +74,23 @@ def claim(**more: Any) -> Claim:
 
 
 def recorded(evidence: Evidence | None, proof: Proof | None = None, error: str = "", **more: Any) -> ClaimRecord:
-    return make_record(claim(**more), "toy", evidence, proof, "papers/toy.py:1", 0.5, error)
+    return make_record(claim(**more), evidence, proof, code="papers/toy.py:1", seconds=0.5, error=error)
+
+
+def altered(record: ClaimRecord, **changes: Any) -> ClaimRecord:
+    """The record with fields of its claim, evidence or judgement changed, whichever has them."""
+    parts = {name: getattr(record, name) for name in ("claim", "evidence", "judgement")}
+    for name, value in changes.items():
+        (part,) = (part for part, struct in parts.items() if name in struct.__struct_fields__)
+        parts[part] = replace(parts[part], **{name: value})
+    return ClaimRecord(**parts)
 
 
 def errata_of(record: ClaimRecord, proof: Proof | None) -> dict[str, ErratumRecord]:
-    if record.erratum is None:
+    if record.claim.erratum is None:
         return {}
     erratum = ErratumRecord(
-        id=record.erratum,
+        id=record.claim.erratum,
         paper="toy",
         place="eq. (1)",
         printed="a",
@@ -135,16 +162,13 @@ def figure(name: str) -> Figure:
 def file_of(code: Paper, *records: ClaimRecord) -> ResultsFile:
     """A results file that says of the paper what the code says of it, with these claims."""
     figures = [
-        FigureRecord(
-            name=figure.name, paper=code.key, place=figure.place, title=figure.title, caption=figure.caption,
-            published=figure.published, alt="", csv_sha256="", error="",
-        )
+        FigureRecord(**shared(FigureRecord, figure), paper=code.key, alt="", csv_sha256="", error="")
         for figure in code.figures
-    ]  # fmt: skip
+    ]
     (erratum,) = errata_of(recorded(None, erratum=f"{code.key}.e1"), Proof(holds=True, text="")).values()
     return replace(
         results_file(*records, errata=(erratum,)),
-        papers=(PaperRecord(findings=(), **paper_fields(code)),),
+        papers=(PaperRecord(**shared(PaperRecord, code), findings=(), sensitivity=(), common=()),),
         figures=tuple(figures),
         experiments=(replace(EXPERIMENT, name=f"{code.key}-run", function="builtins:dict", inputs={}),),
     )
@@ -173,3 +197,20 @@ def paper(*claims: Claim, key: str = "toy", **more: Any) -> Paper:
         claims=claims,
         **(given | more),
     )
+
+
+PROOF = Proof(holds=True, text="it does", quantities={"gap": 0.5})
+SOLVER = SolverRecord(name="s", version="1", status="optimal", options={"tol": 1e-9}, residuals={"primal": 1e-12})
+RECORDS_OF_EVERY_KIND = (
+    recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269, quantities={"n": 2}, solvers=(SOLVER,))),
+    recorded(Evidence(method="m", value=(1.0, (2.0, -3.0))), printed="(1.0, 2.0±3.0i)", id="toy.list"),
+    recorded(
+        Evidence(method="m", value=((1, 2), (3, 4)), as_printed=Evidence(method="m", value=((1, 2), (3, 5)))),
+        PROOF,
+        id="toy.matrix",
+        kind=Kind.MATRIX,
+        printed="[1 2; 3 4]",
+        erratum="toy.e1",
+    ),
+    recorded(Evidence(method="m", holds=True, margin=0.5), id="toy.order", kind=Kind.ORDER),
+)

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import msgspec
+from cases import altered
 
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import (
@@ -19,11 +20,13 @@ from replication.audit.model import (
     Evidence,
     Figure,
     FigureData,
+    Formula,
     Kind,
     Paper,
     Proof,
     ScopeItem,
     SolverRecord,
+    Table,
     Verdict,
 )
 from replication.audit.report.page import build_report
@@ -36,10 +39,8 @@ from replication.audit.store.records import (
     ExperimentRecord,
     FigureRecord,
     PaperRecord,
-    Reading,
     ResultsFile,
     RunRecord,
-    TableRecord,
 )
 from replication.drawing.style import line, new_axes
 
@@ -70,8 +71,16 @@ def claim(
         **fields,
     )
     proofs = [certificate for certificate in certificates() if made.id in certificate.claims]
-    record = make_record(made, KEY, evidence, proof, "papers/doe1999/claims.py:42", 1.234, error, proofs)
-    return msgspec.structs.replace(record, unproved="" if proofs else "The paper does not exist.")
+    return make_record(
+        made,
+        evidence,
+        proof,
+        code="papers/doe1999/claims.py:42",
+        seconds=1.234,
+        error=error,
+        certificates=proofs,
+        unproved="" if proofs else "The paper does not exist.",
+    )
 
 
 def bracketed(value: float, width: float, **more: Any) -> Evidence:
@@ -278,6 +287,9 @@ def certificates() -> tuple[CertificateRecord, ...]:
 def paper_record(ids: tuple[str, ...]) -> PaperRecord:
     return PaperRecord(
         key=KEY,
+        notebook="",
+        sensitivity=(),
+        common=(),
         title="Observers for Slow Sensors: An Invented Paper",
         authors=("Jane Doe", "Richard Roe", "Max Mustermann"),
         year=1999,
@@ -287,14 +299,14 @@ def paper_record(ids: tuple[str, ...]) -> PaperRecord:
         bibtex="@article{doe1999,\n  author = {Doe, Jane and Roe, Richard},\n  year = {1999}\n}",
         findings=("Two of the printed levels lie above the optimum.", "A shorter period can make the level worse."),
         formulas=(
-            (
-                "Error system",
-                r"e(k+1) = (A - L_k S_k C)\, e(k) + \begin{bmatrix} B_d & -L_k S_k D \end{bmatrix} d_*(k)",
+            Formula(
+                text="Error system",
+                latex=r"e(k+1) = (A - L_k S_k C)\, e(k) + \begin{bmatrix} B_d & -L_k S_k D \end{bmatrix} d_*(k)",
             ),
-            ("Guaranteed level", r"\gamma = \sup_{d \in \ell_2} \frac{\|z\|_2}{\|d\|_2}"),
+            Formula(text="Guaranteed level", latex=r"\gamma = \sup_{d \in \ell_2} \frac{\|z\|_2}{\|d\|_2}"),
         ),
         tables=(
-            TableRecord(
+            Table(
                 place="Table 1",
                 caption="Guaranteed level over the periods",
                 header=("Periods", "(2,3)", "(4,5)", "(5,7)", "(8,9)"),
@@ -371,14 +383,14 @@ def hostile_results(directory: Path, text: str) -> ResultsFile:
                 summary=text,
                 bibtex=text,
                 findings=(text,),
-                formulas=((text, r"x"),),
-                tables=(TableRecord(place=text, caption=text, header=(text,), rows=((text,),)),),
+                formulas=(Formula(text=text, latex=r"x"),),
+                tables=(Table(place=text, caption=text, header=(text,), rows=((text,),)),),
                 scope=(ScopeItem(part=text, reason=text),),
             )
             for record in made.papers
         ),
         claims=tuple(
-            swap(
+            altered(
                 record,
                 place=text,
                 statement=text,
@@ -389,7 +401,7 @@ def hostile_results(directory: Path, text: str) -> ResultsFile:
                 note=text,
                 quantities={text: 1.5},
                 solvers=(solver,),
-                as_printed=Reading(),
+                as_printed=Evidence(method=text),
                 unproved=text,
                 certificates=(text,),
             )

@@ -9,14 +9,12 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from cases import value_case
+from cases import case, judge, value_case
 from hypothesis import given
 from hypothesis import strategies as st
 
 from replication.audit.judge.printed import parse
-from replication.audit.judge.verdict import Case, judge
-from replication.audit.model import Kind, Verdict
-from replication.audit.store.records import Reading
+from replication.audit.model import Evidence, Kind, Verdict
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -163,8 +161,8 @@ def test_bracket_of_a_matrix_differs_if_any_entry_does() -> None:
 
 
 def test_bracket_of_a_pair_is_folded_to_sizes() -> None:
-    case = value_case("1.0±0.2i", (1.0, -0.2), (1.0, -0.21), (1.0, -0.19))
-    assert judge(case).verdict is Verdict.REPRODUCED
+    within = value_case("1.0±0.2i", (1.0, -0.2), (1.0, -0.21), (1.0, -0.19))
+    assert judge(within).verdict is Verdict.REPRODUCED
     across = value_case("1.0±0.2i", (1.0, -0.2), (1.0, -0.21), (1.0, 0.1))
     assert judge(across).verdict is Verdict.NOT_CHECKABLE
     assert judge(value_case("1.0±0.2i", (1.0, -0.3), None, (1.0, -0.24))).verdict is Verdict.NOT_CHECKABLE
@@ -203,8 +201,8 @@ def test_a_narrower_bracket_never_contradicts_a_wider_one(
     ],
 )
 def test_bound(printed: str, value: Any, lower: float | None, upper: float | None, verdict: Verdict) -> None:
-    case = Case(kind=Kind.BOUND, printed=printed, reading=Reading(value=value, lower=lower, upper=upper))
-    assert judge(case).verdict is verdict
+    evidence = Evidence(method="computed", value=value, lower=lower, upper=upper)
+    assert judge(case(Kind.BOUND, evidence, printed=printed)).verdict is verdict
 
 
 @given(st.floats(-1e3, 1e3), st.floats(1e-12, 1e-2))

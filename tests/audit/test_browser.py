@@ -138,7 +138,7 @@ def test_counts_of_all_verdicts_fit_a_narrow_window(visit: Any) -> None:
     assert {label: int(number) for label, number, _ in shown_counts} == {
         **found,
         "all": len(claims()),
-        "of them proved": sum(claim.proved for claim in claims()),
+        "of them proved": sum(claim.judgement.proved for claim in claims()),
     }
     assert all(right <= 320 for _, _, right in shown_counts)
 

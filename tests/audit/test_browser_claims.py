@@ -12,7 +12,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from replication.audit.model import Verdict
-from replication.audit.report.claim import anchor, views
+from replication.audit.report.claim import anchor, targets, views
 
 pytestmark = pytest.mark.browser
 
@@ -67,10 +67,10 @@ def sorted_by(page: Any) -> list[tuple[str, str]]:
 
 
 def test_sorts_by_any_of_four_columns_in_both_directions(visit: Any) -> None:
-    worst = [view.record for view in views(claims())]
-    known = [record for record in worst if record.deviation_ulp is not None]
-    unknown = [record for record in worst if record.deviation_ulp is None]
-    size = {record.id: abs(record.deviation_ulp or 0) for record in known}
+    worst = [view.record for view in views(claims(), targets(claims()))]
+    known = [record for record in worst if record.judgement.deviation_ulp is not None]
+    unknown = [record for record in worst if record.judgement.deviation_ulp is None]
+    size = {record.id: abs(record.judgement.deviation_ulp or 0) for record in known}
     orders = {
         ("place", "ascending"): list(claims()),
         ("place", "descending"): list(claims())[::-1],
@@ -92,12 +92,14 @@ def test_sorts_by_any_of_four_columns_in_both_directions(visit: Any) -> None:
 
 def test_the_address_keeps_sorting_and_filter_together(visit: Any) -> None:
     page = visit(fragment=f"{PLACE}?kind=value&sort=place&order=descending")
-    wanted = ids(record for record in claims()[::-1] if record.kind == "value")
+    wanted = ids(record for record in claims()[::-1] if record.claim.kind == "value")
     assert shown(page) == wanted
     found = page.find_element(By.CSS_SELECTOR, ".found").text
     assert found == f"{len(wanted)} of {len(claims())} claims, from the end of the paper"
     page.find_element(By.CSS_SELECTOR, ".filter [name=proved]").click()
-    assert shown(page) == ids(record for record in claims()[::-1] if record.kind == "value" and record.proved)
+    assert shown(page) == ids(
+        record for record in claims()[::-1] if record.claim.kind == "value" and record.judgement.proved
+    )
     assert page.current_url.endswith(f"{PLACE}?kind=value&proved=yes&sort=place&order=descending")
 
 
@@ -106,7 +108,7 @@ def test_an_address_that_means_nothing_does_no_harm(visit: Any, query: str) -> N
     page = visit(fragment=f"{PLACE}?{query}")
     assert page.get_log("browser") == []
     page.find_element(By.CSS_SELECTOR, ".filter button").click()
-    assert shown(page) == ids(view.record for view in views(claims()))
+    assert shown(page) == ids(view.record for view in views(claims(), targets(claims())))
 
 
 def test_a_count_of_the_summary_leads_to_its_claims(visit: Any) -> None:
@@ -114,7 +116,7 @@ def test_a_count_of_the_summary_leads_to_its_claims(visit: Any) -> None:
     page.find_element(By.CSS_SELECTOR, ".counts td[data-label=differs] a").click()
     assert set(shown(page)) == set(ids(c for c in claims() if c.verdict is Verdict.DIFFERS))
     visit().find_element(By.CSS_SELECTOR, ".counts td[data-label='of them proved'] a").click()
-    assert set(shown(page)) == set(ids(c for c in claims() if c.proved))
+    assert set(shown(page)) == set(ids(c for c in claims() if c.judgement.proved))
 
 
 def test_says_so_when_no_claim_fits(visit: Any) -> None:

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cases import EXPERIMENT, claim, errata_of, figure, file_of, paper, recorded, results_file
+from cases import EXPERIMENT, altered, claim, errata_of, figure, file_of, paper, recorded, results_file
 from msgspec.structs import replace
 
 from replication.audit.inspect.check import Cause, check
-from replication.audit.model import Evidence, Kind, Proof, Table, Verdict
-from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, Reading, read_results, to_json
+from replication.audit.model import Evidence, Formula, Kind, Proof, Table, Verdict
+from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, read_results, to_json
 from replication.errors import AuditError
 
 PROVED = Proof(holds=True, text="it does")
@@ -43,7 +43,7 @@ def test_an_honest_record_has_no_problem(record: ClaimRecord) -> None:
 @pytest.mark.parametrize("verdict", list(Verdict))
 def test_a_verdict_cannot_be_set_by_hand(record: ClaimRecord, verdict: Verdict) -> None:
     # Even with the pinned verdict and the reason changed to fit.
-    forged = replace(record, verdict=verdict, expected_verdict=verdict, reason="because")
+    forged = altered(record, verdict=verdict, expected=verdict, reason="because")
     if verdict is not record.verdict:
         assert Cause.FORGED in causes(forged)
 
@@ -51,9 +51,12 @@ def test_a_verdict_cannot_be_set_by_hand(record: ClaimRecord, verdict: Verdict) 
 @pytest.mark.parametrize(
     ("record", "change"),
     [
-        (GOOD, {"computed": 1.3368, "lower": None, "upper": None}),
+        (GOOD, {"value": 1.3368, "lower": None, "upper": None}),
         (GOOD, {"upper": 1.3369}),
         (GOOD, {"deviation_ulp": 0.0}),
+        (GOOD, {"intervals": (("1/1", "2/1"),)}),
+        (GOOD, {"intervals": ()}),
+        (GOOD, {"proved": True}),
         (GOOD, {"reason": "It agrees."}),
         (GOOD, {"printed": "1.34"}),
         (GOOD, {"kind": Kind.ORDER}),
@@ -63,13 +66,13 @@ def test_a_verdict_cannot_be_set_by_hand(record: ClaimRecord, verdict: Verdict) 
         (HOLDS, {"holds": False}),
         (HOLDS, {"margin": -0.1}),
         (CITED, {"not_checkable": ""}),
-        (CORRECTED, {"as_printed": Reading(value=1.33)}),
+        (CORRECTED, {"as_printed": Evidence(method="m", value=1.33)}),
         (CORRECTED, {"erratum": "toy.e2"}),
     ],
 )
 def test_a_number_changed_by_hand_is_found(record: ClaimRecord, change: dict[str, Any]) -> None:
     errata = tuple(errata_of(record, PROVED).values())
-    problems = check(results_file(replace(record, **change), errata=errata), None)
+    problems = check(results_file(altered(record, **change), errata=errata), None)
     assert Cause.FORGED in [problem.cause for problem in problems]
     assert all(problem.where == record.id for problem in problems)
 
@@ -86,7 +89,7 @@ def test_a_proof_that_failed_does_not_count_even_if_marked_as_holding() -> None:
 
 
 def test_a_changed_verdict_is_a_problem_and_a_pinned_difference_is_none() -> None:
-    (problem,) = check(results_file(replace(OFF, expected_verdict=Verdict.REPRODUCED)), None)
+    (problem,) = check(results_file(altered(OFF, expected=Verdict.REPRODUCED)), None)
     assert problem.cause is Cause.CHANGED_VERDICT
     assert "'differs'" in str(problem) and "'reproduced'" in str(problem) and "1.34" in str(problem)
 
@@ -107,7 +110,7 @@ def test_another_schema_version_and_repeated_claims_are_problems() -> None:
 
 def test_claims_of_file_and_code_are_the_same_set() -> None:
     code = [paper(claim(), claim(id="toy.new"))]
-    old = replace(GOOD, id="toy.old")
+    old = altered(GOOD, id="toy.old")
     problems = check(file_of(code[0], GOOD, old), code)
     assert [(problem.where, problem.cause) for problem in problems] == [
         ("toy.new", Cause.SET),
@@ -122,11 +125,11 @@ def test_claims_of_file_and_code_are_the_same_set() -> None:
         ({"printed": "1.330"}, "printed"),
         ({"statement": "Another."}, "statement"),
         ({"place": "Table 2"}, "place"),
-        ({"expected": Verdict.DIFFERS}, "expected_verdict"),
+        ({"expected": Verdict.DIFFERS}, "expected"),
         ({"kind": Kind.MATRIX}, "kind"),
         ({"tolerance": "0.1", "tolerance_reason": "why"}, "tolerance"),
         ({"erratum": "toy.e1"}, "erratum"),
-        ({"uses": ("toy-run",)}, "experiments"),
+        ({"uses": ("toy-run",)}, "uses"),
     ],
 )
 def test_a_claim_that_says_something_else_in_the_code_is_a_problem(change: dict[str, Any], field: str) -> None:
@@ -147,7 +150,7 @@ HONEST = file_of(CODE, GOOD)
         ("papers", {"doi": "10.0/1"}, "doi"),
         ("papers", {"scope": ()}, "scope"),
         ("papers", {"tables": ()}, "tables"),
-        ("papers", {"formulas": (("", "x"),)}, "formulas"),
+        ("papers", {"formulas": (Formula(text="", latex="x"),)}, "formulas"),
         ("errata", {"place": "eq. (2)"}, "place"),
         ("errata", {"printed": "c"}, "printed"),
         ("errata", {"meant": "c"}, "meant"),

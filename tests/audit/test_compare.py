@@ -7,7 +7,7 @@ from typing import Any
 import html5lib
 import msgspec
 import pytest
-from cases import EXPERIMENT, RUN, errata_of, recorded, results_file
+from cases import EXPERIMENT, RUN, altered, errata_of, recorded, results_file
 from msgspec.structs import replace
 
 from replication.audit.inspect.compare import Cause, compare, render
@@ -36,7 +36,7 @@ def test_equal_files_have_no_change() -> None:
 
 
 def test_seconds_and_lines_of_code_are_no_change() -> None:
-    other = results_file(replace(record(), seconds=99.0, code="papers/toy.py:7"))
+    other = results_file(altered(record(), seconds=99.0, code="papers/toy.py:7"))
     assert compare(OLD, other) == []
 
 
@@ -91,7 +91,7 @@ def test_changed_verdicts_come_first_then_ids() -> None:
 def test_render_tells_verdicts_numbers_and_causes() -> None:
     lines = render(compare(OLD, results_file(record(1.34))))
     assert lines[0] == "toy.value: reproduced → differs"
-    assert any("computed: 1.3268 → 1.34 (+9.95e-03 relative)" in line for line in lines)
+    assert any("value: 1.3268 → 1.34 (+9.95e-03 relative)" in line for line in lines)
     assert lines[-1] == f"    cause: {Cause.UNEXPLAINED}"
 
 
@@ -109,7 +109,7 @@ def test_page_shows_each_change_with_its_cause_and_escapes() -> None:
     text = " ".join("".join(tree.itertext()).split())
     assert "1 of 1 claims changed, 0 of them in the verdict." in text
     assert f"Cause: {Cause.CLAIM}; {Cause.MACHINE}." in text
-    assert "computed1.32681.3269+7.54e-05 relative" in text
+    assert "value1.32681.3269+7.54e-05 relative" in text
     assert "<script>alert(1)</script>" in text
     assert not [tag for tag in ("script", "b") if tree.find(f".//{tag}") is not None]
     assert [mark.findtext("bdi") for mark in tree.iter("mark")] == ["<b>another</b>"]

@@ -3,15 +3,21 @@
 from pathlib import Path
 
 import pytest
+from cases import altered
 from msgspec.structs import replace
 from sample import results as sample
 
 from replication.audit.inspect import controls as module
-from replication.audit.inspect.controls import Control, controls, moved
-from replication.audit.judge.agreement import Judgement
-from replication.audit.model import Verdict
+from replication.audit.inspect.controls import Control, moved
+from replication.audit.judge.printed import parse
+from replication.audit.model import Judgement, Verdict
+from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages
 from replication.audit.store.records import ResultsFile
+
+
+def controls(results: ResultsFile) -> tuple[Control, ...]:
+    return module.controls(results, targets(results.claims))
 
 
 @pytest.fixture(scope="module")
@@ -31,19 +37,19 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
     ],
 )  # fmt: skip
 def test_each_number_is_moved_by_its_last_place(printed: str, expected: list[str]) -> None:
-    assert list(moved(printed)) == expected
+    assert list(moved(parse(printed))) == expected
 
 
 def test_every_alteration_is_caught_where_nothing_wider_is_allowed(results: ResultsFile) -> None:
-    strict = replace(results, claims=tuple(claim for claim in results.claims if claim.tolerance is None))
+    strict = replace(results, claims=tuple(claim for claim in results.claims if claim.claim.tolerance is None))
     made = controls(strict)
     assert len(made) >= 4
     assert all(control.tried and control.caught == control.tried and not control.missed for control in made)
 
 
 def test_a_judge_that_always_agrees_is_found_out(results: ResultsFile, monkeypatch: pytest.MonkeyPatch) -> None:
-    blind = Judgement(Verdict.REPRODUCED, None, "always")
-    monkeypatch.setattr(module, "rejudge", lambda record, errata: blind)
+    blind = Judgement(verdict=Verdict.REPRODUCED, reason="always")
+    monkeypatch.setattr(module, "rejudge", lambda record, errata, target: blind)
     by_name: dict[str, Control] = {control.expected: control for control in controls(results)}
     assert by_name["no agreement"].caught == 0
     assert by_name["no agreement"].missed
@@ -51,8 +57,8 @@ def test_a_judge_that_always_agrees_is_found_out(results: ResultsFile, monkeypat
 
 
 def test_a_tolerance_wider_than_a_unit_is_listed(results: ResultsFile) -> None:
-    claim = next(c for c in results.claims if c.verdict is Verdict.REPRODUCED and c.deviation_ulp is not None)
-    wide = replace(claim, tolerance="1000", tolerance_reason="for the test")
+    claim = next(c for c in results.claims if c.verdict is Verdict.REPRODUCED and c.judgement.deviation_ulp is not None)
+    wide = altered(claim, tolerance="1000", tolerance_reason="for the test")
     (prints, *_) = controls(replace(results, claims=(wide,)))
     assert prints.missed == (wide,)
     assert prints.caught == 0
@@ -63,7 +69,7 @@ def test_lineage_joins_each_claim_to_its_experiments(results: ResultsFile) -> No
         claims = [claim for claim in results.claims if claim.paper == drawing.paper]
         known = {record.name for record in results.experiments if record.paper == drawing.paper}
         assert len(drawing.claims) == len(claims)
-        assert len(drawing.lines) == sum(name in known for claim in claims for name in claim.experiments)
+        assert len(drawing.lines) == sum(name in known for claim in claims for name in claim.claim.uses)
         assert len({node.y for node in drawing.claims}) == len(claims)
         assert f"{len(claims)} claims" in drawing.alt
 

@@ -7,13 +7,19 @@ from fractions import Fraction
 import pytest
 from sample import claim
 
+from replication.audit.judge.agreement import Target
 from replication.audit.model import Evidence, Kind, Verdict
 from replication.audit.report.entries import EntryView, side_by_side
+from replication.audit.store.records import ClaimRecord
 
 
 def entries(printed: str, value: object, kind: Kind = Kind.VALUE) -> tuple[EntryView, ...]:
     evidence = Evidence(method="Evaluated directly", value=value)  # type: ignore[arg-type]
-    return side_by_side(claim("case", kind, Verdict.REPRODUCED, printed, evidence))[0]
+    return seen(claim("case", kind, Verdict.REPRODUCED, printed, evidence))
+
+
+def seen(record: ClaimRecord) -> tuple[EntryView, ...]:
+    return side_by_side(Target.judged(record.claim, record.judgement), record.evidence)[0]
 
 
 @pytest.mark.parametrize(
@@ -64,7 +70,7 @@ def test_decimal_points_of_a_claim_stand_below_each_other() -> None:
 
 def test_the_ladder_sets_bounds_below_the_print_in_all_digits() -> None:
     evidence = Evidence(method="Bisection", value=1.13468738, lower=1.13468737, upper=1.2)
-    (entry,) = side_by_side(claim("case", Kind.VALUE, Verdict.DIFFERS, "1.14", evidence))[0]
+    (entry,) = seen(claim("case", Kind.VALUE, Verdict.DIFFERS, "1.14", evidence))
     assert entry.ladder == (
         ("Printed", 0, "1.14", ""),
         ("Computed", 0, "1.1", "3468738"),

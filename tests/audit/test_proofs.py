@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cases import claim, results_file
+from cases import altered, claim, results_file
 from msgspec.structs import replace
 
-from replication.audit.inspect.check import Cause, check
-from replication.audit.inspect.theorems import against_files
+from replication.audit.inspect.check import Cause, against_files, check
 from replication.audit.judge.proofs import proved_ends, wanted, with_proofs
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Evidence, Kind, Verdict
@@ -44,17 +43,21 @@ def certificate(**more: Any) -> CertificateRecord:
 
 def judged(kind: Kind, evidence: Evidence, *certificates: CertificateRecord, printed: str = "1.33") -> ClaimRecord:
     made = claim(id="toy.c1", kind=kind, printed=printed)
-    return make_record(made, "toy", evidence, None, "papers/toy.py:1", 0.5, "", certificates)
+    return make_record(made, evidence, code="papers/toy.py:1", seconds=0.5, certificates=certificates)
 
 
 def test_the_proved_bracket_takes_the_place_of_the_computed_one_and_decides() -> None:
     proved = certificate(lower="43441/32768", upper="43447/32768")
     record = judged(Kind.VALUE, LEVEL, proved)
-    assert (record.lower, record.upper, record.proved) == (43441 / 32768, 43447 / 32768, True)
-    assert record.certificates == ("certificates/toy/c.json",)
+    assert (record.evidence.lower, record.evidence.upper, record.judgement.proved) == (
+        43441 / 32768,
+        43447 / 32768,
+        True,
+    )
+    assert record.evidence.certificates == ("certificates/toy/c.json",)
     assert record.verdict is Verdict.REPRODUCED
     wide = judged(Kind.VALUE, LEVEL, certificate(lower="13/10", upper="14/10"))
-    assert wide.verdict is Verdict.NOT_CHECKABLE and "straddles" in wide.reason
+    assert wide.verdict is Verdict.NOT_CHECKABLE and "straddles" in wide.judgement.reason
 
 
 def test_two_theorems_give_the_narrowest_bracket_and_ends_are_rounded_outwards() -> None:
@@ -69,23 +72,23 @@ def test_two_theorems_give_the_narrowest_bracket_and_ends_are_rounded_outwards()
 
 def test_lists_of_numbers_keep_the_layout_of_the_value() -> None:
     items = (("1", "1"), ("7/4", "9/4"), ("-1/2", "-1/2"))
-    joined = with_proofs(Kind.VALUE, PAIR, [certificate(items=items)])
+    joined, _ = with_proofs(Kind.VALUE, PAIR, [certificate(items=items)])
     assert (joined.lower, joined.upper) == ((1.0, (1.75, -0.5)), (1.0, (2.25, -0.5)))
 
 
 def test_a_bracket_narrower_than_rounding_moves_the_value_to_its_end() -> None:
-    joined = with_proofs(Kind.VALUE, Evidence(method="m", value=1.0 + 1e-12), [certificate(lower="1", upper="1")])
+    joined, _ = with_proofs(Kind.VALUE, Evidence(method="m", value=1.0 + 1e-12), [certificate(lower="1", upper="1")])
     assert joined.value == 1.0
 
 
 def test_a_bound_may_have_one_side() -> None:
-    joined = with_proofs(Kind.BOUND, Evidence(method="m", value=0.5, lower=0.4), [certificate(upper="5/8")])
-    assert (joined.lower, joined.upper, joined.proved) == (None, 0.625, True)
+    joined, proved = with_proofs(Kind.BOUND, Evidence(method="m", value=0.5, lower=0.4), [certificate(upper="5/8")])
+    assert (joined.lower, joined.upper, proved) == (None, 0.625, True)
 
 
 def test_a_statement_is_proved_by_what_its_theorems_say() -> None:
     evidence = Evidence(method="m", holds=True, margin=0.1)
-    assert with_proofs(Kind.FEASIBLE, evidence, [certificate(holds=True)]).proved
+    assert with_proofs(Kind.FEASIBLE, evidence, [certificate(holds=True)]) == (evidence, True)
 
 
 @pytest.mark.parametrize(
@@ -110,7 +113,7 @@ def test_a_theorem_that_contradicts_the_evidence_is_an_error(
 def test_a_certificate_that_is_not_proved_proves_nothing() -> None:
     refused = certificate(proved=False, reason="P_0 is not positive definite", lower="1", upper="2")
     good = certificate(lower="43441/32768", upper="43447/32768")
-    assert judged(Kind.VALUE, LEVEL, good, refused).proved is False
+    assert judged(Kind.VALUE, LEVEL, good, refused).judgement.proved is False
     problems = check(replace(results_file(judged(Kind.VALUE, LEVEL, refused)), certificates=(refused,)), None)
     assert (refused.path, Cause.ERROR) in [(problem.where, problem.cause) for problem in problems]
 
@@ -123,7 +126,7 @@ def test_a_proof_changed_by_hand_is_found(change: dict[str, Any]) -> None:
     proof = certificate(lower="43441/32768", upper="43447/32768")
     record = judged(Kind.VALUE, LEVEL, proof)
     assert check(replace(results_file(record), certificates=(proof,)), None) == []
-    forged = replace(results_file(replace(record, **change)), certificates=(proof,))
+    forged = replace(results_file(altered(record, **change)), certificates=(proof,))
     assert Cause.FORGED in [problem.cause for problem in check(forged, None)]
 
 
@@ -162,7 +165,7 @@ def test_the_proofs_of_a_file_must_be_of_the_certificates_that_lie_there(tmp_pat
     ]
     gone = replace(file, certificates=())
     assert list(against_files(gone, tmp_path)) == [(entry.path, "the certificate is wanted and not in the file")]
-    vague = replace(file, claims=(replace(record, unproved="too hard"),))
+    vague = replace(file, claims=(altered(record, unproved="too hard"),))
     assert (record.id, "the reason why there is no theorem is not the one that the paper gives") in list(
         against_files(vague, tmp_path)
     )

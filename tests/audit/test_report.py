@@ -15,6 +15,7 @@ from typing import Any
 
 import html5lib
 import pytest
+from cases import altered
 from msgspec.structs import replace
 from sample import HOSTILE, KEY, build, claims, hostile_results, results
 
@@ -23,15 +24,15 @@ from replication.audit.judge import numerals
 from replication.audit.judge.numerals import BEYOND, CROWDED
 from replication.audit.judge.printed import parse
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
-from replication.audit.model import Kind, Verdict
+from replication.audit.model import Evidence, Kind, Table, Verdict
 from replication.audit.publish.linked_data import summary_graph
-from replication.audit.report.claim import WORST_FIRST, anchor, views
+from replication.audit.report.claim import WORST_FIRST, anchor, targets, views
 from replication.audit.report.formulas import mathml
 from replication.audit.report.page import build_report, render
-from replication.audit.report.sections.theorems import proofs
-from replication.audit.report.sections.tolerances import allowances
+from replication.audit.report.sections.lineage import proofs
+from replication.audit.report.sections.rounding import allowances
 from replication.audit.report.templates import SOURCES, code_link
-from replication.audit.store.records import Reading, ResultsFile, TableRecord
+from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
 LARGEST_PAGE = 5_000_000
@@ -148,14 +149,16 @@ def test_verdicts_are_word_shape_and_colour(tree: Any) -> None:
 
 
 def test_rows_are_sorted_worst_first() -> None:
-    made = views(claims())
+    made = views(claims(), targets(claims()))
     ranks = [
-        0.5 if v.unexpected and v.record.verdict is not Verdict.ERROR else WORST_FIRST.index(v.record.verdict)
+        0.5 if v.record.unexpected and v.record.verdict is not Verdict.ERROR else WORST_FIRST.index(v.record.verdict)
         for v in made
     ]
     assert ranks == sorted(ranks)
     same = [
-        abs(v.record.deviation_ulp or 0) for v in made if v.record.verdict is Verdict.REPRODUCED and not v.unexpected
+        abs(v.record.judgement.deviation_ulp or 0)
+        for v in made
+        if v.record.verdict is Verdict.REPRODUCED and not v.record.unexpected
     ]
     assert same == sorted(same, reverse=True)
 
@@ -177,39 +180,39 @@ def test_every_number_of_a_row_comes_from_the_results(tree: Any) -> None:
     """Computed digits are those of the stored number, cut some digits after the print, and no others."""
     for record in claims():
         cells = list(by_id(tree, anchor("claim", record.id))[0])
-        assert text_of(cells[1]) == record.place
+        assert text_of(cells[1]) == record.claim.place
         printed, computed = (" ".join(lines(cells[2], name)) for name in ("print", "below"))
         deviation = text_of(cells[3])
-        if record.computed is not None and len(parse(record.printed).entries) <= 6:
-            entries = parse(record.printed).entries
-            assert printed.replace(" ", "") == re.sub(r"[()\[\];, ]", "", record.printed).replace("-", "−")
-            stored = parse(record.printed).align("computed", record.computed)
+        if record.evidence.value is not None and len(parse(record.claim.printed).entries) <= 6:
+            entries = parse(record.claim.printed).entries
+            assert printed.replace(" ", "") == re.sub(r"[()\[\];, ]", "", record.claim.printed).replace("-", "−")
+            stored = parse(record.claim.printed).align("computed", record.evidence.value)
             for entry, number, shown in zip(entries, stored, numbers_in(computed), strict=True):
                 value = abs(number) if entry.absolute else number
-                crowded = "i" in record.printed or " " in record.printed.split(";")[0]
+                crowded = "i" in record.claim.printed or " " in record.claim.printed.split(";")[0]
                 places = len(entry.text.partition(".")[2]) + (CROWDED if crowded else BEYOND)
                 assert float(shown.replace("−", "-")) == pytest.approx(value, abs=10.0**-places)
-        if record.deviation_ulp is None:
+        if record.judgement.deviation_ulp is None:
             assert deviation == "—"
         else:
-            assert deviation == numerals.signed(record.deviation_ulp)
-        assert text_of(cells[5]) == numerals.seconds(record.seconds)
+            assert deviation == numerals.signed(record.judgement.deviation_ulp)
+        assert text_of(cells[5]) == numerals.seconds(record.evidence.seconds)
 
 
 def test_the_evidence_holds_all_digits(tree: Any) -> None:
     for record in claims():
         evidence = text_of(by_id(tree, anchor("claim", record.id))[1])
-        stored = (record.computed, record.lower, record.upper)
+        stored = (record.evidence.value, record.evidence.lower, record.evidence.upper)
         for number in (n for n in stored if isinstance(n, (int, float))):
             assert numerals.full(float(number)) in evidence or numerals.full(number) in evidence
-        for name, number in record.quantities.items():
+        for name, number in record.evidence.quantities.items():
             assert f"{name} {numerals.short(number, 10)}" in evidence
         for expected in (
-            record.statement,
-            " ".join(record.reason.split()),
-            record.method,
-            record.cross_check,
-            record.note,
+            record.claim.statement,
+            " ".join(record.judgement.reason.split()),
+            record.evidence.method,
+            record.evidence.cross_check,
+            record.evidence.note,
         ):
             assert expected in evidence
 
@@ -253,11 +256,11 @@ def test_any_printed_number_is_two_clicks_from_the_top(tree: Any) -> None:
     (table,) = [part for part in below[place] if part.tag == f"{HTML}table"]
     rows = {part.get("id"): part for part in table.iter(f"{HTML}tbody")}
     for record in claims():
-        if not record.printed:
+        if not record.claim.printed:
             continue
         row, evidence = rows[anchor("claim", record.id)]
         details = next(evidence.iter(f"{HTML}details"))
-        numbers = [f"{entry.text}".replace("-", "−") for entry in parse(record.printed).entries]
+        numbers = [f"{entry.text}".replace("-", "−") for entry in parse(record.claim.printed).entries]
         at_once = text_of(row).replace("-", "−")
         after_a_click = [text_of(cell).lstrip("<≤>≥") for cell in details.iter(f"{HTML}td")]
         assert all(number in at_once or number in after_a_click for number in numbers), record.id
@@ -269,8 +272,8 @@ def test_sentence_counts_what_is_there() -> None:
     assert text.startswith(f"Of {len(made)} claims, ")
     counted = [int(number) for number in re.findall(r"\d+", re.sub(r"\(.*?\)", "", text))]
     assert sum(counted[1:-2]) == len(made)
-    assert counted[-2:] == [sum(c.verdict != c.expected_verdict for c in made), sum(c.proved for c in made)]
-    one = [c for c in made if c.verdict is Verdict.REPRODUCED and c.expected_verdict is c.verdict][:1]
+    assert counted[-2:] == [sum(c.unexpected for c in made), sum(c.judgement.proved for c in made)]
+    one = [c for c in made if c.verdict is Verdict.REPRODUCED and not c.unexpected][:1]
     assert (
         sentence(one) == "Of 1 claim, 1 agrees with the print (1 in printed digits). Every verdict is the expected one."
     )
@@ -279,9 +282,9 @@ def test_sentence_counts_what_is_there() -> None:
 
 def test_sentence_tells_agreement_of_digits_from_statements_and_draws(made: ResultsFile) -> None:
     noise = next(claim for claim in made.claims if claim.verdict is Verdict.REPRODUCED_AFTER_ERRATUM)
-    statement = replace(noise, kind=Kind.ORDER)
-    draw = replace(noise, kind=Kind.STATISTICAL, probability=0.5)
-    text = sentence([noise, statement, draw, draw, replace(draw, probability=None, holds=True)])
+    statement = altered(noise, kind=Kind.ORDER)
+    draw = altered(noise, kind=Kind.STATISTICAL, probability=0.5)
+    text = sentence([noise, statement, draw, draw, altered(draw, probability=None, holds=True)])
     assert (
         "5 agree once a documented misprint is corrected (1 in printed digits, 2 as statements, 2 as random draws)"
         in text
@@ -303,14 +306,15 @@ def test_tolerances_list_every_allowance_with_its_reason_and_its_claims(
         assert all(text in text_of(section) for text in (allowed, reason, *users))
     assert "there is no other tolerance" not in page
     identity = next(claim for claim in made.claims if claim.id == f"{KEY}.identity")
-    assert identity.reason == "The statement holds. Residual 5×10⁻¹⁵, allowed 10⁻¹²."
-    shifted = replace(identity, as_printed=Reading(holds=False, margin=-1.0, threshold=1e-9, threshold_reason="why"))
+    assert identity.judgement.reason == "The statement holds. Residual 5×10⁻¹⁵, allowed 10⁻¹²."
+    printed = Evidence(method="m", holds=False, margin=-1.0, threshold=1e-9, threshold_reason="why")
+    shifted = altered(identity, as_printed=printed)
     assert [item.allowed for item in allowances([shifted, identity])] == ["≤ 10⁻¹²", "≤ 10⁻⁹"]
     assert [len(item.claims) for item in allowances([shifted, identity])] == [2, 1]
 
 
 def test_without_allowances_the_report_says_so(made: ResultsFile) -> None:
-    plain = tuple(c for c in made.claims if c.kind is Kind.VALUE and c.tolerance is None)
+    plain = tuple(c for c in made.claims if c.claim.kind is Kind.VALUE and c.claim.tolerance is None)
     papers = tuple(replace(paper, tables=(), scope=()) for paper in made.papers)
     page = render(replace(made, claims=plain, papers=papers, figures=()), Path())
     assert "there is no other tolerance" in page
@@ -318,7 +322,7 @@ def test_without_allowances_the_report_says_so(made: ResultsFile) -> None:
 
 def test_caveats_count_inferences_tolerances_and_missing_checks(made: ResultsFile) -> None:
     whole = len(made.claims)
-    unchecked = sum(not claim.cross_check and not claim.proved for claim in made.claims)
+    unchecked = sum(not claim.evidence.cross_check and not claim.judgement.proved for claim in made.claims)
     assert 0 < unchecked < whole
     assert [caveat.number for caveat in caveats(made.claims, made.errata)] == [0, 1, 1, 1, unchecked]
     guessed = [replace(erratum, inference=True) for erratum in made.errata]
@@ -351,19 +355,19 @@ def test_proofs_list_theorems_refusals_and_what_is_open(made: ResultsFile, tree:
     shown = proofs(made)
     assert shown is not None
     kinds = (Kind.VALUE, Kind.BOUND, Kind.FEASIBLE)
-    asked = [claim for claim in made.claims if claim.kind in kinds]
+    asked = [claim for claim in made.claims if claim.claim.kind in kinds]
     assert (shown.asked, shown.proved) == (len(asked), 2)
-    assert {claim.id for _, group in shown.open for claim in group} == {c.id for c in asked if not c.proved}
+    assert {claim.id for _, group in shown.open for claim in group} == {c.id for c in asked if not c.judgement.proved}
     section = text_of(by_id(tree, "proofs"))
     for certificate in made.certificates:
         assert certificate.path.split("/")[-1] in section
         assert certificate.sentence in section if certificate.proved else f"Not proved: {certificate.reason}" in section
     evidence = text_of(by_id(tree, anchor("claim", f"{KEY}.column-4-5")))
     assert "The level of column-4-5 lies within its bounds. certificates/doe1999/column-4-5.json" in evidence
-    bare = replace(made, certificates=(), figures=(), claims=tuple(replace(c, certificates=()) for c in made.claims))
+    bare = replace(made, certificates=(), figures=(), claims=tuple(altered(c, certificates=()) for c in made.claims))
     assert proofs(bare) is None
     assert 'id="proofs"' not in render(bare, tmp_path)
-    stranger = replace(made.claims[0], certificates=("certificates/none.json",))
+    stranger = altered(made.claims[0], certificates=("certificates/none.json",))
     with pytest.raises(AuditError, match=r"certificates/none\.json"):
         render(replace(made, claims=(stranger, *made.claims[1:])), tmp_path)
 
@@ -417,7 +421,7 @@ def test_figures_must_be_those_of_the_results(made: ResultsFile, tmp_path: Path)
 
 
 def test_a_table_that_names_an_unknown_claim_is_refused(made: ResultsFile, tmp_path: Path) -> None:
-    table = TableRecord(place="Table 2", caption="", header=("",), rows=((f"claim:{KEY}.absent",),))
+    table = Table(place="Table 2", caption="", header=("",), rows=((f"claim:{KEY}.absent",),))
     changed = replace(made, papers=(replace(made.papers[0], tables=(table,)),))
     with pytest.raises(AuditError, match=r"doe1999\.absent"):
         render(changed, tmp_path)
@@ -426,11 +430,20 @@ def test_a_table_that_names_an_unknown_claim_is_refused(made: ResultsFile, tmp_p
 def test_what_does_not_fit_is_still_shown(tmp_path: Path) -> None:
     """A record whose numbers have another layout than its print has no entries, and the page is built."""
     made = results(tmp_path)
-    first = replace(made.claims[0], computed=(1.0, 2.0))
-    odd = replace(made.claims[1], printed="about two", kind=Kind.ORDER)
+    first = altered(made.claims[0], value=(1.0, 2.0))
+    odd = altered(made.claims[1], printed="about two", kind=Kind.ORDER)
     page = render(replace(made, claims=(first, odd, *made.claims[2:])), tmp_path)
     assert "(1, 2)" in page
     assert "about two" in page
+
+
+@pytest.mark.parametrize("intervals", [(), (("a", "b"),), (("1/0", "2/1"),), (("1/1", "2/1"), ("3/1", "4/1"))])
+def test_intervals_that_are_none_are_not_shown(intervals: Any, tmp_path: Path) -> None:
+    made = results(tmp_path)
+    odd = altered(made.claims[0], intervals=intervals)
+    page = html5lib.parse(render(replace(made, claims=(odd, *made.claims[1:])), tmp_path))
+    row = by_id(page, anchor("claim", odd.id))
+    assert odd.claim.printed in text_of(row) and "Stands for" not in text_of(row)
 
 
 def test_results_without_anything_give_a_page(made: ResultsFile, tmp_path: Path) -> None:
@@ -441,11 +454,11 @@ def test_results_without_anything_give_a_page(made: ResultsFile, tmp_path: Path)
 
 
 def test_deviation_of_an_entry_is_that_of_the_record() -> None:
-    for view in views(claims()):
+    for view in views(claims(), targets(claims())):
         if view.entries:
             worst = max((entry.deviation for entry in view.entries), key=abs)
-            assert view.record.deviation_ulp is not None
-            assert math.isclose(worst, view.record.deviation_ulp, rel_tol=1e-9, abs_tol=1e-12)
+            assert view.record.judgement.deviation_ulp is not None
+            assert math.isclose(worst, view.record.judgement.deviation_ulp, rel_tol=1e-9, abs_tol=1e-12)
             inside = all(entry.inside for entry in view.entries)
             agrees = view.record.verdict in (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM)
             assert inside == agrees

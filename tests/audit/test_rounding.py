@@ -10,7 +10,7 @@ from sample import paper_record
 
 from replication.audit.judge.perturb import sensitivities, spread
 from replication.audit.model import Evidence, Sensitivity
-from replication.audit.report.sections.margins import rooms
+from replication.audit.report.sections.rounding import rooms
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError, InfeasibleError
 

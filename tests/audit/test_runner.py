@@ -27,7 +27,7 @@ def reason(answer: dict[str, Any], name: str) -> str:
 
 
 def verdicts(answer: dict[str, Any]) -> dict[str, str]:
-    return {claim["id"]: claim["verdict"] for claim in answer["file"]["claims"]}
+    return {claim["claim"]["id"]: claim["judgement"]["verdict"] for claim in answer["file"]["claims"]}
 
 
 def without_seconds(value: Any) -> Any:
@@ -71,10 +71,10 @@ def test_records_say_what_ran_and_what_solved(lab: Lab) -> None:
     assert [solver["name"] for solver in square["solvers"]] == ["abacus"]
     assert answer["file"]["papers"][1]["findings"] == ["Two squared is 4.0."]
     assert answer["file"]["errata"][0]["holds"] is True
-    (patient,) = (claim for claim in answer["file"]["claims"] if claim["id"] == "toy2020.wait.patient")
+    (patient,) = (claim for claim in answer["file"]["claims"] if claim["claim"]["id"] == "toy2020.wait.patient")
     waits = [record["seconds"] for record in answer["file"]["experiments"] if record["name"].startswith("toy2020.wait")]
-    assert patient["seconds"] == pytest.approx(sum(waits), rel=1e-12)
-    assert patient["code"].startswith("papers/toy2020/claims.py:")
+    assert patient["evidence"]["seconds"] == pytest.approx(sum(waits), rel=1e-12)
+    assert patient["evidence"]["code"].startswith("papers/toy2020/claims.py:")
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_a_failing_experiment_is_an_error_of_what_uses_it_alone(
         "toy2020.wait.patient": "consistent",
     }
     claim = answer["file"]["claims"][1]
-    assert message in claim["reason"] and "toy2020.square failed" in claim["reason"]
+    assert message in claim["judgement"]["reason"] and "toy2020.square failed" in claim["judgement"]["reason"]
     assert "toy2020.square failed" in answer["file"]["errata"][0]["error"]
     assert answer["file"]["errata"][0]["holds"] is False
     assert answer["failures"][0].startswith("findings of toy2020:")
@@ -175,7 +175,7 @@ def test_a_failing_answer_is_an_error_of_its_claim_alone(
     lab.edit("toy2020/claims.py", old, new)
     answer = lab.audit()
     assert verdicts(answer)["toy2020.wait.patient"] == verdict
-    assert words in answer["file"]["claims"][3]["reason"]
+    assert words in answer["file"]["claims"][3]["judgement"]["reason"]
     assert verdicts(answer)["toy2020.square.two"] == "reproduced"
 
 
@@ -184,8 +184,8 @@ def test_wrong_arguments_are_told_without_a_line_of_the_machinery(lab: Lab) -> N
     answer = lab.audit()
     assert "unexpected keyword argument 'lable'" in answer["log"]["toy2020.wait-a"][2]
     assert "worker.py" not in answer["log"]["toy2020.wait-a"][2]
-    assert "[papers/toy2020/claims.py:" in answer["file"]["claims"][3]["reason"]
-    assert "assemble.py" not in answer["file"]["claims"][3]["reason"]
+    assert "[papers/toy2020/claims.py:" in answer["file"]["claims"][3]["judgement"]["reason"]
+    assert "assemble.py" not in answer["file"]["claims"][3]["judgement"]["reason"]
 
 
 def test_malformed_proofs_and_findings_are_errors(lab: Lab) -> None:

@@ -10,11 +10,12 @@ from typing import Any
 import jsonschema
 import msgspec
 import pytest
-from cases import errata_of, recorded, results_file
+from cases import PROOF, errata_of, results_file
+from cases import RECORDS_OF_EVERY_KIND as RECORDS
 from lab import make_lab
 
 from replication.audit.inspect.check import check
-from replication.audit.model import Evidence, Kind, Proof, SolverRecord, Verdict
+from replication.audit.model import Verdict
 from replication.audit.store.records import ResultsFile, read_results, to_json, write_results
 from replication.audit.store.schema import schema_text
 from replication.errors import AuditError
@@ -23,21 +24,6 @@ PUBLISHED = Path(__file__).parents[2] / "docs" / "results.schema.json"
 WRONG = [["x"]]
 """A value that no field accepts."""
 
-PROOF = Proof(holds=True, text="it does", quantities={"gap": 0.5})
-SOLVER = SolverRecord(name="s", version="1", status="optimal", options={"tol": 1e-9}, residuals={"primal": 1e-12})
-RECORDS = (
-    recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269, quantities={"n": 2}, solvers=(SOLVER,))),
-    recorded(Evidence(method="m", value=(1.0, (2.0, -3.0))), printed="(1.0, 2.0±3.0i)", id="toy.list"),
-    recorded(
-        Evidence(method="m", value=((1, 2), (3, 4)), as_printed=Evidence(method="m", value=((1, 2), (3, 5)))),
-        PROOF,
-        id="toy.matrix",
-        kind=Kind.MATRIX,
-        printed="[1 2; 3 4]",
-        erratum="toy.e1",
-    ),
-    recorded(Evidence(method="m", holds=True, margin=0.5), id="toy.order", kind=Kind.ORDER),
-)
 FILE = results_file(*RECORDS, errata=tuple(errata_of(RECORDS[2], PROOF).values()))
 Location = tuple[str | int, ...]
 
@@ -116,7 +102,21 @@ def test_a_damaged_field_is_refused_with_its_path(
     assert last_name(path) in str(caught.value)
 
 
-@pytest.mark.parametrize("where", [(), ("run",), ("claims", 0), ("errata", 0), ("experiments", 0)])
+@pytest.mark.parametrize(
+    "where",
+    [
+        (),
+        ("run",),
+        ("claims", 0),
+        ("claims", 0, "claim"),
+        ("claims", 0, "evidence"),
+        ("claims", 0, "judgement"),
+        ("claims", 0, "evidence", "solvers", 0),
+        ("claims", 2, "evidence", "as_printed"),
+        ("errata", 0),
+        ("experiments", 0),
+    ],
+)
 def test_every_field_is_required(where: Location, tmp_path: Path, validator: jsonschema.Draft202012Validator) -> None:
     place = json.loads(to_json(FILE))
     for key in where:

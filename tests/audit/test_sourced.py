@@ -101,9 +101,14 @@ def test_texts_count_in_the_results_only() -> None:
         require_sourced("<p>0.64</p>", SOURCE, {"sentence": "the level is 0.64"})
 
 
+def test_an_exact_number_is_no_text_with_words() -> None:
+    with pytest.raises(AuditError, match="4711"):
+        require_sourced("<p>4711</p>", {"intervals": (("4711/200", "5000/200"),)})
+
+
 def test_numbers_are_found_at_any_depth(made: ResultsFile) -> None:
     found = list(numbers_of({"results": [made]}))
-    assert made.claims[0].computed in found
+    assert made.claims[0].evidence.value in found
     assert made.experiments[0].inputs["tolerance"] in found
     assert not [number for number in found if isinstance(number, bool)]
 
@@ -126,7 +131,7 @@ def test_what_a_section_derives_is_handed_over_as_a_number(
     (sources_copied_to(tmp_path, monkeypatch) / "cite.html.j2").write_text("<p>{{ shown.text }}</p>\n")
 
     def shown(content: dict[str, Any]) -> None:
-        monkeypatch.setattr(sections, "_SECTIONS", (("cite", "Derived", lambda results: content),))
+        monkeypatch.setattr(sections, "_SECTIONS", (("cite", "Derived", lambda results, read: content),))
 
     shown({"text": "0.4711"})
     with pytest.raises(AuditError, match=r"0\.4711"):

@@ -8,13 +8,14 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from cases import errata_of, recorded, statement_case, value_case
+from cases import Case, case, errata_of, judge, recorded, statement_case, value_case
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
-from replication.audit.judge.verdict import SMALLEST_PROBABILITY, Case, judge, rejudge
+from replication.audit.judge.verdict import SMALLEST_PROBABILITY, rejudge
 from replication.audit.model import Evidence, Kind, Proof, Verdict
-from replication.audit.store.records import ClaimRecord, Reading
+from replication.audit.store.records import ClaimRecord
 
 PROVED = Proof(holds=True, text="it does")
 REFUTED = Proof(holds=False, text="it does not")
@@ -54,14 +55,14 @@ def test_statement_holds_or_not_and_its_margin_agrees(kind: Kind) -> None:
     ],
 )
 def test_statistical(probability: float | None, holds: bool | None, verdict: Verdict) -> None:
-    case = Case(kind=Kind.STATISTICAL, reading=Reading(probability=probability, holds=holds))
-    assert judge(case).verdict is verdict
+    evidence = Evidence(method="computed", probability=probability, holds=holds)
+    assert judge(case(Kind.STATISTICAL, evidence)).verdict is verdict
 
 
 def test_cited_needs_its_reason_and_any_kind_may_be_not_checkable() -> None:
-    assert judge(Case(kind=Kind.CITED, reading=Reading())).verdict is Verdict.ERROR
+    assert judge(case(Kind.CITED, Evidence(method="computed"))).verdict is Verdict.ERROR
     for kind in Kind:
-        judgement = judge(Case(kind=kind, reading=Reading(), method="", not_checkable="taken from elsewhere"))
+        judgement = judge(case(kind, Evidence(method="", not_checkable="taken from elsewhere")))
         assert (judgement.verdict, judgement.reason) == (Verdict.NOT_CHECKABLE, "taken from elsewhere")
 
 
@@ -82,14 +83,13 @@ def test_cited_needs_its_reason_and_any_kind_may_be_not_checkable() -> None:
 def test_erratum_counts_only_if_needed_and_proved(
     before: float | None, after: float, proof: bool | None, verdict: Verdict
 ) -> None:
-    as_printed = None if before is None else Reading(value=before)
-    case = value_case("1.33", after, as_printed=as_printed, erratum="toy.e1", proof_holds=proof)
-    assert judge(case).verdict is verdict
+    as_printed = None if before is None else Evidence(method="computed", value=before)
+    both = value_case("1.33", after, as_printed=as_printed, erratum="toy.e1", proof_holds=proof)
+    assert judge(both).verdict is verdict
 
 
 def test_erratum_without_a_printed_reading_says_why() -> None:
-    case = value_case("1.33", 1.33, erratum="toy.e1", proof_holds=True, note="the formula has no value")
-    judgement = judge(case)
+    judgement = judge(value_case("1.33", 1.33, erratum="toy.e1", proof_holds=True, note="the formula has no value"))
     assert judgement.verdict is Verdict.REPRODUCED_AFTER_ERRATUM
     assert "the formula has no value" in judgement.reason
 
@@ -104,19 +104,20 @@ def test_erratum_without_a_printed_reading_says_why() -> None:
     ],
 )
 def test_statement_with_an_erratum(kind: Kind, before: bool, after: bool, verdict: Verdict) -> None:
-    case = statement_case(kind, after, as_printed=Reading(holds=before), erratum="toy.e1", proof_holds=True)
-    assert judge(case).verdict is verdict
+    printed = Evidence(method="computed", holds=before)
+    both = statement_case(kind, after, as_printed=printed, erratum="toy.e1", proof_holds=True)
+    assert judge(both).verdict is verdict
 
 
 def test_printed_reading_without_an_erratum_is_an_error() -> None:
-    assert judge(value_case("1.33", 1.33, as_printed=Reading(value=1.33))).verdict is Verdict.ERROR
+    assert judge(value_case("1.33", 1.33, as_printed=Evidence(method="m", value=1.33))).verdict is Verdict.ERROR
 
 
 # What is no evidence.
 
 
 @pytest.mark.parametrize(
-    ("case", "words"),
+    ("tried", "words"),
     [
         (value_case("1.33", None), "no value"),
         (value_case("", 1.33), "printed value"),
@@ -128,7 +129,10 @@ def test_printed_reading_without_an_erratum_is_an_error() -> None:
         (value_case("1.33", math.nan), "nan in value"),
         (value_case("1.33", 1.33, -math.inf, 1.34), "-inf in lower"),
         (value_case("[1 2; 3 4]", ((1.0, 2.0), (3.0, math.inf))), "inf in value[1][1]"),
-        (value_case("1.33", 1.33, as_printed=Reading(value=math.nan), erratum="e"), "nan in as_printed.value"),
+        (
+            value_case("1.33", 1.33, as_printed=Evidence(method="m", value=math.nan), erratum="e"),
+            "nan in as_printed.value",
+        ),
         (value_case("1.33", 1.3, tolerance="0.1"), "tolerance_reason"),
         (value_case("1.33", 1.3, tolerance="0", tolerance_reason="a test"), "positive"),
         (value_case("1.33", 1.3, tolerance="wide", tolerance_reason="a test"), "wide"),
@@ -136,8 +140,8 @@ def test_printed_reading_without_an_erratum_is_an_error() -> None:
         (value_case("1.33", 1.33, method=""), "no evidence"),
     ],
 )
-def test_what_cannot_be_compared_is_an_error(case: Case, words: str) -> None:
-    judgement = judge(case)
+def test_what_cannot_be_compared_is_an_error(tried: Case, words: str) -> None:
+    judgement = judge(tried)
     assert judgement.verdict is Verdict.ERROR
     assert judgement.deviation_ulp is None
     assert words in judgement.reason
@@ -161,29 +165,33 @@ def test_another_tolerance_is_used_and_its_reason_shown() -> None:
     ],
 )
 def test_a_threshold_is_told_with_the_residual(holds: bool, margin: float, words: str) -> None:
-    reading = Reading(holds=holds, margin=margin, threshold=1e-12, threshold_reason="rounding")
-    judgement = judge(Case(kind=Kind.ORDER, reading=reading))
+    evidence = Evidence(method="m", holds=holds, margin=margin, threshold=1e-12, threshold_reason="rounding")
+    judgement = judge(case(Kind.ORDER, evidence))
     assert judgement.verdict is (Verdict.CONSISTENT if holds else Verdict.DIFFERS)
     assert judgement.reason.endswith(words)
 
 
 @pytest.mark.parametrize(
-    ("kind", "reading", "words"),
+    ("kind", "evidence", "words"),
     [
-        (Kind.ORDER, Reading(holds=True, margin=0.1, threshold=0.2), "no threshold_reason"),
-        (Kind.ORDER, Reading(holds=True, margin=0.1, threshold_reason="why"), "no threshold"),
-        (Kind.ORDER, Reading(holds=True, threshold=0.2, threshold_reason="why"), "needs holds and margin"),
-        (Kind.STATISTICAL, Reading(probability=0.5, threshold=0.2, threshold_reason="why"), "needs holds and margin"),
-        (Kind.VALUE, Reading(value=1.33, threshold=0.2, threshold_reason="why"), "has no threshold"),
+        (Kind.ORDER, Evidence(method="m", holds=True, margin=0.1, threshold=0.2), "no threshold_reason"),
+        (Kind.ORDER, Evidence(method="m", holds=True, margin=0.1, threshold_reason="why"), "no threshold"),
+        (Kind.ORDER, Evidence(method="m", holds=True, threshold=0.2, threshold_reason="why"), "needs holds and margin"),
+        (
+            Kind.STATISTICAL,
+            Evidence(method="m", probability=0.5, threshold=0.2, threshold_reason="why"),
+            "needs holds and margin",
+        ),
+        (Kind.VALUE, Evidence(method="m", value=1.33, threshold=0.2, threshold_reason="why"), "has no threshold"),
     ],
 )
-def test_a_threshold_needs_a_reason_and_something_to_compare(kind: Kind, reading: Reading, words: str) -> None:
-    good = Reading(holds=True, margin=0.1, value=1.33)
-    for case in (
-        Case(kind=kind, reading=reading, printed="1.33"),
-        Case(kind=kind, reading=good, as_printed=reading, printed="1.33", erratum="toy.e1", proof_holds=True),
+def test_a_threshold_needs_a_reason_and_something_to_compare(kind: Kind, evidence: Evidence, words: str) -> None:
+    good = Evidence(method="m", holds=True, margin=0.1, value=1.33, as_printed=evidence)
+    for tried in (
+        case(kind, evidence, printed="1.33"),
+        case(kind, good, printed="1.33", erratum="toy.e1", proof_holds=True),
     ):
-        judgement = judge(case)
+        judgement = judge(tried)
         assert judgement.verdict is Verdict.ERROR
         assert words in judgement.reason
 
@@ -211,7 +219,7 @@ def test_claim_without_usable_evidence_is_an_error_also_when_judged_again(
 ) -> None:
     record = recorded(evidence, error=error)
     assert record.verdict is Verdict.ERROR
-    assert words in record.reason
+    assert words in record.judgement.reason
     assert rejudge(through_json(record), {}).verdict is Verdict.ERROR
 
 
@@ -224,18 +232,20 @@ def test_numpy_numbers_are_stored_as_plain_ones() -> None:
     )
     record = recorded(evidence, printed="[1 2; 3 4]")
     assert record.verdict is Verdict.REPRODUCED
-    assert record.computed == ((1.0, 2.0), (3.0, 4.0))
+    assert record.evidence.value == ((1.0, 2.0), (3.0, 4.0))
     assert through_json(record) == record
 
 
 def test_record_carries_claim_evidence_and_verdict() -> None:
-    evidence = Evidence(method="m", cross_check="c", value=1.3268, lower=1.3267, upper=1.3269, proved=True, note="n")
+    evidence = Evidence(method="m", cross_check="c", value=1.3268, lower=1.3267, upper=1.3269, note="n")
     record = recorded(evidence, uses=("toy-run",), expected=Verdict.DIFFERS)
-    assert (record.id, record.paper, record.code, record.seconds) == ("toy.value", "toy", "papers/toy.py:1", 0.5)
-    assert (record.verdict, record.expected_verdict) == (Verdict.REPRODUCED, Verdict.DIFFERS)
-    assert record.deviation_ulp == pytest.approx(-0.32)
-    assert (record.computed, record.lower, record.upper, record.proved) == (1.3268, 1.3267, 1.3269, True)
-    assert (record.method, record.cross_check, record.note, record.experiments) == ("m", "c", "n", ("toy-run",))
+    stored, judgement = record.evidence, record.judgement
+    assert (record.id, record.paper, stored.code, stored.seconds) == ("toy.value", "toy", "papers/toy.py:1", 0.5)
+    assert (record.verdict, record.claim.expected, record.unexpected) == (Verdict.REPRODUCED, Verdict.DIFFERS, True)
+    assert judgement.deviation_ulp == pytest.approx(-0.32)
+    assert judgement.intervals == (("53/40", "267/200"),)
+    assert (stored.value, stored.lower, stored.upper, judgement.proved) == (1.3268, 1.3267, 1.3269, False)
+    assert (stored.method, stored.cross_check, stored.note, record.claim.uses) == ("m", "c", "n", ("toy-run",))
 
 
 def through_json(record: ClaimRecord) -> ClaimRecord:
@@ -282,6 +292,6 @@ def test_judging_a_stored_record_again_gives_its_verdict(
         evidence, proof, kind=kind, printed=printed, tolerance=tolerance, tolerance_reason=why, erratum=erratum
     )
     again = rejudge(through_json(record), errata_of(record, proof))
-    assert (again.verdict, again.deviation_ulp) == (record.verdict, record.deviation_ulp)
+    assert replace(again, reason="") == replace(record.judgement, reason="")
     if record.verdict is not Verdict.ERROR:
-        assert again.reason == record.reason
+        assert again == record.judgement

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -20,7 +21,8 @@ import scipy.io
 from replication.cli import main
 from replication.errors import InvalidInputError
 from replication.estimation.multirate import MultiratePlant, search_timing
-from replication.ownplant import designs, writing
+from replication.ownplant import writing
+from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
 from replication.ownplant.searching import FEW, every_core
 from replication.ownplant.writing import FILES
@@ -140,7 +142,7 @@ def test_an_earlier_design_is_replaced_only_if_asked_and_nothing_else_ever(
 def test_a_place_that_cannot_be_written_is_named_before_anything_is_computed(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setitem(designs.DESIGNS, "dualrate", None)
+    monkeypatch.setitem(METHODS, "dualrate", replace(METHODS["dualrate"], design=None))
     (here / "file").write_text("keep", encoding="utf-8")
     assert run("dualrate", "--output", "file/deep/out") == 2
     assert "file is no directory that can be written; choose another --output" in capsys.readouterr().err
@@ -213,6 +215,9 @@ def test_help_of_a_method_lists_the_keys_of_its_file(method: str, capsys: pytest
         main(["design", method, "--help"])
     text = capsys.readouterr().out
     assert "keys of the plant file:" in text and "exit codes:" in text
+    assert all(
+        f"--{option.name} " in text and option.help in " ".join(text.split()) for option in METHODS[method].options
+    )
 
 
 def test_the_best_timing_is_searched_on_every_core(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import os
 from pathlib import Path
 
@@ -10,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from replication.errors import InvalidInputError
-from replication.ownplant.fields import FIELDS, described
+from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import MAX_BYTES, MAX_ENTRIES, read_plant
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
@@ -34,11 +36,11 @@ def message(folder: Path, text: str, method: str = "multirate") -> str:
     return str(caught.value)
 
 
-@pytest.mark.parametrize("method", FIELDS)
+@pytest.mark.parametrize("method", METHODS)
 def test_a_small_file_is_read(method: str, tmp_path: Path) -> None:
     plant = read_plant(write(tmp_path, GOOD[method], "my-plant.toml"), method)
     assert (plant.name, plant.title, plant.method, plant.names) == ("my-plant", "my-plant", method, {})
-    assert set(plant.values) == {field.name for field in FIELDS[method] if field.required}
+    assert set(plant.values) == {field.name for field in METHODS[method].fields if field.required}
 
 
 def test_every_mistake_is_reported_with_its_path(tmp_path: Path) -> None:
@@ -86,7 +88,7 @@ def test_several_matrices_are_compared_with_the_number_of_delays(tmp_path: Path)
     assert "  delays: has 1 entries, where A sets k = 2" in lines
 
 
-@pytest.mark.parametrize("method", FIELDS)
+@pytest.mark.parametrize("method", METHODS)
 def test_text_as_windows_writes_it_is_read(method: str, tmp_path: Path) -> None:
     path = tmp_path / "plant.toml"
     path.write_bytes(b"\xef\xbb\xbf" + GOOD[method].replace("\n", "\r\n").encode())
@@ -102,10 +104,10 @@ def test_times_that_are_not_positive_are_listed_with_the_rest(tmp_path: Path) ->
     assert "delays[0]: must be positive, got 0" in message(tmp_path, GOOD["delay"].replace("[1]", "[0]"), "delay")
 
 
-@pytest.mark.parametrize("method", FIELDS)
+@pytest.mark.parametrize("method", METHODS)
 def test_what_is_missing_is_listed(method: str, tmp_path: Path) -> None:
     text = message(tmp_path, "", method)
-    for field in FIELDS[method]:
+    for field in METHODS[method].fields:
         assert (f"{field.name}: is missing; write {field.kind}" in text) is field.required
 
 
@@ -185,10 +187,18 @@ def test_any_matrix_is_read_or_refused_by_name(value: object) -> None:
     assert all(problem.startswith("A") for problem in problems)
 
 
-@pytest.mark.parametrize("method", FIELDS)
+@pytest.mark.parametrize("method", METHODS)
 def test_the_help_names_every_key(method: str) -> None:
-    for field in FIELDS[method]:
-        assert f"  {field.name} " in described(method)
+    for field in METHODS[method].fields:
+        assert f"  {field.name} " in METHODS[method].described()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_option_is_an_argument_of_the_design_in_the_library(method: str) -> None:
+    taken = inspect.signature(importlib.import_module(f"replication.estimation.{method}").design).parameters
+    assert {option.name for option in METHODS[method].options} <= set(taken)
+    required = {name for name, argument in taken.items() if argument.default is argument.empty} - {"plant"}
+    assert {option.name for option in METHODS[method].options if option.required} == required
 
 
 def test_examples_are_good_plants() -> None:

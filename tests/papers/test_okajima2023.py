@@ -34,7 +34,7 @@ NORM_OF_GAINS = 1e-7
 def test_every_claim_has_its_pinned_verdict(fresh_run: Outcome) -> None:
     claims = [claim for claim in fresh_run.results.claims if claim.paper == KEY]
     assert len(claims) == len(PAPER.claims)
-    assert {claim.id: claim.reason for claim in claims if claim.verdict != claim.expected_verdict} == {}
+    assert {claim.id: claim.judgement.reason for claim in claims if claim.unexpected} == {}
     assert fresh_run.failures == ()
 
 
@@ -61,12 +61,13 @@ def test_one_unit_in_the_last_place_flips_the_verdict(fresh_run: Outcome) -> Non
     errata = {erratum.id: erratum for erratum in fresh_run.results.errata}
     flipped = 0
     for record in fresh_run.results.claims:
-        if record.paper != KEY or record.kind is not Kind.VALUE or record.verdict is not Verdict.REPRODUCED:
+        if record.paper != KEY or record.claim.kind is not Kind.VALUE or record.verdict is not Verdict.REPRODUCED:
             continue
-        places = len(record.printed.partition(".")[2])
+        places = len(record.claim.printed.partition(".")[2])
         for sign in (1, -1):
-            other = f"{float(record.printed) + sign * 10.0**-places:.{places}f}"
-            moved = rejudge(msgspec.structs.replace(record, printed=other), errata)
+            other = f"{float(record.claim.printed) + sign * 10.0**-places:.{places}f}"
+            reprinted = msgspec.structs.replace(record.claim, printed=other)
+            moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata)
             assert moved.verdict is Verdict.DIFFERS, (record.id, other, moved.reason)
             flipped += 1
     assert flipped >= 50

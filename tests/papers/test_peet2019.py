@@ -122,7 +122,8 @@ def test_the_cost_does_not_say_more_than_the_point_holds() -> None:
     assert 0.0 < found["gamma"] < float(DATA["small-gain"].lstrip("<"))
     # The point is inside the cones by more than it misses the equalities.
     assert residuals["least eigenvalue"] > residuals["equalities"]
-    assert cost(2, 2, None, threads=2)["gamma"] == found["gamma"]
+    # With more threads SDPA may add in another order, which is all that may change.
+    assert cost(2, 2, None, threads=2)["gamma"] == pytest.approx(found["gamma"], rel=1e-4)
 
 
 @pytest.mark.parametrize(("states", "delays"), [(1, 1), (3, 2), (2, 5)])

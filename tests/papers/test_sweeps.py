@@ -21,8 +21,9 @@ from papers.shao.experiments.readings import SEARCH
 from replication.audit.model import Paper, Results
 from replication.audit.run.pool import Processes
 from replication.audit.run.progress import Action, Silent, Step
-from replication.audit.run.runner import Outcome, default_packages, run
+from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
+from replication.audit.store.sources import default_packages
 
 ROOT = Path(__file__).resolve().parents[2]
 SWEEPS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {

@@ -27,6 +27,8 @@ from pathlib import Path
 from types import FrameType, ModuleType
 from typing import Any
 
+from replication.verify.statement import Statement
+
 ROOM = "replication.verify"
 SECONDS = 20
 """Of the processor, after which a mutant counts as noticed: it runs for ever."""
@@ -306,12 +308,15 @@ def _replace(table: dict[Any, Any], changed: Mapping[int, Any]) -> None:
             table[key] = changed[id(value)]
         elif isinstance(value, dict) and not str(key).startswith("__"):
             _replace(value, changed)
+        elif isinstance(value, Statement):
+            # Readers of the changed module stand in the tables of the statements of others.
+            _replace(vars(value), changed)
 
 
 def _places(tree: ast.AST) -> Iterator[ast.AST]:
     """The nodes that may change, in a fixed order."""
     for field, value in ast.iter_fields(tree):
-        if field in ("annotation", "returns", "type_params", "decorator_list"):
+        if field in ("annotation", "returns", "type_params"):
             continue
         for node in value if isinstance(value, list) else [value]:
             if isinstance(node, ast.AST) and not _left_alone(node):
@@ -320,9 +325,11 @@ def _places(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 def _left_alone(node: ast.AST) -> bool:
-    """Messages, imports, and `strict=True` of a zip, which only guards against mistakes of the verifier itself."""
-    return isinstance(node, ast.JoinedStr | ast.Import | ast.ImportFrom) or (
-        isinstance(node, ast.keyword) and node.arg == "strict"
+    """Messages, imports, dataclasses, `strict=True` of a zip, which guards against mistakes of the verifier only."""
+    return (
+        isinstance(node, ast.JoinedStr | ast.Import | ast.ImportFrom)
+        or (isinstance(node, ast.keyword) and node.arg == "strict")
+        or (isinstance(node, ast.Call) and _called(node) == "dataclass")
     )
 
 

@@ -1,7 +1,7 @@
 """Balls answer yes only if every point of them does."""
 
 import pytest
-from flint import acb, arb, arb_mat, fmpq, fmpq_poly
+from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra import balls
 from replication.verify.theorem import Refused
@@ -61,8 +61,33 @@ def test_ends_of_balls() -> None:
             balls.ends(ball)
 
 
-def test_roots_come_with_their_multiplicity() -> None:
-    found = balls.roots(fmpq_poly([1, 2, 2, 2, 1]))  # (z + 1)^2 (z^2 + 1)
-    assert len(found) == 4
-    for root, count in ((acb(-1), 2), (acb(0, 1), 1), (acb(0, -1), 1)):
-        assert sum(ball.contains(root) for ball in found) == count
+def test_balls_are_less_only_if_all_points_are() -> None:
+    assert balls.is_less(arb(1, 0.5), arb(3, 1))
+    assert not balls.is_less(arb(1), arb(1))
+    assert not balls.is_less(arb(1, 0.5), arb(1.75, 0.5))
+    assert not balls.is_less(2, 1)
+
+
+def test_points_of_the_circle_and_energies() -> None:
+    z = balls.circle_point(fmpq(1, 2))
+    assert z.real.contains(fmpq(3, 5)) and z.imag.contains(fmpq(4, 5))
+    assert balls.energy(acb_mat([[3], [4j]])) == 25
+    assert balls.energy(arb_mat([[3, -4]])) == 25
+    pair = balls.complex_of([fmpq(1), fmpq(-2)])
+    assert (pair.real, pair.imag) == (1, -2)
+    assert balls.largest([arb(1), arb(3), arb(2)]) == 3
+
+
+def test_blocks_beside_each_other_are_of_one_height() -> None:
+    assert balls.beside(arb_mat([[1]]), arb_mat([[2, 3]])).tolist() == [[1, 2, 3]]
+    with pytest.raises(ValueError, match="zip"):
+        balls.beside(arb_mat([[1], [2]]), arb_mat([[2, 3]]))
+
+
+def test_a_held_input_is_integrated() -> None:
+    """x' = -x + u: e^{-t}, and 1 - e^{-t}; with two inputs one column each."""
+    Phi, Gamma = balls.hold(fmpq_mat([[-1]]), fmpq_mat([[1, 3]]), fmpq(2))
+    decay = arb(-2).exp()
+    assert Phi[0, 0].overlaps(decay) and Gamma[0, 0].overlaps(1 - decay) and Gamma[0, 1].overlaps(3 - 3 * decay)
+    assert balls.hold(fmpq_mat([[-1]]), fmpq_mat([[1]]), arb(0).union(arb(2)))[0][0, 0].contains(decay)
+    assert balls.generator(fmpq_mat([[5]]), fmpq_mat([[1, 3]])).tolist() == [[5, 1, 3], [0, 0, 0], [0, 0, 0]]

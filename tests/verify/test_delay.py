@@ -16,7 +16,7 @@ from flint import acb, arb, fmpq, fmpq_mat
 
 from replication.certify.delay import forms as oracle
 from replication.certify.delay import levels as maker
-from replication.verify.algebra.linear import zeros
+from replication.verify.algebra.linear import identity, zeros
 from replication.verify.delay import forms as delay_forms
 from replication.verify.delay import hidden as delay_hidden
 from replication.verify.delay import levels as delay
@@ -145,13 +145,13 @@ def test_other_coordinates_are_refused(change: Any, reason: str) -> None:
 def test_measurements_that_depend_on_each_other_are_refused(sensor: Any, reason: str) -> None:
     plant = delay_plant.read_plant({**hidden_plant(), "C2": sensor})
     with pytest.raises(Refused) as caught:
-        delay_plant.measured_last(plant, [["1", "0"], ["0", "1"]])
+        delay_plant.measured_last(plant, identity(2))
     assert reason in str(caught.value)
 
 
 def test_all_states_may_be_measured() -> None:
     plant = delay_plant.read_plant({**hidden_plant(), "C2": [["1", "0"], ["0", "1"]]})
-    assert delay_plant.measured_last(plant, [["1", "0"], ["0", "1"]]) == plant
+    assert delay_plant.measured_last(plant, identity(2)) == plant
 
 
 def test_coordinates_are_part_of_the_proof() -> None:
@@ -170,6 +170,7 @@ def some_plant(n: int = 2, delays: int = 2, measured: int = 1) -> delay_plant.De
     rng = random.Random(7)
     seen = [[int(j == n - measured + i) for j in range(n)] for i in range(measured)]
     return delay_plant.DelayPlant(
+        name="some",
         A0=integers(rng, n, n),
         late=integers(rng, n, n * delays),
         delays=tuple(fmpq(k + 2, 3) for k in range(delays)),

@@ -7,30 +7,11 @@ from unittest import mock
 import pytest
 from delay_cases import certificate
 
-from replication.verify.algebra.delay_symbols import Symbolic, symbols, unit
+from replication.verify.algebra.symbolic import Symbolic, symbols, unit
 from replication.verify.delay import identity as delay_identity
 from replication.verify.delay import inverse as delay_inverse
 from replication.verify.run import check
 from replication.verify.theorem import Refused
-
-
-def test_matrices_of_symbols_obey_the_rules() -> None:
-    m = symbols({"A": (2, 2), "B": (2, 1), "S": (2, 2), "g": (1, 1)}, frozenset({"S"}))
-    A, B, S, g = m["A"], m["B"], m["S"], m["g"].entry
-    assert S.T == S and A.T != A
-    assert (A @ B).T == B.T @ A.T
-    assert ((A + S) @ B - A @ B - S @ B).vanishes()
-    assert not (A @ S - S @ A).vanishes()
-    assert (A * g - A.each(lambda entry: g * entry)).vanishes()
-    assert unit(2, g**0) @ A == A
-    first, second = A.rows[0]
-    assert (A @ B).rows[0][0] == first * B.rows[0][0] + second * B.rows[1][0]
-    assert len({str(entry) for row in A.rows + S.rows for entry in row}) == 7
-    assert not Symbolic(((g - g, g),)).vanishes()
-    ragged = Symbolic(((g, g), (g,)))
-    for wrong in (lambda: A @ B.T, lambda: A + B, lambda: B.T + A, lambda: ragged.T):
-        with pytest.raises(ValueError, match="zip"):
-            wrong()
 
 
 def test_the_adjugate_times_the_matrix_is_the_determinant() -> None:

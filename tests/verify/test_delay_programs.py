@@ -14,8 +14,8 @@ from flint import acb, fmpq, fmpq_mat
 
 from replication.certify.delay import levels as maker
 from replication.certify.delay import pade as pade_maker
-from replication.certify.rounding import as_floats
-from replication.verify.algebra.linear import zeros
+from replication.certify.rounding import exact, floats, rational
+from replication.verify.algebra.linear import identity, zeros
 from replication.verify.delay import dual as delay_dual
 from replication.verify.delay import forms as delay_forms
 from replication.verify.delay import pade as delay_pade
@@ -120,10 +120,10 @@ def two_delays() -> Json:
 
 def test_the_model_is_that_of_a_second_construction() -> None:
     plant, part = two_delays(), pade_maker.section(4)
-    A, B, C = delay_pade._model(delay_plant.read_plant(plant), (part.a, part.b, part.c, part.d))
-    expected = pade_maker._model(maker.system_of(plant), part)
+    A, B, C = delay_pade.model(delay_plant.read_plant(plant), (part.a, part.b, part.c, part.d))
+    expected = pade_maker._model(maker.floating(plant), part)
     for found, wanted in zip((A, B, C), expected, strict=True):
-        np.testing.assert_allclose(as_floats(maker.written(found)), wanted, rtol=1e-13, atol=1e-13)
+        np.testing.assert_allclose(floats(found), wanted, rtol=1e-13, atol=1e-13)
     assert A.nrows() == 2 + 3 * 4
 
 
@@ -247,7 +247,7 @@ def test_the_functional_weighs_every_coefficient() -> None:
 
 
 def test_the_functional_on_the_rate_of_a_storage() -> None:
-    plant = delay_plant.measured_last(delay_plant.read_plant(two_delays()), [["1", "0"], ["0", "1"]])
+    plant = delay_plant.measured_last(delay_plant.read_plant(two_delays()), identity(2))
     seen = functional(9, 4, 3)
     of_rate = seen.of_rate(plant)
     empty = delay_forms.Form(zeros(2, 2), {}, {}, {})
@@ -285,7 +285,7 @@ def test_the_functional_and_a_form_must_fit() -> None:
 def test_a_section_of_odd_order_is_accepted() -> None:
     # (2 - s)/(2 + s) = -1 + 4/(s + 2)
     value = {"a": [["-2"]], "b": [["1"]], "c": [["4"]], "d": "-1"}
-    assert delay_pade._section(value, 1)[3] == -1
+    assert delay_pade.read_section(value, "section", 1)[3] == -1
 
 
 def test_only_the_measured_state_is_left_out_of_the_inequality() -> None:
@@ -298,21 +298,20 @@ def test_only_the_measured_state_is_left_out_of_the_inequality() -> None:
 
 def test_the_functional_is_weakly_dual() -> None:
     """On the certificate from above of the same degree, the identity turns into level times value minus value <= 0."""
-    plant = delay_plant.measured_last(
-        delay_plant.read_plant(certificate("ex2-d1-upper")["plant"]), [["1", "0"], ["0", "1"]]
-    )
+    plant = delay_plant.measured_last(delay_plant.read_plant(certificate("ex2-d1-upper")["plant"]), identity(2))
     given = certificate("ex2-d1-lower")["witness"]["functional"]
-    points, functions = 7, 2
-    seen = delay_dual._read(given, points, functions, 3)
+    points, functions = plant.points, 2
+    assert points == 7
+    seen = delay_dual.read_functional(given, "functional", plant, 3)
     grams = certificate("ex2-d1-upper")["witness"]
     forms = []
     for kind, count in (("storage", 2), ("dissipation", points)):
         parts = [
-            delay_forms.square(maker.exact(gram), weight, count, functions, order)
+            delay_forms.square(exact(gram), weight, count, functions, order)
             for gram, weight, order in zip(grams[kind], (delay_forms.UNIFORM, delay_forms.BUMP), (1, 0), strict=True)
         ]
         forms.append(delay_forms.total(*parts))
-    gamma = maker.rational(certificate("ex2-d1-upper")["bound"]["upper"])
+    gamma = rational(certificate("ex2-d1-upper")["bound"]["upper"])
     whole = delay_forms.total(delay_sos.rate(plant, gamma, forms[0]), forms[1])
     assert seen.of(whole) == 0
     assert seen.of(forms[1]) > 0

@@ -11,7 +11,7 @@ import pytest
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity
-from replication.verify.algebra.symbolic import Symbols
+from replication.verify.multirate import identities as multirate_identities
 from replication.verify.multirate.bounds import (
     attained,
     monodromy,
@@ -22,8 +22,7 @@ from replication.verify.multirate.bounds import (
     unseen_for_long,
     unseen_forever,
 )
-from replication.verify.multirate.identities import _theorem as stated_identity
-from replication.verify.multirate.levels import bracket, require_lower
+from replication.verify.multirate.levels import require_bracket, require_lower
 from replication.verify.multirate.sensing import Sensing, schedule, select
 from replication.verify.run import check
 from replication.verify.theorem import Refused, Theorem
@@ -121,7 +120,7 @@ REFUSED = [
     ("gains-33", put("1", "witness", "v", 0, 0, 0), HIDDEN),
     ("gains-33", every_entry("v", "0"), "the disturbance is zero"),
     ("gains-33", put([["9/10"]], "witness", "turn"), "witness.turn is not orthogonal"),
-    ("gains-33", put([["1", "0"]], "witness", "turn"), "witness.turn must have 2 entries"),
+    ("gains-33", put([["1", "0"]], "witness", "turn"), "witness.turn must be square, got 1 x 2"),
     ("gains-33", put([3, 2], "parameters", "periods"), "the matrix of Theorem 1 at phase"),
     ("gains-33", put([0, 1], "parameters", "offsets"), "the matrix of Theorem 1 at phase"),
     ("gains-33", put("1/2", "plant", "A", 0, 0), "the matrix of Theorem 1 at phase"),
@@ -136,9 +135,13 @@ REFUSED = [
     ("optimum-2-3", both(LESS), "the matrix .30. of Theorem 2 at phase 0 is not positive definite"),
     ("optimum-2-3", both(MORE), HIDDEN),
     ("optimum-2-3", put("1", "witness", "d", 0, 0, 0), HIDDEN),
+    ("optimum-2-3", put("1/1000000000", "parameters", "relative"), "not within the relative width"),
+    ("optimum-case-a", put("1/1000000000", "parameters", "relative"), "not within the relative width"),
     ("optimum-2-3", put([["9/10"]], "witness", "turn"), "witness.turn is not orthogonal"),
     ("optimum-2-3", put("1/3", "witness", "Y", 0, 0, 0), "the matrix .30. of Theorem 2 at phase 0"),
     ("optimum-2-3", put("9", "witness", "P", 0, 0, 0), "the matrix .30. of Theorem 2"),
+    ("optimum-2-3", remove("witness", "Y", 5), "witness.Y must have 6 entries, got 5"),
+    ("optimum-2-3", remove("witness", "d", 5), "witness.d must have 6 entries, got 5"),
     ("optimum-2-3", every_entry("P", "0"), "the matrix .30. of Theorem 2"),
     ("optimum-2-3", put("3/2", "plant", "A", 0, 0), "the matrix .30. of Theorem 2"),
     ("optimum-2-3", put([3, 2], "parameters", "periods"), "the matrix .30. of Theorem 2"),
@@ -152,6 +155,8 @@ REFUSED = [
     ("section-4c-poles", put("1/100000", "plant", "half_unit"), "A has not the stated pole"),
     ("section-4c-poles", remove("plant", "poles", 0), "1 poles are stated, A has 2"),
     ("section-4c-design", put("0", "parameters", "C", 0, 0), "the matrix .30. of Theorem 2"),
+    ("section-4c-design", remove("witness", "Y", 5), "witness.Y must have 6 entries, got 5"),
+    ("section-4c-design", remove("witness", "P", 5), "witness.P must have 6 entries, got 5"),
     ("section-4c-design", scaled(LESS, "bound", "upper"), "the matrix .30. of Theorem 2"),
 ]
 
@@ -315,19 +320,19 @@ def test_theorem_1_takes_the_matrices_in_the_order_of_time() -> None:
 
 
 def test_schedules() -> None:
-    assert schedule({"periods": [2, 3], "offsets": [0, 0]}) == [[0, 1], [], [0], [1], [0], []]
-    assert schedule({"periods": [3, 3], "offsets": [0, 2]}) == [[0], [], [1]]
-    assert schedule({"periods": [1], "offsets": [5]}) == [[0]]
-    assert len(schedule({"periods": [1000], "offsets": [0]})) == 1000
+    assert schedule([2, 3], [0, 0]) == [[0, 1], [], [0], [1], [0], []]
+    assert schedule([3, 3], [0, 2]) == [[0], [], [1]]
+    assert schedule([1], [5]) == [[0]]
+    assert len(schedule([1000], [0])) == 1000
     with pytest.raises(Refused, match="repeats after more than 1000 instants"):
-        schedule({"periods": [1001], "offsets": [0]})
-    assert len(schedule({"periods": [1000, *[1] * 39], "offsets": [0] * 40})) == 1000
+        schedule([1001], [0])
+    assert len(schedule([1000, *[1] * 39], [0] * 40)) == 1000
     with pytest.raises(Refused, match="1000 instants x 41 sensors, more than 40000"):
-        schedule({"periods": [1000, *[1] * 40], "offsets": [0] * 41})
+        schedule([1000, *[1] * 40], [0] * 41)
     with pytest.raises(Refused, match="names no sensor"):
-        schedule({"periods": [], "offsets": []})
+        schedule([], [])
     with pytest.raises(Refused, match="repeats after more than 1000 instants"):
-        schedule({"periods": list(range(10**8, 10**8 + 2000)), "offsets": [0] * 2000})
+        schedule(list(range(10**8, 10**8 + 2000)), [0] * 2000)
 
 
 def computed(statement: str, parameters: dict[str, Any], plant: dict[str, Any] | None = None) -> Any:
@@ -381,21 +386,12 @@ def test_observability_takes_powers() -> None:
     assert computed("observable", times(1), {"name": "", "A": chain, "C": [["1", "0", "0"]]}).holds
 
 
-def test_mirrored_symbols() -> None:
-    symbols = Symbols({"P": (2, 2), "C": (1, 2)}, scalars=("g",), symmetric=("P",))
-    assert sorted(symbols.symbols) == ["C_0_0", "C_0_1", "P_0_0", "P_0_1", "P_1_1", "g"]
-    assert symbols.matrices["P"][0][1] == symbols.matrices["P"][1][0] == symbols.symbols["P_0_1"]
-
-
 def test_the_ends_of_a_bracket_may_touch() -> None:
-    def stated(lower: str, upper: str) -> Certificate:
-        return {"bound": {"lower": lower, "upper": upper}}
-
-    assert bracket(stated("2", "2"), "1/8") == (2, 2)
-    assert bracket(stated("2", "9/4"), "1/8") == (2, q("9/4"))
+    require_bracket(q(2), q(2), q("1/8"))
+    require_bracket(q(2), q("9/4"), q("1/8"))
     for lower, upper in (("2", "91/40"), ("9/4", "2")):
         with pytest.raises(Refused, match="not within the relative width 1/8"):
-            bracket(stated(lower, upper), "1/8")
+            require_bracket(q(lower), q(upper), q("1/8"))
     require_lower(q("3/2"), q("9/4"))
     with pytest.raises(Refused, match=HIDDEN):
         require_lower(q("3/2"), q("899/400"))
@@ -495,9 +491,22 @@ def test_identities_hold_at_other_sizes(identity_: str) -> None:
     assert computed(identity_, {**SIZES, "inputs": 6}).holds
 
 
-def test_a_failing_identity_proves_nothing() -> None:
-    with pytest.raises(Refused, match="this is no identity: one is two"):
-        stated_identity("one is two", {"parameters": SIZES, "bound": {}, "witness": {}}, False)
+@pytest.mark.parametrize("identity_", ["error-system", "dissipation", "schur"])
+def test_a_failing_identity_proves_nothing(identity_: str) -> None:
+    def fails(left: Any, right: Any, what: str) -> None:
+        raise Refused(f"{what} is no identity")
+
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(Refused, match="is no identity"):
+        patch.setattr(multirate_identities, "require_equal", fails)
+        computed(identity_, SIZES)
+
+
+def test_both_rows_of_a_schur_complement_are_compared() -> None:
+    compared: list[str] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(multirate_identities, "require_equal", lambda left, right, what: compared.append(what))
+        computed("schur", SIZES)
+    assert compared == ["the first row of (30)", "the Schur complement in (30)"]
 
 
 def test_levels_say_for_which_schedule_they_are() -> None:

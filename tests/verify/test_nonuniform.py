@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 import pytest
-from flint import fmpq
+from flint import fmpq, fmpq_mat
 from nonuniform_cases import FOLDER, Certificate, Tamper, load, put, remove, scaled
 
-from replication.verify.nonuniform import levels as nonuniform
-from replication.verify.nonuniform.system import Time
+from replication.verify.nonuniform.system import Case, Filter
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 
@@ -100,6 +99,10 @@ REFUSED = [
     ("stable-2", put(["1/1000", "0"], "plant", "h_u"), "plant.h_u must exceed plant.h_l"),
     ("stable-2", remove("plant", "h_u"), "plant lacks the field h_u"),
     ("range-2-upper", scaled("upper", "998/1000"), "storage inequality"),
+    ("printed-filter-upper", scaled("upper", LESS), "storage inequality"),
+    ("printed-filter-level", scaled("upper", "99/100"), "storage inequality"),
+    ("range-2-lower", scaled("lower", MORE), "the disturbance does not attain"),
+    ("range-1-no-filter", scaled("lower", MORE), "the hidden disturbance does not attain"),
     ("range-2-upper", put(5, *STORAGE, "before", 0, 0), "storage inequality"),
     ("robust-design-1", put("1/7", "witness", "filter", "A", 0, 0), "storage inequality"),
     ("robust-design-1", put(["0", "1/5"], "plant", "h_u"), "storage inequality"),
@@ -161,10 +164,11 @@ def test_sentences_say_for_which_periods_they_hold() -> None:
         ((middle, last), "over all periods from 1/200 + 1/50 pi to 1/25 pi s"),
         ((last, last), "at the constant period 1/25 pi s"),
     ):
-        assert nonuniform._scope(exact(ends), "samples") == words
-        assert nonuniform._scope(exact(ends), "duration") == f"{words}, both norms weighted by the periods,"
+        assert case(ends, "samples").scope == words
+        assert case(ends, "duration").scope == f"{words}, both norms weighted by the periods,"
 
 
-def exact(ends: Sequence[Sequence[Fraction | int]]) -> tuple[Time, Time]:
+def case(ends: Sequence[Sequence[Fraction | int]], weight: str) -> Case:
     low, high = (tuple(fmpq(*Fraction(part).as_integer_ratio()) for part in end) for end in ends)
-    return low, high
+    nothing = fmpq_mat(1, 1)
+    return Case(ends=(low, high), weight=weight, filter=Filter(nothing, nothing, nothing), level=fmpq(1))

@@ -4,10 +4,11 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
+from flint import arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import load
 
 from replication.verify.nonuniform import floor, gain, system
+from replication.verify.reading import rational
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 
@@ -90,15 +91,9 @@ def test_a_ratio_must_be_exceeded() -> None:
         gain.require_ratio(arb(4), arb(0), TWO, "it")
 
 
-def test_points_of_the_circle_and_energies() -> None:
-    z = gain.circle_point(fmpq(1, 2))
-    assert z.real.contains(fmpq(3, 5)) and z.imag.contains(fmpq(4, 5))
-    assert gain.energy(acb_mat([[3], [4j]])) == 25
-
-
 def test_pattern_is_a_way_between_the_ends() -> None:
     ends = ((ONE, ZERO), (ZERO, TWO))
-    assert gain._pattern([["1/4", 2], ["1", 1]], ends) == [(fmpq(3, 4), fmpq(1, 2))] * 2 + [(ZERO, TWO)]
+    assert gain.read_pattern([["1/4", 2], ["1", 1]], "p", ends) == [(fmpq(3, 4), fmpq(1, 2))] * 2 + [(ZERO, TWO)]
 
 
 def test_energy_before_solves_its_equation() -> None:
@@ -198,12 +193,6 @@ def test_a_plant_is_an_object() -> None:
         system.read_plant([])
 
 
-def test_blocks_beside_each_other_are_of_one_height() -> None:
-    assert system.beside(arb_mat([[1]]), arb_mat([[2, 3]])).tolist() == [[1, 2, 3]]
-    with pytest.raises(ValueError, match="zip"):
-        system.beside(arb_mat([[1], [2]]), arb_mat([[2, 3]]))
-
-
 def test_precision_is_as_documented() -> None:
     assert system.PRECISION == 128
 
@@ -215,8 +204,11 @@ def test_both_ends_of_a_piece_count() -> None:
     certificate["parameters"] |= {"from": "h_l", "to": "h_l"}
     assert check(certificate).upper is not None
     plant = system.read_plant(certificate["plant"])
-    given, storage = certificate["witness"]["filter"], certificate["witness"]["storage"]
-    filter_ = system.read_filter(given, "filter", plant)
+    filter_ = system.read_filter(certificate["witness"]["filter"], "filter", plant)
+    storage = gain.read_storage(certificate["witness"]["storage"], "storage", 4)
+    level = rational(certificate["bound"]["upper"], "upper")
     for ends in ((plant.h_l, plant.h_u), (plant.h_u, plant.h_l)):
         with pytest.raises(Refused, match="storage inequality"):
-            gain.lyapunov_level(plant, filter_, ends, "samples", certificate["bound"], storage)
+            gain.require_level(
+                plant, system.Case(ends=ends, weight="samples", filter=filter_, level=level), level, storage
+            )

@@ -10,7 +10,6 @@ from flint import arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import Certificate, Tamper, load, put, remove
 
 from papers.mustafa import certificates
-from replication.verify.algebra.symbols import symbols
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform import theory as nonuniform_theory
 from replication.verify.run import check
@@ -207,14 +206,6 @@ def test_every_step_of_an_identity_is_checked(lemma: str, matrices: int, polynom
     assert (len(equal), len(true)) == (matrices, polynomials)
 
 
-def test_blocks_must_fit() -> None:
-    s = symbols(A=(2, 2), row=(1, 2))
-    with pytest.raises(ValueError, match="zip"):
-        identities.stacked([[s["A"], s["row"]]])
-    with pytest.raises(ValueError, match="zip"):
-        identities.transposed([s["row"][0], s["row"][0][:1]])
-
-
 @pytest.mark.parametrize(("h_u", "met"), [("22/25", True), ("9/10", False)])
 def test_case_u3_is_met_where_alpha_exceeds_the_norm(h_u: str, met: bool) -> None:
     """A = -I: alpha = 1/(e^h - 1) is above one for h < log 2, about 0.693; the middles are 0.69 and 0.70 s."""
@@ -242,19 +233,21 @@ SCALAR = {"turn": "0", "direction": [["1", "0"]], "P": [["1/2"]], "lower": "9999
 
 def test_small_gain_of_one_state() -> None:
     A, Phi = fmpq_mat([[-1]]), arb_mat([[fmpq(1, 2)]])
-    assert grid.small_gain(A, Phi, SCALAR, "w") == (fmpq(9999, 10000), fmpq(10001, 10000))
+    found = grid.small_gain(A, Phi, grid.read_alpha(SCALAR, "w", 1))
+    assert found.overlaps(arb(fmpq(9999, 10000))) and found.overlaps(arb(fmpq(10001, 10000)))
+    assert found.rad() < 2e-4
     for change in ({"P": [["9/20"]]}, {"P": [["11/20"]]}, {"upper": "1"}):
         with pytest.raises(Refused, match="the bounded real lemma"):
-            grid.small_gain(A, Phi, {**SCALAR, **change}, "w")
+            grid.small_gain(A, Phi, grid.read_alpha({**SCALAR, **change}, "w", 1))
     with pytest.raises(Refused, match="does not attain 1"):
-        grid.small_gain(A, Phi, {**SCALAR, "lower": "1"}, "w")
+        grid.small_gain(A, Phi, grid.read_alpha({**SCALAR, "lower": "1"}, "w", 1))
 
 
 def test_radius_of_one_state() -> None:
     """Delta(1) = 1 - 1/e, about 0.632, for A = -1."""
-    grid.require_radius(fmpq_mat([[-1]]), arb(1), fmpq(632, 1000), [["1"]], "w")
+    grid.require_radius(fmpq_mat([[-1]]), arb(1), fmpq(632, 1000), fmpq_mat([[1]]))
     with pytest.raises(Refused, match="Delta does not attain"):
-        grid.require_radius(fmpq_mat([[-1]]), arb(1), fmpq(633, 1000), [["1"]], "w")
+        grid.require_radius(fmpq_mat([[-1]]), arb(1), fmpq(633, 1000), fmpq_mat([[1]]))
 
 
 @pytest.mark.parametrize(("lower", "upper", "held"), [(0, 3, True), (0, 1, False), (2, 3, False), (2, 1, False)])

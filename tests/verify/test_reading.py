@@ -177,6 +177,37 @@ def test_symmetric_matrices() -> None:
                 reading.symmetric(value, "M")
 
 
+def test_matrices_of_states_are_square_and_limited() -> None:
+    assert reading.square([["1", "2"], ["3", "4"]], "A")[1, 0] == 3
+    assert reading.states([["1"] * 50] * 50, "A").nrows() == 50
+    with pytest.raises(Refused, match="A must be square, got 1 x 2"):
+        reading.square([["1", "2"]], "A")
+    with pytest.raises(Refused, match="A has 51 states, more than 50"):
+        reading.states([["1"] * 51] * 51, "A")
+
+
+def test_some_fields_of_an_object_may_be_read() -> None:
+    assert reading.known_fields({"c": 3, "b": 2, "a": 1}, "x", "a", "b") == (1, 2)
+    for value, reason in (({"a": 1}, "x lacks the field b"), ([], "x must be an object")):
+        with pytest.raises(Refused, match=reason):
+            reading.known_fields(value, "x", "a", "b")
+
+
+def test_lists_of_some_entries() -> None:
+    assert reading.several(["1"], "x", reading.rational, 1) == [1]
+    assert reading.several(["1", "2"], "x", reading.rational) == [1, 2]
+    for value, reason in (([], "x is empty"), (["1", "2"], "x has more than 1 entries"), ("1", "x must be a list")):
+        with pytest.raises(Refused, match=reason):
+            reading.several(value, "x", reading.rational, 1)
+
+
+def test_readers_with_sizes() -> None:
+    assert reading.sized(reading.matrix, 1, 2)([["1", "2"]], "M") == fmpq_mat([[1, 2]])
+    with pytest.raises(Refused, match="M must have 1 columns, got 2"):
+        reading.sized(reading.matrix, 1, 1)([["1", "2"]], "M")
+    assert reading.as_written([1], "x") == [1]
+
+
 def test_texts_and_lists() -> None:
     assert reading.text("a", "x") == "a"
     assert reading.sequence(["a", "b"], "x", reading.text, 2) == ["a", "b"]

@@ -3,14 +3,13 @@ modeller."""
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from importlib.metadata import version
 
 import cvxpy
 import numpy as np
 
-from replication.estimation.conic.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
+from replication.estimation.conic.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved, solve_modelled
 from replication.estimation.nonuniform.filter_lmi import FilterDesign, LmiSolution, LmiVariables, normalise, with_filter
 from replication.estimation.nonuniform.plant import SampledPlant, as_periods
 
@@ -46,14 +45,10 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesig
         matrix = cvxpy.bmat(rows)
         constraints.append((matrix + matrix.T) / 2 << 0)
     problem = cvxpy.Problem(cvxpy.Minimize(delta[0, 0]), constraints)
-    with warnings.catch_warnings():
-        # The status says the same, and is kept.
-        warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-        problem.solve(solver=cvxpy.CLARABEL, **CLARABEL_OPTIONS)
     report = SolverReport(
         name="Clarabel through cvxpy",
         version=version("clarabel"),
-        status=str(problem.status),
+        status=solve_modelled(problem),
         options=dict(CLARABEL_OPTIONS),
         iterations=problem.solver_stats.num_iters,
     )

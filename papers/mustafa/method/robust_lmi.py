@@ -16,7 +16,8 @@ import scipy.linalg
 
 from papers.mustafa.method.stability import logarithmic_norm, small_gain_alpha
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.conic.clarabel_blocks import ALMOST, Indices, Inequalities, minimise
+from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
+from replication.estimation.conic.program import Indices, Inequalities, program_under
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
@@ -81,8 +82,8 @@ def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int, *, 
     group, unknowns = _inequalities(normalised.plant, frame, centres, radius)
     cost = np.zeros(unknowns + count)
     cost[0] = 1.0
-    solution = minimise(cost, (group,), accept=ALMOST)
-    v = combine(variable_basis(normalised.plant), solution.x[:unknowns])
+    solution = solve_clarabel(program_under(cost, group), accept=ALMOST)
+    v = combine(variable_basis(normalised.plant), solution.multipliers[:unknowns])
     level = normalised.scale * float(np.sqrt(v.delta))
     return RobustLmiDesign(level, normalised.restore(recover(v)), tuple(alphas), radius, solution.report)
 

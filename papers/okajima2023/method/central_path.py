@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
-from papers.okajima2023.method.reduced_lmi import _Layout, _phase_constraint, _state_scales
+from papers.okajima2023.method.reduced_lmi import Layout, inequalities
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.conic.program import Inequalities
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.validation import Array, positive_scalar
@@ -41,14 +41,6 @@ class CentralPoint:
     report: SolverReport
 
 
-class _Block(NamedTuple):
-    """F_k(x) = constant + sum_i x[variables[i]] coefficients[i]; shapes (s, s), (v,), (v, s, s)."""
-
-    constant: Array
-    variables: npt.NDArray[np.int64]
-    coefficients: Array
-
-
 def central_path(
     problem: MultirateProblem, start_gains: npt.ArrayLike, *, gap: float, factor: float = 1.5
 ) -> Iterator[CentralPoint]:
@@ -64,46 +56,26 @@ def central_path(
     gap, factor = positive_scalar("gap", gap), positive_scalar("factor", factor)
     if factor <= 1:
         raise InvalidInputError(f"factor must be above 1, got {factor!r}: the gap is divided by it from point to point")
-    layout, scales = _Layout(problem), _state_scales(problem)
-    blocks = [_block(problem, layout, scales, k) for k in range(layout.period)]
-    x = _interior_point(problem, np.asarray(start_gains, dtype=float), layout, scales, blocks)
-    return _follow(layout, scales, blocks, x, gap, factor)
+    layout = Layout(problem)
+    blocks = inequalities(layout)
+    x = _interior_point(problem, np.asarray(start_gains, dtype=float), layout, blocks)
+    return _follow(layout, blocks, x, gap, factor)
 
 
-def _follow(
-    layout: _Layout, scales: list[Array], blocks: list[_Block], x: Array, gap: float, factor: float
-) -> Iterator[CentralPoint]:
+def _follow(layout: Layout, blocks: list[Inequalities], x: Array, gap: float, factor: float) -> Iterator[CentralPoint]:
     """The points of `central_path` from the interior point x; at a centre, the gap is (sum of the sizes of F_k) / t."""
-    order = sum(len(block.constant) for block in blocks)
+    order = sum(block.constant.shape[-1] for block in blocks)
     current = max(float(x[layout.level]), gap)
     while True:
         x, report = _centre(x, layout.level, order / current, blocks)
-        design = layout.design(x, scales, report)
+        design = layout.design(x, report)
         yield CentralPoint(design.level, current, design.gains, report)
         if current <= gap:
             return
         current = max(current / factor, gap)
 
 
-def _block(problem: MultirateProblem, layout: _Layout, scales: list[Array], k: int) -> _Block:
-    """The matrix of eq. (30) at phase k as dense coefficients of the few variables that stand in it."""
-    A, b = _phase_constraint(problem, layout, scales, k)
-    variables = np.flatnonzero(np.diff(A.indptr))
-    size = layout.block_size(k)
-    row, column = np.triu_indices(size)
-    # The solver's form stacks the upper triangle by columns, negates A, and scales the off-diagonal by sqrt(2).
-    place = column * (column + 1) // 2 + row
-    scale = np.where(row == column, 1.0, np.sqrt(0.5))
-    triangles = np.vstack([b, -A[:, variables].toarray().T])[:, place] * scale
-    matrices = np.zeros((len(triangles), size, size))
-    matrices[:, row, column] = triangles
-    matrices[:, column, row] = triangles
-    return _Block(matrices[0], variables.astype(np.int64), matrices[1:])
-
-
-def _interior_point(
-    problem: MultirateProblem, gains: Array, layout: _Layout, scales: list[Array], blocks: list[_Block]
-) -> Array:
+def _interior_point(problem: MultirateProblem, gains: Array, layout: Layout, blocks: list[Inequalities]) -> Array:
     """Variables with all F_k > 0: P_{k-1} = A_ek' P_k A_ek + W'W + Q with Q > 0, Y_k = P_k L_k, and a large gamma^2."""
     system = problem.error_system(gains)
     radius = system.spectral_radius()
@@ -112,6 +84,7 @@ def _interior_point(
             f"start_gains do not stabilise the error system (multiplier of modulus {radius:.6g}); "
             "start from those of `kalman_design` or `optimal_design`"
         )
+    scales = layout.scales
     ahead = [scales[(k + 1) % layout.period] for k in range(layout.period)]
     steps = [np.linalg.solve(T1, s.A @ T) for T1, s, T in zip(ahead, system.stages, scales, strict=True)]
     weights = [T.T @ problem.plant.W.T @ problem.plant.W @ T for T in scales]
@@ -138,16 +111,16 @@ def _interior_point(
     return x
 
 
-def _value(block: _Block, x: Array) -> Array:
+def _value(block: Inequalities, x: Array) -> Array:
     """F_k(x), shape (s, s)."""
-    return np.asarray(block.constant + np.tensordot(x[block.variables], block.coefficients, 1))
+    return np.asarray(block.constant[0] + np.tensordot(x[block.variables[0]], block.coefficients[0], 1))
 
 
 def _positive_definite(matrix: Array) -> bool:
     return bool(np.linalg.eigvalsh(matrix)[0] > 0)
 
 
-def _centre(x: Array, level: int, t: float, blocks: list[_Block]) -> tuple[Array, SolverReport]:
+def _centre(x: Array, level: int, t: float, blocks: list[Inequalities]) -> tuple[Array, SolverReport]:
     """Damped Newton method for the minimum of t x[level] - sum_k log det F_k(x) from an interior point."""
     for count in range(1, MAX_STEPS + 1):
         try:
@@ -169,14 +142,15 @@ def _centre(x: Array, level: int, t: float, blocks: list[_Block]) -> tuple[Array
 _ADVICE = "ask for a wider gap or a smaller factor, and see that (d, w) disturb every state (else there is no centre)"
 
 
-def _derivatives(x: Array, blocks: list[_Block]) -> tuple[Array, Array]:
+def _derivatives(x: Array, blocks: list[Inequalities]) -> tuple[Array, Array]:
     """Gradient (v,) and Hessian (v, v) of -sum_k log det F_k at x."""
     gradient, hessian = np.zeros(len(x)), np.zeros((len(x), len(x)))
     for block in blocks:
         inverse = np.linalg.inv(np.linalg.cholesky(_value(block, x)))
-        whitened = (inverse @ block.coefficients @ inverse.T).reshape(len(block.variables), -1)
-        gradient[block.variables] -= whitened[:, :: len(inverse) + 1].sum(axis=1)
-        hessian[np.ix_(block.variables, block.variables)] += whitened @ whitened.T
+        (variables,) = block.variables
+        whitened = (inverse @ block.coefficients[0] @ inverse.T).reshape(len(variables), -1)
+        gradient[variables] -= whitened[:, :: len(inverse) + 1].sum(axis=1)
+        hessian[np.ix_(variables, variables)] += whitened @ whitened.T
     return gradient, hessian
 
 

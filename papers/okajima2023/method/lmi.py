@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from importlib.metadata import version
 from typing import Any
 
@@ -10,8 +9,8 @@ import cvxpy
 import numpy as np
 
 from papers.okajima2023.method.reduced_lmi import LmiDesign
-from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
+from replication.errors import InfeasibleError
+from replication.estimation.conic.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved, solve_modelled
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.validation import Array
@@ -36,12 +35,17 @@ def theorem1_matrix(problem: MultirateProblem, gains: Array, P: Any, k: int, gam
 def theorem2_matrix(problem: MultirateProblem, P: Any, Y: Any, k: int, gamma_squared: Any) -> list[list[Any]]:
     """Blocks of Theta-hat_k, eq. (30); P and Y are lists of N matrices or cvxpy variables."""
     plant, S = problem.plant, problem.schedule.selection(k)
-    n, m, q = plant.order, plant.B_d.shape[1], plant.D.shape[1]
-    closed = P[k] @ plant.A - Y[k] @ (S @ plant.C)
-    process, sensor = P[k] @ plant.B_d, -Y[k] @ (S @ plant.D)
+    return _matrix_30((plant.A, plant.B_d, S @ plant.C, S @ plant.D, plant.W), P[k], P[k - 1], Y[k], gamma_squared)
+
+
+def _matrix_30(plant: tuple[Array, ...], P: Any, before: Any, Y: Any, gamma_squared: Any) -> list[list[Any]]:
+    """The blocks for A, B_d, C, D, W, the P after the step and the one before it."""
+    A, B, C, D, W = plant
+    n, m, q = len(A), B.shape[1], D.shape[1]
+    closed, process, sensor = P @ A - Y @ C, P @ B, -Y @ D
     return [
-        [P[k], closed, process, sensor],
-        [closed.T, P[k - 1] - plant.W.T @ plant.W, np.zeros((n, m)), np.zeros((n, q))],
+        [P, closed, process, sensor],
+        [closed.T, before - W.T @ W, np.zeros((n, m)), np.zeros((n, q))],
         [process.T, np.zeros((m, n)), gamma_squared * np.eye(m), np.zeros((m, q))],
         [sensor.T, np.zeros((q, n)), np.zeros((q, m)), gamma_squared * np.eye(q)],
     ]
@@ -114,15 +118,7 @@ def cyclic_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = AC
     D, W = block_diagonal([S @ plant.D for S in selected]), block_diagonal([plant.W] * N)
     P, Y = cvxpy.Variable((N * n, N * n), symmetric=True), cvxpy.Variable((N * n, N * q))
     gamma_squared = cvxpy.Variable()
-    closed, process, sensor = P @ A - Y @ C, P @ B, -Y @ D
-    m, q_w = B.shape[1], D.shape[1]
-    matrix = [
-        [P, closed, process, sensor],
-        [closed.T, P - W.T @ W, np.zeros((N * n, m)), np.zeros((N * n, q_w))],
-        [process.T, np.zeros((m, N * n)), gamma_squared * np.eye(m), np.zeros((m, q_w))],
-        [sensor.T, np.zeros((q_w, N * n)), np.zeros((q_w, m)), gamma_squared * np.eye(q_w)],
-    ]
-    report = _minimise(gamma_squared, [matrix], accept)
+    report = _minimise(gamma_squared, [_matrix_30((A, B, C, D, W), P, P, Y, gamma_squared)], accept)
     # The blocks of phase k act on the state at phase k + 1.
     ahead = [(k + 1) % N for k in range(N)]
     P_k = np.array([_value(P)[n * j : n * (j + 1), n * j : n * (j + 1)] for j in ahead])
@@ -146,20 +142,12 @@ def _minimise(gamma_squared: Any, blocks: list[list[list[Any]]], accept: tuple[s
         matrix = cvxpy.bmat(rows) if len(rows) > 1 or len(rows[0]) > 1 else rows[0][0]
         constraints.append((matrix + matrix.T) / 2 >> 0)
     task = cvxpy.Problem(cvxpy.Minimize(gamma_squared), constraints)
-    try:
-        with warnings.catch_warnings():
-            # cvxpy warns of an inaccurate solution; here its status says so, and the caller decides.
-            warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-            task.solve(solver=cvxpy.CLARABEL, max_threads=1, **CLARABEL_OPTIONS)
-    except cvxpy.error.SolverError as error:
-        raise SolverError(
-            f"Clarabel through cvxpy failed: {error}; rescale the plant, or use the Riccati route"
-        ) from None
+    status = solve_modelled(task)
     stats = task.solver_stats
     report = SolverReport(
         name=f"Clarabel {version('clarabel')} through cvxpy",
         version=version("cvxpy"),
-        status=str(task.status),
+        status=status,
         options=dict(CLARABEL_OPTIONS),
         residuals={"largest violation": max(float(np.max(c.violation())) for c in constraints)}
         if gamma_squared.value is not None

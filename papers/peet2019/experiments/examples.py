@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from replication.errors import ReplicationError
-from replication.estimation.conic.sdpa import ENDLESS, Program, SdpaOptions, Solution, least_trace, solve_sdpa
+from replication.estimation.conic.program import Program
+from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
 from replication.estimation.delay.collocation import Scheme
 from replication.estimation.delay.lmi import lmi_gain, riccati_gain
 from replication.estimation.delay.models import chebyshev_model, pade_model
@@ -28,23 +29,6 @@ Json = dict[str, Any]
 CHEBYSHEV_ORDER = 12
 LOOSE = SdpaOptions(gap=1e-2, residual=1e-5)
 EPSILONS = (1e-5, 1e-3)
-
-
-def solver_record(solution: Solution) -> Json:
-    """What SDPA said, with the residuals that were measured on the point it returned."""
-    return {
-        "name": solution.solver,
-        "version": solution.version,
-        "status": solution.status,
-        "options": dict(solution.options),
-        "residuals": {
-            "equalities": solution.equality,
-            "least eigenvalue": solution.least_eigenvalue,
-            "least eigenvalue of the dual": solution.dual_eigenvalue,
-            "gap": solution.gap,
-        },
-        "iterations": solution.iterations,
-    }
 
 
 def references(plant: Json, order: int, visible: Json | None) -> Json:
@@ -81,10 +65,10 @@ def synthesised(plant: Json, degree: int) -> Json:
     system = delay_system(**plant)
     for rule in (DegreeRule.TENSOR, DegreeRule.TOTAL):
         certificate = minimum_gain(system, degree, rule)
-        found[rule.value] = {"gamma": certificate.gamma, "solver": solver_record(certificate.solution)}
+        found[rule.value] = {"gamma": certificate.gamma, "solver": certificate.solution.report.to_dict()}
     if degree == 1:
         wide = minimum_gain(system, degree, DegreeRule.WIDE, options=LOOSE)
-        found["wide"] = {"gamma": wide.gamma, "solver": solver_record(wide.solution)}
+        found["wide"] = {"gamma": wide.gamma, "solver": wide.solution.report.to_dict()}
         found["clarabel"] = least_gain.cross_checked_gain(system, degree).objective
         found["epsilon"] = {str(e): minimum_gain(system, degree, epsilon=e, options=LOOSE).gamma for e in EPSILONS}
     return found
@@ -115,7 +99,7 @@ def as_printed(plant: Json, degree: int) -> Json:
         found: Json = {"refuted": refuted(task)}
         try:
             solution = solve_sdpa(task, SdpaOptions(scale=1e3, gap=1e-3, residual=1e-5))
-            found |= {"gamma": float(solution.linear[0]), "outcome": solution.status}
+            found |= {"gamma": float(solution.linear[0]), "outcome": solution.report.status}
         except ReplicationError as error:
             found |= {"gamma": None, "outcome": f"{type(error).__name__}: {error}"}
         out[str(epsilon)] = found
@@ -125,7 +109,7 @@ def as_printed(plant: Json, degree: int) -> Json:
 def refuted(task: Program) -> bool:
     """Whether one equality alone, whose matrices are all of one sign, proves that no point meets it (Farkas)."""
     multipliers = np.diag(np.sign(task.b))[task.b != 0.0]
-    return any(least_trace(task, multiplier) > ENDLESS for multiplier in multipliers)
+    return any(task.least_trace(multiplier) > ENDLESS for multiplier in multipliers)
 
 
 def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: list[int]) -> Json:
@@ -143,7 +127,7 @@ def closed_loop(plant: Json, level: float, degree: int, epsilon: float, orders: 
         "abscissa": norms[-1].abscissa,
         "storage": verified.storage,
         "dissipation": verified.dissipation,
-        "solver": solver_record(certificate.solution),
+        "solver": certificate.solution.report.to_dict(),
     }
 
 
@@ -204,7 +188,7 @@ def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int) 
         "w": kept.disturbance[:, 0].tolist(),
         "e": kept.state.T.tolist(),
         "gain": kept.gain,
-        "solver": solver_record(certificate.solution),
+        "solver": certificate.solution.report.to_dict(),
     }
 
 
@@ -212,7 +196,7 @@ def one_disturbance(plant: Json, level: float, degree: int) -> Json:
     """A certificate at a small level when one disturbance acts on all states alike."""
     changed = {**plant, "b": [[1.0] for _ in plant["a0"]]}
     certificate = certificate_at(delay_system(**changed), level, degree, epsilon=0.0)
-    return {"level": level, "solver": solver_record(certificate.solution)}
+    return {"level": level, "solver": certificate.solution.report.to_dict()}
 
 
 def against_delay(plant: Json, delays: list[float], degree: int) -> Json:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from papers.peet2019.experiments.examples import solver_record
-from replication.estimation.conic.sdpa import Program, SdpaOptions, Solution, solve_sdpa
+from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay.sos import bessel, lie, synthesis
 from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks
 from replication.estimation.delay.spectrum import rightmost_roots
@@ -57,7 +57,7 @@ def _solved(task: Program, level: float | None, threads: int) -> tuple[Json, Sol
         "gamma": float(solution.linear[0]) if level is None else level,
         "equalities": task.a.shape[0],
         "blocks": list(task.blocks),
-        "solver": solver_record(solution),
+        "solver": solution.report.to_dict(),
     }
     return found, solution
 

@@ -13,10 +13,10 @@ from papers.shao.method.lyapunov import hurwitz_margins, slow_eigenvalues
 from papers.shao.method.motor import Feedforward, feedforward
 from papers.shao.problem import APO, DESIGN, FAST, MOTOR, PMI, REPAIRED
 from replication.audit.declare import experiment
-from replication.estimation.dualrate.arguments import increasing_grid
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
+from replication.estimation.validation import increasing_grid
 
 
 def motor_model(seed: int) -> dict[str, Any]:

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.dualrate.arguments import one_of
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.validation import positive_integer, positive_scalar
+from replication.estimation.validation import one_of, positive_integer, positive_scalar
 
 if TYPE_CHECKING:
     import control

@@ -13,10 +13,9 @@ import numpy as np
 from scipy.linalg import matrix_balance
 
 from replication.errors import InvalidInputError
-from replication.estimation.dualrate.arguments import finite_vector
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, row_of_output
 from replication.estimation.dualrate.sampled import Harmonic, check_fit
-from replication.estimation.validation import Array, positive_integer
+from replication.estimation.validation import Array, finite_vector, positive_integer
 
 if TYPE_CHECKING:
     import control

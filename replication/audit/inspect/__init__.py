@@ -1,1 +1,1 @@
-"""Results looked at again: derived anew, compared, perturbed, counted."""
+"""Results looked at again: derived anew, compared with others, altered on purpose, counted."""

@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
-from replication.audit.inspect import theorems as check_proofs
+from replication.audit.judge.proofs import sha256, wanted, with_proofs
 from replication.audit.judge.verdict import rejudge
-from replication.audit.model import Paper, Verdict
-from replication.audit.run.stated import stated, stored
-from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, ErratumRecord, ResultsFile
+from replication.audit.model import Experiment, Paper, Verdict
+from replication.audit.run.worker import function_name
+from replication.audit.store.jsonvalues import encode
+from replication.audit.store.records import (
+    SCHEMA_VERSION,
+    CertificateRecord,
+    ClaimRecord,
+    ErratumRecord,
+    FigureRecord,
+    PaperRecord,
+    ResultsFile,
+    StatedClaim,
+    shared,
+)
+from replication.errors import AuditError
 
 
 class Cause(StrEnum):
@@ -26,6 +40,13 @@ class Cause(StrEnum):
     SET = "missing or extra"
     TEXT = "text"
     CERTIFICATE = "certificate"
+
+
+Name = tuple[str, str]
+"""The sort of a record (`claim`, `erratum`, …) and its id, key or name."""
+
+Fault = tuple[str, str]
+"""Where, and what is wrong with a proof."""
 
 
 class Problem(msgspec.Struct, frozen=True, kw_only=True):
@@ -44,7 +65,7 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
 
     Every verdict, its deviation and its reason must follow from the stored numbers; every verdict must be the pinned
     one; nothing may have ended in an error. With `papers`, all that the file repeats from the code must be as it stands
-    there: the papers, their claims, errata, figures and experiments, by name and by what they say (`pinned.stated`).
+    there: the papers, their claims, errata, figures and experiments, by name and by what they say (`stated`).
     What claims gain by certificates must follow from the proofs in the file; with the project's `root`, those must be
     of the certificates that lie there. They are not verified again: `python verify.py` does that.
 
@@ -69,35 +90,24 @@ def _schema(results: ResultsFile) -> Iterator[Problem]:
 
 
 def _repeated(results: ResultsFile) -> Iterator[Problem]:
-    for what, ids in (
-        ("claim", [claim.id for claim in results.claims]),
-        ("erratum", [erratum.id for erratum in results.errata]),
-        ("paper", [paper.key for paper in results.papers]),
-        ("figure", [figure.name for figure in results.figures]),
-        ("experiment", [experiment.name for experiment in results.experiments]),
-    ):
-        for name, count in Counter(ids).items():
-            if count > 1:
-                yield Problem(where=name, cause=Cause.SET, message=f"the {what} stands {count} times in the file")
+    for (sort, name), count in Counter(key for key, _ in _stored(results)).items():
+        if count > 1:
+            yield Problem(where=name, cause=Cause.SET, message=f"the {sort} stands {count} times in the file")
 
 
 def _verdict(record: ClaimRecord, errata: dict[str, ErratumRecord]) -> Iterator[Problem]:
-    derived = rejudge(record, errata)
-    pairs: list[tuple[str, object, object]] = [
-        ("verdict", record.verdict, derived.verdict),
-        ("deviation_ulp", record.deviation_ulp, derived.deviation_ulp),
-    ]
-    # The reason of an error may be a failure that left no number to derive it from.
-    if Verdict.ERROR not in (record.verdict, derived.verdict):
-        pairs.append(("reason", record.reason, derived.reason))
-    for field, found, wanted in pairs:
-        if found != wanted:
-            message = f"{field} is {_show(found)}, but the stored numbers give {_show(wanted)}"
+    found, derived = record.judgement, rejudge(record, errata)
+    for name in type(found).__struct_fields__:
+        # The reason of an error may be a failure that left no number to derive it from.
+        if name == "reason" and Verdict.ERROR in (found.verdict, derived.verdict):
+            continue
+        if (stored_value := getattr(found, name)) != (wanted_value := getattr(derived, name)):
+            message = f"{name} is {_show(stored_value)}, but the stored numbers give {_show(wanted_value)}"
             yield Problem(where=record.id, cause=Cause.FORGED, message=message)
-    if record.verdict is Verdict.ERROR:
-        yield Problem(where=record.id, cause=Cause.ERROR, message=record.reason)
-    elif record.verdict is not record.expected_verdict:
-        message = f"{_show(record.verdict)}, pinned {_show(record.expected_verdict)}: {record.reason}"
+    if found.verdict is Verdict.ERROR:
+        yield Problem(where=record.id, cause=Cause.ERROR, message=found.reason)
+    elif record.unexpected:
+        message = f"{_show(found.verdict)}, pinned {_show(record.claim.expected)}: {found.reason}"
         yield Problem(where=record.id, cause=Cause.CHANGED_VERDICT, message=message)
 
 
@@ -113,15 +123,63 @@ def _errors(results: ResultsFile) -> Iterator[Problem]:
 
 
 def _proofs(results: ResultsFile, root: Path | None) -> Iterator[Problem]:
-    faults = [(Cause.FORGED, fault) for fault in check_proofs.unsupported(results)]
-    faults += [(Cause.ERROR, fault) for fault in check_proofs.refused(results)]
+    faults = [(Cause.FORGED, fault) for fault in unsupported(results)]
+    faults += [(Cause.ERROR, fault) for fault in refused(results)]
     if root is not None:
-        faults += [(Cause.CERTIFICATE, fault) for fault in check_proofs.against_files(results, root)]
+        faults += [(Cause.CERTIFICATE, fault) for fault in against_files(results, root)]
     yield from (Problem(where=where, cause=cause, message=message) for cause, (where, message) in faults)
 
 
+def unsupported(results: ResultsFile) -> Iterator[Fault]:
+    """Claims whose bracket, or mark, is not what the certificates of the file prove."""
+    for claim in results.claims:
+        supporting = [entry for entry in results.certificates if claim.id in entry.claims]
+        paths, found = tuple(entry.path for entry in supporting), claim.evidence.certificates
+        if found != paths:
+            yield claim.id, f"certificates is {found!r}, but those of the file that name it are {paths!r}"
+        elif claim.evidence.method and (difference := _difference(claim, supporting)):
+            yield claim.id, difference
+
+
+def _difference(record: ClaimRecord, supporting: Sequence[CertificateRecord]) -> str:
+    """What joining the claim with its certificates again would change; empty if nothing."""
+    try:
+        joined, proved = with_proofs(record.claim.kind, record.evidence, supporting)
+    except AuditError as error:
+        return str(error)
+    if joined != record.evidence:
+        return "the bracket is not the one that its certificates prove"
+    found = record.judgement.proved
+    return "" if found == proved else f"proved is {found}, but its certificates say otherwise"
+
+
+def refused(results: ResultsFile) -> Iterator[Fault]:
+    """Certificates that are not proved."""
+    for entry in results.certificates:
+        if not entry.proved:
+            yield entry.path, entry.reason or "it is not proved, and no reason is given"
+
+
+def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
+    """Certificates of the file that are not the ones wanted, or not the ones that lie below `root`."""
+    listed, reasons = wanted(root, [paper.key for paper in results.papers])
+    there = {entry.path: entry for entry in listed}
+    stored = {entry.path: entry for entry in results.certificates}
+    for path in sorted(there.keys() ^ stored.keys()):
+        yield path, f"the certificate is {'wanted and not in the file' if path in there else 'in the file, not wanted'}"
+    for path in sorted(there.keys() & stored.keys()):
+        entry, record = there[path], stored[path]
+        if sha256(root / path) != record.sha256:
+            yield path, "the file is not the one that was verified; run the audit again"
+        if (entry.claims, entry.statement) != (record.claims, record.statement):
+            yield path, "its claims or statement are not those of the theorem that is wanted"
+    for claim in results.claims:
+        if claim.judgement.unproved != reasons.get(claim.id, ""):
+            yield claim.id, "the reason why there is no theorem is not the one that the paper gives"
+
+
 def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Problem]:
-    records, code = stored(results), stated(papers)
+    records, code = dict(_stored(results)), stated(papers)
     for names, message in (
         (code.keys() - records.keys(), "in the code and not in the file"),
         (records.keys() - code.keys(), "in the file and not in the code"),
@@ -129,10 +187,39 @@ def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Pro
         for sort, name in sorted(names):
             yield Problem(where=name, cause=Cause.SET, message=f"the {sort} is {message}")
     for key, fields in code.items():
-        for field, wanted in fields.items():
-            if key in records and (found := getattr(records[key], field)) != wanted:
-                message = f"{field} is {_show(found)} in the file and {_show(wanted)} in the code"
+        for field, said in fields.items():
+            if key in records and (found := getattr(records[key], field)) != said:
+                message = f"{field} is {_show(found)} in the file and {_show(said)} in the code"
                 yield Problem(where=key[1], cause=Cause.TEXT, message=message)
+
+
+def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
+    """The fields that the code states, by record; the errors of `encode` and `function_name` are those of a run."""
+    made: dict[Name, dict[str, Any]] = {}
+    for paper in papers:
+        key = {"paper": paper.key}
+        made["paper", paper.key] = shared(PaperRecord, paper)
+        made |= {("claim", claim.id): shared(StatedClaim, claim) for claim in paper.claims}
+        made |= {("erratum", erratum.id): shared(ErratumRecord, erratum) | key for erratum in paper.errata}
+        made |= {("figure", figure.name): shared(FigureRecord, figure) | key for figure in paper.figures}
+        made |= {("experiment", experiment.name): _experiment(experiment) | key for experiment in paper.experiments}
+    return made
+
+
+def _stored(results: ResultsFile) -> list[tuple[Name, Any]]:
+    """The records of a results file under the same names."""
+    return [
+        *((("claim", record.id), record.claim) for record in results.claims),
+        *((("erratum", record.id), record) for record in results.errata),
+        *((("paper", record.key), record) for record in results.papers),
+        *((("figure", record.name), record) for record in results.figures),
+        *((("experiment", record.name), record) for record in results.experiments),
+    ]
+
+
+def _experiment(experiment: Experiment) -> dict[str, Any]:
+    inputs = encode(f"the inputs of {experiment.name}", dict(experiment.inputs), sort=True)
+    return {"function": function_name(experiment), "inputs": json.loads(inputs)}
 
 
 def _show(value: object) -> str:

@@ -9,13 +9,9 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Verdict
-from replication.audit.store.records import ClaimRecord, ExperimentRecord, ResultsFile
+from replication.audit.store.records import DECIDING, ClaimRecord, ExperimentRecord, ResultsFile
 
-TEXT = ("printed", "statement", "place", "kind", "expected_verdict", "tolerance", "tolerance_reason", "erratum")
-NUMBERS = (
-    "computed", "lower", "upper", "proved", "holds", "margin", "threshold", "threshold_reason", "probability",
-    "as_printed", "not_checkable", "quantities",
-)  # fmt: skip
+TEXT = ("printed", "statement", "place", "kind", "expected", "tolerance", "tolerance_reason", "erratum")
 
 
 class Cause(StrEnum):
@@ -93,18 +89,29 @@ def render(changes: list[Change]) -> list[str]:
 
 
 def _fields(old: ClaimRecord, new: ClaimRecord) -> Iterator[FieldChange]:
-    for name in ("verdict", *TEXT, *NUMBERS):
-        before, after = (_plain(getattr(record, name)) for record in (old, new))
-        if before != after:
-            yield FieldChange(field=name, old=before, new=after)
+    after = _compared(new)
+    for name, before in _compared(old).items():
+        if before != after[name]:
+            yield FieldChange(field=name, old=before, new=after[name])
 
 
-def _plain(value: Any) -> Any:
-    return msgspec.to_builtins(value)
+def _compared(record: ClaimRecord) -> dict[str, Any]:
+    """What is compared of a claim, as plain values; of the evidence for the text as printed, the numbers."""
+    claim, evidence, judgement = record.claim, record.evidence, record.judgement
+    printed = evidence.as_printed
+    fields = {
+        "verdict": judgement.verdict,
+        **{name: getattr(claim, name) for name in TEXT},
+        **{name: getattr(evidence, name) for name in (*DECIDING, "not_checkable")},
+        "proved": judgement.proved,
+        "as_printed": None if printed is None else {name: getattr(printed, name) for name in DECIDING},
+        "quantities": evidence.quantities,
+    }
+    return dict(msgspec.to_builtins(fields))
 
 
 def _causes(old: ClaimRecord, new: ClaimRecord, before: ResultsFile, after: ResultsFile) -> Iterator[Cause]:
-    if any(getattr(old, name) != getattr(new, name) for name in TEXT) or old.experiments != new.experiments:
+    if any(getattr(old.claim, name) != getattr(new.claim, name) for name in (*TEXT, "uses")):
         yield Cause.CLAIM
     if _proof(old, before) != _proof(new, after):
         yield Cause.ERRATUM
@@ -122,7 +129,7 @@ def _causes(old: ClaimRecord, new: ClaimRecord, before: ResultsFile, after: Resu
 
 
 def _experiment_causes(old: ClaimRecord, before: ResultsFile, after: ResultsFile) -> Iterator[Cause]:
-    used = {run.name: run for run in before.experiments if run.name in old.experiments}
+    used = {run.name: run for run in before.experiments if run.name in old.claim.uses}
     pairs = [(used[run.name], run) for run in after.experiments if run.name in used]
     if any(first.inputs != second.inputs for first, second in pairs):
         yield Cause.INPUTS
@@ -139,7 +146,9 @@ def _settings(experiment: ExperimentRecord) -> tuple[Any, ...]:
 
 
 def _proof(record: ClaimRecord, results: ResultsFile) -> tuple[tuple[bool, bool], ...]:
-    return tuple((erratum.holds, bool(erratum.error)) for erratum in results.errata if erratum.id == record.erratum)
+    return tuple(
+        (erratum.holds, bool(erratum.error)) for erratum in results.errata if erratum.id == record.claim.erratum
+    )
 
 
 def _differ(pair: tuple[Any, Any], *names: str) -> bool:

@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 
 from msgspec.structs import replace
 
 from replication.audit.inspect.headline import Basis, basis
-from replication.audit.judge.printed import parse
+from replication.audit.judge.agreement import Target
+from replication.audit.judge.printed import Printed
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Kind, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 
 AGREEING = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.CONSISTENT)
+
+
+EXPECTED = {
+    "a printed number moved by a unit of its last place": "no agreement",
+    "a statement that holds turned into one that does not": "no agreement",
+    "the proof of an erratum taken away": "no agreement",
+    "the evidence of a claim taken away": "an error",
+    "a print that differs replaced by what was computed": "agreement",
+}
+"""What each kind of alteration must give."""
+_MOVED, _DENIED, _UNPROVED, _EMPTIED, _MENDED = EXPECTED
+Errata = Mapping[str, ErratumRecord]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,77 +41,63 @@ class Control:
     missed: tuple[ClaimRecord, ...]
 
 
-def controls(results: ResultsFile) -> tuple[Control, ...]:
-    """Every kind of alteration that `results` has a claim for, tried on each such claim."""
+def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Control, ...]:
+    """Every kind of alteration that `results` has a claim for, tried on each such claim; targets: by claim."""
     errata = {erratum.id: erratum for erratum in results.errata}
-    made = (
-        _control("a printed number moved by a unit of its last place", "no agreement", _moved_prints, results, errata),
-        _control("a statement that holds turned into one that does not", "no agreement", _denied, results, errata),
-        _control("the proof of an erratum taken away", "no agreement", _unproved, results, errata),
-        _control("the evidence of a claim taken away", "an error", _emptied, results, errata),
-        _control("a print that differs replaced by what was computed", "agreement", _mended, results, errata, True),
-    )
-    return tuple(control for control in made if control.tried)
-
-
-Alteration = tuple[ClaimRecord, Mapping[str, ErratumRecord]]
-Maker = Callable[[ClaimRecord, Mapping[str, ErratumRecord]], Iterator[Alteration]]
-
-
-def _control(
-    altered: str,
-    expected: str,
-    make: Maker,
-    results: ResultsFile,
-    errata: Mapping[str, ErratumRecord],
-    agree: bool = False,
-) -> Control:
-    tried = [(claim, *alteration) for claim in results.claims for alteration in make(claim, errata)]
-    unnoticed = [claim for claim, record, known in tried if (rejudge(record, known).verdict in AGREEING) is not agree]
-    missed = tuple({claim.id: claim for claim in unnoticed}.values())
-    return Control(
-        altered=altered, expected=expected, tried=len(tried), caught=len(tried) - len(unnoticed), missed=missed
+    noticed: dict[str, list[bool]] = {altered: [] for altered in EXPECTED}
+    missed: dict[str, dict[str, ClaimRecord]] = {altered: {} for altered in EXPECTED}
+    for claim in results.claims:
+        target = targets.get(claim.id)
+        for altered, record, known in _alterations(claim, errata, target.printed if target else None):
+            # A print that was left alone is not read again.
+            judged = rejudge(record, known, target if record.claim is claim.claim else None)
+            noticed[altered].append((judged.verdict in AGREEING) is (EXPECTED[altered] == "agreement"))
+            if not noticed[altered][-1]:
+                missed[altered][claim.id] = claim
+    return tuple(
+        Control(
+            altered=altered,
+            expected=expected,
+            tried=len(noticed[altered]),
+            caught=sum(noticed[altered]),
+            missed=tuple(missed[altered].values()),
+        )
+        for altered, expected in EXPECTED.items()
+        if noticed[altered]
     )
 
 
-def _moved_prints(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict in AGREEING and basis(claim) is Basis.DIGITS and not parse(claim.printed).relation:
-        for text in moved(claim.printed):
-            yield replace(claim, printed=text), errata
-
-
-def _denied(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict in AGREEING and claim.holds is not None and claim.margin is not None:
-        yield replace(claim, holds=not claim.holds, margin=-abs(claim.margin) - 1), errata
-
-
-def _unproved(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and claim.erratum is not None:
-        yield claim, {**errata, claim.erratum: replace(errata[claim.erratum], holds=False)}
-
-
-def _emptied(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict in AGREEING:
-        yield replace(claim, computed=None, lower=None, upper=None, holds=None, margin=None, probability=None), errata
-
-
-def _mended(claim: ClaimRecord, errata: Mapping[str, ErratumRecord]) -> Iterator[Alteration]:
-    if claim.verdict is not Verdict.DIFFERS or claim.kind is not Kind.VALUE:
-        return
-    if isinstance(claim.computed, int | float):
-        (entry,) = parse(claim.printed).entries
+def _alterations(
+    record: ClaimRecord, errata: Errata, printed: Printed | None
+) -> Iterator[tuple[str, ClaimRecord, Errata]]:
+    """What can be altered of a claim: the kind, the record, and the errata to judge it with."""
+    claim, evidence, erratum = record.claim, record.evidence, record.claim.erratum
+    if record.verdict in AGREEING:
+        if basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
+            for text in moved(printed):
+                yield _MOVED, replace(record, claim=replace(claim, printed=text)), errata
+        if evidence.holds is not None and evidence.margin is not None:
+            denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1)
+            yield _DENIED, replace(record, evidence=denied), errata
+        if record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and erratum is not None:
+            yield _UNPROVED, record, {**errata, erratum: replace(errata[erratum], holds=False)}
+        nothing = dict.fromkeys(("value", "lower", "upper", "holds", "margin", "probability"))
+        yield _EMPTIED, replace(record, evidence=replace(evidence, **nothing)), errata
+    single = claim.kind is Kind.VALUE and isinstance(evidence.value, int | float)
+    if record.verdict is Verdict.DIFFERS and single and printed is not None:
+        (entry,) = printed.entries
         places = max(0, -Decimal(str(float(entry.unit))).adjusted())
-        yield replace(claim, printed=f"{claim.computed:.{places}f}"), errata
+        yield _MENDED, replace(record, claim=replace(claim, printed=f"{evidence.value:.{places}f}")), errata
 
 
-def moved(printed: str) -> Iterator[str]:
-    """`printed` with one of its numbers moved by one unit of its last place, up and down, for each number in turn.
+def moved(printed: Printed) -> Iterator[str]:
+    """A print with one of its numbers moved by one unit of its last place, up and down, for each number in turn.
 
     A number that would change its sign is moved up only: its printed form has another length then.
     """
-    text = printed.replace("−", "-")
+    text = printed.text.replace("−", "-")
     begin = 0
-    for entry in parse(printed).entries:
+    for entry in printed.entries:
         digits = entry.text.lstrip("+-")
         begin = text.index(digits, begin)
         end = begin + len(digits)

@@ -34,9 +34,10 @@ _SPLIT = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM)
 
 def basis(claim: ClaimRecord) -> Basis:
     """What the verdict on a claim that could be judged rests on."""
-    if claim.kind in NUMERIC:
+    if claim.claim.kind in NUMERIC:
         return Basis.DIGITS
-    return Basis.DRAW if claim.kind is Kind.STATISTICAL and claim.probability is not None else Basis.STATEMENT
+    drawn = claim.claim.kind is Kind.STATISTICAL and claim.evidence.probability is not None
+    return Basis.DRAW if drawn else Basis.STATEMENT
 
 
 def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
@@ -68,12 +69,12 @@ class Headline:
 def headline(results: ResultsFile) -> Headline:
     """Count the claims of `results`, and say it."""
     claims = results.claims
-    unexpected = tuple(claim for claim in claims if claim.verdict != claim.expected_verdict)
+    unexpected = tuple(claim for claim in claims if claim.unexpected)
     by_basis = Counter((claim.verdict, basis(claim)) for claim in claims)
     return Headline(
         sentence=sentence(claims),
         counts=counts(claims),
-        proved=sum(claim.proved for claim in claims),
+        proved=sum(claim.judgement.proved for claim in claims),
         caveats=caveats(claims, results.errata),
         unexpected=unexpected,
         counted=(len(claims), len(unexpected), *by_basis.values()),
@@ -86,13 +87,13 @@ def sentence(claims: Sequence[ClaimRecord]) -> str:
         return "There is no claim to judge."
     parts = [_part(verdict, claims) for verdict, number in counts(claims).items() if number]
     listed = " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
-    changed = sum(claim.verdict != claim.expected_verdict for claim in claims)
+    changed = sum(claim.unexpected for claim in claims)
     expected = (
         f"{changed} {'verdict is' if changed == 1 else 'verdicts are'} not as expected."
         if changed
         else "Every verdict is the expected one."
     )
-    proved = sum(claim.proved for claim in claims)
+    proved = sum(claim.judgement.proved for claim in claims)
     theorems = f"Proved in exact or ball arithmetic: {proved}."
     text = f"Of {len(claims)} {'claim' if len(claims) == 1 else 'claims'}, {listed}. {expected}"
     return f"{text} {theorems}" if proved else text
@@ -103,12 +104,14 @@ def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> t
     inferred = {erratum.id for erratum in errata if erratum.inference}
     found = {
         "reproduced after an erratum that is an inference, not a proof": (
-            c.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and c.erratum in inferred for c in claims
+            c.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and c.claim.erratum in inferred for c in claims
         ),
-        "with printed digits and a tolerance other than half a unit": (c.tolerance is not None for c in claims),
-        "whose statement holds up to a threshold of ours": (c.threshold is not None for c in claims),
+        "with printed digits and a tolerance other than half a unit": (c.claim.tolerance is not None for c in claims),
+        "whose statement holds up to a threshold of ours": (c.evidence.threshold is not None for c in claims),
         "judged by the probability of a random draw": (basis(c) is Basis.DRAW for c in claims),
-        "with neither a check by a second method nor a proof": (not (c.cross_check or c.proved) for c in claims),
+        "with neither a check by a second method nor a proof": (
+            not (c.evidence.cross_check or c.judgement.proved) for c in claims
+        ),
     }
     return tuple(Caveat(words=words, number=sum(true)) for words, true in found.items())
 

@@ -1,1 +1,1 @@
-"""From a printed string and evidence to a verdict: rounding, agreement, errata, proofs."""
+"""From a printed string and its evidence to a verdict: reading, rounding, agreement, errata, proofs."""

@@ -2,30 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from dataclasses import dataclass, replace
 from enum import Enum
 from fractions import Fraction
 
 from replication.audit.judge import numerals
-from replication.audit.judge.printed import Entry, Printed
-from replication.audit.model import Verdict
-from replication.audit.store.records import Reading
+from replication.audit.judge.printed import Entry, Printed, decimal_fraction, parse
+from replication.audit.model import Evidence, Judgement, Verdict
+from replication.audit.store.records import StatedClaim
 from replication.errors import AuditError
-
-MOST_DIGITS = 60
-"""Digits in which the end of a bracket is written at most; a float near 1 has no more than 53."""
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """A verdict with its reason; deviation_ulp is (computed − printed) in units of the last printed place."""
-
-    verdict: Verdict
-    deviation_ulp: float | None
-    reason: str
 
 
 class Position(Enum):
@@ -50,6 +35,12 @@ class Interval:
     low: Fraction | None
     high: Fraction | None
 
+    @property
+    def ends(self) -> tuple[Fraction, Fraction]:
+        """Both ends of an interval that is bounded."""
+        assert self.low is not None and self.high is not None
+        return self.low, self.high
+
     def size(self) -> Interval:
         """The interval of absolute values."""
         if self.low is None or self.high is None:
@@ -62,11 +53,51 @@ class Interval:
 
 
 @dataclass(frozen=True)
+class Target:
+    """A printed value, and for each of its numbers the interval that it stands for; none beside a relation."""
+
+    printed: Printed
+    intervals: tuple[Interval, ...]
+
+    @classmethod
+    def of(cls, claim: StatedClaim) -> Target:
+        """Each printed number ± half a unit of its last place, or ± the tolerance of the claim.
+
+        Raises AuditError if the print cannot be read or the tolerance is not a positive number.
+        """
+        tolerance = None if claim.tolerance is None else decimal_fraction(claim.tolerance)
+        if tolerance is not None and tolerance <= 0:
+            raise AuditError(f"the tolerance must be positive, got {claim.tolerance}")
+        printed = parse(claim.printed)
+        halves = [(entry, entry.unit / 2 if tolerance is None else tolerance) for entry in printed.entries]
+        intervals = (Interval(entry.value - half, entry.value + half) for entry, half in halves)
+        return cls(printed, () if printed.relation else tuple(intervals))
+
+    @classmethod
+    def judged(cls, claim: StatedClaim, judgement: Judgement) -> Target:
+        """The same of a claim that was judged, with the intervals of its judgement.
+
+        Raises AuditError if the print cannot be read, or the intervals are not those of its numbers.
+        """
+        printed, intervals = parse(claim.printed), stored_intervals(claim, judgement)
+        if len(intervals) != (0 if printed.relation else len(printed.entries)):
+            raise AuditError(f"{claim.id} has {len(intervals)} intervals for the printed {claim.printed!r}")
+        return cls(printed, intervals)
+
+    @property
+    def written(self) -> tuple[tuple[str, str], ...]:
+        """The intervals as a judgement holds them."""
+        return tuple((_fraction(low), _fraction(high)) for low, high in (interval.ends for interval in self.intervals))
+
+
+@dataclass(frozen=True)
 class Measured:
-    """One computed real number with its bracket, as exact fractions; without a bracket the value stands for it."""
+    """A computed real number with its bracket, as exact fractions, beside the printed entry; without a bracket the
+    value stands for it. interval: what the entry stands for, None beside a relation."""
 
     entry: Entry
     label: str
+    interval: Interval | None
     value: Fraction
     bracket: Interval
     has_bracket: bool
@@ -74,44 +105,52 @@ class Measured:
     @property
     def deviation(self) -> Fraction:
         """(computed − printed) in units of the last printed place."""
-        return (self.value - self.entry.value) / self.entry.unit
+        return self.units(self.value)
+
+    def units(self, number: Fraction) -> Fraction:
+        """How far a number lies from the print, in units of its last place."""
+        return (number - self.entry.value) / self.entry.unit
 
     def describe(self, *ends: Fraction | None) -> str:
         """The number or its bracket in digits, enough of them to tell it from `ends`."""
         prefix = f"{self.label}: " if self.label else ""
         if not self.has_bracket:
-            return f"{prefix}computed {digits(self.value, *ends)}"
-        return f"{prefix}bracket {_enclosure(self.bracket, *ends)}"
+            return f"{prefix}computed {numerals.digits(self.value, *ends)}"
+        return f"{prefix}bracket {numerals.enclosure(self.bracket.low, self.bracket.high, *ends)}"
 
 
-def judge_value(printed: Printed, reading: Reading, tolerance: Fraction | None) -> Judgement:
-    """Compare every entry with its rounding interval, printed ± half a unit or ± `tolerance`, ends included.
+def judge_value(target: Target, evidence: Evidence) -> Judgement:
+    """Compare every entry with the interval that it stands for, ends included.
 
     Any entry outside: differs. All inside: reproduced. Else a bracket is too wide: not checkable.
     Raises AuditError if there is no value, or its layout or bracket does not fit.
     """
-    if printed.relation:
-        raise AuditError(f"printed value {printed.text!r} is a relation; a claim of kind bound compares those")
-    measured = _measure(printed, reading)
-    targets = [_rounding_interval(number.entry, tolerance) for number in measured]
-    positions = [_position(number.bracket, target) for number, target in zip(measured, targets, strict=True)]
+    if target.printed.relation:
+        raise AuditError(f"printed value {target.printed.text!r} is a relation; a claim of kind bound compares those")
+    measured = measure(target, evidence)
+    ends = [interval.ends for interval in target.intervals]
+    positions = [_position(number.bracket, *pair) for number, pair in zip(measured, ends, strict=True)]
     decisive = next(position for position in Position if position in positions)
     found = [index for index, position in enumerate(positions) if position is decisive]
     index = max(found, key=lambda i: abs(measured[i].deviation))
     count = f"{len(found)} of {len(measured)} entries: " if len(measured) > 1 else ""
-    text = f"{count}{_against(measured[index], targets[index], decisive.value)}"
     worst = max(measured, key=lambda number: abs(number.deviation))
-    return Judgement(_VERDICTS[decisive], _as_float(worst.deviation), _sentence(text))
+    return Judgement(
+        verdict=_VERDICTS[decisive],
+        reason=_sentence(f"{count}{_against(measured[index], ends[index], decisive.value)}"),
+        deviation_ulp=numerals.nearest(worst.deviation),
+    )
 
 
-def judge_bound(printed: Printed, reading: Reading) -> Judgement:
+def judge_bound(target: Target, evidence: Evidence) -> Judgement:
     """Compare a value or bracket with a printed relation such as `<0.001`, exactly as it stands, without a tolerance.
 
     Raises AuditError if there is no relation, no value, or the layout or bracket does not fit.
     """
+    printed = target.printed
     if not printed.relation:
         raise AuditError(f"printed value {printed.text!r} has no relation; a bound is printed like <0.001 or ≥2")
-    number = _measure(printed, reading)[0]
+    number = measure(target, evidence)[0]
     limit = number.entry.value
     low, high = number.bracket.low, number.bracket.high
     # Mirrored so that the relation always reads "at most" or "below".
@@ -125,114 +164,70 @@ def judge_bound(printed: Printed, reading: Reading) -> Judgement:
     else:
         verdict, words = Verdict.NOT_CHECKABLE, "is too wide to decide"
     text = f"{number.describe(number.entry.value)} {words} the printed {printed.text}"
-    return Judgement(verdict, _as_float(number.deviation), _sentence(text))
+    return Judgement(verdict=verdict, reason=_sentence(text), deviation_ulp=numerals.nearest(number.deviation))
 
 
-def _enclosure(bracket: Interval, *ends: Fraction | None) -> str:
-    """The bracket rounded outwards, fine enough to show its width and to stand on its side of all `ends`."""
-    low, high = bracket.low, bracket.high
-    width = None if low is None or high is None or low == high else high - low
-    low_text = "−inf" if low is None else _outward(low, ROUND_FLOOR, width, ends)
-    return f"[{low_text}, {'inf' if high is None else _outward(high, ROUND_CEILING, width, ends)}]"
+def stored_intervals(claim: StatedClaim, judgement: Judgement) -> tuple[Interval, ...]:
+    """The intervals of a judgement as numbers; raises AuditError if they are none."""
+    try:
+        return tuple(Interval(Fraction(low), Fraction(high)) for low, high in judgement.intervals)
+    except (ValueError, ZeroDivisionError):
+        raise AuditError(f"the intervals of {claim.id} are not pairs of numbers: {judgement.intervals!r}") from None
 
 
-def _outward(number: Fraction, rounding: str, width: Fraction | None, ends: Sequence[Fraction | None]) -> str:
-    """`number` rounded down or up by no more than `width`, in at least six digits."""
-    for count in range(6, MOST_DIGITS):
-        rounded = Context(prec=count, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
-        shown = Fraction(rounded)
-        fine = width is None or abs(shown - number) <= width
-        if fine and all(end is None or _side(shown, end) == _side(number, end) for end in ends):
-            return numerals.decimal(rounded)
-    return numerals.decimal(Decimal(number.numerator) / Decimal(number.denominator))
+def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
+    """The computed numbers in the order of the printed ones; in size where only that is printed.
+
+    Raises AuditError if there is no value, or its layout or bracket does not fit.
+    """
+    printed = target.printed
+    if evidence.value is None:
+        raise AuditError(f"the evidence holds no value to compare with the printed {printed.text!r}")
+    values = [Fraction(value) for value in printed.align("computed value", evidence.value)]
+    lows: list[Fraction | None] = [None] * len(values)
+    highs: list[Fraction | None] = [None] * len(values)
+    if evidence.lower is not None:
+        lows = [Fraction(value) for value in printed.align("lower bound", evidence.lower)]
+    if evidence.upper is not None:
+        highs = [Fraction(value) for value in printed.align("upper bound", evidence.upper)]
+    has_bracket = evidence.lower is not None or evidence.upper is not None
+    intervals = target.intervals if not printed.relation else (None,) * len(values)
+    measured = []
+    columns = zip(printed.entries, printed.labels, intervals, values, lows, highs, strict=True)
+    for entry, label, interval, value, low, high in columns:
+        bracket = Interval(low, high) if has_bracket else Interval(value, value)
+        number = Measured(entry, label, interval, value, bracket, has_bracket)
+        if (low is not None and value < low) or (high is not None and value > high):
+            own = number.describe(value)
+            raise AuditError(f"{own} does not hold its own value {float(value)!r}; one of the two is wrong")
+        if entry.absolute:
+            number = replace(number, value=abs(value), bracket=bracket.size())
+        measured.append(number)
+    return tuple(measured)
 
 
-def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
-    """`number` in `least` significant digits, or in as many as it takes to stand on its side of all `ends`."""
-    value = _as_float(number)
-    for count in range(least, 18):
-        text = f"{value:.{count}g}"
-        if all(end is None or _side(Fraction(text), end) == _side(number, end) for end in ends):
-            return numerals.decimal(Decimal(text))
-    return numerals.full(value)
-
-
-def apart(first: Fraction, second: Fraction, least: int = 6) -> tuple[str, str]:
-    """Two numbers in `least` significant digits, or in as many as it takes to show which one is larger."""
-    values = _as_float(first), _as_float(second)
-    for count in range(least, 18):
-        texts = f"{values[0]:.{count}g}", f"{values[1]:.{count}g}"
-        if _side(Fraction(texts[0]), Fraction(texts[1])) == _side(first, second):
-            return numerals.decimal(Decimal(texts[0])), numerals.decimal(Decimal(texts[1]))
-    return numerals.full(values[0]), numerals.full(values[1])
-
-
-def _decimal(number: Fraction) -> str:
-    """A fraction that comes from decimals, in all its digits."""
-    return numerals.decimal(Decimal(number.numerator) / Decimal(number.denominator))
-
-
-def _as_float(number: Fraction) -> float:
-    """The nearest float; beyond their range the largest one, which is as telling for a deviation."""
-    largest = Fraction(sys.float_info.max)
-    return float(max(-largest, min(largest, number)))
-
-
-def _side(number: Fraction, end: Fraction) -> int:
-    return (number > end) - (number < end)
+def _fraction(number: Fraction) -> str:
+    return f"{number.numerator}/{number.denominator}"
 
 
 def _negative(end: Fraction | None) -> Fraction | None:
     return None if end is None else -end
 
 
-def _measure(printed: Printed, reading: Reading) -> tuple[Measured, ...]:
-    if reading.value is None:
-        raise AuditError(f"the evidence holds no value to compare with the printed {printed.text!r}")
-    values = [Fraction(value) for value in printed.align("computed value", reading.value)]
-    lows: list[Fraction | None] = [None] * len(values)
-    highs: list[Fraction | None] = [None] * len(values)
-    if reading.lower is not None:
-        lows = [Fraction(value) for value in printed.align("lower bound", reading.lower)]
-    if reading.upper is not None:
-        highs = [Fraction(value) for value in printed.align("upper bound", reading.upper)]
-    has_bracket = reading.lower is not None or reading.upper is not None
-    measured = []
-    for entry, label, value, low, high in zip(printed.entries, printed.labels, values, lows, highs, strict=True):
-        bracket = Interval(low, high) if has_bracket else Interval(value, value)
-        if (low is not None and value < low) or (high is not None and value > high):
-            own = Measured(entry, label, value, bracket, True).describe(value)
-            raise AuditError(f"{own} does not hold its own value {float(value)!r}; one of the two is wrong")
-        if entry.absolute:
-            value, bracket = abs(value), bracket.size()
-        measured.append(Measured(entry, label, value, bracket, has_bracket))
-    return tuple(measured)
-
-
-def _rounding_interval(entry: Entry, tolerance: Fraction | None) -> Interval:
-    half = entry.unit / 2 if tolerance is None else tolerance
-    return Interval(entry.value - half, entry.value + half)
-
-
-def _position(bracket: Interval, target: Interval) -> Position:
-    """Both intervals are closed; the ends of `target` are never None."""
-    assert target.low is not None and target.high is not None
-    if (bracket.low is not None and bracket.low > target.high) or (
-        bracket.high is not None and bracket.high < target.low
-    ):
+def _position(bracket: Interval, least: Fraction, most: Fraction) -> Position:
+    """Both intervals are closed."""
+    if (bracket.low is not None and bracket.low > most) or (bracket.high is not None and bracket.high < least):
         return Position.OUTSIDE
     if bracket.low is None or bracket.high is None:
         return Position.STRADDLING
-    return Position.INSIDE if target.low <= bracket.low and bracket.high <= target.high else Position.STRADDLING
+    return Position.INSIDE if least <= bracket.low and bracket.high <= most else Position.STRADDLING
 
 
-def _against(number: Measured, target: Interval, words: str) -> str:
-    ends = (target.low, target.high)
-    assert target.low is not None and target.high is not None
+def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> str:
     half = Fraction(1, 2)
     negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))
-    deviation = "0" if negligible else digits(number.deviation, -half, half, least=3)
-    interval = f"[{_decimal(target.low)}, {_decimal(target.high)}]"
+    deviation = "0" if negligible else numerals.digits(number.deviation, -half, half, least=3)
+    interval = f"[{numerals.of_decimals(ends[0])}, {numerals.of_decimals(ends[1])}]"
     return (
         f"{number.describe(*ends)} {words} {interval}, for which the printed {number.entry.text} stands"
         f" (deviation in units of its last place: {deviation})"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from decimal import Decimal, localcontext
+import sys
+from collections.abc import Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal, localcontext
 from fractions import Fraction
 
 from replication.audit.model import Numbers
@@ -19,6 +21,9 @@ SMALLEST = 5
 
 MINUS = "\N{MINUS SIGN}"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+MOST_DIGITS = 60
+"""Digits in which the end of a bracket is written at most; a float near 1 has no more than 53."""
+
 _LONGEST = 15
 """Digits before the point from which a number is written with a power of ten."""
 
@@ -105,6 +110,59 @@ def layout(numbers: Numbers) -> str:
         rows = (" ".join(map(short, row)) if isinstance(row, tuple) else short(row) for row in numbers)
         return f"[{'; '.join(rows)}]"
     return f"({', '.join(short(number) for number in numbers if not isinstance(number, tuple))})"
+
+
+def enclosure(low: Fraction | None, high: Fraction | None, *ends: Fraction | None) -> str:
+    """A bracket rounded outwards, fine enough to show its width and to stand on its side of all `ends`."""
+    width = None if low is None or high is None or low == high else high - low
+    low_text = "−inf" if low is None else _outward(low, ROUND_FLOOR, width, ends)
+    return f"[{low_text}, {'inf' if high is None else _outward(high, ROUND_CEILING, width, ends)}]"
+
+
+def _outward(number: Fraction, rounding: str, width: Fraction | None, ends: Sequence[Fraction | None]) -> str:
+    """`number` rounded down or up by no more than `width`, in at least six digits."""
+    for count in range(6, MOST_DIGITS):
+        rounded = Context(prec=count, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
+        shown = Fraction(rounded)
+        fine = width is None or abs(shown - number) <= width
+        if fine and all(end is None or _side(shown, end) == _side(number, end) for end in ends):
+            return decimal(rounded)
+    return of_decimals(number)
+
+
+def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
+    """`number` in `least` significant digits, or in as many as it takes to stand on its side of all `ends`."""
+    value = nearest(number)
+    for count in range(least, 18):
+        text = f"{value:.{count}g}"
+        if all(end is None or _side(Fraction(text), end) == _side(number, end) for end in ends):
+            return decimal(Decimal(text))
+    return full(value)
+
+
+def apart(first: Fraction, second: Fraction, least: int = 6) -> tuple[str, str]:
+    """Two numbers in `least` significant digits, or in as many as it takes to show which one is larger."""
+    values = nearest(first), nearest(second)
+    for count in range(least, 18):
+        texts = f"{values[0]:.{count}g}", f"{values[1]:.{count}g}"
+        if _side(Fraction(texts[0]), Fraction(texts[1])) == _side(first, second):
+            return decimal(Decimal(texts[0])), decimal(Decimal(texts[1]))
+    return full(values[0]), full(values[1])
+
+
+def of_decimals(number: Fraction) -> str:
+    """A fraction that comes from decimals, in all its digits."""
+    return decimal(Decimal(number.numerator) / Decimal(number.denominator))
+
+
+def nearest(number: Fraction) -> float:
+    """The nearest float; beyond their range the largest one, which is as telling for a deviation."""
+    largest = Fraction(sys.float_info.max)
+    return float(max(-largest, min(largest, number)))
+
+
+def _side(number: Fraction, end: Fraction) -> int:
+    return (number > end) - (number < end)
 
 
 def _typeset(text: str) -> str:

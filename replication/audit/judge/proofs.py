@@ -80,7 +80,7 @@ def sha256(path: Path) -> str:
 
 
 def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) -> CertificateRecord:
-    """The record of a certificate: what `proving.prove` answered, or the error that it ended in."""
+    """The record of a certificate: what `prove.prove` answered, or the error that it ended in."""
     proved = result or {"sentence": "", "reason": error, "lower": None, "upper": None, "holds": None, "items": []}
     return CertificateRecord(
         paper=certificate.paper,
@@ -94,14 +94,14 @@ def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) ->
     )
 
 
-def with_proofs(kind: Kind, evidence: Evidence, certificates: Sequence[CertificateRecord]) -> Evidence:
+def with_proofs(kind: Kind, evidence: Evidence, certificates: Sequence[CertificateRecord]) -> tuple[Evidence, bool]:
     """The evidence for a claim of this kind with what the certificates prove in place of what it computed.
 
-    Nothing changes while one of them is not proved. Raises AuditError if the theorems contradict the evidence, or say
-    nothing on a claim of this kind.
+    Also whether the bracket, or the statement, is proved. Nothing changes while one of them is not proved.
+    Raises AuditError if the theorems contradict the evidence, or say nothing on a claim of this kind.
     """
     if not certificates or not all(certificate.proved for certificate in certificates) or evidence.not_checkable:
-        return evidence
+        return evidence, False
     paths = ", ".join(certificate.path for certificate in certificates)
     if kind in STATEMENTS:
         said = {certificate.holds for certificate in certificates} - {None}
@@ -109,7 +109,7 @@ def with_proofs(kind: Kind, evidence: Evidence, certificates: Sequence[Certifica
             raise AuditError(f"the theorems of {paths} do not say whether the claim holds")
         if said != {evidence.holds}:
             raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {evidence.holds}")
-        return msgspec.structs.replace(evidence, proved=True)
+        return evidence, True
     if evidence.value is None:
         raise AuditError(f"the theorems of {paths} bound a value, and the evidence has none")
     ends = proved_ends(certificates)
@@ -119,13 +119,13 @@ def with_proofs(kind: Kind, evidence: Evidence, certificates: Sequence[Certifica
     if kind is not Kind.BOUND and any(None in pair for pair in ends):
         raise AuditError(f"the theorems of {paths} leave a side open")
     values = [_inside(number, pair, paths) for number, pair in zip(numbers, ends, strict=True)]
-    return msgspec.structs.replace(
+    bracketed = msgspec.structs.replace(
         evidence,
-        proved=True,
         value=_shaped(evidence.value, iter(values)),
         lower=None if ends[0][0] is None else _shaped(evidence.value, iter(end[0] for end in ends)),
         upper=None if ends[0][1] is None else _shaped(evidence.value, iter(end[1] for end in ends)),
     )
+    return bracketed, True
 
 
 def proved_ends(certificates: Sequence[CertificateRecord]) -> list[Ends]:

@@ -1,1 +1,1 @@
-"""What a run gives to other programs and archives: badges, metadata in public formats, and one archive of it all."""
+"""What a run gives to terminals, other programs and archives, and the tutorials as pages."""

@@ -12,9 +12,9 @@ import zipfile
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
+from replication.audit.publish.exports import export_texts, to_json
 from replication.audit.publish.linked_data import crate
 from replication.audit.publish.software import read_software
-from replication.audit.publish.write import export_texts, to_json
 from replication.audit.store.provenance import COMMIT_FILE, git, git_state
 from replication.audit.store.records import RunRecord, read_results
 from replication.errors import AuditError

@@ -146,16 +146,20 @@ def _review(claim: ClaimRecord, date: str) -> Json:
     return {
         "@id": f"#claim-{claim.id}",
         "@type": "ClaimReview",
-        "claimReviewed": claim.statement,
+        "claimReviewed": claim.claim.statement,
         "itemReviewed": without_empty(
             {
                 "@type": "Claim",
                 "appearance": {"@id": f"#paper-{claim.paper}"},
-                "position": claim.place,
-                "text": claim.printed,
+                "position": claim.claim.place,
+                "text": claim.claim.printed,
             }
         ),
-        "reviewRating": {"@type": "Rating", "alternateName": str(claim.verdict), "ratingExplanation": claim.reason},
+        "reviewRating": {
+            "@type": "Rating",
+            "alternateName": str(claim.verdict),
+            "ratingExplanation": claim.judgement.reason,
+        },
         "datePublished": date,
         "author": {"@id": "#software"},
     }

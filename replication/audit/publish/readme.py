@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from replication.audit.model import Verdict
-from replication.audit.store.records import PaperRecord, ResultsFile, read_results
+from replication.audit.store.records import ResultsFile, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
 
@@ -41,21 +41,15 @@ def _table(results: ResultsFile) -> Iterator[str]:
     for paper in results.papers:
         counts = Counter(claim.verdict for claim in results.claims if claim.paper == paper.key)
         numbers = " | ".join(str(counts[verdict]) for verdict in shown)
-        yield f"| {_cell(_cite(paper))} | {counts.total()} | {numbers} |"
+        yield f"| {_cell(paper.cited)} | {counts.total()} | {numbers} |"
 
 
 def _findings(results: ResultsFile) -> Iterator[str]:
     for paper in results.papers:
-        yield f"**{_cite(paper)}**"
+        yield f"**{paper.cited}**"
         yield ""
         yield from (f"- {finding}" for finding in paper.findings[:SHOWN_FINDINGS])
         yield ""
-
-
-def _cite(paper: PaperRecord) -> str:
-    surnames = [author.split()[-1] for author in paper.authors]
-    who = surnames[0] + (" et al." if len(surnames) > 2 else f" and {surnames[1]}" if len(surnames) == 2 else "")
-    return f"{who} ({paper.year or 'undated'})"
 
 
 def _cell(text: str) -> str:

@@ -9,10 +9,12 @@ import msgspec
 
 from replication.audit.model import Paper, SolverRecord, Verdict
 from replication.audit.run.progress import Action, Step
-from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
+from replication.audit.store.records import DECIDING, CertificateRecord, ClaimRecord, ResultsFile
 
 SLOWEST = 5
-NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed"})
+NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed", "intervals"})
+LABELS = {"value": "computed", "expected": "expected verdict", "uses": "experiments"}
+"""Fields that are called otherwise in words."""
 
 
 def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]) -> Iterator[str]:
@@ -26,7 +28,8 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
     if slowest:
         yield "slowest: " + ", ".join(f"{step.name} {step.seconds:.1f} s" for step in slowest[:SLOWEST])
     for claim in unexpected(results):
-        yield f"changed verdict: {claim.id} is {claim.verdict}, pinned is {claim.expected_verdict}: {claim.reason}"
+        pinned, reason = claim.claim.expected, claim.judgement.reason
+        yield f"changed verdict: {claim.id} is {claim.verdict}, pinned is {pinned}: {reason}"
     proved = sum(certificate.proved for certificate in results.certificates)
     if results.certificates:
         yield f"certificates: {proved} of {len(results.certificates)} proved"
@@ -38,7 +41,7 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
 
 def unexpected(results: ResultsFile) -> tuple[ClaimRecord, ...]:
     """The claims whose verdict is not the pinned one, errors aside."""
-    return tuple(claim for claim in results.claims if claim.verdict not in (claim.expected_verdict, Verdict.ERROR))
+    return tuple(claim for claim in results.claims if claim.unexpected and claim.verdict is not Verdict.ERROR)
 
 
 def unproved(results: ResultsFile) -> tuple[CertificateRecord, ...]:
@@ -51,7 +54,7 @@ def errors(results: ResultsFile) -> tuple[str, ...]:
     experiments = [f"experiment {part.name}: {part.error}" for part in results.experiments if part.error]
     errata = [f"erratum {part.id}: {part.error}" for part in results.errata if part.error]
     figures = [f"figure {part.name}: {part.error}" for part in results.figures if part.error]
-    claims = [f"claim {part.id}: {part.reason}" for part in results.claims if part.verdict is Verdict.ERROR]
+    claims = [f"claim {part.id}: {part.judgement.reason}" for part in results.claims if part.verdict is Verdict.ERROR]
     return (*experiments, *claims, *errata, *figures)
 
 
@@ -65,19 +68,26 @@ def list_lines(papers: Sequence[Paper], records: Mapping[str, ClaimRecord]) -> I
             yield f"  {claim.id:<{width}}  {verdict:<25}  {claim.place}"
 
 
-def claim_rows(claim: ClaimRecord) -> Iterator[tuple[str, str]]:
+def claim_rows(record: ClaimRecord) -> Iterator[tuple[str, str]]:
     """All that is known of a claim, as pairs of a label and a text; what is empty is left out."""
-    yield "statement", claim.statement
-    for name, value in msgspec.structs.asdict(claim).items():
-        if name not in NOT_SHOWN and value not in (None, "", ()):
-            yield name.replace("_", " "), _text(value)
-    if claim.as_printed is not None:
-        given = {k: v for k, v in msgspec.structs.asdict(claim.as_printed).items() if v is not None}
-        yield "as printed", ", ".join(f"{name} {_text(value)}" for name, value in given.items()) or "nothing"
-    for name, number in claim.quantities.items():
+    yield "statement", record.claim.statement
+    yield "paper", record.paper
+    for part in (record.claim, record.judgement, record.evidence):
+        for name, value in _given(part):
+            yield LABELS.get(name, name.replace("_", " ")), _text(value)
+    if (printed := record.evidence.as_printed) is not None:
+        given = ((name, value) for name, value in _given(printed) if name in DECIDING)
+        yield "as printed", ", ".join(f"{name} {_text(value)}" for name, value in given) or "nothing"
+    for name, number in record.evidence.quantities.items():
         yield f"· {name}", repr(number)
-    for solver in claim.solvers:
+    for solver in record.evidence.solvers:
         yield "solver", solver_text(solver)
+
+
+def _given(part: msgspec.Struct) -> Iterator[tuple[str, object]]:
+    for name, value in msgspec.structs.asdict(part).items():
+        if name not in NOT_SHOWN and value not in (None, "", ()):
+            yield name, value
 
 
 def solver_text(solver: SolverRecord) -> str:

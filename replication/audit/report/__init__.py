@@ -1,1 +1,1 @@
-"""The report: one HTML file from the results alone."""
+"""The report: one HTML file made from a results file and its figures alone."""

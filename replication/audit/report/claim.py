@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
+import contextlib
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from markupsafe import Markup
 
-from replication.audit.judge.printed import Printed, parse
+from replication.audit.judge.agreement import Target
+from replication.audit.judge.printed import Printed
 from replication.audit.model import Verdict
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.store.records import ClaimRecord
@@ -47,7 +48,6 @@ class ClaimView:
     within: int
     residual: float | None
     strip: Markup
-    unexpected: bool
 
     @property
     def in_row(self) -> bool:
@@ -55,9 +55,24 @@ class ClaimView:
         return 0 < len(self.entries) <= MOST_ENTRIES and max(map(len, self.rows)) <= MOST_COLUMNS
 
 
-def views(claims: Iterable[ClaimRecord]) -> tuple[ClaimView, ...]:
-    """The claims of one paper, worst first: by verdict, then by deviation, then as they stand in the paper."""
-    return tuple(sorted(itertools.starmap(_view, enumerate(claims)), key=_badness))
+def targets(claims: Iterable[ClaimRecord]) -> dict[str, Target]:
+    """What each claim that prints numbers stands for, by its id: here the report reads its printed values, once."""
+    found = {}
+    for record in claims:
+        if record.claim.printed:
+            # A statement may print what is no number; the verdict of any other such claim is `error`.
+            with contextlib.suppress(AuditError):
+                found[record.id] = Target.judged(record.claim, record.judgement)
+    return found
+
+
+def views(claims: Iterable[ClaimRecord], read: Mapping[str, Target]) -> tuple[ClaimView, ...]:
+    """The claims of one paper, worst first: by verdict, then by deviation, then as they stand in the paper.
+
+    read: their `targets`.
+    """
+    made = (_view(place, record, read.get(record.id)) for place, record in enumerate(claims))
+    return tuple(sorted(made, key=_badness))
 
 
 def anchor(kind: str, name: str) -> str:
@@ -67,27 +82,30 @@ def anchor(kind: str, name: str) -> str:
 
 def _badness(view: ClaimView) -> tuple[float, float]:
     rank: float = WORST_FIRST.index(view.record.verdict)
-    if view.unexpected:
+    if view.record.unexpected:
         rank = min(rank, 0.5)
-    deviation = view.record.deviation_ulp
+    deviation = view.record.judgement.deviation_ulp
     return rank, 0.0 if deviation is None or not math.isfinite(deviation) else -abs(deviation)
 
 
-def _view(place: int, record: ClaimRecord) -> ClaimView:
-    try:
-        entries, strip = side_by_side(record)
-    except (AuditError, OverflowError, ValueError):
-        # The verdict of such a claim is `error`, and its reason says what does not fit.
-        entries, strip = (), Markup()
+def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
+    evidence = record.evidence
+    entries: tuple[EntryView, ...] = ()
+    strip = Markup()
+    if target is not None and evidence.value is not None:
+        # The verdict of a claim whose numbers do not fit is `error`, and its reason says what does not.
+        with contextlib.suppress(AuditError, OverflowError, ValueError):
+            entries, strip = side_by_side(target, evidence)
     return ClaimView(
         record=record,
         place=place,
         entries=entries,
-        rows=_rows(parse(record.printed), entries) if entries else (),
+        rows=_rows(target.printed, entries) if target is not None and entries else (),
         within=sum(entry.inside for entry in entries),
-        residual=None if record.threshold is None or record.margin is None else record.threshold - record.margin,
+        residual=None
+        if evidence.threshold is None or evidence.margin is None
+        else evidence.threshold - evidence.margin,
         strip=strip,
-        unexpected=record.verdict != record.expected_verdict,
     )
 
 

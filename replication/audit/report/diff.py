@@ -30,7 +30,7 @@ def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change]) -
         .render(
             sentence=sentence(changes, len(new.claims)),
             changes=changes,
-            statements={claim.id: claim.statement for claim in (*old.claims, *new.claims)},
+            statements={claim.id: claim.claim.statement for claim in (*old.claims, *new.claims)},
             causes=Counter(str(cause) for change in changes for cause in change.causes),
             runs=tuple(_run_rows(old.run, new.run)),
             moved=moved,

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from markupsafe import Markup
 
 from replication.audit.judge import numerals
-from replication.audit.judge.printed import Entry, Printed, decimal_fraction, parse
-from replication.audit.report import number_line as drawing
-from replication.audit.store.records import ClaimRecord
+from replication.audit.judge.agreement import Measured, Target, measure
+from replication.audit.judge.printed import Printed
+from replication.audit.model import Evidence
+from replication.audit.report.number_line import Band, Mark, span_of, strip
 
 IMAGINARY = "imaginary part"
 _LADDER = ("Printed", "Computed", "Lower bound", "Upper bound")
@@ -22,7 +23,7 @@ _LADDER = ("Printed", "Computed", "Lower bound", "Upper bound")
 class EntryView:
     """One printed number beside what was computed for it.
 
-    interval: the ends of what agrees with the print, None beside a relation. head, tail: computed digits up to the last
+    interval: the ends of what the print stands for, None beside a relation. head, tail: computed digits up to the last
     printed place and beyond it. agreed: how many characters of the head agree with the print, all of them if the number
     lies in the interval; none beside a relation. deviation: in units of the last printed place. sign: what stands
     between a real part and this imaginary one, in print and as computed, if their own digits have no sign; empty for
@@ -71,18 +72,17 @@ class EntryView:
         return tuple((name, widest - numerals.places(text), text[:same], text[same:]) for name, text, same in steps)
 
 
-def side_by_side(record: ClaimRecord) -> tuple[tuple[EntryView, ...], Markup]:
-    """Entries and drawing of a claim; both empty where there are not both a print and a computed number."""
-    if not record.printed or record.computed is None:
-        return (), Markup()
-    printed = parse(record.printed)
-    measured = [_Measured.of(*numbers) for numbers in _aligned(printed, record)]
-    bands = [_band(printed.relation, entry, _half_width(entry, record.tolerance)) for entry in printed.entries]
-    span = max(drawing.span_of([number.mark], band) for number, band in zip(measured, bands, strict=True))
-    entries = [_entry(record, printed, index, number, bands[index], span) for index, number in enumerate(measured)]
+def side_by_side(target: Target, evidence: Evidence) -> tuple[tuple[EntryView, ...], Markup]:
+    """Entries and drawing of a claim; raises AuditError if the computed numbers are not in the layout of the print."""
+    measured = measure(target, evidence)
+    marks = [_mark(number) for number in measured]
+    bands = [_band(target.printed.relation, number) for number in measured]
+    span = max(span_of([mark], band) for mark, band in zip(marks, bands, strict=True))
+    numbers = zip(measured, marks, bands, strict=True)
+    entries = [_entry(target.printed, number, mark, band, span) for number, mark, band in numbers]
     # Entries of one claim may differ in their band (unequal digits); one row shows the narrowest.
-    narrowest = drawing.Band(max(band.low for band in bands), min(band.high for band in bands))
-    return _below_each_other(entries), drawing.strip([number.mark for number in measured], narrowest)
+    narrowest = Band(max(band.low for band in bands), min(band.high for band in bands))
+    return _below_each_other(entries), strip(marks, narrowest)
 
 
 def _below_each_other(entries: Sequence[EntryView]) -> tuple[EntryView, ...]:
@@ -97,81 +97,47 @@ def _below_each_other(entries: Sequence[EntryView]) -> tuple[EntryView, ...]:
     )
 
 
-@dataclass(frozen=True)
-class _Measured:
-    """A computed number and the ends of its bracket as compared with `entry`: in size where only that is printed."""
-
-    entry: Entry
-    value: float
-    lower: float | None
-    upper: float | None
-
-    @classmethod
-    def of(cls, entry: Entry, value: float, lower: float | None, upper: float | None) -> _Measured:
-        if not entry.absolute:
-            return cls(entry, value, lower, upper)
-        if lower is None or upper is None:
-            return cls(entry, abs(value), None, None)
-        inner, outer = sorted((abs(lower), abs(upper)))
-        return cls(entry, abs(value), 0.0 if lower < 0 < upper else inner, outer)
-
-    @property
-    def mark(self) -> drawing.Mark:
-        """Distances from the print in units of its last place; an end that is not known is far away."""
-        if self.lower is None and self.upper is None:
-            return drawing.Mark(self._units(self.value))
-        low = -math.inf if self.lower is None else self._units(self.lower)
-        return drawing.Mark(self._units(self.value), low, math.inf if self.upper is None else self._units(self.upper))
-
-    def _units(self, number: float) -> float:
-        return float((Fraction(number) - self.entry.value) / self.entry.unit)
-
-
-def _aligned(printed: Printed, record: ClaimRecord) -> Iterable[tuple[Entry, float, float | None, float | None]]:
-    columns = (
-        (None,) * len(printed.entries) if numbers is None else printed.align(name, numbers)
-        for name, numbers in (("lower bound", record.lower), ("upper bound", record.upper))
+def _mark(number: Measured) -> Mark:
+    """Distances from the print in units of its last place; an end that is not known is far away."""
+    if not number.has_bracket:
+        return Mark(float(number.deviation))
+    low, high = number.bracket.low, number.bracket.high
+    return Mark(
+        float(number.deviation),
+        -math.inf if low is None else float(number.units(low)),
+        math.inf if high is None else float(number.units(high)),
     )
-    assert record.computed is not None  # `side_by_side` has looked
-    return zip(printed.entries, printed.align("computed value", record.computed), *columns, strict=True)
 
 
-def _half_width(entry: Entry, tolerance: str | None) -> Fraction:
-    return entry.unit / 2 if tolerance is None else decimal_fraction(tolerance)
-
-
-def _band(relation: str, entry: Entry, half: Fraction) -> drawing.Band:
-    if not relation:
-        units = float(half / entry.unit)
-        return drawing.Band(-units, units)
+def _band(relation: str, number: Measured) -> Band:
+    if number.interval is not None:
+        low, high = number.interval.ends
+        return Band(float(number.units(low)), float(number.units(high)))
     if relation in "<≤":
-        return drawing.Band(-math.inf, math.nextafter(0.0, -1.0) if relation == "<" else 0.0)
-    return drawing.Band(math.nextafter(0.0, 1.0) if relation == ">" else 0.0, math.inf)
+        return Band(-math.inf, math.nextafter(0.0, -1.0) if relation == "<" else 0.0)
+    return Band(math.nextafter(0.0, 1.0) if relation == ">" else 0.0, math.inf)
 
 
-def _entry(
-    record: ClaimRecord, printed: Printed, index: int, number: _Measured, band: drawing.Band, span: float
-) -> EntryView:
-    entry = number.entry
-    head, tail = numerals.at_print(number.value, entry.unit, numerals.CROWDED if _crowded(printed) else numerals.BEYOND)
+def _entry(printed: Printed, number: Measured, mark: Mark, band: Band, span: float) -> EntryView:
+    entry, value, bracket = number.entry, float(number.value), number.bracket
+    head, tail = numerals.at_print(value, entry.unit, numerals.CROWDED if _crowded(printed) else numerals.BEYOND)
     text = f"{printed.relation}{entry.text}".replace("-", numerals.MINUS)
     sign = tuple("±" if entry.absolute else "" if shown[0] in "+−" else "+" for shown in (text, head))
-    inside = band.holds(number.mark)
-    half = _half_width(entry, record.tolerance)
+    inside = band.holds(mark)
     return EntryView(
-        label=printed.labels[index],
+        label=number.label,
         printed=text,
-        interval=None if printed.relation else (entry.value - half, entry.value + half),
+        interval=None if number.interval is None else number.interval.ends,
         head=head,
         tail=tail,
         agreed=len(head) if inside and not printed.relation else numerals.agreement(text, head),
-        full=numerals.full(number.value),
-        lower="" if number.lower is None else numerals.full(number.lower),
-        upper="" if number.upper is None else numerals.full(number.upper),
-        deviation=number.mark.value,
+        full=numerals.full(value),
+        lower=numerals.full(float(bracket.low)) if number.has_bracket and bracket.low is not None else "",
+        upper=numerals.full(float(bracket.high)) if number.has_bracket and bracket.high is not None else "",
+        deviation=mark.value,
         inside=inside,
-        strip=drawing.strip([number.mark], band, span),
-        sign=(sign[0], sign[1]) if printed.labels[index].startswith(IMAGINARY) else ("", ""),
+        strip=strip([mark], band, span),
+        sign=(sign[0], sign[1]) if number.label.startswith(IMAGINARY) else ("", ""),
     )
 
 

@@ -31,6 +31,8 @@ _NUMBER = re.compile(
     r"(?<![\w.])([0-9]++(?:\.[0-9]++)?+|\.[0-9]++)(?:×10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|e([-+]?[0-9]+))?(?![⁻⁰¹²³⁴⁵⁶⁷⁸⁹])"
 )
 _POWER = re.compile(r"(?<![\w.×])10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
+_RATIONAL = re.compile(r"-?[0-9]+/[0-9]+")
+"""A text that is one exact number, such as the end of an interval, is none in whose words a number may stand."""
 _AROUND = 60
 
 
@@ -67,11 +69,11 @@ def numbers_of(source: Any) -> Iterator[float | Fraction]:
 
 
 def _texts(source: Any) -> Iterator[str]:
-    if isinstance(source, str):
-        yield source
-    else:
+    if not isinstance(source, str):
         for part in _parts(source):
             yield from _texts(part)
+    elif not _RATIONAL.fullmatch(source):
+        yield source
 
 
 def _parts(source: Any) -> Iterable[Any]:

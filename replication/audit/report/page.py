@@ -1,7 +1,7 @@
 """The report: one HTML file that loads nothing, made from a results file and the figures beside it.
 
 Everything that the page says of a paper comes from the results file; the templates hold words only. The same results
-and figures give the same bytes. The page is the summary, one section per paper (`paperview`), then `sections`.
+and figures give the same bytes. The page is the summary, one section per paper (`paper`), then `sections`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from markupsafe import Markup
 
 from replication.audit.inspect.headline import headline
 from replication.audit.publish.linked_data import summary_graph
-from replication.audit.report.claim import views
+from replication.audit.report.claim import targets
 from replication.audit.report.guard import require_sourced
 from replication.audit.report.paper import paper_view
 from replication.audit.report.sections import sections
@@ -52,12 +52,14 @@ def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
 def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     """What the templates show."""
     _require_known(results)
+    read = targets(results.claims)
+    papers = [paper_view(paper, results, figures, read) for paper in results.papers]
     return {
         "results": results,
         "run": results.run,
-        "papers": [paper_view(paper, results, figures) for paper in results.papers],
-        "sections": sections(results),
-        "claims_by_id": {view.record.id: view for view in views(results.claims)},
+        "papers": papers,
+        "sections": sections(results, read),
+        "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
         "linked_data": Markup(_inside_script(summary_graph(results))),
@@ -93,7 +95,7 @@ def _require_known(results: ResultsFile) -> None:
     named = {cell.removeprefix(CLAIM_CELL) for cell in cells if cell.startswith(CLAIM_CELL)}
     named |= {name for paper in results.papers for item in paper.scope for name in item.claims}
     unknown = sorted(named - {claim.id for claim in results.claims})
-    paths = {path for claim in results.claims for path in claim.certificates}
+    paths = {path for claim in results.claims for path in claim.evidence.certificates}
     missing = sorted(paths - {certificate.path for certificate in results.certificates})
     if strangers or unknown or missing:
         raise AuditError(

@@ -12,6 +12,7 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from replication.audit.inspect.headline import counts
+from replication.audit.judge.agreement import Target
 from replication.audit.model import Verdict
 from replication.audit.report.claim import ClaimView, views
 from replication.audit.report.formulas import mathml
@@ -59,17 +60,20 @@ class PaperView:
         return tuple(part for part, content in present.items() if content)
 
 
-def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path) -> PaperView:
-    """The paper with what `results` holds of it and the files in `figures`; raises AuditError as `report.render`."""
+def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Mapping[str, Target]) -> PaperView:
+    """The paper with what `results` holds of it and the files in `figures`; raises AuditError as `page.render`.
+
+    read: the `targets` of the claims.
+    """
     claims = _of(paper, results.claims)
     return PaperView(
         record=paper,
-        claims=views(claims),
+        claims=views(claims, read),
         counts=counts(claims),
-        proved=sum(claim.proved for claim in claims),
+        proved=sum(claim.judgement.proved for claim in claims),
         figures=tuple(_figure(record, figures) for record in _of(paper, results.figures)),
         errata=_of(paper, results.errata),
-        formulas=tuple((text, mathml(latex)) for text, latex in paper.formulas),
+        formulas=tuple((formula.text, mathml(formula.latex)) for formula in paper.formulas),
     )
 
 

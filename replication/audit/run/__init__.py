@@ -1,1 +1,1 @@
-"""Running an audit: tasks in processes, certificates, figures, and the assembly of the results."""
+"""From papers to a results file: tasks in processes, claims answered, certificates made and verified, figures drawn."""

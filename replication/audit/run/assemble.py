@@ -7,11 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-import msgspec
-
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Experiment, Paper, Proof
-from replication.audit.run.stated import paper_fields
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.jsonvalues import encode
@@ -24,6 +21,7 @@ from replication.audit.store.records import (
     PaperRecord,
     ResultsFile,
     RunRecord,
+    shared,
 )
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
@@ -95,7 +93,7 @@ def assemble(
     failures: list[str] = []
     for paper in papers:
         proofs = {erratum.id: _prove(state, paper.key, erratum) for erratum in paper.errata}
-        claims.extend(_claim(state, paper.key, claim, proofs) for claim in paper.claims)
+        claims.extend(_claim(state, claim, proofs) for claim in paper.claims)
         errata.extend(record for record, _ in proofs.values())
         experiments.extend(_experiment(state, paper.key, experiment) for experiment in paper.experiments)
         record, errors = _paper(state, paper)
@@ -135,12 +133,8 @@ def _prove(state: _Run, paper: str, erratum: Erratum) -> tuple[ErratumRecord, Pr
 
     proof, error = state.attempt(erratum.uses, prove)
     record = ErratumRecord(
-        id=erratum.id,
+        **shared(ErratumRecord, erratum),
         paper=paper,
-        place=erratum.place,
-        printed=erratum.printed,
-        meant=erratum.meant,
-        inference=erratum.inference,
         holds=proof is not None and proof.holds,
         text=proof.text if proof is not None else "",
         quantities=proof.quantities if proof is not None else {},
@@ -150,21 +144,18 @@ def _prove(state: _Run, paper: str, erratum: Erratum) -> tuple[ErratumRecord, Pr
     return record, proof
 
 
-def _claim(
-    state: _Run, paper: str, claim: Claim, proofs: Mapping[str, tuple[ErratumRecord, Proof | None]]
-) -> ClaimRecord:
+def _claim(state: _Run, claim: Claim, proofs: Mapping[str, tuple[ErratumRecord, Proof | None]]) -> ClaimRecord:
     evidence, error = state.attempt(claim.uses, claim.answer)
-    record = make_record(
+    return make_record(
         claim,
-        paper,
         evidence,
         proofs[claim.erratum][1] if claim.erratum is not None else None,
-        state.sources.location(claim.answer),
-        sum(state.computed[name].seconds for name in claim.uses),
-        error,
-        [certificate for certificate in state.certificates if claim.id in certificate.claims],
+        code=state.sources.location(claim.answer),
+        seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
+        error=error,
+        certificates=[certificate for certificate in state.certificates if claim.id in certificate.claims],
+        unproved=state.unproved.get(claim.id, ""),
     )
-    return msgspec.structs.replace(record, unproved=state.unproved.get(claim.id, ""))
 
 
 def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:
@@ -172,12 +163,12 @@ def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:
     names = [experiment.name for experiment in paper.experiments]
     findings, error = state.attempt(names, lambda results: _sentences(paper.findings(results)))
     moves, unmoved = state.attempt(names, paper.sensitivity)
-    shared, unshared = state.attempt(names, paper.common)
+    levels, unshared = state.attempt(names, paper.common)
     record = PaperRecord(
         findings=findings if findings is not None else (f"The findings could not be computed: {error}",),
         sensitivity=moves or (),
-        common=shared or (),
-        **paper_fields(paper),
+        common=levels or (),
+        **shared(PaperRecord, paper),
     )
     return record, {"findings": error, "sensitivity": unmoved, "common levels": unshared}
 

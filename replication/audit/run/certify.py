@@ -10,8 +10,8 @@ from typing import Any
 
 from replication.audit.names import one_of
 from replication.audit.run.pool import Processes
-from replication.audit.run.runner import default_packages
 from replication.audit.run.worker import Answer, Task
+from replication.audit.store.sources import default_packages
 from replication.files import write_atomically
 from replication.verify.run import check, verify
 from replication.verify.subjects import papers, theorems

@@ -21,7 +21,7 @@ import msgspec
 from replication.audit.run.pool import KILLED, end_with
 from replication.audit.run.worker import Answer, Task, compute
 from replication.audit.store.provenance import read_environment, read_packages
-from replication.audit.store.sources import SourceTree
+from replication.audit.store.sources import SourceTree, default_packages
 from replication.errors import AuditError
 
 TIMEOUT = 10
@@ -37,14 +37,6 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
     sources: dict[str, str]
     python: str
     packages: dict[str, str]
-
-
-class Delivery(msgspec.Struct, frozen=True, kw_only=True):
-    """The answer as it is sent back."""
-
-    text: str | None
-    seconds: float
-    error: str
 
 
 @dataclass(frozen=True)
@@ -93,7 +85,7 @@ def orders_of(tasks: Sequence[Task]) -> Iterator[Order]:
 
 
 def compute_apart(order: bytes) -> bytes:
-    """Compute an order in a fresh process on this machine; the JSON of a `Delivery`."""
+    """Compute an order in a fresh process on this machine; the JSON of an `Answer`."""
     done = subprocess.run(
         [sys.executable, "-m", "replication.audit.run.cluster", str(os.getpid())],
         input=order,
@@ -102,23 +94,20 @@ def compute_apart(order: bytes) -> bytes:
         check=False,
     )
     if done.returncode or not done.stdout:
-        return msgspec.json.encode(Delivery(text=None, seconds=0.0, error=KILLED))
+        return msgspec.json.encode(Answer("", None, 0.0, KILLED))
     return done.stdout
 
 
-def fulfil(order: Order) -> Delivery:
+def fulfil(order: Order) -> Answer:
     """Compute `order` in this process, unless this machine has other sources, Python or packages than it asks for."""
-    from replication.audit.run.runner import default_packages
-
     try:
         packages = default_packages(_project(order.function))
         refusal = _other(order, SourceTree(packages))
     except AuditError as error:  # a module or package that only the sender has
         refusal = f"the worker on {os.uname().nodename}: {error}"
     if refusal:
-        return Delivery(text=None, seconds=0.0, error=refusal)
-    answer = compute(Task(order.name, order.function, order.inputs, packages))
-    return Delivery(text=answer.text, seconds=answer.seconds, error=answer.error)
+        return Answer(order.name, None, 0.0, refusal)
+    return compute(Task(order.name, order.function, order.inputs, packages))
 
 
 def _project(function: str) -> Path:
@@ -163,24 +152,24 @@ def _connect(address: str) -> Any:
 
 
 def _answer(name: str, future: Any) -> Answer:
-    """The delivery of a future; the death of one worker after another over the same task is its failure."""
+    """The answer that a future holds; the death of one worker after another over the same task is its failure."""
     from distributed.scheduler import KilledWorker
 
     try:
-        delivery = msgspec.json.decode(future.result(), type=Delivery)
+        answer = msgspec.json.decode(future.result(), type=Answer)
     except KilledWorker as error:
         return Answer(name, None, 0.0, f"{KILLED} ({error})")
-    return Answer(name, delivery.text, delivery.seconds, delivery.error)
+    return msgspec.structs.replace(answer, name=name)
 
 
 def _main() -> None:
-    """Read an order on standard input, write the delivery; what the computation prints goes to standard error."""
+    """Read an order on standard input, write the answer; what the computation prints goes to standard error."""
     end_with(int(sys.argv[1]))
     out = os.dup(sys.stdout.fileno())
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    delivery = fulfil(msgspec.json.decode(sys.stdin.buffer.read(), type=Order))
+    answer = fulfil(msgspec.json.decode(sys.stdin.buffer.read(), type=Order))
     with os.fdopen(out, "wb") as stream:
-        stream.write(msgspec.json.encode(delivery))
+        stream.write(msgspec.json.encode(answer))
 
 
 if __name__ == "__main__":

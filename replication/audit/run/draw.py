@@ -1,4 +1,7 @@
-"""The regenerated figures: from results to data, from data to a CSV and an SVG file, each the same bytes every time."""
+"""The regenerated figures: from results to data, from data to a CSV and an SVG file, each the same bytes every time.
+
+A figure is drawn again only if something that it depends on has changed, or a file is not as it was left.
+"""
 
 from __future__ import annotations
 
@@ -6,13 +9,19 @@ import csv
 import hashlib
 import io
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from replication.audit.model import Figure, FigureData, Paper
-from replication.audit.store.records import FigureRecord
+from replication.audit.store.cache import Cache, Dependencies, Entry
+from replication.audit.store.jsonvalues import encode
+from replication.audit.store.provenance import Environment, read_environment
+from replication.audit.store.records import FigureRecord, shared
+from replication.audit.store.sources import SourceTree, default_packages
 from replication.drawing import svg
 from replication.drawing.style import house_style
 from replication.errors import AuditError
@@ -31,6 +40,37 @@ def write_figures(
         for paper in papers
         for figure in paper.figures
     )
+
+
+def draw_figures(
+    papers: Sequence[Paper],
+    results: Mapping[str, Any],
+    directory: Path,
+    *,
+    cache: Cache,
+    root: Path,
+    packages: Mapping[str, Path] | None = None,
+) -> tuple[FigureRecord, ...]:
+    """The records that `write_figures(papers, results, directory)` gives, and its files, drawing what is out of date.
+
+    A figure depends on all files of its paper and of the drawing, on its texts, and on the results that it uses.
+    root, packages: as for `runner.run`.
+    """
+    sources = SourceTree(packages or default_packages(root))
+    environment = read_environment(root)
+    records = []
+    for paper, figure in [(each, figure) for each in papers for figure in each.figures]:
+        name, dependencies = f"figure.{figure.name}", _dependencies(figure, paper, results, sources, environment)
+        entry = cache.lookup(name, dependencies).entry
+        if entry is not None and entry.result["files"] == _checksums(directory, figure.name):
+            record = msgspec.convert(entry.result["record"], FigureRecord)
+        else:
+            record = _write_figure(figure, paper.key, results, directory)
+            if not record.error:
+                result = {"record": msgspec.to_builtins(record), "files": _checksums(directory, figure.name)}
+                cache.store(name, Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=result))
+        records.append(record)
+    return tuple(records)
 
 
 def to_csv(data: FigureData) -> bytes:
@@ -65,16 +105,32 @@ def _write_figure(figure: Figure, paper: str, results: Mapping[str, Any], direct
         else:
             write_atomically(path, content)
     return FigureRecord(
-        name=figure.name,
+        **shared(FigureRecord, figure),
         paper=paper,
-        place=figure.place,
-        title=figure.title,
-        caption=figure.caption,
-        published=figure.published,
         alt="" if failure else alt,
-        csv_sha256="" if failure else hashlib.sha256(table).hexdigest(),
+        csv_sha256="" if failure else _sha256(table),
         error=failure,
     )
+
+
+def _dependencies(
+    figure: Figure, paper: Paper, results: Mapping[str, Any], sources: SourceTree, environment: Environment
+) -> Dependencies:
+    # The functions of a figure may hold values of the module that made them, so all files of the paper count.
+    files = {**sources.files_of(f"papers.{paper.key}"), **sources.files_of(__name__)}
+    used = {name: _sha256(encode(name, results[name]).encode()) for name in figure.uses if name in results}
+    inputs = encode(figure.name, used, sort=True)
+    return Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs)
+
+
+def _checksums(directory: Path, name: str) -> list[str]:
+    """SHA-256 of the two files of a figure, empty for one that is missing."""
+    paths = [directory / f"{name}{suffix}" for suffix in (".csv", ".svg")]
+    return [_sha256(path.read_bytes()) if path.is_file() else "" for path in paths]
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def _draw(figure: Figure, data: FigureData) -> bytes:

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from enum import StrEnum
 from types import TracebackType
-from typing import TYPE_CHECKING, Protocol, Self, TextIO
+from typing import TYPE_CHECKING, Self, TextIO
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,24 +37,8 @@ class Step:
         return f"{text} ({self.reason}){self.error and f': {self.error}'}"
 
 
-class Progress(Protocol):
-    """Follows a run: `begin` with the number of experiments to compute, `step` for each, as a context manager."""
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None: ...
-
-    def begin(self, total: int) -> None:
-        """`total` experiments are going to be computed."""
-
-    def step(self, step: Step) -> None:
-        """One of them is done."""
-
-
 class Silent:
-    """Says nothing; also the common part of the others."""
+    """Follows a run as a context manager and says nothing of it; the others are made from this one."""
 
     def __enter__(self) -> Self:
         return self
@@ -65,10 +49,10 @@ class Silent:
         """Nothing to clean up."""
 
     def begin(self, total: int) -> None:
-        """Nothing to say."""
+        """`total` experiments are going to be computed."""
 
     def step(self, step: Step) -> None:
-        """Nothing to say."""
+        """One of them is done."""
 
 
 def say(line: str, stream: TextIO) -> None:

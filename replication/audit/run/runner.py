@@ -5,25 +5,24 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import replication
 from replication.audit.judge.proofs import Wanted, record, wanted
 from replication.audit.judge.validate import validate_claims
-from replication.audit.model import Paper
+from replication.audit.model import Experiment, Paper
 from replication.audit.run.assemble import Computed, assemble
 from replication.audit.run.pool import Executor, Processes
-from replication.audit.run.progress import Action, Progress, Silent, Step
+from replication.audit.run.progress import Action, Silent, Step
 from replication.audit.run.prove import prove
 from replication.audit.run.worker import Answer, Task, describe, function_name
 from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup
 from replication.audit.store.jsonvalues import encode, solvers_in
-from replication.audit.store.provenance import Environment, read_environment, run_record
+from replication.audit.store.provenance import read_environment, run_record
 from replication.audit.store.records import ResultsFile
-from replication.audit.store.sources import SourceTree
+from replication.audit.store.sources import SourceTree, default_packages
 from replication.errors import AuditError
 
 EDITED = "not kept: its sources were edited while it ran"
@@ -54,18 +53,13 @@ class _Plan:
     arguments: str
 
 
-def default_packages(root: Path) -> dict[str, Path]:
-    """The packages whose files count as sources: this one, wherever it is installed, and the papers at `root`."""
-    return {"replication": Path(replication.__file__).parent, "papers": root / "papers"}
-
-
 def run(
     papers: Sequence[Paper],
     *,
     cache: Cache,
     root: Path,
     executor: Executor | None = None,
-    progress: Progress | None = None,
+    progress: Silent | None = None,
     packages: Mapping[str, Path] | None = None,
 ) -> Outcome:
     """Audit `papers`, a project at `root` (lock, git, certificates), by `executor`; None: one process per core.
@@ -80,8 +74,7 @@ def run(
     packages = packages or default_packages(root)
     sources = SourceTree(packages)
     certificates, unproved = wanted(root, [paper.key for paper in papers])
-    environment = read_environment(root)
-    plans = _plan(papers, cache, sources, environment) | _proofs(certificates, root, cache, sources, environment)
+    plans = _plan(papers, certificates, root, cache, sources)
     stored = {name: plan.lookup.entry for name, plan in plans.items() if plan.lookup.entry is not None}
     computed = {name: Computed(entry.dependencies, entry, "", entry.seconds) for name, entry in stored.items()}
     steps = {name: Step(name, Action.REUSED, plans[name].lookup.reason, stored[name].seconds) for name in stored}
@@ -98,44 +91,35 @@ def run(
     return Outcome(values, results, tuple(steps[name] for name in plans), failures)
 
 
-def _plan(papers: Sequence[Paper], cache: Cache, sources: SourceTree, environment: Environment) -> dict[str, _Plan]:
-    plans: dict[str, _Plan] = {}
-    for experiment in (experiment for paper in papers for experiment in paper.experiments):
-        name = experiment.name
-        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name):
-            raise AuditError(f"experiment name {name!r} cannot name a file; use letters, digits, '.', '_' and '-'")
-        function = function_name(experiment)
-        dependencies = Dependencies(
-            sources=sources.files_of(function.partition(":")[0]),
-            function=function,
-            inputs=encode(f"the inputs of {name}", dict(experiment.inputs), sort=True),
-            lock=environment.lock_sha256,
-            python=environment.python,
-            packages=environment.packages,
-        )
-        plans[name] = _Plan(name, dependencies, cache.lookup(name, dependencies), dependencies.inputs)
-    return plans
-
-
-def _proofs(
-    certificates: Sequence[Wanted], root: Path, cache: Cache, sources: SourceTree, environment: Environment
+def _plan(
+    papers: Sequence[Paper], certificates: Sequence[Wanted], root: Path, cache: Cache, sources: SourceTree
 ) -> dict[str, _Plan]:
-    """One task for each certificate; its key holds the checksum of the file, not where the project lies."""
-    plans = {}
-    for certificate in certificates:
-        inputs = {"path": certificate.path, "subject": dict(certificate.subject)}
-        dependencies = Dependencies(
-            sources=sources.files_of(prove.__module__),
-            function=f"{prove.__module__}:{prove.__name__}",
-            inputs=encode(f"the inputs of {certificate.task}", inputs, sort=True),
-            lock=environment.lock_sha256,
-            python=environment.python,
-            packages=environment.packages,
-        )
-        arguments = encode(f"the inputs of {certificate.task}", {**inputs, "root": str(root)})
-        lookup = cache.lookup(certificate.task, dependencies)
-        plans[certificate.task] = _Plan(certificate.task, dependencies, lookup, arguments)
+    """One task for each experiment, and for each certificate; its key holds checksums, not where the project lies."""
+    environment = read_environment(root)
+    verifier = f"{prove.__module__}:{prove.__name__}"
+    here = {"root": str(root)}
+    wanted_inputs = ({"path": certificate.path, "subject": dict(certificate.subject)} for certificate in certificates)
+    asked = [
+        *((experiment.name, function_name(experiment), dict(experiment.inputs), {}) for experiment in _all(papers)),
+        *((one.task, verifier, inputs, here) for one, inputs in zip(certificates, wanted_inputs, strict=True)),
+    ]
+    plans: dict[str, _Plan] = {}
+    for name, function, inputs, place in asked:
+        text = encode(f"the inputs of {name}", inputs, sort=True)
+        dependencies = Dependencies.on(environment, sources.files_of(function.partition(":")[0]), function, text)
+        arguments = encode(f"the inputs of {name}", {**inputs, **place}) if place else text
+        plans[name] = _Plan(name, dependencies, cache.lookup(name, dependencies), arguments)
     return plans
+
+
+def _all(papers: Sequence[Paper]) -> Iterator[Experiment]:
+    """The experiments; raises AuditError if the name of one cannot name a file."""
+    for experiment in (experiment for paper in papers for experiment in paper.experiments):
+        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", experiment.name):
+            raise AuditError(
+                f"experiment name {experiment.name!r} cannot name a file; use letters, digits, '.', '_' and '-'"
+            )
+        yield experiment
 
 
 def _longest_first(plans: Sequence[_Plan], packages: Mapping[str, Path]) -> list[Task]:

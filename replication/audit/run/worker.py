@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from replication.audit.model import Experiment
 from replication.audit.store.jsonvalues import encode
 from replication.audit.store.provenance import THREADS
@@ -27,8 +29,7 @@ class Task:
     packages: Mapping[str, Path]
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(msgspec.Struct, frozen=True):
     """What came of a task: the result as JSON text, or None and the error; wall-clock seconds either way."""
 
     name: str

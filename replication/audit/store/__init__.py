@@ -1,1 +1,1 @@
-"""What a run writes and reads back: records, cache, hashes of sources, provenance."""
+"""What a run writes and reads back: results and their schema, cache, checksums of sources, provenance."""

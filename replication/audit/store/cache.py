@@ -13,6 +13,7 @@ import msgspec
 
 from replication.audit.model import SolverRecord
 from replication.audit.store.jsonvalues import encode
+from replication.audit.store.provenance import Environment
 from replication.files import write_atomically
 
 NEVER_RAN = "never ran"
@@ -35,6 +36,18 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
     lock: str
     python: str
     packages: dict[str, str]
+
+    @classmethod
+    def on(cls, environment: Environment, sources: Mapping[str, str], function: str, inputs: str) -> Dependencies:
+        """Those of a result that is computed in this environment."""
+        return cls(
+            sources=dict(sources),
+            function=function,
+            inputs=inputs,
+            lock=environment.lock_sha256,
+            python=environment.python,
+            packages=environment.packages,
+        )
 
     @property
     def key(self) -> str:

@@ -2,80 +2,78 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from replication.audit.model import CommonLevel, Kind, Numbers, ScopeItem, Sensitivity, SolverRecord, Verdict
+from replication.audit.model import (
+    CommonLevel,
+    Evidence,
+    Formula,
+    Judgement,
+    Kind,
+    ScopeItem,
+    Sensitivity,
+    SolverRecord,
+    Table,
+    Verdict,
+)
+from replication.audit.store import older
 from replication.errors import AuditError
 from replication.files import write_atomically
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 Name = str
+DECIDING = ("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability")
+"""The fields of an evidence that a verdict is made from."""
 
 
-class Reading(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The numbers of one evidence that decide a verdict; the fields are those of `Evidence`."""
-
-    value: Numbers | None = None
-    lower: Numbers | None = None
-    upper: Numbers | None = None
-    holds: bool | None = None
-    margin: float | None = None
-    threshold: float | None = None
-    threshold_reason: str = ""
-    probability: float | None = None
-
-
-class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A claim with its evidence and its verdict, as `verdict.judge` derived it; `make_record` is the only maker.
-
-    Everything that the verdict depends on is stored, so that `verdict.rejudge` can derive it again.
-
-    deviation_ulp: (computed − printed) in units of the last printed place, the largest in size over the entries.
-    as_printed: the numbers of the text as printed, for a claim with an erratum (`computed` is then the corrected one).
-    not_checkable: the reason given for that verdict, else empty.
-    code: file:line of the function that answers the claim. seconds: of the experiments that it uses, together.
-    reason: why this verdict, in one sentence.
-    proved: whether the bracket, or the statement, is a theorem; `certificates` are the files that prove it.
-    unproved: why no theorem is possible, if that is so.
-    """
+class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the code of a paper states of a claim: the fields of `Claim`, its function aside."""
 
     id: str
-    paper: Name
     place: str
     kind: Kind
     statement: str
+    expected: Verdict
+    uses: tuple[str, ...]
     printed: str
-    computed: Numbers | None
-    lower: Numbers | None
-    upper: Numbers | None
-    proved: bool
-    deviation_ulp: float | None
     tolerance: str | None
     tolerance_reason: str
-    verdict: Verdict
-    expected_verdict: Verdict
-    reason: str
-    method: str
-    cross_check: str
-    code: str
-    seconds: float
     erratum: str | None
-    as_printed: Reading | None
-    holds: bool | None
-    margin: float | None
-    threshold: float | None
-    threshold_reason: str
-    probability: float | None
-    quantities: dict[str, float]
-    solvers: tuple[SolverRecord, ...]
-    note: str
-    not_checkable: str
-    experiments: tuple[str, ...]
-    certificates: tuple[str, ...]
-    unproved: str
+
+
+class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A claim, what was computed for it, and what comparing the two gives, as `verdict.make_record` made it.
+
+    Everything that the verdict depends on is stored, so that `verdict.rejudge` can derive it again.
+    """
+
+    claim: StatedClaim
+    evidence: Evidence
+    judgement: Judgement
+
+    @property
+    def id(self) -> str:
+        """The one name of the claim."""
+        return self.claim.id
+
+    @property
+    def paper(self) -> str:
+        """The key of its paper, with which the id begins."""
+        return self.id.partition(".")[0]
+
+    @property
+    def verdict(self) -> Verdict:
+        """Its verdict."""
+        return self.judgement.verdict
+
+    @property
+    def unexpected(self) -> bool:
+        """Whether the verdict is not the pinned one."""
+        return self.judgement.verdict is not self.claim.expected
 
 
 class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -143,15 +141,6 @@ class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     error: str
 
 
-class TableRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A table of a paper in its own shape; a cell `claim:ID` stands for that claim."""
-
-    place: str
-    caption: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-
 class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What the report says of a source paper beside its claims; notebook: name of its tutorial, or empty."""
 
@@ -163,13 +152,20 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     doi: str
     summary: str
     bibtex: str
-    notebook: str = ""
+    notebook: str
     findings: tuple[str, ...]
-    formulas: tuple[tuple[str, str], ...]
-    tables: tuple[TableRecord, ...]
+    formulas: tuple[Formula, ...]
+    tables: tuple[Table, ...]
     scope: tuple[ScopeItem, ...]
-    sensitivity: tuple[Sensitivity, ...] = ()
-    common: tuple[CommonLevel, ...] = ()
+    sensitivity: tuple[Sensitivity, ...]
+    common: tuple[CommonLevel, ...]
+
+    @property
+    def cited(self) -> str:
+        """How a text refers to it: surnames and year."""
+        names = [(author.split() or [author])[-1] for author in self.authors] or [self.key]
+        who = f"{names[0]} et al." if len(names) > 2 else " and ".join(names)
+        return f"{who} ({self.year or 'undated'})"
 
 
 class RunRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -201,6 +197,12 @@ class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     certificates: tuple[CertificateRecord, ...]
 
 
+def shared(record: type[msgspec.Struct], declared: Any) -> dict[str, Any]:
+    """The fields that a record has in common with what the code declares, its functions aside."""
+    names = [field.name for field in dataclasses.fields(declared) if field.name in record.__struct_fields__]
+    return {name: value for name in names if not callable(value := getattr(declared, name))}
+
+
 def to_json(results: ResultsFile) -> bytes:
     """Canonical bytes: fields in the order of declaration, dictionaries sorted, two spaces, one newline at the end."""
     return msgspec.json.format(msgspec.json.encode(results, order="deterministic"), indent=2) + b"\n"
@@ -211,16 +213,50 @@ def write_results(path: Path, results: ResultsFile) -> None:
     write_atomically(path, to_json(results))
 
 
-def read_results(path: Path) -> ResultsFile:
-    """Read and validate a results file; raises AuditError that names the file and the wrong or unknown field."""
+def read_results(path: Path, *, also_older: bool = False) -> ResultsFile:
+    """Read and validate a results file; also_older: convert one of an earlier schema, for a comparison.
+
+    Raises AuditError that names the file and the wrong, missing or unknown field, or the schema that is not read.
+    """
     try:
-        return msgspec.json.decode(path.read_bytes(), type=ResultsFile)
+        content = msgspec.json.decode(path.read_bytes())
+        version = msgspec.convert(content, _Version).schema_version
+        if version == older.VERSION and also_older:
+            content = {**older.converted(content), "schema_version": SCHEMA_VERSION}
+        elif version != SCHEMA_VERSION:
+            raise AuditError(
+                f"{path} has schema version {version}, and this program reads {SCHEMA_VERSION}"
+                f"{f' or {older.VERSION}' if also_older else ''}; make it again with `python -m replication run`"
+            )
+        results = msgspec.convert(content, ResultsFile)
+        _require_whole(content, msgspec.to_builtins(results), "$")
     except FileNotFoundError:
         raise AuditError(f"{path} does not exist; make it with `python -m replication run`") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise AuditError(f"{path} is not a results file: {error}; run `python -m replication run`") from None
+    return results
+
+
+class _Version(msgspec.Struct):
+    schema_version: int
+
+
+def _require_whole(found: Any, whole: Any, path: str) -> None:
+    """A run writes every field: one that is not in the file was taken out, and must not pass for its default."""
+    if isinstance(whole, dict):
+        for name, value in whole.items():
+            if name not in found:
+                raise msgspec.ValidationError(f"Object missing required field `{name}` - at `{path}`")
+            _require_whole(found[name], value, f"{path}.{name}")
+    elif isinstance(whole, list | tuple):
+        for index, value in enumerate(whole):
+            _require_whole(found[index], value, f"{path}[{index}]")
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema (2020-12) of `ResultsFile`, which `docs/results.schema.json` publishes."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **msgspec.json.schema(ResultsFile)}
+    """The JSON Schema (2020-12) of `ResultsFile`, which `docs/results.schema.json` publishes; all fields are there."""
+    schema = msgspec.json.schema(ResultsFile)
+    for definition in schema["$defs"].values():
+        if "properties" in definition:
+            definition["required"] = list(definition["properties"])
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import replication
 from replication.errors import AuditError
 
 CALLERS = ("replication/audit/run/worker.py", "replication/audit/run/assemble.py")
@@ -121,6 +122,11 @@ class SourceTree:
                 if package is None or taken not in package.bound:
                     continue
             yield source
+
+
+def default_packages(root: Path) -> dict[str, Path]:
+    """The packages whose files count as sources: this one, wherever it is installed, and the papers at `root`."""
+    return {"replication": Path(replication.__file__).parent, "papers": root / "papers"}
 
 
 def _parents(module: str) -> Iterator[str]:

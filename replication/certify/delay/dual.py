@@ -8,10 +8,8 @@ coordinates there is room for rounding.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import cvxpy as cp
@@ -24,14 +22,17 @@ from replication.certify.delay.forms import (
     Dynamics,
     Entry,
     Key,
+    add,
     cancellable,
-    derivative,
+    contribution,
+    echelon,
     supply,
 )
-from replication.certify.delay.levels import change_of, dynamics_of, rational, written
-from replication.certify.rounding import rounded
+from replication.certify.delay.levels import change_of, dynamics_of
+from replication.certify.rounding import as_floats, floats, modelled, rational, rounded
 from replication.errors import SolverError
 from replication.estimation.validation import Array
+from replication.verify.reading import written
 
 STEP = 8e-6
 """Relative distance of the bound from the dual optimum: leaves room for rounding."""
@@ -67,22 +68,12 @@ def dual_of(dynamics: Dynamics, degree: int) -> Dual:
             for entry, key, factor in basis.terms():
                 row = rows.setdefault(entry, {})
                 half = factor / (1 if entry[0] == entry[1] else 2)
-                for target, amount in _targets(dynamics, key, moving).items():
-                    if amount != 0:
-                        column = position.setdefault(target, len(position))
-                        row[column] = row.get(column, fmpq(0)) + half * amount
+                fed = {} if cancellable(dynamics, key) else {key: fmpq(1)}
+                for target, amount in (contribution(dynamics, key) if moving else fed).items():
+                    add(row, position.setdefault(target, len(position)), half * amount)
             matrices.append(rows)
             hidden.append(tuple(i for i in range(basis.size) if not _measured(dynamics, basis, i, moving)))
     return Dual(tuple(position), tuple(matrices), tuple(hidden))
-
-
-def _targets(dynamics: Dynamics, key: Key, moving: bool) -> dict[Key, fmpq]:
-    """The coefficients of the identity, as far as Z cannot cancel them, that a coefficient of N or of V feeds."""
-    n = dynamics.states
-    if moving and key[0] == "local" and key[2] // n != key[3] // n:
-        return {("coupling", *key): fmpq(1)}
-    reached = derivative(dynamics, {key: fmpq(1)}) if moving else {key: fmpq(1)}
-    return {target: amount for target, amount in reached.items() if not cancellable(dynamics, target)}
 
 
 def _measured(dynamics: Dynamics, basis: Basis, i: int, moving: bool) -> bool:
@@ -98,21 +89,17 @@ def degree_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     change = change_of(plant)
     dynamics = dynamics_of(plant, change)
     dual = dual_of(dynamics, degree)
-    constant, free = _equalities(dynamics, dual)
-    weights = _weights(dynamics, dual, constant, free)
-    value = sum((weight * cost for weight, cost in zip(weights, _costs(dynamics, dual), strict=True)), fmpq(0))
+    # The coefficients of 2 v'z at the keys of the dual.
+    plain = supply(dynamics, fmpq(0))
+    costs = [plain.get(key, fmpq(0)) for key in dual.keys]
+    weights = _weights(dual, costs, *_equalities(dynamics, dual, costs))
+    value = sum((weight * cost for weight, cost in zip(weights, costs, strict=True)), fmpq(0))
     gamma = str(fmpq((value * 2**LEVEL_BITS).floor(), 2**LEVEL_BITS))
     functional = _as_matrices(dynamics, 2 * degree + 1, dict(zip(dual.keys, weights, strict=True)))
     return {"bound": {"lower": gamma}, "witness": {"change": written(change), "functional": functional}}
 
 
-def _costs(dynamics: Dynamics, dual: Dual) -> list[fmpq]:
-    """The coefficients of 2 v'z at the keys of the dual."""
-    plain = supply(dynamics, fmpq(0))
-    return [plain.get(key, fmpq(0)) for key in dual.keys]
-
-
-def _equalities(dynamics: Dynamics, dual: Dual) -> tuple[list[fmpq], fmpq_mat]:
+def _equalities(dynamics: Dynamics, dual: Dual, costs: list[fmpq]) -> tuple[list[fmpq], fmpq_mat]:
     """y = constant + free t: the solutions of all equations, with the value on |w|^2 + |v|^2 equal to one."""
     count = len(dual.keys)
     rows: list[Row] = []
@@ -121,15 +108,8 @@ def _equalities(dynamics: Dynamics, dual: Dual) -> tuple[list[fmpq], fmpq_mat]:
         rows += [row for (i, j), row in matrix.items() if row and not (i in kept and j in kept)]
     unique = {tuple(sorted((k, str(v)) for k, v in row.items())): row for row in rows}
     level = supply(dynamics, fmpq(-1))
-    table = fmpq_mat(len(unique) + 1, count + 1)
-    for i, row in enumerate(unique.values()):
-        for column, amount in row.items():
-            table[i, column] = amount
-    for column, (key, cost) in enumerate(zip(dual.keys, _costs(dynamics, dual), strict=True)):
-        table[len(unique), column] = level.get(key, fmpq(0)) - cost
-    table[len(unique), count] = fmpq(1)
-    reduced, rank = table.rref()
-    pivots = [next(k for k in range(count + 1) if reduced[i, k] != 0) for i in range(rank)]
+    scale = {k: level.get(key, fmpq(0)) - cost for k, (key, cost) in enumerate(zip(dual.keys, costs, strict=True))}
+    reduced, pivots = echelon([*unique.values(), {**scale, count: fmpq(1)}], count + 1)
     if count in pivots:
         raise SolverError("the equations of the dual have no solution; the degree is too low")
     others = [k for k in range(count) if k not in set(pivots)]
@@ -144,17 +124,14 @@ def _equalities(dynamics: Dynamics, dual: Dual) -> tuple[list[fmpq], fmpq_mat]:
     return constant, free
 
 
-def _weights(dynamics: Dynamics, dual: Dual, constant: list[fmpq], free: fmpq_mat) -> list[fmpq]:
+def _weights(dual: Dual, costs: list[fmpq], constant: list[fmpq], free: fmpq_mat) -> list[fmpq]:
     """Rational y in the interior: the largest value first, then the largest margin a little below it.
 
     Raises SolverError if there is no room for rounding.
     """
-    cost = np.array([_float(value) for value in _costs(dynamics, dual)])
+    cost = as_floats(written(costs))
     t, margin = cp.Variable(free.ncols()), cp.Variable()
-    y = (
-        np.array([_float(value) for value in constant])
-        + np.array([[_float(v) for v in row] for row in free.tolist()]) @ t
-    )
+    y = as_floats(written(constant)) + floats(free) @ t
     grams = []
     for matrix, hidden in zip(dual.matrices, dual.hidden, strict=True):
         entries = sparse.csr_array(_map(matrix, hidden, len(dual.keys))) @ y
@@ -171,29 +148,21 @@ def _weights(dynamics: Dynamics, dual: Dual, constant: list[fmpq], free: fmpq_ma
     return [value + moved[i, 0] for i, value in enumerate(constant)]
 
 
-def _float(value: fmpq) -> float:
-    return float(Fraction(str(value)))
-
-
 def _map(matrix: dict[Entry, Row], hidden: tuple[int, ...], count: int) -> Array:
     """The map from y to the entries of the matrix on the hidden coordinates, row by row."""
     place = {i: k for k, i in enumerate(hidden)}
     size = len(hidden)
-    result = np.zeros((size * size, count))
+    result = np.zeros((size, size, count))
     for (i, j), row in matrix.items():
         if i in place and j in place:
             for column, amount in row.items():
-                value = _float(amount)
-                result[place[i] * size + place[j], column] = value
-                result[place[j] * size + place[i], column] = value
-    return result
+                result[place[i], place[j], column] = result[place[j], place[i], column] = as_floats(str(amount))
+    return result.reshape(size * size, count)
 
 
 def _solved(problem: cp.Problem) -> float:
-    """The optimum. How accurate Clarabel says it is does not matter: the margin is measured on what it returned."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-        problem.solve(solver=cp.CLARABEL, max_threads=1, tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9)
+    """The optimum; raises SolverError without one."""
+    modelled(problem)
     if problem.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
         raise SolverError(f"Clarabel found no functional: status {problem.status}")
     return float(np.asarray(problem.value))

@@ -6,7 +6,7 @@ Functionals u are numbered: the point variables, then int t^c f_k(t) dt at point
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -76,9 +76,28 @@ def pair(first: int, second: int) -> Key:
     return ("pair", min(first, second), max(first, second))
 
 
-def add(form: Form, key: Key, value: fmpq) -> None:
+def add(form: dict[Any, fmpq], key: Any, value: fmpq) -> None:
     """Add to one coefficient."""
     form[key] = form.get(key, fmpq(0)) + value
+
+
+def total(forms: Iterable[Form]) -> Form:
+    """The sum of forms."""
+    result: Form = {}
+    for form in forms:
+        for key, value in form.items():
+            add(result, key, value)
+    return result
+
+
+def echelon(rows: Sequence[Mapping[int, fmpq]], width: int) -> tuple[fmpq_mat, list[int]]:
+    """Reduced row echelon form of sparse rows of `width` columns, and the column of each pivot."""
+    table = fmpq_mat(len(rows), width)
+    for i, row in enumerate(rows):
+        for column, amount in row.items():
+            table[i, column] = amount
+    reduced, rank = table.rref()
+    return reduced, [next(k for k in range(width) if reduced[i, k] != 0) for i in range(rank)]
 
 
 def form_of(basis: Basis, gram: fmpq_mat) -> Form:
@@ -170,6 +189,14 @@ def derivative(system: Dynamics, storage: Form) -> Form:
             add(form, ("local", c - 1, k, m), -speed * c)
         add(form, pair(e + n + k, e + n + m), -speed * (-1) ** c)
     return form
+
+
+def contribution(system: Dynamics, key: Key) -> Form:
+    """What a coefficient of V adds to those of its derivative that Z cannot cancel; S may not couple two delays."""
+    if key[0] == "local" and key[2] // system.states != key[3] // system.states:
+        return {("coupling", *key): fmpq(1)}
+    reached = derivative(system, {key: fmpq(1)})
+    return {target: amount for target, amount in reached.items() if amount != 0 and not cancellable(system, target)}
 
 
 def supply(system: Dynamics, gamma: fmpq) -> Form:

@@ -6,7 +6,7 @@ entries so that every equality holds exactly; whether they are positive definite
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,13 +20,19 @@ from replication.certify.delay.forms import (
     Entry,
     Form,
     Key,
+    add,
     cancellable,
+    contribution,
     derivative,
+    echelon,
     form_of,
     supply,
+    total,
 )
+from replication.certify.rounding import exact, rounded_array
 from replication.errors import InfeasibleError
-from replication.estimation.conic.sdpa import Program, SdpaOptions, solve_sdpa
+from replication.estimation.conic.program import Program
+from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay import DelaySystem
 from replication.estimation.delay.sos import synthesis
 from replication.estimation.validation import Array
@@ -101,28 +107,23 @@ def _legendre_powers(degree: int) -> Array:
     return table
 
 
-def _rounded(matrix: Array, bits: int) -> fmpq_mat:
-    """The nearest symmetric matrix of multiples of 2^-bits."""
-    scale = 2**bits
-    integers = [[round(float(value) * scale) for value in row] for row in np.asarray((matrix + matrix.T) / 2.0)]
-    return fmpq_mat(len(integers), len(integers), [fmpq(value, scale) for row in integers for value in row])
-
-
 def exact_grams(dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint) -> dict[str, list[fmpq_mat]]:
     """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
     bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
     n, width = dynamics.states, dynamics.functions
     v_bases = [Basis(n, width, degree - weight, weight) for weight in (0, 1)]
     h_bases = [Basis(dynamics.points, width, degree - weight, weight) for weight in (0, 1)]
-    storage = [_rounded(matrix, bits) for matrix in point.storage]
-    dissipation = [_rounded(matrix, bits) for matrix in point.dissipation]
+    storage, dissipation = (
+        [exact(rounded_array((matrix + matrix.T) / 2.0, bits)) for matrix in pair]
+        for pair in (point.storage, point.dissipation)
+    )
     reached = {key for basis in h_bases for _, key, _ in basis.terms()}
     _meet_storage(dynamics, v_bases, storage, reached)
-    value_function = _sum(form_of(basis, gram) for basis, gram in zip(v_bases, storage, strict=True))
-    target = _sum([derivative(dynamics, value_function), supply(dynamics, gamma)])
+    value_function = total(form_of(basis, gram) for basis, gram in zip(v_bases, storage, strict=True))
+    target = total([derivative(dynamics, value_function), supply(dynamics, gamma)])
     # The highest moment against a point variable stands in the weighted matrix and moves the next lower one.
     for last in (True, False):
-        now = _sum([target, *(form_of(basis, gram) for basis, gram in zip(h_bases, dissipation, strict=True))])
+        now = total([target, *(form_of(basis, gram) for basis, gram in zip(h_bases, dissipation, strict=True))])
         for key, value in now.items():
             if value == 0 or cancellable(dynamics, key):
                 continue
@@ -134,56 +135,26 @@ def exact_grams(dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint) 
 
 def _meet_storage(dynamics: Dynamics, bases: Sequence[Basis], grams: list[fmpq_mat], reached: set[Key]) -> None:
     """Change V so that S couples no two delays and dV/dt has no term that neither N nor Z can cancel."""
-    columns: list[tuple[int, Entry]] = []
     rows: dict[Key, dict[int, fmpq]] = {}
     position: dict[tuple[int, Entry], int] = {}
     unmet: dict[Key, Form] = {}
     for weight, basis in enumerate(bases):
         for entry, key, value in basis.terms():
             if key not in unmet:
-                unmet[key] = _unmet(dynamics, key, reached)
+                fed = contribution(dynamics, key)
+                unmet[key] = {target: amount for target, amount in fed.items() if target not in reached}
             for target, per_unit in unmet[key].items():
-                amount = value * per_unit
-                if (weight, entry) not in position:
-                    position[weight, entry] = len(columns)
-                    columns.append((weight, entry))
-                row = rows.setdefault(target, {})
-                column = position[weight, entry]
-                row[column] = row.get(column, fmpq(0)) + amount
+                column = position.setdefault((weight, entry), len(position))
+                add(rows.setdefault(target, {}), column, value * per_unit)
     if not rows:
         return
-    system = fmpq_mat(len(rows), len(columns) + 1)
-    for i, row in enumerate(rows.values()):
-        for column, amount in row.items():
-            weight, (a, b) = columns[column]
-            system[i, column] = amount
-            system[i, len(columns)] += amount * grams[weight][a, b]
-    reduced, rank = system.rref()
-    for i in range(rank):
-        column = next(k for k in range(len(columns) + 1) if reduced[i, k] != 0)
+    columns, last = list(position), len(position)
+    now = [grams[weight][entry] for weight, entry in columns]
+    missed = [{**row, last: sum((amount * now[k] for k, amount in row.items()), fmpq(0))} for row in rows.values()]
+    reduced, pivots = echelon(missed, last + 1)
+    for i, column in enumerate(pivots):
         weight, entry = columns[column]
-        _change(grams[weight], entry, -reduced[i, len(columns)])
-
-
-def _unmet(dynamics: Dynamics, key: Key, reached: set[Key]) -> Form:
-    """What a monomial of V contributes to the coefficients that must vanish by themselves."""
-    n = dynamics.states
-    if key[0] == "local" and key[2] // n != key[3] // n:
-        return {("coupling", *key): fmpq(1)}
-    rate = derivative(dynamics, {key: fmpq(1)})
-    return {
-        target: amount
-        for target, amount in rate.items()
-        if amount != 0 and target not in reached and not cancellable(dynamics, target)
-    }
-
-
-def _sum(forms: Iterable[Form]) -> Form:
-    result: Form = {}
-    for form in forms:
-        for key, value in form.items():
-            result[key] = result.get(key, fmpq(0)) + value
-    return result
+        _change(grams[weight], entry, -reduced[i, last])
 
 
 def _pivot(bases: Sequence[Basis], key: Key) -> tuple[int, Entry, fmpq]:

@@ -8,14 +8,17 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from flint import fmpq, fmpq_mat
+from flint import fmpq_mat
 from scipy.optimize import minimize_scalar
 
 from replication.certify.delay.forms import Dynamics
 from replication.certify.delay.gram import centred, exact_grams
-from replication.certify.rounding import as_floats, rounded, rounded_down, rounded_up
-from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.certify.rounding import as_floats, exact, floats, rational, rounded, rounded_down, rounded_up, stepwise
+from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DelaySystem, delay_system, minimum_gain, rightmost_roots
+from replication.estimation.delay.units import natural_units
+from replication.verify.algebra.linear import block, identity, take_rows
+from replication.verify.reading import written
 
 STEPS = (1.2e-6, 5e-6, 2e-5)
 """Relative distances of a level from the least one, tried in turn until there is room for rounding."""
@@ -28,38 +31,14 @@ FREQUENCIES = 4001
 """Grid of the search for the frequency of a lower bound."""
 
 
-def exact(values: Any) -> fmpq_mat:
-    """A matrix of a certificate in exact numbers."""
-    return fmpq_mat([[rational(entry) for entry in row] for row in values])
-
-
-def rational(text: str | float) -> fmpq:
-    """A number of a certificate, or a floating-point number, as it stands."""
-    fraction = Fraction(text)
-    return fmpq(fraction.numerator, fraction.denominator)
-
-
-def written(matrix: fmpq_mat) -> list[list[str]]:
-    """A matrix as certificates write it."""
-    return [[str(entry) for entry in row] for row in matrix.tolist()]
-
-
-def system_of(plant: Mapping[str, Any]) -> DelaySystem:
-    """The plant of a certificate in floating point."""
-    keys = ("A0", "B", "C10", "C2")
-    a0, b, c10, c2 = (as_floats(plant[key]) for key in keys)
-    delays = [float(Fraction(delay)) for delay in plant["delays"]]
-    return delay_system(a0, list(as_floats(plant["A"])), delays, b, c10, c2, list(as_floats(plant["C1"])))
-
-
 def change_of(plant: Mapping[str, Any]) -> fmpq_mat:
     """Rational coordinates in which the last states are the measurements: unit rows above C_2, the first that serve."""
     sensor = exact(plant["C2"])
     q, n = sensor.nrows(), sensor.ncols()
     if all(sensor[i, j] == 0 for i in range(q) for j in range(n - q)):
-        return fmpq_mat([[int(i == j) for j in range(n)] for i in range(n)])
+        return identity(n)
     for kept in combinations(range(n), n - q):
-        change = fmpq_mat([[fmpq(int(j == k)) for j in range(n)] for k in kept] + sensor.tolist())
+        change = block([[take_rows(identity(n), kept)], [sensor]])
         if change.det() != 0:
             return change
     raise InvalidInputError("the rows of C_2 are dependent; drop redundant measurements")
@@ -68,36 +47,30 @@ def change_of(plant: Mapping[str, Any]) -> fmpq_mat:
 def dynamics_of(plant: Mapping[str, Any], change: fmpq_mat) -> Dynamics:
     """The plant in the coordinates `change`, in exact numbers."""
     back = change.inv()
-    late = [(change * exact(matrix) * back).tolist() for matrix in plant["A"]]
-    outputs = [(exact(matrix) * back).tolist() for matrix in plant["C1"]]
     return Dynamics(
         A0=change * exact(plant["A0"]) * back,
-        late=_beside(late),
+        late=block([[change * exact(matrix) * back for matrix in plant["A"]]]),
         delays=tuple(rational(delay) for delay in plant["delays"]),
         B=change * exact(plant["B"]),
         C10=exact(plant["C10"]) * back,
-        late_output=_beside(outputs),
+        late_output=block([[exact(matrix) * back for matrix in plant["C1"]]]),
         measured=len(plant["C2"]),
     )
 
 
-def _beside(parts: list[list[list[fmpq]]]) -> fmpq_mat:
-    return fmpq_mat([[entry for part in parts for entry in part[i]] for i in range(len(parts[0]))])
-
-
-def floating(plant: Mapping[str, Any], change: fmpq_mat) -> DelaySystem:
-    """The plant in the coordinates `change`, in floating point, each number rounded once."""
-    dynamics, sensor = dynamics_of(plant, change), exact(plant["C2"]) * change.inv()
-    n = dynamics.states
-    late, output = as_floats(written(dynamics.late)), as_floats(written(dynamics.late_output))
+def floating(plant: Mapping[str, Any], change: fmpq_mat | None = None) -> DelaySystem:
+    """The plant in floating point, each number rounded once; in the coordinates `change` if they are given."""
+    change = identity(len(plant["A0"])) if change is None else change
+    dynamics, sensor = dynamics_of(plant, change), floats(exact(plant["C2"]) * change.inv())
+    parts = len(dynamics.delays)
     return delay_system(
-        as_floats(written(dynamics.A0)),
-        np.split(late, late.shape[1] // n, axis=1),
+        floats(dynamics.A0),
+        np.split(floats(dynamics.late), parts, axis=1),
         [float(Fraction(str(delay))) for delay in dynamics.delays],
-        as_floats(written(dynamics.B)),
-        as_floats(written(dynamics.C10)),
-        as_floats(written(sensor)),
-        np.split(output, output.shape[1] // n, axis=1),
+        floats(dynamics.B),
+        floats(dynamics.C10),
+        sensor,
+        np.split(floats(dynamics.late_output), parts, axis=1),
     )
 
 
@@ -113,6 +86,41 @@ def grams(plant: Mapping[str, Any], gamma: str, degree: int, trace: float = TRAC
     return {"change": written(change), **made}
 
 
+def grams_in_units(plant: Mapping[str, Any], gamma: str, degree: int) -> dict[str, Any]:
+    """`grams`, found in the natural units of the plant and with a level of about one, written in its own units.
+
+    With x' = S x, t' = t/T, w' = sqrt(T) w, v' = sqrt(T) v and z' = sqrt(T) z/g the identity of Theorem 3 is multiplied
+    by T/g: V' = V/g and N' = (T/g) N. All units are powers of two, T of four, so that nothing is rounded.
+    """
+    units, size = natural_units(floating(plant)), round(np.log2(float(Fraction(gamma))))
+    time, root, gain = (rational(unit) for unit in (units.time, units.time**0.5, 2.0**size))
+    states = exact(units.change)
+    back = states.inv()
+    scaled = {
+        "A0": written(states * exact(plant["A0"]) * back * time),
+        "A": [written(states * exact(matrix) * back * time) for matrix in plant["A"]],
+        "delays": [str(rational(delay) / time) for delay in plant["delays"]],
+        "B": written(states * exact(plant["B"]) * root),
+        "C10": written(exact(plant["C10"]) * back * (root / gain)),
+        "C1": [written(exact(matrix) * back * (root / gain)) for matrix in plant["C1"]],
+        "C2": written(exact(plant["C2"]) * back),
+    }
+    made = grams(scaled, str(rational(gamma) / gain), degree, WIDE_TRACE)
+    inputs = len(plant["B"][0]) + len(plant["C10"])
+
+    def restored(gram: Any) -> Any:
+        unit = identity(len(gram))
+        for i in range(inputs):
+            unit[i, i] = root
+        return written(unit * exact(gram) * unit * (gain / time))
+
+    return {
+        "change": written(exact(made["change"]) * states),
+        "storage": [written(exact(gram) * gain) for gram in made["storage"]],
+        "dissipation": [restored(gram) for gram in made["dissipation"]],
+    }
+
+
 def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str, Any]:
     """Bound and witness of a level that Theorem 3 reaches at the degree of the theorem: `level`, or close to the least.
 
@@ -122,14 +130,8 @@ def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str
     if level is not None:
         gamma = str(Fraction(level))
         return {"bound": {"upper": gamma}, "witness": grams(plant, gamma, degree, WIDE_TRACE)}
-    least = minimum_gain(system_of(plant), degree).gamma
-    for step in STEPS:
-        gamma = rounded_up(least * (1.0 + step), LEVEL_BITS)
-        try:
-            return {"bound": {"upper": gamma}, "witness": grams(plant, gamma, degree)}
-        except (InfeasibleError, SolverError):
-            continue
-    raise InfeasibleError(f"no room for rounding up to {STEPS[-1]:g} above {least!r}; add a larger step")
+    least = minimum_gain(floating(plant), degree).gamma
+    return stepwise(least, STEPS, LEVEL_BITS, lambda gamma: grams(plant, gamma, degree))
 
 
 def gain_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
@@ -152,7 +154,7 @@ def hidden_gain(
         raise InvalidInputError(f"exactly one state may be unmeasured, got {n - q}")
     back = change_of(plant).inv()
     state = [[str(back[i, 0])] for i in range(n)]
-    system, x = system_of(plant), as_floats(state)
+    system, x = floating(plant), as_floats(state)
 
     def gain(frequency: float) -> float:
         s = 1j * frequency
@@ -186,7 +188,7 @@ def near_optimal(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
 def unstable(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """Witness of a positive real root: two points close to it. Raises InvalidInputError if the root is not one."""
-    root = complex(rightmost_roots(system_of(theorem["plant"]), 1)[0])
+    root = complex(rightmost_roots(floating(theorem["plant"]), 1)[0])
     if root.real <= 0.0 or abs(root.imag) > 1e-9:
         raise InvalidInputError(f"the rightmost root {root:.6g} is not real and positive")
     width = 2.0**-ROOT_BITS

@@ -15,11 +15,13 @@ import cvxpy as cp
 import numpy as np
 from flint import fmpq, fmpq_mat
 
-from replication.certify.delay.levels import change_of, floating, hidden_gain, written
-from replication.certify.rounding import as_floats, rounded_array, rounded_up
+from replication.certify.delay.levels import change_of, floating, hidden_gain
+from replication.certify.rounding import floats, modelled, rounded_array, stepwise
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import DelaySystem, lmi_gain, pade_model
 from replication.estimation.validation import Array
+from replication.verify.algebra.linear import identity
+from replication.verify.reading import written
 
 STEPS = (1e-6, 5e-6, 2e-5)
 """Relative distances of the level from the least one, tried in turn until there is room for rounding."""
@@ -47,14 +49,10 @@ def section(order: int) -> Section:
     steps = fmpq_mat(order, order, [(i == j + 1) - (j == i + 1) for i in range(order) for j in range(order)])
     elements = fmpq_mat(order, order, [(2 * i + 1) * (i == j) for i in range(order) for j in range(order)])
     first = fmpq_mat(order, 1, [int(i == 0) for i in range(order)])
-    back = steps.inv()
+    one, back = identity(order), steps.inv()
     ladder = back * elements * 2
     port = back * first
-    return Section(ladder * (_eye(order) + port * first.transpose()), -(ladder * port), first.transpose() * -2, fmpq(1))
-
-
-def _eye(size: int) -> fmpq_mat:
-    return fmpq_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])
+    return Section(ladder * (one + port * first.transpose()), -(ladder * port), first.transpose() * -2, fmpq(1))
 
 
 def pade_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
@@ -63,19 +61,15 @@ def pade_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
     change = change_of(plant)
     system, part = floating(plant, change), section(order)
     least = lmi_gain(pade_model(system, order)).gamma
-    for step in STEPS:
-        gamma = rounded_up(least * (1.0 + step), LEVEL_BITS)
-        storage, margin = _storage(system, part, float(Fraction(gamma)))
-        if margin >= ROOM:
-            return {
-                "bound": {"upper": gamma},
-                "witness": {
-                    "change": written(change),
-                    "section": {"a": written(part.a), "b": written(part.b), "c": written(part.c), "d": str(part.d)},
-                    "P": rounded_array(storage, STATE_BITS),
-                },
-            }
-    raise InfeasibleError(f"no room for rounding up to {STEPS[-1]:g} above {least!r}; add a larger step")
+
+    def witness(gamma: str) -> dict[str, Any]:
+        return {
+            "change": written(change),
+            "section": written(vars(part)),
+            "P": rounded_array(_storage(system, part, float(Fraction(gamma))), STATE_BITS),
+        }
+
+    return stepwise(least, STEPS, LEVEL_BITS, witness)
 
 
 def pade_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
@@ -91,8 +85,11 @@ def _lag(order: int, argument: complex) -> complex:
     return (1.0 - value) / (1.0 + value)
 
 
-def _storage(system: DelaySystem, part: Section, gamma: float) -> tuple[Array, float]:
-    """P of LMI (3) with the largest margin of P > 0 and of the inequality on the kernel of C_2, and that margin."""
+def _storage(system: DelaySystem, part: Section, gamma: float) -> Array:
+    """P of LMI (3) with the largest margin of P > 0 and of the inequality on the kernel of C_2.
+
+    Raises SolverError if there is none, InfeasibleError if the margin is below ROOM.
+    """
     n, q = system.states, system.measurements
     A, B, C = _model(system, part)
     size, r, p = A.shape[0], B.shape[1], C.shape[0]
@@ -113,18 +110,20 @@ def _storage(system: DelaySystem, part: Section, gamma: float) -> tuple[Array, f
         (inequality + inequality.T) / 2 << -margin * np.eye(size - q + r + p),
     ]
     problem = cp.Problem(cp.Maximize(margin), constraints)
-    problem.solve(solver=cp.CLARABEL, max_threads=1, tol_gap_abs=1e-9, tol_gap_rel=1e-9, tol_feas=1e-9)
+    status = modelled(problem)
     if storage.value is None:
-        raise SolverError(f"Clarabel found no storage at the level {gamma!r}: status {problem.status}; raise the level")
-    # What the solver says of its accuracy does not matter: the eigenvalues of what it returned decide.
+        raise SolverError(f"Clarabel found no storage at the level {gamma!r}: status {status}; raise the level")
+    # The eigenvalues of what it returned decide.
     eigenvalues = np.linalg.eigvalsh(storage.value), -np.linalg.eigvalsh((inequality.value + inequality.value.T) / 2)
-    return np.asarray(storage.value), float(min(values.min() for values in eigenvalues))
+    if not min(values.min() for values in eigenvalues) >= ROOM:
+        raise InfeasibleError(f"no room for rounding at the level {gamma!r}; raise it")
+    return np.asarray(storage.value)
 
 
 def _model(system: DelaySystem, part: Section) -> tuple[Array, Array, Array]:
     """The approximation, one section for each delayed state that has an effect."""
     n = system.states
-    a, b, c = (as_floats(written(matrix)) for matrix in (part.a, part.b, part.c))
+    a, b, c = (floats(matrix) for matrix in (part.a, part.b, part.c))
     d = float(Fraction(str(part.d)))
     order = a.shape[0]
     A, C = system.a0.copy(), system.c10.copy()

@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 
 from replication.certify.multirate.disturbances import peak_disturbance, unseen_for_long, unseen_forever
-from replication.certify.rounding import as_floats, rounded_array, rounded_down, rounded_up
+from replication.certify.rounding import as_floats, bracket, exact, rational, rounded_array
 from replication.errors import SolverError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.linear.riccati import RiccatiMap, along_period, fixed_point
+from replication.estimation.multirate.kalman import state_scales
 from replication.estimation.multirate.optimum import Optimum, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.validation import Array
+from replication.verify.reading import written
 
 MARGIN = 1e-7
 """Relative distances: of the design to the optimum, of the Lyapunov matrices to the gain, of the bounds to those."""
@@ -33,8 +35,36 @@ def gain(theorem: Mapping[str, Any]) -> dict[str, Any]:
     turn, v = peak_disturbance(system, norm.angle)
     level = norm.upper * (1 + MARGIN)
     return {
-        "bound": bounds(norm.lower, level),
+        "bound": bracket(norm.lower, level, MARGIN, LEVEL_BITS),
         "witness": {"P": rounded_array(lyapunov_matrices(system, level), STATE_BITS), "turn": turn, "v": v},
+    }
+
+
+def gain_in_units(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """`gain`, found with each state in the unit of its estimation error and a gain of about one.
+
+    With x' = S x and z' = z/g the Lyapunov matrices are P = g^2 S P' S and the bounds g times those found; all units
+    are powers of two, so that nothing is rounded.
+    """
+    problem = problem_of(theorem)
+    error = np.linalg.norm(state_scales(problem), axis=2).max(axis=0)
+    level = l2_gain(problem.error_system(as_floats(theorem["plant"]["L"]))).value
+    size = rational(2.0 ** round(np.log2(level)))
+    states = exact(np.diag(np.exp2(-np.round(np.log2(np.where(error > 0, error, 1.0))))))
+    back, plant = states.inv(), theorem["plant"]
+    scaled = {
+        **plant,
+        "A": written(states * exact(plant["A"]) * back),
+        "B_d": written(states * exact(plant["B_d"])),
+        "C": written(exact(plant["C"]) * back),
+        "W": written(exact(plant["W"]) * back * (1 / size)),
+        "L": [written(states * exact(L)) for L in plant["L"]],
+    }
+    made = gain({**theorem, "plant": scaled})
+    P = [written(states * exact(P_k) * states * size**2) for P_k in made["witness"]["P"]]
+    return {
+        "bound": {side: str(rational(number) * size) for side, number in made["bound"].items()},
+        "witness": {**made["witness"], "P": P},
     }
 
 
@@ -44,7 +74,10 @@ def optimum_noncausal(theorem: Mapping[str, Any]) -> dict[str, Any]:
     best = optimum(problem)
     turn, d = unseen_forever(problem, best.noncausal.angle)
     upper, witness = design(problem, best)
-    return {"bound": bounds(best.noncausal.lower, upper), "witness": {**witness, "turn": turn, "d": d}}
+    return {
+        "bound": bracket(best.noncausal.lower, upper, MARGIN, LEVEL_BITS),
+        "witness": {**witness, "turn": turn, "d": d},
+    }
 
 
 def optimum_causal(theorem: Mapping[str, Any]) -> dict[str, Any]:
@@ -53,22 +86,14 @@ def optimum_causal(theorem: Mapping[str, Any]) -> dict[str, Any]:
     best = optimum(problem)
     start, d, lower = unseen_for_long(problem, best.lower)
     upper, witness = design(problem, best)
-    return {"bound": bounds(lower, upper), "witness": {**witness, "start": start, "d": d}}
+    return {"bound": bracket(lower, upper, MARGIN, LEVEL_BITS), "witness": {**witness, "start": start, "d": d}}
 
 
 def feasible_design(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """An upper bound alone: a level of Theorem 2 with P_k and Y_k."""
     problem = problem_of(theorem)
     upper, witness = design(problem, optimum(problem))
-    return {"bound": {"upper": bounds(upper, upper)["upper"]}, "witness": witness}
-
-
-def bounds(lower: float, upper: float) -> dict[str, str]:
-    """Both bounds, with a margin for what rounding the witness costs."""
-    return {
-        "lower": rounded_down(lower * (1 - MARGIN), LEVEL_BITS),
-        "upper": rounded_up(upper * (1 + MARGIN), LEVEL_BITS),
-    }
+    return {"bound": {"upper": bracket(upper, upper, MARGIN, LEVEL_BITS)["upper"]}, "witness": witness}
 
 
 def design(problem: MultirateProblem, best: Optimum) -> tuple[float, dict[str, Any]]:

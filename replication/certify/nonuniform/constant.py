@@ -7,14 +7,15 @@ output, while the inequality has room of the order of d.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from flint import arb, arb_mat, ctx, fmpq, fmpq_mat
+from flint import arb, arb_mat, ctx, fmpq
 
+from replication.certify.rounding import exact
 from replication.errors import SolverError
 from replication.estimation.validation import Array
+from replication.verify.algebra.linear import block, zeros
 
 PRECISION = 200
 SLACK = fmpq(1, 2**40)
@@ -57,33 +58,25 @@ def storage_matrix(
 
 def _period(plant: Json, name: str) -> arb:
     """The period named h_l, middle or h_u, in seconds."""
-    low, high = (arb(a[0, 0]) + arb(a[0, 1]) * arb.pi() for a in (_exact([plant[end]]) for end in ("h_l", "h_u")))
+    low, high = (arb(a[0, 0]) + arb(a[0, 1]) * arb.pi() for a in (exact([plant[end]]) for end in ("h_l", "h_u")))
     return {"h_l": low, "middle": (low + high) / 2, "h_u": high}[name]
 
 
 def error_stage(plant: Json, filter_: Json, h: arb) -> tuple[arb_mat, arb_mat, arb_mat]:
     """A-bar, B-bar, C-bar of the error system (5) at the period h."""
-    A, B, C, D, L = (_exact(plant[name]) for name in "ABCDL")
-    A_f, B_f, C_f = (_exact(filter_[name]) for name in "ABC")
+    A, B, C, D, L = (exact(plant[name]) for name in "ABCDL")
+    A_f, B_f, C_f = (exact(filter_[name]) for name in "ABC")
     n, m, nf = A.nrows(), B.ncols(), A_f.nrows()
-    generator = arb_mat(_beside(A, B).tolist() + [[fmpq(0)] * (n + m)] * m)
+    generator = arb_mat(block([[A, B], [zeros(m, n + m)]]))
     held = (generator * h).exp().tolist()[:n]
-    state = [[*row[:n], *[arb(0)] * nf] for row in held] + arb_mat(_beside(B_f * C, A_f)).tolist()
+    state = [[*row[:n], *[arb(0)] * nf] for row in held] + arb_mat(block([[B_f * C, A_f]])).tolist()
     drive = [row[n:] for row in held] + arb_mat(B_f * D).tolist()
-    return arb_mat(state), arb_mat(drive), arb_mat(_beside(L, -C_f))
-
-
-def _beside(left: fmpq_mat, right: fmpq_mat) -> fmpq_mat:
-    return fmpq_mat([[*a, *b] for a, b in zip(left.tolist(), right.tolist(), strict=True)])
+    return arb_mat(state), arb_mat(drive), arb_mat(block([[L, -C_f]]))
 
 
 def _multiple(size: int, factor: arb) -> arb_mat:
     """The factor times the identity."""
     return arb_mat(size, size, [factor * int(i == j) for i in range(size) for j in range(size)])
-
-
-def _exact(rows: Any) -> fmpq_mat:
-    return fmpq_mat([[fmpq(*Fraction(entry).as_integer_ratio()) for entry in row] for row in rows])
 
 
 def _size(M: arb_mat) -> arb:

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from math import pi
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse.linalg
-from flint import fmpq
 
 from replication.certify.nonuniform.constant import storage_matrix
-from replication.certify.rounding import as_floats, rounded, rounded_array, rounded_down, rounded_up
+from replication.certify.rounding import as_floats, rational, rounded, rounded_array, rounded_down, rounded_up
 from replication.errors import SolverError
 from replication.estimation.linear.lifted import LiftedResponse
 from replication.estimation.linear.norms import l2_gain
@@ -70,8 +68,7 @@ def storage_certificate(
     if periods.h_l == periods.h_u:
         norm = periodic_gain(system, chosen, [periods.h_l], per_duration=duration).upper
         level = rounded_up(norm * (1 + NOMINAL_MARGIN), LEVEL_BITS)
-        exact = fmpq(*Fraction(level).as_integer_ratio())
-        P = storage_matrix(plant, filter_, parameters["from"], exact, per_duration=duration)
+        P = storage_matrix(plant, filter_, parameters["from"], rational(level), per_duration=duration)
         return {"upper": level}, {"cells": ["0", "1"], "before": [[0]], "P": [P]}
     found = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts, per_duration=duration)
     before = [[0] * found.tree.letters for _ in found.tree.leaves]

@@ -18,43 +18,9 @@ MAT_HEADER = b"MATLAB 5.0 MAT-file: gains of an estimator"
 """In place of scipy's, which holds the date: same gains, same bytes."""
 MAT_HEADER_SIZE = 116
 IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")
-C_KEYWORDS = frozenset(
-    (
-        "auto",
-        "break",
-        "case",
-        "char",
-        "const",
-        "continue",
-        "default",
-        "do",
-        "double",
-        "else",
-        "enum",
-        "extern",
-        "float",
-        "for",
-        "goto",
-        "if",
-        "inline",
-        "int",
-        "long",
-        "register",
-        "restrict",
-        "return",
-        "short",
-        "signed",
-        "sizeof",
-        "static",
-        "struct",
-        "switch",
-        "typedef",
-        "union",
-        "unsigned",
-        "void",
-        "volatile",
-        "while",
-    )
+C_KEYWORD = re.compile(
+    "auto|break|case|char|const|continue|default|do|double|else|enum|extern|float|for|goto|if|inline|int|long|register|"
+    "restrict|return|short|signed|sizeof|static|struct|switch|typedef|union|unsigned|void|volatile|while"
 )
 
 
@@ -75,7 +41,7 @@ def to_c_header(name: str, arrays: Mapping[str, Array], axes: Mapping[str, str],
 
     Raises InvalidInputError if `name` is no C identifier of at most 31 characters or is a keyword of the language.
     """
-    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or name in C_KEYWORDS:
+    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or C_KEYWORD.fullmatch(name):
         raise InvalidInputError(
             f"name must be a C identifier (letters, digits and _, at most 31, not a word of the language), got {name!r}"
         )

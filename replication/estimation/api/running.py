@@ -23,26 +23,64 @@ from replication.estimation.validation import Array, as_array
 
 
 class RunningObserver(ABC):
-    """An observer with its present state; `instant` counts the steps, `missed` the measurements that did not come."""
+    """An observer with its present state; `instant` counts the steps, `missed` the measurements that did not come.
+
+    Parameters
+    ----------
+    states : int
+        n, length of the start x^(0).
+    inputs : int
+        m, number of known inputs.
+    measurements : int
+        q, number of sensors.
+    """
 
     def __init__(self, states: int, inputs: int, measurements: int) -> None:
-        """Start at x^(0) = 0."""
         self.states, self.inputs, self.measurements = states, inputs, measurements
         self.reset()
 
     def reset(self, estimate: Any = None) -> Array:
-        """Go back to instant 0 with x^(0) = `estimate` (n,), zero if None, and return it; InvalidInputError."""
+        """Go back to instant 0.
+
+        Parameters
+        ----------
+        estimate : array (n,), optional
+            x^(0); zero unless given.
+
+        Returns
+        -------
+        array
+            The estimate at instant 0.
+
+        Raises
+        ------
+        InvalidInputError
+            `estimate` has another length, or is not finite.
+        """
         start = np.zeros(self.states) if estimate is None else as_array("estimate", estimate, (self.states,))
         self.instant, self.missed = 0, 0
         self._begin(start)
         return self.estimate
 
     def step(self, u: Any, y: Any) -> Array:
-        """Take u(k) (m,) and y(k) (q,) and return x^(k+1) (n,).
+        """Take what is known at the present instant and go on to the next.
 
-        u may be None if the plant has no known input; y may be None if nothing was measured; a single number stands for
-        a vector of one. Raises InvalidInputError for other lengths, text, or infinities; the observer is then as
-        before.
+        Parameters
+        ----------
+        u : array (m,), or None
+            Known inputs u(k); None if the plant has none. A single number stands for a vector of one.
+        y : array (q,), or None
+            Measurements y(k); None, or None or NaN in an entry, where one did not come.
+
+        Returns
+        -------
+        array (n,)
+            x^(k+1).
+
+        Raises
+        ------
+        InvalidInputError
+            Another length, text, or infinities; the observer is then as before.
         """
         known = _vector("u", u, self.inputs) if u is not None or self.inputs else np.zeros(0)
         if np.any(np.isnan(known)):
@@ -71,7 +109,21 @@ class RunningObserver(ABC):
 
 @dataclass(frozen=True, eq=False)
 class Phase:
-    """o+ = transition o + input u + injection y, x^ = readout o; `due` (q,): which sensors measure."""
+    """One instant of a periodic observer: o+ = transition o + input u + injection y, x^ = readout o.
+
+    Attributes
+    ----------
+    transition : array (N, N)
+        Of the observer's own state o.
+    input : array (N, m)
+        Effect of the known inputs u.
+    injection : array (N, q)
+        Effect of the measurements y.
+    readout : array (n, N)
+        The estimate in the state.
+    due : array of bool (q,)
+        Which sensors measure.
+    """
 
     transition: Array
     input: Array
@@ -81,10 +133,17 @@ class Phase:
 
 
 class PeriodicObserver(RunningObserver):
-    """A periodic recursion; a missing measurement is replaced by C x^(k)."""
+    """A periodic recursion; a missing measurement is replaced by C x^(k).
+
+    Parameters
+    ----------
+    phases : sequence of Phase
+        One for each instant of the period.
+    output : array (q, n)
+        C.
+    """
 
     def __init__(self, phases: Sequence[Phase], output: Array) -> None:
-        """phases: one for each instant of the period; output: C (q, n)."""
         self.phases, self.output = tuple(phases), output
         super().__init__(output.shape[1], phases[0].input.shape[1], output.shape[0])
 

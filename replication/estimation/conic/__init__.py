@@ -1,1 +1,2 @@
-"""Semidefinite programs: one place that packs them for Clarabel and for SDPA, and their records."""
+"""Semidefinite programs: one form (`program`), one packing for Clarabel (`clarabel`), one call of SDPA (`sdpa`), which
+`refined` repeats where it stops short; and what a solver said of itself (`solvers`)."""

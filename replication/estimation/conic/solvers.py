@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
-from importlib.metadata import version
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
-
-import clarabel
 
 from replication.errors import InfeasibleError, SolverError
 
+Options = dict[str, float | int | bool]
+
 # Tight enough that the level agrees with the Riccati route to ten digits where the problem allows it.
-CLARABEL_OPTIONS: dict[str, float | int | bool] = {
+CLARABEL_OPTIONS: Options = {
     "tol_gap_abs": 1e-12,
     "tol_gap_rel": 1e-12,
     "tol_feas": 1e-8,
@@ -32,7 +32,7 @@ class SolverReport:
     name: str
     version: str
     status: str
-    options: dict[str, float | int | bool] = field(default_factory=dict)
+    options: Options = field(default_factory=dict)
     residuals: dict[str, float] = field(default_factory=dict)
     iterations: int | None = None
 
@@ -40,31 +40,9 @@ class SolverReport:
         """Plain JSON values."""
         return asdict(self)
 
-
-def clarabel_settings() -> Any:
-    """Settings object with `CLARABEL_OPTIONS`, quiet and on one thread: same input, same output."""
-    settings = clarabel.DefaultSettings()
-    settings.verbose = False
-    settings.max_threads = 1
-    for name, value in CLARABEL_OPTIONS.items():
-        setattr(settings, name, value)
-    return settings
-
-
-def clarabel_report(solution: Any) -> SolverReport:
-    """The report of a Clarabel solution object."""
-    return SolverReport(
-        name="Clarabel",
-        version=version("clarabel"),
-        status=str(solution.status),
-        options=dict(CLARABEL_OPTIONS),
-        residuals={
-            "primal": float(solution.r_prim),
-            "dual": float(solution.r_dual),
-            "gap": abs(float(solution.obj_val) - float(solution.obj_val_dual)),
-        },
-        iterations=int(solution.iterations),
-    )
+    def with_residuals(self, measured: dict[str, float]) -> SolverReport:
+        """The same with residuals that were measured on the point, whatever the solver said of it."""
+        return replace(self, residuals=measured)
 
 
 def raise_unless_solved(report: SolverReport, *, accept: tuple[str, ...]) -> None:
@@ -80,6 +58,25 @@ def raise_unless_solved(report: SolverReport, *, accept: tuple[str, ...]) -> Non
         f"{report.name} stopped with status {report.status} after {report.iterations} iterations (residuals "
         f"{report.residuals}); rescale the states of the plant, or use the Riccati route"
     )
+
+
+def solve_modelled(problem: Any, options: Options = CLARABEL_OPTIONS) -> str:
+    """Solve a problem of cvxpy with Clarabel on one thread; the status, which says too whether it is inaccurate.
+
+    Raises SolverError if Clarabel gives no answer at all.
+    """
+    import cvxpy
+
+    try:
+        with warnings.catch_warnings():
+            # cvxpy warns of an inaccurate solution; here its status says so, and the caller decides.
+            warnings.filterwarnings("ignore", message="Solution may be inaccurate")
+            problem.solve(solver=cvxpy.CLARABEL, max_threads=1, **options)
+    except cvxpy.error.SolverError as error:
+        raise SolverError(
+            f"Clarabel through cvxpy failed: {error}; rescale the plant, or use the Riccati route"
+        ) from None
+    return str(problem.status)
 
 
 @contextmanager

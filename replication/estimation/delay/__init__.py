@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from replication.estimation.conic.sdpa import SdpaOptions
     from replication.estimation.delay.collocation import Scheme
-    from replication.estimation.delay.facade import DelayAnalysis, DelayResult, analyse, design, simulate
+    from replication.estimation.delay.facade import analyse, design, simulate
     from replication.estimation.delay.lmi import lmi_gain, riccati_gain
     from replication.estimation.delay.models import Model, chebyshev_model, from_control, pade_model, to_control
     from replication.estimation.delay.observer import ErrorSystem, error_system
     from replication.estimation.delay.operators.gains import GainValues, ObserverGains, evaluate, observer_gains
     from replication.estimation.delay.operators.galerkin import GalerkinCheck, check
     from replication.estimation.delay.response import Trajectory, hinf_norm
+    from replication.estimation.delay.result import DelayAnalysis, DelayResult
     from replication.estimation.delay.sos.certificate import Certificate, certificate_at
     from replication.estimation.delay.sos.cone import DegreeRule
     from replication.estimation.delay.sos.least_gain import LeastGain, minimum_gain
@@ -25,7 +26,7 @@ else:
         {
             "collocation": "Scheme",
             "sos.cone": "DegreeRule",
-            "facade": "DelayAnalysis DelayResult analyse design simulate",
+            "facade": "analyse design simulate",
             "operators.gains": "GainValues ObserverGains evaluate observer_gains",
             "operators.galerkin": "GalerkinCheck check",
             "sos.least_gain": "LeastGain minimum_gain",
@@ -33,6 +34,7 @@ else:
             "models": "Model chebyshev_model from_control pade_model to_control",
             "observer": "ErrorSystem error_system",
             "response": "Trajectory hinf_norm",
+            "result": "DelayAnalysis DelayResult",
             ".conic.sdpa": "SdpaOptions",
             "spectrum": "frequency_response hinf_gain rightmost_roots",
             "sos.certificate": "Certificate certificate_at",

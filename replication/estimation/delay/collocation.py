@@ -15,7 +15,7 @@ from replication.estimation.validation import Array, positive_integer
 
 
 class Scheme(StrEnum):
-    """How histories are discretised."""
+    """How histories are discretised: Chebyshev collocation, or the forward difference with lumped states."""
 
     CHEBYSHEV = "chebyshev"
     LUMPED = "lumped"

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import schur
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.conic.solvers import solve_modelled
 from replication.estimation.delay.models import Model
 from replication.estimation.validation import Array, undetectable_mode
 
@@ -39,11 +40,31 @@ def require_detectable_model(model: Model) -> None:
 
 
 def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -> LmiResult:
-    """Least γ of LMI (3) with Clarabel. `eliminate`: Z removed by restricting to the kernel of C_2 (same γ, no gain).
+    """Least γ of LMI (3) with Clarabel.
 
     The inequalities are not strict, so γ is the infimum over strict observers. It is Clarabel's word: in awkward
-    coordinates an optimum by its account can be off by per cents; `riccati_gain` is the check. Raises
-    InvalidInputError for an undetectable model, SolverError unless Clarabel reports an optimum.
+    coordinates an optimum by its account can be off by per cents; `riccati_gain` is the check.
+
+    Parameters
+    ----------
+    model : Model
+        The plant without delays.
+    eliminate : bool
+        Whether Z is removed by restricting to the kernel of C_2 (same γ, no gain).
+    tolerance : float
+        Relative gap and residuals asked for.
+
+    Returns
+    -------
+    LmiResult
+        γ, the gain L (n, q) unless Z was eliminated, and the solver's status.
+
+    Raises
+    ------
+    InvalidInputError
+        The model is not detectable.
+    SolverError
+        Clarabel does not report an optimum.
     """
     import cvxpy as cp
 
@@ -68,24 +89,37 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
     )
     problem = cp.Problem(cp.Minimize(gamma), [(block + block.T) / 2 << 0])
     options = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance, "max_iter": 200}
-    try:
-        problem.solve(solver=cp.CLARABEL, max_threads=1, **options)
-    except cp.error.SolverError as error:
-        raise SolverError(f"Clarabel failed on LMI (3): {error}; lower the order of the model") from error
-    if problem.status != cp.OPTIMAL:
-        raise SolverError(f"Clarabel stopped with status {problem.status} on LMI (3); loosen the tolerance")
+    status = solve_modelled(problem, options)
+    if status != cp.OPTIMAL:
+        raise SolverError(f"Clarabel stopped with status {status} on LMI (3); loosen the tolerance")
     gain = None
     if injection is not None:
         gain = np.linalg.lstsq(np.asarray(storage.value), np.asarray(injection.value), rcond=None)[0]
-    return LmiResult(float(np.asarray(gamma.value)), gain, str(problem.status), "Clarabel")
+    return LmiResult(float(np.asarray(gamma.value)), gain, status, "Clarabel")
 
 
 def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:
     """Least γ by bisection on the Riccati equation of the unmeasured part; shares no code with the LMI.
 
-    Zero if γ falls below `relative` times ‖C_1‖‖B‖/‖A‖, as where y reveals w or all that z needs.
-    Raises InvalidInputError if w does not reach every derivative of y (B_m without full row rank: the filter problem
-    is then singular; use `lmi_gain`) or the model is not detectable; InfeasibleError if no finite γ is found.
+    Parameters
+    ----------
+    model : Model
+        The plant without delays.
+    relative : float
+        Relative width at which the bisection ends.
+
+    Returns
+    -------
+    float
+        γ; zero if it falls below `relative` times ‖C_1‖‖B‖/‖A‖, as where y reveals w or all that z needs.
+
+    Raises
+    ------
+    InvalidInputError
+        w does not reach every derivative of y (B_m without full row rank: the filter problem is then singular; use
+        `lmi_gain`), or the model is not detectable.
+    InfeasibleError
+        No finite γ is found.
     """
     require_detectable_model(model)
     q = model.c2.shape[0]

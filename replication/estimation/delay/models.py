@@ -24,7 +24,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Model:
-    """ẋ = a x + b w, z = c1 x, y = c2 x."""
+    """A plant without delays, ẋ = a x + b w, z = c1 x, y = c2 x, with N states.
+
+    Attributes
+    ----------
+    a : array (N, N)
+        1/s.
+    b : array (N, r)
+        Effect of the disturbance.
+    c1 : array (p, N)
+        What is estimated.
+    c2 : array (q, N)
+        Measurements.
+    """
 
     a: Array
     b: Array
@@ -83,7 +95,26 @@ def companion_delay(order: int, delay: float) -> AllPass:
 def pade_model(system: DelaySystem, order: int, *, companion: bool = False) -> Model:
     """The plant with each delay replaced by its Padé approximant [order/order].
 
-    Only the row space of [A_i; C_1i] is delayed: rank × order states per delay. Raises InvalidInputError for order < 1.
+    Only the row space of [A_i; C_1i] is delayed: rank × order states per delay.
+
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant.
+    order : int
+        Order of the approximants.
+    companion : bool
+        Whether they are realised in companion form, whose coefficients spread over many decades: a warning example.
+
+    Returns
+    -------
+    Model
+        The first n states are those of the plant.
+
+    Raises
+    ------
+    InvalidInputError
+        `order` is below one.
     """
     build = companion_delay if companion else lossless_delay
     n = system.states
@@ -124,7 +155,25 @@ def pade_model(system: DelaySystem, order: int, *, companion: bool = False) -> M
 
 
 def chebyshev_model(system: DelaySystem, order: int) -> Model:
-    """The plant with its history collocated at order+1 Chebyshev points. Raises InvalidInputError for order < 1."""
+    """The plant with its history collocated at Chebyshev points.
+
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant.
+    order : int
+        The history has order + 1 points.
+
+    Returns
+    -------
+    Model
+        The first n states are those of the plant.
+
+    Raises
+    ------
+    InvalidInputError
+        `order` is below one.
+    """
     a, c1 = generator(system, order)
     zeros = a.shape[0] - system.states
     b = np.vstack([system.b, np.zeros((zeros, system.inputs))])
@@ -132,7 +181,25 @@ def chebyshev_model(system: DelaySystem, order: int) -> Model:
 
 
 def to_control(system: DelaySystem, order: int) -> control.StateSpace:
-    """The Padé model as a `control.StateSpace` with inputs w and outputs (z, y)."""
+    """The Padé model for python-control.
+
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant.
+    order : int
+        Order of the approximants.
+
+    Returns
+    -------
+    control.StateSpace
+        Inputs w, outputs (z, y).
+
+    Raises
+    ------
+    InvalidInputError
+        `order` is below one.
+    """
     import control
 
     model = pade_model(system, order)
@@ -141,9 +208,28 @@ def to_control(system: DelaySystem, order: int) -> control.StateSpace:
 
 
 def from_control(plant: control.StateSpace, measurements: int, a: list[Array], delays: list[float]) -> DelaySystem:
-    """A plant with inputs w, outputs (z, y), y the last `measurements`, and delayed state terms `a` at `delays` [s].
+    """A plant whose delay-free part is a `control.StateSpace` with inputs w and outputs (z, y).
 
-    Raises InvalidInputError if the plant is discrete, has feedthrough or too few outputs.
+    Parameters
+    ----------
+    plant : control.StateSpace
+        Continuous-time, without feedthrough.
+    measurements : int
+        How many of the last outputs are y.
+    a : list of arrays (n, n)
+        A_1 ... A_K, in 1/s.
+    delays : list of float
+        tau_1 < ... < tau_K, s.
+
+    Returns
+    -------
+    DelaySystem
+        The plant of eq. (1).
+
+    Raises
+    ------
+    InvalidInputError
+        The plant is discrete, has feedthrough or too few outputs, or the delayed terms do not fit.
     """
     if not plant.isctime():
         raise InvalidInputError(f"the plant must be in continuous time, its period is {plant.dt}")

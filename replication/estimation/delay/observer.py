@@ -18,7 +18,17 @@ from replication.estimation.validation import Array
 
 @dataclass(frozen=True)
 class ErrorSystem:
-    """ė = a e + b w, z_e = c e for the discretised error."""
+    """ė = a e + b w, z_e = c e for the discretised error; N states in all.
+
+    Attributes
+    ----------
+    a : array (N, N)
+        1/s.
+    b : array (N, r)
+        Effect of the disturbance.
+    c : array (p, N)
+        Error of the estimate of z.
+    """
 
     a: Array
     b: Array
@@ -31,9 +41,30 @@ def error_system(
     order: int = 40,
     scheme: Scheme = Scheme.CHEBYSHEV,
 ) -> ErrorSystem:
-    """The error of the observer with `gains`, each history on order+1 points. Raises InvalidInputError for order < 1.
+    """The error of the observer (2) with `gains`, its histories discretised.
 
     Gains of an observer close to the optimum vary quickly in η: compare two orders before trusting the result.
+
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant.
+    gains : ObserverGains
+        What `observer_gains` gave.
+    order : int
+        Each history has order + 1 points.
+    scheme : Scheme
+        How histories are discretised.
+
+    Returns
+    -------
+    ErrorSystem
+        Its first n states are the error of x.
+
+    Raises
+    ------
+    InvalidInputError
+        `order` is below one, or the gains are not finite at a point.
     """
     net = grid(order, scheme)
     return assembled(system, evaluate(gains, net.points), net)

@@ -30,7 +30,24 @@ def spectral_abscissa(error: ErrorSystem) -> float:
 def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
     """H∞ norm from w to z_e by the level-set iteration of Bruinsma and Steinbuch.
 
-    Raises InfeasibleError if the error system is unstable.
+    Parameters
+    ----------
+    error : ErrorSystem
+        What `error_system` gave.
+    relative : float
+        Half the relative width of the bracket.
+
+    Returns
+    -------
+    NormBracket
+        Both ends, the frequency (rad/s) of the lower one and the spectral abscissa (1/s).
+
+    Raises
+    ------
+    InvalidInputError
+        `relative` is not positive.
+    InfeasibleError
+        The error system is unstable.
     """
     positive_scalar("relative", relative)
     abscissa = spectral_abscissa(error)
@@ -85,7 +102,19 @@ def _crossings(error: ErrorSystem, level: float) -> Array:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """times (M,) [s], disturbance (M, r), output z_e (M, p), state (M, n) of the error e."""
+    """Answer of the error system to a disturbance.
+
+    Attributes
+    ----------
+    times : array (M,)
+        Equidistant, s.
+    disturbance : array (M, r)
+        w.
+    output : array (M, p)
+        z_e, the error of the estimate of z.
+    state : array (M, n)
+        The error e of the estimate of x.
+    """
 
     times: Array
     disturbance: Array

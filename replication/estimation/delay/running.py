@@ -26,10 +26,25 @@ class RunningDelayObserver(RunningObserver):
 
     Between two samples y is taken as linear; before the first one as what x^(0) makes it, for all time. A missing
     entry is replaced by what the model without correction expects at t_k.
+
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant.
+    gains : ObserverGains
+        What `observer_gains` gave.
+    dt : float
+        Sampling period, s.
+    order : int
+        Points of each history less one.
+
+    Raises
+    ------
+    InvalidInputError
+        dt is not positive, or so short that more than LONGEST measurements would be kept.
     """
 
     def __init__(self, system: DelaySystem, gains: ObserverGains, *, dt: float, order: int) -> None:
-        """dt: sampling period, s; order: points of each history less one. Raises InvalidInputError."""
         self.dt = positive_scalar("dt", dt, unit="s")
         if system.delays[-1] > LONGEST * self.dt:
             raise InvalidInputError(

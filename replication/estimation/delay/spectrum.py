@@ -41,10 +41,28 @@ def _slope(system: DelaySystem, s: complex) -> Complex:
 
 
 def rightmost_roots(system: DelaySystem, count: int = 5, order: int = ORDER) -> Complex:
-    """The `count` characteristic roots of largest real part, refined until σ_min(M)/‖M‖ is below ROOT_TOLERANCE.
+    """The characteristic roots of largest real part, refined until σ_min(M)/‖M‖ is below ROOT_TOLERANCE.
 
-    Start: eigenvalues of the generator collocated with order+1 Chebyshev points. Raises SolverError if a start does
-    not converge (raise `order`).
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant.
+    count : int
+        How many roots.
+    order : int
+        The generator is collocated at order + 1 Chebyshev points; its eigenvalues start Newton's method.
+
+    Returns
+    -------
+    array (count,)
+        Complex, in 1/s.
+
+    Raises
+    ------
+    InvalidInputError
+        `count` is below one.
+    SolverError
+        A start does not converge; raise `order`.
     """
     positive_integer("count", count)
     units = natural_units(system)
@@ -106,7 +124,25 @@ def require_detectable(system: DelaySystem) -> None:
 
 
 def frequency_response(system: DelaySystem, omega: Array | float) -> Complex:
-    """The exact response from w to z at ω [rad/s]: (len(ω), p, r). Raises InvalidInputError unless ω is finite."""
+    """The exact response from w to z.
+
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant.
+    omega : float or array (M,)
+        Frequencies ω, rad/s.
+
+    Returns
+    -------
+    array (M, p, r)
+        Complex.
+
+    Raises
+    ------
+    InvalidInputError
+        A frequency is not finite.
+    """
     s = 1j * as_matrix("omega", np.atleast_2d(omega), rows=1)[0]
     inner = np.linalg.solve(characteristic(system, s), np.broadcast_to(system.b, (s.size, *system.b.shape)))
     return np.asarray(_output(system, s) @ inner, dtype=complex)
@@ -135,8 +171,28 @@ def hinf_gain(system: DelaySystem, relative: float = 1e-9, most: int = 200_000) 
     """Supremum of ‖G(jω)‖ over ω by subdivision with an upper bound on every interval.
 
     On |ω-c| <= r, with x = ω-c: ‖G‖ <= max‖G_c ± rG_c'‖ + r²/2 sup‖G''‖, the last from ‖M⁻¹‖ <= μ/(1-rℓμ). Intervals
-    that cannot hold the maximum are dropped. Raises InfeasibleError for an unstable plant (the gain is infinite) and
-    SolverError if `most` intervals do not suffice.
+    that cannot hold the maximum are dropped.
+
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant.
+    relative : float
+        Relative width of the bracket.
+    most : int
+        Intervals that are looked at, at most.
+
+    Returns
+    -------
+    GainBracket
+        Both ends, and the frequency (rad/s) of the lower one.
+
+    Raises
+    ------
+    InfeasibleError
+        The plant is unstable: the gain is infinite.
+    SolverError
+        `most` intervals do not suffice.
     """
     positive_scalar("relative", relative)
     rightmost = rightmost_roots(system, 1)[0]

@@ -18,10 +18,26 @@ from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 @dataclass(frozen=True)
 class DelaySystem:
-    """Plant with n states, r disturbances, p outputs to estimate, q measurements and K delays.
+    """Plant of eq. (1) with n states, r disturbances, p outputs to estimate, q measurements and K delays.
 
-    a0 (n, n); a K × (n, n); delays K increasing positive numbers [s]; b (n, r); c10 (p, n); c1 K × (p, n); c2 (q, n).
     Build it with `delay_system`, which checks everything.
+
+    Attributes
+    ----------
+    a0 : array (n, n)
+        A_0, in 1/s.
+    a : tuple of K arrays (n, n)
+        A_1 ... A_K, in 1/s.
+    delays : tuple of K floats
+        Increasing and positive, s.
+    b : array (n, r)
+        B.
+    c10 : array (p, n)
+        C_10.
+    c1 : tuple of K arrays (p, n)
+        C_11 ... C_1K.
+    c2 : array (q, n)
+        C_2.
     """
 
     a0: Array
@@ -67,11 +83,35 @@ def delay_system(
     c2: Any,
     c1: Sequence[Any] | None = None,
 ) -> DelaySystem:
-    """Return the validated system; `c1` None means that z does not depend on delayed states.
+    """The plant of eq. (1), checked.
 
-    Shapes as in `DelaySystem`; delays in seconds.
-    Raises InvalidInputError for non-positive, equal or unordered delays, wrong shapes, no disturbance or output,
-    non-finite entries, or a C_2 whose rows are dependent (then a measurement is redundant or zero).
+    Parameters
+    ----------
+    a0 : array (n, n)
+        A_0, in 1/s.
+    a : sequence of K arrays (n, n)
+        A_1 ... A_K, in 1/s.
+    delays : sequence of K floats
+        Increasing and positive, s.
+    b : array (n, r)
+        Effect of the disturbance w.
+    c10 : array (p, n)
+        What of the present state is to be estimated.
+    c2 : array (q, n)
+        Measurements, of full row rank.
+    c1 : sequence of K arrays (p, n), optional
+        What of the delayed states is to be estimated; nothing unless given.
+
+    Returns
+    -------
+    DelaySystem
+        The matrices as read-only arrays.
+
+    Raises
+    ------
+    InvalidInputError
+        Non-positive, equal or unordered delays, wrong shapes, no disturbance or output, entries that are not finite, or
+        dependent rows of C_2 (then a measurement is redundant or zero).
     """
     state = as_matrix("a0", a0)
     size = state.shape[0]

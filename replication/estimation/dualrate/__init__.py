@@ -3,18 +3,20 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from replication.estimation.dualrate.facade import DualRateResult, analyse, compare, design, simulate
+    from replication.estimation.dualrate.facade import analyse, compare, design, simulate
     from replication.estimation.dualrate.observers import OBSERVERS
     from replication.estimation.dualrate.problem import make_plant
+    from replication.estimation.dualrate.result import DualRateResult
 else:
     from replication.estimation.lazy import lazy
 
     __getattr__ = lazy(
         __name__,
         {
-            "facade": "DualRateResult analyse compare design simulate",
+            "facade": "analyse compare design simulate",
             "observers": "OBSERVERS",
             "problem": "make_plant",
+            "result": "DualRateResult",
         },
     )
 

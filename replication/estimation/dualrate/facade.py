@@ -6,96 +6,38 @@ does so is a choice (`observer`, one of `OBSERVERS`). u = K x^, and L corrects t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.api.results import (
-    EXACT_GAIN,
-    Bracket,
-    Evidence,
-    GainResult,
-    Panel,
-    Simulation,
-    frozen,
-    require_result,
-)
-from replication.estimation.api.running import PeriodicObserver, Phase
-from replication.estimation.api.signals import Signals, numbered
+from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence
+from replication.estimation.api.shown import frozen
+from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.dualrate.loop import (
     MARGINAL,
-    DualRateLoop,
     close_loop,
-    lifted_system,
     noise_gain,
     require_stable,
     stability_radius,
 )
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, dual_rate_design
+from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, dual_rate_design, signals_of
 from replication.estimation.dualrate.response import time_response
-from replication.estimation.dualrate.sampled import sampled_model
-from replication.estimation.linear.norms import l2_gain, response_norm
-from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.validation import as_matrix
+from replication.estimation.dualrate.result import DualRateResult, noise_to_output
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.validation import Array, as_matrix
 
 if TYPE_CHECKING:
     import control
 
-QUANTITY = "root-mean-square gain of the closed loop from sensor noise to the plant output at the fast instants"
 DEFAULT_OBSERVER = "running_prediction"
 """The repaired predictor: between measurements it carries on from the last one."""
-ANGLES = 200
 SUBSTEPS = 10
 """Points of a time response per fast period."""
 SEMIDEFINITE = 1e-12
 """Negative eigenvalues of a weight up to so much of the largest are rounding."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class DualRateResult(GainResult):
-    """Gains K (input, state) and L (state, output) in a closed loop with one observer."""
-
-    loop: DualRateLoop
-    observer_name: str
-    discrete_gain: bool
-
-    def observer(self) -> PeriodicObserver:
-        """x^(k) at the fast instants; the measurement is looked at every M-th instant only. Use u(k) = K x^(k)."""
-        problem = self.loop.design
-        built = OBSERVERS[self.observer_name](sampled_model(problem, discrete_gain=self.discrete_gain))
-        every = self.observer_name == "fast_sensor"
-        count = len(problem.model.output)
-        phases = [
-            Phase(s.transition, s.input, s.injection, s.readout, np.full(count, every or k == 0))
-            for k, s in enumerate(built.steps)
-        ]
-        return PeriodicObserver(phases, problem.model.output)
-
-    def to_statespace(self) -> control.StateSpace:
-        """The closed loop over one slow period M T, from sensor noise to the plant outputs at the M fast instants."""
-        lifted = lifted_system(self.loop)
-        instants = range(self.loop.design.ratio)
-        noise = [f"noise of {name}" for name in self.signals.measurements]
-        if lifted.ninputs != len(noise):
-            noise = [f"{name}@{k}" for k in instants for name in noise]
-        lifted.set_inputs(noise)
-        lifted.set_outputs([f"{name}@{k}" for k in instants for name in self.signals.measurements])
-        return lifted
-
-    def panels(self) -> tuple[Panel, ...]:
-        """The gain from noise to output over the frequency, with its supremum."""
-        angles = np.linspace(0.0, np.pi, ANGLES)
-        norm = response_norm(_noise_to_output(self.loop))
-        gains = np.array([norm(float(angle)) for angle in angles])
-        frequency = angles / self.loop.design.slow_period
-        label = "frequency (rad/s, folded at the slow period)"
-        return (
-            Panel(frequency, label, "largest gain to the output", {"gain": gains}, {"guaranteed level": self.value}),
-        )
 
 
 def design(
@@ -111,12 +53,45 @@ def design(
 ) -> DualRateResult:
     """A loop with the linear-quadratic K and the stationary Kalman gain L of the continuous-time plant.
 
-    plant: a strictly proper continuous-time `control.StateSpace`, or `make_plant(A, B, C)`; period T in seconds; ratio
-    M; observer: one of `OBSERVERS`. K minimises the integral of x'Qx + u'Ru, Q = state_weight (C'C unless given),
-    R = input_weight (identity); L is the Kalman gain for noise of intensities process_noise (n, n) (BB') and
-    sensor_noise (p, p) (identity). The loop that these gains make at the two rates is then analysed exactly. Raises
-    InvalidInputError for what does not fit, InfeasibleError if there are no such gains or the loop is unstable.
+    The loop that these gains make at the two rates is analysed exactly.
 
+    Parameters
+    ----------
+    plant : control.StateSpace or Plant
+        Strictly proper and continuous-time, or what `make_plant(A, B, C)` gives; n states, m inputs, p outputs.
+    period : float
+        Fast period T of the input, s.
+    ratio : int
+        M; the sensor delivers every M T.
+    observer : str
+        What fills the instants between, one of `OBSERVERS`.
+    state_weight : array (n, n), optional
+        Q in the integral of x'Qx + u'Ru that K minimises; C'C unless given.
+    input_weight : array (m, m), optional
+        R of that integral; the identity unless given.
+    process_noise : array (n, n), optional
+        Intensity of the process noise for which L is the Kalman gain; BB' unless given.
+    sensor_noise : array (p, p), optional
+        Intensity of the sensor noise; the identity unless given.
+
+    Returns
+    -------
+    DualRateResult
+        Gains K (m, n) and L (n, p), and the exact gain of their loop.
+
+    Raises
+    ------
+    InvalidInputError
+        An argument does not fit, or the rates lose an unstable mode.
+    InfeasibleError
+        There are no such gains, or the loop is unstable.
+
+    Notes
+    -----
+    The plant is eq. (1) of Shao et al., the observer's differential equation (3), the feedback (8).
+
+    Examples
+    --------
     >>> from replication.estimation.dualrate import make_plant
     >>> servo = make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])
     >>> loop = design(servo, period=0.01, ratio=20)
@@ -125,10 +100,10 @@ def design(
     """
     model = as_plant(plant)
     A, B, C = model.state, model.input, model.output
-    Q = C.T @ C if state_weight is None else _symmetric("state_weight", state_weight, len(A))
-    R = np.eye(B.shape[1]) if input_weight is None else _definite("input_weight", input_weight, B.shape[1])
-    W = B @ B.T if process_noise is None else _symmetric("process_noise", process_noise, len(A))
-    V = np.eye(len(C)) if sensor_noise is None else _definite("sensor_noise", sensor_noise, len(C))
+    Q = _weight("state_weight", state_weight, C.T @ C)
+    R = _weight("input_weight", input_weight, np.eye(B.shape[1]), definite=True)
+    W = _weight("process_noise", process_noise, B @ B.T)
+    V = _weight("sensor_noise", sensor_noise, np.eye(len(C)), definite=True)
     K = -np.linalg.solve(R, B.T @ _riccati(A, B, Q, R, "state_weight, input_weight"))
     L = np.linalg.solve(V, C @ _riccati(A.T, C.T, W, V, "process_noise, sensor_noise")).T
     return analyse(plant, feedback=K, injection=L, period=period, ratio=ratio, observer=observer)
@@ -144,16 +119,42 @@ def analyse(
     observer: str = DEFAULT_OBSERVER,
     discrete_gain: bool = False,
 ) -> DualRateResult:
-    """The closed loop with given gains: feedback K (m, n) with u = K x^ (A + BK stable), injection L (n, p).
+    """The closed loop with given gains.
 
-    discrete_gain: L corrects by steps instead of in the observer's differential equation. The others as in `design`.
-    Raises InvalidInputError for what does not fit (see `dual_rate_design`), InfeasibleError if the loop is unstable.
+    Parameters
+    ----------
+    plant : control.StateSpace or Plant
+        As in `design`.
+    feedback : array (m, n)
+        K with u = K x^, so that A + B K is the loop with full state.
+    injection : array (n, p)
+        L of the observer.
+    period : float
+        As in `design`, s.
+    ratio : int
+        As in `design`.
+    observer : str
+        As in `design`.
+    discrete_gain : bool
+        Whether L corrects by steps instead of in the observer's differential equation.
+
+    Returns
+    -------
+    DualRateResult
+        The same gains and the exact gain of their loop.
+
+    Raises
+    ------
+    InvalidInputError
+        An argument does not fit, or the rates lose an unstable mode.
+    InfeasibleError
+        The loop is unstable; the message names observers with which it would be stable.
     """
     problem = dual_rate_design(plant, feedback=feedback, injection=injection, period=period, ratio=ratio)
     loop = close_loop(problem, _builder(observer), discrete_gain=discrete_gain)
     if stability_radius(loop) >= 1.0 - MARGINAL:
         require_stable(loop, _advice(problem, discrete_gain))
-    gain = l2_gain(_noise_to_output(loop))
+    gain = l2_gain(noise_to_output(loop))
     evidence = (
         Evidence("monodromy radius", stability_radius(loop), "largest eigenvalue over one slow period; stable below 1"),
         Evidence("noise to output", noise_gain(loop), "standard deviations, white noise, periodic Lyapunov equation"),
@@ -162,13 +163,10 @@ def analyse(
         Evidence("ratio M", problem.ratio, "as given"),
     )
     return DualRateResult(
-        method="dualrate",
-        quantity=QUANTITY,
         bracket=Bracket(gain.lower, gain.upper, EXACT_GAIN),
         gains=frozen({"K": problem.feedback, "L": problem.injection}),
-        axes={"K": "(input, state)", "L": "(state, output)"},
         evidence=evidence,
-        signals=_signals(plant, problem),
+        signals=signals_of(plant, problem.period),
         loop=loop,
         observer_name=observer,
         discrete_gain=discrete_gain,
@@ -176,19 +174,56 @@ def analyse(
 
 
 def compare(result: DualRateResult) -> dict[str, float]:
-    """The monodromy radius of the same gains with each of `OBSERVERS`: the loop is stable iff it is below one."""
-    require_result(result, DualRateResult)
+    """The same gains with each observer.
+
+    Parameters
+    ----------
+    result : DualRateResult
+        What `design` or `analyse` gave.
+
+    Returns
+    -------
+    dict of str to float
+        Spectral radius of the monodromy matrix for each of `OBSERVERS`: the loop is stable iff it is below one.
+
+    Raises
+    ------
+    InvalidInputError
+        `result` is something else.
+    """
+    DualRateResult.require(result)
     return _radii(result.loop.design, result.discrete_gain)
 
 
 def simulate(
     result: DualRateResult, start: Any, *, slow_periods: int, estimate: Any = None, output: int = 0
 ) -> Simulation:
-    """The loop from x(0) = `start` and x^(0) = `estimate` (zero unless given), between the instants too; no noise.
+    """The loop from given starts, without noise, between the instants too.
 
-    output: which output is shown, from 0. Raises InvalidInputError for another length or no such output.
+    Parameters
+    ----------
+    result : DualRateResult
+        What `design` or `analyse` gave.
+    start : array (n,)
+        x(0).
+    slow_periods : int
+        How many slow periods M T.
+    estimate : array (n,), optional
+        x^(0); zero unless given.
+    output : int
+        Which output is shown, from 0.
+
+    Returns
+    -------
+    Simulation
+        Signals "output", "input" and "estimation error", ten points per fast period.
+
+    Raises
+    ------
+    InvalidInputError
+        A start of another length, or no such output.
     """
-    require_result(result, DualRateResult)
+    DualRateResult.require(result)
     first = np.zeros(result.loop.design.model.size) if estimate is None else estimate
     response = time_response(result.loop, start, first, slow_periods=slow_periods, substeps=SUBSTEPS, output=output)
     held = np.repeat(np.arange(len(response.instants)), SUBSTEPS)
@@ -197,9 +232,7 @@ def simulate(
         "input": response.input[held],
         "estimation error": (response.state - response.estimate)[held],
     }
-    return Simulation(
-        method="dualrate", time=response.time, time_label="time (s)", signals=frozen(signals), ratio=None, steps=False
-    )
+    return simulated(result.method, response.time, signals, ratio=None, steps=False)
 
 
 def _radii(problem: DualRateDesign, discrete_gain: bool) -> dict[str, float]:
@@ -224,31 +257,17 @@ def _builder(observer: str) -> Any:
     return OBSERVERS[observer]
 
 
-def _noise_to_output(loop: DualRateLoop) -> PeriodicSystem:
-    """Outputs are weighted so that the mean square over M fast instants is set beside that over the readings."""
-    rows = len(loop.plant.output)
-    readings = sum(bool(np.any(step.noise)) for step in loop.steps)
-    weight = np.sqrt(max(readings, 1) / len(loop.steps))
-    output = weight * np.hstack([loop.plant.output, np.zeros((rows, loop.size - loop.plant.size))])
-    return PeriodicSystem(
-        tuple(Stage(step.state, step.noise, output, np.zeros((rows, step.noise.shape[1]))) for step in loop.steps)
-    )
-
-
-def _symmetric(name: str, value: Any, size: int) -> Any:
-    """The matrix (size, size); raises InvalidInputError unless it is symmetric and positive semidefinite."""
+def _weight(name: str, value: Any, default: Array, *, definite: bool = False) -> Array:
+    """The symmetric weight or `default`; InvalidInputError unless it is positive semidefinite, or definite if asked."""
+    if value is None:
+        return default
+    size = len(default)
     matrix = as_matrix(name, value, rows=size, columns=size)
     least, largest = np.linalg.eigvalsh(matrix)[[0, -1]]
-    if not np.array_equal(matrix, matrix.T) or least < -SEMIDEFINITE * max(largest, 0.0):
-        raise InvalidInputError(f"{name} must be symmetric and positive semidefinite, got {matrix.tolist()}")
-    return matrix
-
-
-def _definite(name: str, value: Any, size: int) -> Any:
-    """The matrix (size, size); raises InvalidInputError unless it is symmetric and positive definite."""
-    matrix = as_matrix(name, value, rows=size, columns=size)
-    if not np.array_equal(matrix, matrix.T) or np.linalg.eigvalsh(matrix)[0] <= 0:
-        raise InvalidInputError(f"{name} must be symmetric and positive definite, got {matrix.tolist()}")
+    good = least > 0 if definite else least >= -SEMIDEFINITE * max(largest, 0.0)
+    if not np.array_equal(matrix, matrix.T) or not good:
+        word = "definite" if definite else "semidefinite"
+        raise InvalidInputError(f"{name} must be symmetric and positive {word}, got {matrix.tolist()}")
     return matrix
 
 
@@ -260,12 +279,3 @@ def _riccati(A: Any, B: Any, Q: Any, R: Any, weights: str) -> Any:
             f"the Riccati equation for {weights} has no stabilising solution ({error}): every unstable mode must be "
             "moved by the input and seen by the sensor, and no mode on the imaginary axis may be left out of the weight"
         ) from None
-
-
-def _signals(plant: Plant | control.StateSpace, problem: DualRateDesign) -> Signals:
-    model = problem.model
-    if not isinstance(plant, Plant):
-        states, inputs = tuple(plant.state_labels), tuple(plant.input_labels)
-        return Signals(states, inputs, tuple(plant.output_labels), states, problem.period)
-    states, inputs = numbered("x", model.size), numbered("u", model.input.shape[1])
-    return Signals(states, inputs, numbered("y", len(model.output)), states, problem.period)

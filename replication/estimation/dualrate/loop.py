@@ -16,7 +16,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.observers import Builder, ObserverStep
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant
 from replication.estimation.dualrate.sampled import Harmonic, Held, check_fit, over_time, sampled_model
-from replication.estimation.linear.periodic import PeriodicSystem, Stage
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
 from replication.estimation.validation import Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -143,15 +143,18 @@ def require_stable(loop: DualRateLoop, consequence: str) -> None:
         raise InfeasibleError(f"the loop is {word} (monodromy radius {radius:.6g}, must be below 1): {consequence}")
 
 
-def lifted_system(loop: DualRateLoop) -> control.StateSpace:
-    """The loop over one slow period, dt = M T: inputs the sensor noises, outputs the plant outputs of all M phases."""
+def noise_system(loop: DualRateLoop, weight: float = 1.0) -> PeriodicSystem:
+    """The loop from the sensor noise to the plant outputs times `weight` at all M phases."""
     rows = len(loop.plant.output)
-    output = np.hstack([loop.plant.output, np.zeros((rows, loop.size - loop.plant.size))])
-    direct = np.zeros((rows, loop.steps[0].noise.shape[1]))
-    lifted = PeriodicSystem(tuple(Stage(step.state, step.noise, output, direct) for step in loop.steps)).lift()
-    import control
+    output = weight * np.hstack([loop.plant.output, np.zeros((rows, loop.size - loop.plant.size))])
+    return PeriodicSystem(
+        tuple(Stage(step.state, step.noise, output, np.zeros((rows, step.noise.shape[1]))) for step in loop.steps)
+    )
 
-    return control.StateSpace(lifted.A, lifted.B, lifted.C, lifted.D, loop.design.slow_period)
+
+def lifted_system(loop: DualRateLoop) -> control.StateSpace:
+    """`noise_system` over one slow period, dt = M T: inputs the sensor noises, outputs those of all M phases."""
+    return lifted_statespace(noise_system(loop), dt=loop.design.period)
 
 
 def noise_gain(loop: DualRateLoop) -> float:

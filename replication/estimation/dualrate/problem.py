@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.signals import is_statespace
+from replication.estimation.api.signals import Signals, is_statespace, numbered
 from replication.estimation.validation import (
     Array,
     ComplexArray,
@@ -31,7 +31,17 @@ MAX_RATIO = 100_000
 
 @dataclass(frozen=True, eq=False)
 class Plant:
-    """x' = state x + input u, y = output x. Shapes: (n, n), (n, m), (p, n)."""
+    """x' = state x + input u, y = output x.
+
+    Attributes
+    ----------
+    state : array (n, n)
+        A, in 1/s.
+    input : array (n, m)
+        B.
+    output : array (p, n)
+        C.
+    """
 
     state: Array
     input: Array
@@ -83,7 +93,27 @@ class DualRateDesign:
 
 
 def make_plant(state: Any, input: Any, output: Any) -> Plant:
-    """Check shapes and finiteness; raises InvalidInputError."""
+    """A plant of arrays: x' = state x + input u, y = output x.
+
+    Parameters
+    ----------
+    state : array (n, n)
+        A, in 1/s.
+    input : array (n, m)
+        B.
+    output : array (p, n)
+        C.
+
+    Returns
+    -------
+    Plant
+        The matrices, checked.
+
+    Raises
+    ------
+    InvalidInputError
+        An entry is not finite, the shapes do not fit, or there is no state, input or output.
+    """
     a = as_matrix("state matrix A", state)
     a = as_matrix("state matrix A", a, columns=a.shape[0])
     b = as_matrix("input matrix B", input, rows=a.shape[0])
@@ -111,6 +141,15 @@ def plant_of(system: control.StateSpace) -> Plant:
 def as_plant(system: control.StateSpace | Plant) -> Plant:
     """`system` itself if it is a `Plant`, else `plant_of` it; raises InvalidInputError."""
     return system if isinstance(system, Plant) else plant_of(system)
+
+
+def signals_of(plant: control.StateSpace | Plant, period: float) -> Signals:
+    """Names of the signals of a plant that is sampled every `period` seconds; what is estimated are its states."""
+    if isinstance(plant, Plant):
+        states, inputs = numbered("x", plant.size), numbered("u", plant.input.shape[1])
+        return Signals(states, inputs, numbered("y", len(plant.output)), states, period)
+    states = tuple(plant.state_labels)
+    return Signals(states, tuple(plant.input_labels), tuple(plant.output_labels), states, period)
 
 
 def row_of_output(plant: Plant, output: int) -> int:

@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from replication.estimation.dualrate.arguments import finite_vector
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy
 from replication.estimation.dualrate.problem import row_of_output
 from replication.estimation.dualrate.tracking import command, output_rows, period_response
-from replication.estimation.validation import Array, positive_integer
+from replication.estimation.validation import Array, finite_vector, positive_integer
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,10 +15,16 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.arguments import increasing_grid, one_of
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
 from replication.estimation.dualrate.sampled import Harmonic, over_time
-from replication.estimation.validation import Array, ComplexArray, positive_integer, positive_scalar
+from replication.estimation.validation import (
+    Array,
+    ComplexArray,
+    increasing_grid,
+    one_of,
+    positive_integer,
+    positive_scalar,
+)
 
 LEAST_SUBSTEPS, POINTS_PER_TURN = 100, 20
 """Grid before the refinement: points per fast period at least, and points per turn of the fastest oscillation."""

@@ -25,6 +25,8 @@ UPPER_MARGIN = 1e-9
 CIRCLE_TOLERANCE = 1e-7
 """Eigenvalues nearer than this to the unit circle count as on it: the square root of rounding, for double ones."""
 MAX_ROUNDS = 60
+ANGLES = 200
+"""Points of a gain over the frequency."""
 DENSE_INPUTS = 300
 """Up to so many inputs over a period the lifted response is a matrix, above it an operator (`LiftedResponse`)."""
 SAMPLES = tuple(np.linspace(0.0, np.pi, 8)[1:-1].tolist())
@@ -90,6 +92,12 @@ def response_norm(system: PeriodicSystem) -> Callable[[float], float]:
         return largest_singular_value(lambda v: adjoint(forward(v)), response.inputs)
 
     return value
+
+
+def gain_curve(system: PeriodicSystem, duration: float) -> tuple[Array, Array]:
+    """Frequencies (rad/s) up to half a turn over the period of `duration` seconds, and the largest gain at each."""
+    angles, norm = np.linspace(0.0, np.pi, ANGLES), response_norm(system)
+    return angles / duration, np.array([norm(float(angle)) for angle in angles])
 
 
 def spectral_norm(matrix: ComplexArray) -> float:

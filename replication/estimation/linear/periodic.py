@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.validation import Array, ComplexArray, as_matrix
+from replication.estimation.validation import Array, ComplexArray, as_matrix, positive_scalar
+
+if TYPE_CHECKING:
+    import control
 
 
 class Stage(NamedTuple):
@@ -113,3 +116,15 @@ def frequency_response(system: Stage, angle: float) -> ComplexArray:
     """C (e^{j angle} I - A)^-1 B + D of a time-invariant system; angle in radians per sample."""
     z = np.exp(1j * angle)
     return np.asarray(system.C @ np.linalg.solve(z * np.eye(len(system.A)) - system.A, system.B) + system.D)
+
+
+def lifted_statespace(system: PeriodicSystem, *, dt: float = 1.0) -> control.StateSpace:
+    """The time-invariant system over one period, from the inputs of all N phases, stacked, to their outputs.
+
+    dt: the base period in seconds; the sampling period of the result is N dt. The state is that at phase 0. Its
+    H-infinity norm is the l2-induced norm of `system` (an error system, say, or an observer).
+    """
+    import control
+
+    A, B, C, D = system.lift()
+    return control.StateSpace(A, B, C, D, positive_scalar("dt", dt, unit="seconds") * system.period)

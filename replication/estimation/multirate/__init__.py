@@ -3,8 +3,9 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from replication.estimation.multirate.facade import MultirateResult, analyse, design, simulate
+    from replication.estimation.multirate.facade import analyse, design, simulate
     from replication.estimation.multirate.plant import MultiratePlant
+    from replication.estimation.multirate.result import MultirateResult
     from replication.estimation.multirate.timing import search_timing
 else:
     from replication.estimation.lazy import lazy
@@ -12,8 +13,9 @@ else:
     __getattr__ = lazy(
         __name__,
         {
-            "facade": "MultirateResult analyse design simulate",
+            "facade": "analyse design simulate",
             "plant": "MultiratePlant",
+            "result": "MultirateResult",
             "timing": "search_timing",
         },
     )

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.signals import is_statespace
+from replication.estimation.api.signals import index_of, is_statespace
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 _NOT_GIVEN = np.zeros((0, 0))
@@ -22,12 +22,31 @@ def _not_given() -> Array:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MultiratePlant:
-    """A discrete-time plant with process noise d and sensor noise w.
+    """A discrete-time plant with process noise d and sensor noise w: eqs. (2), (3) and (18).
 
-    Shapes: A (n, n), B_d (n, m_d), C (q, n), D (q, q_w), W (n_z, n), B_u (n, m_u). W is the identity and B_u empty
-    unless given (or if None). `dt` is the base period in seconds (1.0 if it does not matter). The noise is scaled so
-    that d and w are the signals whose l2 norm counts. Raises InvalidInputError if an entry is not finite or the shapes
-    do not fit.
+    The noise is scaled so that d and w are the signals whose l2 norm counts.
+
+    Parameters
+    ----------
+    A : array (n, n)
+        State transition over one base period.
+    B_d : array (n, m_d)
+        Effect of the process noise d.
+    C : array (q, n)
+        Sensors.
+    D : array (q, q_w)
+        Effect of the sensor noise w.
+    W : array (n_z, n), optional
+        Weight of the estimation error, z = W e; the identity unless given.
+    B_u : array (n, m_u), optional
+        Effect of the known inputs u; none unless given.
+    dt : float
+        Base period in s; 1 if it does not matter.
+
+    Raises
+    ------
+    InvalidInputError
+        An entry is not finite, the shapes do not fit, or there is no state, sensor, disturbance or weight.
     """
 
     A: Array
@@ -95,9 +114,27 @@ class MultiratePlant:
     ) -> MultiratePlant:
         """Take A, B, C and dt from a discrete-time `control.StateSpace`.
 
-        disturbances: indices or labels of the inputs that are process noise (all if None); the others become B_u. D is
-        the sensor noise matrix (q, q_w). Raises InvalidInputError for a continuous-time system, a feedthrough from an
-        input to a sensor (the observer has no place for one), or an unknown input.
+        Parameters
+        ----------
+        system : control.StateSpace
+            Discrete-time, without feedthrough.
+        D : array (q, q_w)
+            Effect of the sensor noise w.
+        disturbances : sequence of int or str, optional
+            Inputs that are process noise, by index or label; all unless given. The others become B_u.
+        W : array (n_z, n), optional
+            Weight of the estimation error.
+
+        Returns
+        -------
+        MultiratePlant
+            With the sampling period of the system; 1 s if it has none.
+
+        Raises
+        ------
+        InvalidInputError
+            A continuous-time system, a feedthrough from an input to a sensor (the observer has no place for one), or
+            an unknown input.
         """
         if not is_statespace(system):
             raise InvalidInputError(f"system must be a control.StateSpace, got {type(system).__name__}")
@@ -112,7 +149,9 @@ class MultiratePlant:
         labels = list(system.input_labels)
         if isinstance(disturbances, str) or (disturbances is not None and not np.iterable(disturbances)):
             raise InvalidInputError(f"disturbances must be a sequence of inputs, got {disturbances!r}; write a list")
-        chosen = list(range(len(labels))) if disturbances is None else [_input_index(i, labels) for i in disturbances]
+        chosen = (
+            list(range(len(labels))) if disturbances is None else [index_of(i, labels, "input") for i in disturbances]
+        )
         if len(set(chosen)) < len(chosen):
             raise InvalidInputError(f"disturbances must name each input once, got {disturbances!r}")
         others = [i for i in range(len(labels)) if i not in chosen]
@@ -126,11 +165,3 @@ class MultiratePlant:
             B_u=B[:, others],
             dt=1.0 if system.dt is True else float(system.dt),
         )
-
-
-def _input_index(name: int | str, labels: list[str]) -> int:
-    if isinstance(name, str) and name in labels:
-        return labels.index(name)
-    if isinstance(name, (int, np.integer)) and not isinstance(name, bool) and 0 <= name < len(labels):
-        return int(name)
-    raise InvalidInputError(f"no input {name!r}; the inputs are {', '.join(labels)} (or their indices from 0)")

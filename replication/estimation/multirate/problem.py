@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from replication.errors import InvalidInputError
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
@@ -58,14 +59,17 @@ class MultirateProblem:
         """For each phase, the sensors that are measured."""
         return [list(self.schedule.measured(k)) for k in range(self.schedule.period)]
 
+    def checked(self, gains: npt.ArrayLike) -> Array:
+        """Gains as an array (N, n, q); raises InvalidInputError for another shape."""
+        shape = (self.schedule.period, self.plant.order, self.plant.sensors)
+        return as_array("gains", gains, shape, axes="(N, n, q)")
+
     def error_system(self, gains: Array) -> PeriodicSystem:
         """Eqs. (16), (18): e+ = (A - L_k S_k C) e + B_d d - L_k S_k D w, z = W e; gains of shape (N, n, q).
 
         Columns of L_k of sensors that are not measured at k have no effect. Raises InvalidInputError for another shape.
         """
-        shape = (self.schedule.period, self.plant.order, self.plant.sensors)
-        gains = as_array("gains", gains, shape, axes="(N, n, q)")
-        plant = self.plant
+        gains, plant = self.checked(gains), self.plant
         stages = []
         for rows, L in zip(self.measured_rows(), gains, strict=True):
             gain = L[:, rows]
@@ -77,6 +81,22 @@ class MultirateProblem:
 def require_problem(problem: Any) -> None:
     """Raise InvalidInputError unless `problem` is a MultirateProblem."""
     _of_type("problem", problem, MultirateProblem, "MultirateProblem(plant, schedule)")
+
+
+def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> PeriodicSystem:
+    """The observer, eq. (15): x^+ = A x^ + B_u u + L_k S_k (y - C x^), from (u, y) to z^ = W x^; gains (N, n, q).
+
+    y has all q sensors at every instant; entries of those that do not measure have no effect. Raises InvalidInputError
+    for what is not a problem, or gains of another shape.
+    """
+    require_problem(problem)
+    plant = problem.plant
+    stages = []
+    for k, L in enumerate(problem.checked(gains)):
+        used = L @ problem.schedule.selection(k)
+        inputs = np.hstack([plant.B_u, used])
+        stages.append(Stage(plant.A - used @ plant.C, inputs, plant.W, np.zeros((len(plant.W), inputs.shape[1]))))
+    return PeriodicSystem(tuple(stages))
 
 
 def _of_type(name: str, value: Any, wanted: type, how: str) -> None:

@@ -18,7 +18,15 @@ Apply = Callable[[Callable[[Offsets], Optimum], Sequence[Offsets]], Iterable[Opt
 
 @dataclass(frozen=True)
 class TimingSearch:
-    """Optimum of every distinct set of offsets for given periods; `best` is the first of the smallest."""
+    """Optimum of every distinct set of offsets for given periods.
+
+    Attributes
+    ----------
+    periods : tuple of int
+        Sensing periods N_i, in base periods.
+    optima : dict
+        `Optimum` by offsets; `best` is the first of the smallest.
+    """
 
     periods: tuple[int, ...]
     optima: dict[Offsets, Optimum]
@@ -35,10 +43,29 @@ class TimingSearch:
 
 
 def search_timing(plant: MultiratePlant, periods: Sequence[int], *, apply: Apply = map) -> TimingSearch:
-    """Optimum for each set of offsets that is more than a shift of the origin; two sensors have gcd(N_1, N_2).
+    """Compare the optima of all offsets that are more than a shift of the origin; two sensors have gcd(N_1, N_2).
 
-    apply: who computes them; the `map` of a `concurrent.futures.ProcessPoolExecutor` uses every core, and gives the
-    same. Raises InvalidInputError for a period not whole, and what `optimum` raises.
+    Parameters
+    ----------
+    plant : MultiratePlant
+        The plant.
+    periods : sequence of int, one per sensor
+        Sensing periods N_i, in base periods.
+    apply : callable
+        Computes the optima; the `map` of a `concurrent.futures.ProcessPoolExecutor` uses every core, and gives the
+        same.
+
+    Returns
+    -------
+    TimingSearch
+        The optimum of each set of offsets, and the best of them.
+
+    Raises
+    ------
+    InvalidInputError
+        A period is not whole, there are too many sets of offsets, or the problem is not well posed.
+    SolverError
+        Rounding spoils the recursion of `optimum`.
     """
     tried = tuple(distinct_offsets(periods))
     optima = apply(partial(_optimum_at, plant, tuple(periods)), tried)

@@ -10,8 +10,9 @@ from enum import StrEnum
 import numpy as np
 
 from replication.errors import SolverError
-from replication.estimation.conic.clarabel_blocks import ALMOST, Inequalities, minimise, symmetric_basis
-from replication.estimation.conic.sdpa_blocks import minimise_dense
+from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
+from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
+from replication.estimation.conic.refined import minimise_refined
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.linear.norms import hinf_norm
 from replication.estimation.nonuniform.filters import Filter, gramian
@@ -100,34 +101,25 @@ def lmi10(plant: SampledPlant, Phi: Array, Gamma: Array, v: LmiVariables) -> Arr
     """
     C, D, L = plant.C, plant.D, plant.L
     n, m, s = plant.order, Gamma.shape[-1], len(L)
-    first = np.concatenate([v.Z @ Phi, v.Z @ Phi, v.Z @ Gamma], axis=-1)
-    second = np.concatenate([v.Y @ Phi + v.F @ C + v.Q, v.Y @ Phi + v.F @ C, v.Y @ Gamma + v.F @ D], axis=-1)
-    output = np.concatenate([L - v.G, np.broadcast_to(L, v.G.shape), np.zeros((*v.G.shape[:-2], s, m))], axis=-1)
-    output = np.broadcast_to(output, (*first.shape[:-2], s, 2 * n + m))
-    corner = np.concatenate([first, second, output], axis=-2)
-    left = _diagonal(_pair(v.Z, v.Y), np.eye(s))
-    right = _diagonal(_pair(v.Z, v.Y), np.asarray(v.delta)[..., None, None] * np.eye(m))
-    transposed = np.swapaxes(corner, -1, -2)
-    stack = corner.shape[:-2]
-    left, right = (np.broadcast_to(block, (*stack, *block.shape[-2:])) for block in (left, right))
-    return np.concatenate(
-        [np.concatenate([-left, corner], axis=-1), np.concatenate([transposed, -right], axis=-1)], axis=-2
+    corner = _blocks(
+        [
+            [v.Z @ Phi, v.Z @ Phi, v.Z @ Gamma],
+            [v.Y @ Phi + v.F @ C + v.Q, v.Y @ Phi + v.F @ C, v.Y @ Gamma + v.F @ D],
+            [L - v.G, L, np.zeros((s, m))],
+        ]
     )
+    # [[Z, Z], [Z, Y]] is the congruence J1' P J1 of the paper's proof.
+    pair, level = _blocks([[v.Z, v.Z], [v.Z, v.Y]]), np.asarray(v.delta)[..., None, None] * np.eye(m)
+    left = _blocks([[pair, np.zeros((2 * n, s))], [np.zeros((s, 2 * n)), np.eye(s)]])
+    right = _blocks([[pair, np.zeros((2 * n, m))], [np.zeros((m, 2 * n)), level]])
+    return _blocks([[-left, corner], [np.swapaxes(corner, -1, -2), -right]])
 
 
-def _pair(Z: Array, Y: Array) -> Array:
-    """[[Z, Z], [Z, Y]]: the congruence J1' P J1 of the paper's proof."""
-    return np.concatenate([np.concatenate([Z, Z], axis=-1), np.concatenate([Z, Y], axis=-1)], axis=-2)
-
-
-def _diagonal(first: Array, second: Array) -> Array:
-    """diag(first, second) over a stack."""
-    second = np.broadcast_to(second, (*first.shape[:-2], *second.shape[-2:]))
-    corner = np.zeros((*first.shape[:-1], second.shape[-1]))
-    return np.concatenate(
-        [np.concatenate([first, corner], axis=-1), np.concatenate([np.swapaxes(corner, -1, -2), second], axis=-1)],
-        axis=-2,
-    )
+def _blocks(rows: Sequence[Sequence[Array]]) -> Array:
+    """The matrices made of these blocks, some of which are stacks of matrices."""
+    stack = np.broadcast_shapes(*(part.shape[:-2] for row in rows for part in row))
+    whole = [[np.broadcast_to(part, (*stack, *part.shape[-2:])) for part in row] for row in rows]
+    return np.concatenate([np.concatenate(row, axis=-1) for row in whole], axis=-2)
 
 
 def lmi_size(plant: SampledPlant) -> tuple[int, int]:
@@ -212,10 +204,10 @@ def solve_for_periods(normalised: Normalised, grid: Sequence[float], *, solver: 
     cost = np.zeros(group.coefficients.shape[1])
     cost[0] = 1.0
     if solver is Solver.SDPA:
-        x, duals, report = minimise_dense(cost, group)
+        x, duals, report = minimise_refined(cost, group)
     else:
-        solution = minimise(cost, (group,), accept=ALMOST)
-        x, duals, report = solution.x, solution.duals[0], solution.report
+        solution = solve_clarabel(program_under(cost, group), accept=ALMOST)
+        x, duals, report = solution.multipliers, np.array(solution.blocks), solution.report
     variables = combine(basis, x)
     level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))
     weights = np.trace(duals, axis1=1, axis2=2)

@@ -23,9 +23,21 @@ DOUBLINGS = 50
 
 @dataclass(frozen=True)
 class Filter:
-    """Eq. (4): x^(k+1) = A x^(k) + B y(k), z^(k) = C x^(k); A (nf, nf), B (nf, r), C (s, nf).
+    """Eq. (4): x^(k+1) = A x^(k) + B y(k), z^(k) = C x^(k).
 
-    Raises InvalidInputError if the shapes do not fit or an entry is not finite.
+    Parameters
+    ----------
+    A : array (nf, nf)
+        State transition from sample to sample, whatever the period.
+    B : array (nf, r)
+        Effect of the measurements.
+    C : array (s, nf)
+        The estimate.
+
+    Raises
+    ------
+    InvalidInputError
+        The shapes do not fit or an entry is not finite.
     """
 
     A: Array
@@ -48,13 +60,30 @@ class Filter:
             object.__setattr__(self, name, matrix)
 
     def to_statespace(self, dt: float | bool = True) -> control.StateSpace:
-        """The filter as a discrete-time `control.StateSpace` from y to z^; dt True means an unspecified period."""
+        """The filter from y to z^.
+
+        Parameters
+        ----------
+        dt : float or True
+            Sampling period, s; True means an unspecified one.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time and strictly proper.
+        """
         import control
 
         return control.StateSpace(self.A, self.B, self.C, np.zeros((len(self.C), self.B.shape[1])), dt)
 
     def spectral_radius(self) -> float:
-        """Largest modulus of the eigenvalues of A_f."""
+        """Stable for every sampling sequence iff it is below one.
+
+        Returns
+        -------
+        float
+            Largest modulus of the eigenvalues of A_f.
+        """
         return float(np.max(np.abs(np.linalg.eigvals(self.A))))
 
 
@@ -86,10 +115,13 @@ def require_settling(plant: SampledPlant, filter_: Filter) -> None:
 
 
 def error_step(plant: SampledPlant, filter_: Filter, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
-    """The state and input matrices of the error system (5) for given Phi (n, n) and Gamma (n, m)."""
-    n, nf = plant.order, len(filter_.A)
-    state = np.block([[Phi, np.zeros((n, nf))], [filter_.B @ plant.C, filter_.A]])
-    return state, np.vstack([Gamma, filter_.B @ plant.D])
+    """The state and input matrices of the error system (5) for given Phi (..., n, n) and Gamma (..., n, m)."""
+    n, nf, m = plant.order, len(filter_.A), plant.B.shape[1]
+    state, drive = np.zeros((*Phi.shape[:-2], n + nf, n + nf)), np.zeros((*Phi.shape[:-2], n + nf, m))
+    state[..., :n, :n], drive[..., :n, :] = Phi, Gamma
+    state[..., n:, :n], drive[..., n:, :] = filter_.B @ plant.C, filter_.B @ plant.D
+    state[..., n:, n:] = filter_.A
+    return state, drive
 
 
 def error_system(plant: SampledPlant, filter_: Filter, h: float, *, per_duration: bool = False) -> Stage:

@@ -3,6 +3,7 @@ discretisation."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ import numpy.typing as npt
 import scipy.linalg
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.signals import measured_outputs
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer, positive_scalar
 
 if TYPE_CHECKING:
@@ -27,7 +29,20 @@ observable."""
 
 @dataclass(frozen=True)
 class PeriodRange:
-    """The sampling periods [h_l, h_u] of eq. (2), in seconds; raises InvalidInputError unless 0 < h_l <= h_u < inf."""
+    """The sampling periods [h_l, h_u] of eq. (2).
+
+    Parameters
+    ----------
+    h_l : float
+        Shortest sampling period, s.
+    h_u : float
+        Longest sampling period, s.
+
+    Raises
+    ------
+    InvalidInputError
+        Unless 0 < h_l <= h_u < inf.
+    """
 
     h_l: float
     h_u: float
@@ -45,7 +60,18 @@ class PeriodRange:
         return (self.h_l + self.h_u) / 2
 
     def nodes(self, count: int) -> Array:
-        """`count` >= 1 equally spaced periods from h_l to h_u."""
+        """Equally spaced sampling periods.
+
+        Parameters
+        ----------
+        count : int
+            How many, at least one.
+
+        Returns
+        -------
+        array (count,)
+            From h_l to h_u, s.
+        """
         return np.linspace(self.h_l, self.h_u, positive_integer("the number of periods", count))
 
 
@@ -53,9 +79,24 @@ class PeriodRange:
 class SampledPlant:
     """Eq. (1): x' = Ax + Bw, y = Cx + Dw measured when sampled, z = Lx to be estimated; w is held between samples.
 
-    Shapes: A (n, n), B (n, m), C (r, n), D (r, m), L (s, n). Raises InvalidInputError if a shape does not fit, an
-    entry is not finite, a matrix is larger than LARGEST or smaller than its inverse, B or L is zero, A is not Hurwitz
-    (no filter of form (4) then has a bounded error) or (C, A) is not observable.
+    Parameters
+    ----------
+    A : array (n, n)
+        Hurwitz, in 1/s; otherwise no filter of form (4) has a bounded error.
+    B : array (n, m)
+        Effect of the disturbance w.
+    C : array (r, n)
+        Sensors.
+    D : array (r, m)
+        Effect of w on the sensors, their noise.
+    L : array (s, n)
+        What is estimated.
+
+    Raises
+    ------
+    InvalidInputError
+        A shape does not fit, an entry is not finite, a matrix is larger than LARGEST or smaller than its inverse, B or
+        L is zero, A is not Hurwitz or (C, A) is not observable.
     """
 
     A: Array
@@ -95,21 +136,35 @@ class SampledPlant:
         _require_hurwitz(A)
         _require_observable(A, C)
 
-    @classmethod
-    def from_statespace(cls, system: control.StateSpace, measured: int) -> SampledPlant:
-        """From a continuous-time `control.StateSpace` with inputs w, first `measured` outputs y and the others z.
+    @staticmethod
+    def from_statespace(system: control.StateSpace, measured: int | Sequence[int | str]) -> SampledPlant:
+        """From a continuous-time `control.StateSpace` with inputs w, first outputs y and the others z.
 
-        Raises InvalidInputError if the system is not continuous-time, has no z, or z has direct feedthrough from w.
+        Parameters
+        ----------
+        system : control.StateSpace
+            Continuous-time, without feedthrough from w to z.
+        measured : int, or sequence of int or str
+            How many of the first outputs are y, or which ones, by index or name.
+
+        Returns
+        -------
+        SampledPlant
+            The same matrices, the outputs split.
+
+        Raises
+        ------
+        InvalidInputError
+            The system is not continuous-time, has no z, or z has direct feedthrough from w.
         """
+        seen, others, _ = measured_outputs(system, measured)
         if not system.isctime(strict=True):
             raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
-        if not 1 <= measured < system.noutputs:
+        if np.any(system.D[others]):
             raise InvalidInputError(
-                f"`measured` must leave at least one y and one z of the {system.noutputs} outputs, got {measured}"
+                "the estimated outputs must have no feedthrough from w: set these rows of D to zero"
             )
-        if np.any(system.D[measured:]):
-            raise InvalidInputError("z must have no direct feedthrough from w: set the lower rows of D to zero")
-        return cls(system.A, system.B, system.C[:measured], system.D[:measured], system.C[measured:])
+        return SampledPlant(system.A, system.B, system.C[seen], system.D[seen], system.C[others])
 
     @property
     def order(self) -> int:
@@ -117,28 +172,82 @@ class SampledPlant:
         return len(self.A)
 
     def transition(self, h: float) -> Array:
-        """exp(h [[A, B], [0, 0]]) of shape (n + m, n + m); its upper rows are [Phi(h), Gamma(h)]. h in seconds."""
+        """exp(h [[A, B], [0, 0]]), whose upper rows are [Phi(h), Gamma(h)].
+
+        Parameters
+        ----------
+        h : float
+            Sampling period, s.
+
+        Returns
+        -------
+        array (n + m, n + m)
+            State and held disturbance over one interval.
+        """
         return np.asarray(scipy.linalg.expm(h * self.generator()))
 
     def transitions(self, periods: Array) -> Array:
-        """`transition` at each of the periods (K,), of shape (K, n + m, n + m)."""
+        """`transition` at each of several sampling periods.
+
+        Parameters
+        ----------
+        periods : array (K,)
+            Sampling periods, s.
+
+        Returns
+        -------
+        array (K, n + m, n + m)
+            One after the other.
+        """
         return np.asarray(scipy.linalg.expm(np.asarray(periods)[:, None, None] * self.generator()))
 
     def generator(self) -> Array:
-        """[[A, B], [0, 0]]: the plant with w held constant, as an autonomous system; shape (n + m, n + m)."""
+        """The plant with w held constant, as an autonomous system.
+
+        Returns
+        -------
+        array (n + m, n + m)
+            [[A, B], [0, 0]], in 1/s.
+        """
         n, m = self.B.shape
         return np.block([[self.A, self.B], [np.zeros((m, n + m))]])
 
     def discretise(self, h: float) -> tuple[Array, Array]:
-        """Phi(h) = e^{hA} (n, n) and Gamma(h) = int_0^h e^{tA} dt B (n, m) of eq. (3), for w held over h > 0
-        seconds."""
+        """The plant between two samples, eq. (3), for w held over h.
+
+        Parameters
+        ----------
+        h : float
+            Sampling period, s.
+
+        Returns
+        -------
+        (array (n, n), array (n, m))
+            Phi(h) = e^{hA} and Gamma(h) = int_0^h e^{tA} dt B.
+        """
         period = positive_scalar("h", h, unit="s")
         n = self.order
         whole = self.transition(period)
         return whole[:n, :n], whole[:n, n:]
 
     def in_coordinates(self, T: Array) -> SampledPlant:
-        """The same plant with state T x, T (n, n); raises InvalidInputError if T is singular or of another shape."""
+        """The same plant with state T x.
+
+        Parameters
+        ----------
+        T : array (n, n)
+            Invertible.
+
+        Returns
+        -------
+        SampledPlant
+            Its w, y and z are the same.
+
+        Raises
+        ------
+        InvalidInputError
+            T is singular or of another shape.
+        """
         T = as_matrix("T", T, rows=self.order, columns=self.order)
         if np.linalg.matrix_rank(T) < self.order:
             raise InvalidInputError(f"T must be invertible, but has rank {np.linalg.matrix_rank(T)} < {self.order}")

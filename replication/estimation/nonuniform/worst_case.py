@@ -1,28 +1,38 @@
 """Lower bound of the gain over every sampling sequence: the gain of one bad sequence over a finite horizon.
 
-The gain of a given sequence h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to e_1 ...
-e_K,
-found by Lanczos on a sparse triangular system; the bound is ||e|| / ||w|| of the disturbance found, so it is attained.
+The gain of a given sequence h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to
+e_1 ... e_K, found by Lanczos on a sparse triangular system; the bound is ||e|| / ||w|| of the disturbance found, so it
+is attained. Sequences are searched by their run lengths: how many samples at h_u, at h_l, at h_u, and so on make the
+worst repeated pattern. Two lengths are searched from several starts; then runs are interrupted by one sample of the
+other kind and all lengths are searched again, as long as that pays.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import scipy.sparse
 import scipy.sparse.linalg
 
 from replication.errors import InvalidInputError
-from replication.estimation.nonuniform.filters import Filter, error_output, require_settling
+from replication.estimation.nonuniform.filters import Filter, error_output, error_step, require_settling
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
-from replication.estimation.nonuniform.run_search import Runs, adjusted, best_runs
 from replication.estimation.validation import Array, as_array, positive_integer
 
 SEARCH_TOLERANCE = 1e-4
 FINAL_TOLERANCE = 1e-10
 """Of Lanczos; the error of the singular value is about its square."""
+Runs = tuple[int, ...]
+Value = Callable[[Runs], float]
+
+IMPROVEMENT = 1e-6
+"""Relative gain below which a change of one length does not count."""
+WORTH = 1e-4
+"""Relative gain below which two more runs are not worth having."""
+MAX_RUNS = 8
 
 
 @dataclass(frozen=True)
@@ -104,16 +114,9 @@ def sequence_gain(
 
 def _error_steps(plant: SampledPlant, filter_: Filter, periods: Array) -> tuple[Array, Array, Array]:
     """Stacks of A-bar(h_k), B-bar(h_k), and C-bar."""
-    n, nf, m = plant.order, len(filter_.A), plant.B.shape[1]
     distinct, which = np.unique(periods, return_inverse=True)
-    transitions = plant.transitions(distinct)[which]
-    steps = np.zeros((len(periods), n + nf, n + nf))
-    steps[:, :n, :n] = transitions[:, :n, :n]
-    steps[:, n:, :n] = filter_.B @ plant.C
-    steps[:, n:, n:] = filter_.A
-    drives = np.zeros((len(periods), n + nf, m))
-    drives[:, :n] = transitions[:, :n, n:]
-    drives[:, n:] = filter_.B @ plant.D
+    upper = plant.transitions(distinct)[which][:, : plant.order]
+    steps, drives = error_step(plant, filter_, upper[..., : plant.order], upper[..., plant.order :])
     return steps, drives, error_output(plant, filter_)
 
 
@@ -145,7 +148,7 @@ def worst_sequence(
     final_horizon: int | None = None,
     per_duration: bool = False,
 ) -> BadSequence:
-    """Search bursts of h_u between runs of h_l, see `run_search`.
+    """Search bursts of h_u between runs of h_l, see `best_runs`.
 
     The level is that of the best pattern over `final_horizon` samples (by default `horizon`), for which the run lengths
     are adjusted, a lower bound of the gain over all sequences. Raises InvalidInputError if the filter does not fit,
@@ -176,3 +179,41 @@ def error_ratio(periods: Array, w: Array, e: Array, *, per_duration: bool = Fals
     weights = periods if per_duration else np.ones_like(periods)
     last = np.append(weights[1:], weights[-1])
     return float(np.sqrt(np.sum(last[:, None] * e[1:] ** 2) / np.sum(weights[:, None] * w**2)))
+
+
+def best_runs(value: Value, horizon: int) -> Runs:
+    """The runs of largest `value` that the search finds; `horizon` samples is as long as a run may usefully be.
+
+    Constant sequences, short, medium and endless runs of h_l are among the starts.
+    """
+    value = cache(value)
+    families: list[list[Runs]] = [[(0, 1)], [(1, 0)]]
+    families += [[(burst, rest) for burst in (1, 4, 16)] for rest in (1, horizon // 16, horizon)]
+    best = max((adjusted(max(family, key=value), value) for family in families), key=value)
+    while len(best) < MAX_RUNS:
+        finer = adjusted(max(_interrupted(best), key=value), value)
+        if value(finer) <= value(best) * (1 + WORTH):
+            return best
+        best = finer
+    return best
+
+
+def adjusted(runs: Runs, value: Value) -> Runs:
+    """Steepest ascent over the run lengths with steps of one and of a quarter of the length."""
+    value = cache(value)
+    while True:
+        steps = [(i, sign * size) for i, n in enumerate(runs) for sign in (-1, 1) for size in {1, max(1, n // 4)}]
+        moves = {(*runs[:i], max(0, runs[i] + step), *runs[i + 1 :]) for i, step in steps}
+        best = max(sorted(move for move in moves if any(move)), key=value)
+        if value(best) <= value(runs) * (1 + IMPROVEMENT):
+            return runs
+        runs = best
+
+
+def _interrupted(runs: Runs) -> list[Runs]:
+    """The runs with a few samples of the other kind put into one of them: near its ends, at its quarters or middle."""
+    found = []
+    for i, n in enumerate(runs):
+        for before in sorted({1, n // 16, n // 4, n // 2, 3 * n // 4, n - n // 16, n - 1} & set(range(n + 1))):
+            found += [(*runs[:i], before, size, n - before, *runs[i + 1 :]) for size in (1, 4, 16)]
+    return found

@@ -1,20 +1,13 @@
-"""Exact linear algebra over the rationals: definiteness, blocks, and the Schur-Cohn test of polynomials."""
+"""Exact linear algebra over the rationals: blocks, definiteness, linear equations."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
-from flint import fmpq, fmpq_mat, fmpq_poly, fmpz_mat
+from flint import fmpq, fmpq_mat, fmpz_mat
 
-from replication.verify.theorem import require
-
-LARGEST_ORDER = 50
-"""Most states of a plant or a filter whose characteristic polynomial is taken."""
-
-
-def require_order(states: int, what: str) -> None:
-    """Refuse a matrix of more than `LARGEST_ORDER` states: exact determinants would take too long."""
-    require(states <= LARGEST_ORDER, f"{what} has {states} states, more than {LARGEST_ORDER}")
+from replication.verify.theorem import Refused, require
 
 
 def zeros(rows: int, columns: int) -> fmpq_mat:
@@ -76,35 +69,9 @@ def require_positive_semidefinite(M: fmpq_mat, what: str) -> None:
     require(min(negated.charpoly().coeffs()) >= 0, f"{what} is not positive semidefinite")
 
 
-def is_schur(polynomial: fmpq_poly) -> bool:
-    """Whether all roots of a polynomial of degree n >= 0 are inside the unit circle (Schur-Cohn, exact).
-
-    With the reversed polynomial p*(z) = z^n p(1/z), p is Schur iff |p(0)| < |leading coefficient| and
-    (leading p - p(0) p*) / z is.
-    """
-    require(polynomial.degree() >= 0, "the zero polynomial has no set of roots")
-    coefficients = polynomial.coeffs()
-    while len(coefficients) > 1:
-        first, last = coefficients[0], coefficients[-1]
-        if abs(first) >= abs(last):
-            return False
-        reversed_ = coefficients[::-1]
-        # With the ratio, not with both factors, or the digits of the coefficients would double each time.
-        ratio = first / last
-        coefficients = [a - ratio * b for a, b in zip(coefficients[1:], reversed_[1:], strict=True)]
-    return True
-
-
-def require_hurwitz(M: fmpq_mat, what: str) -> None:
-    """Refuse unless the leading minors of the Hurwitz matrix (a_{n+1−2j+i}), i, j = 1 … n, of a_n s^n + … are positive.
-
-    The matrix of the characteristic polynomial, which has a_n = 1 (Routh and Hurwitz).
-    """
-    n, coefficients = M.nrows(), M.charpoly().coeffs()
-    for size in range(1, n + 1):
-        rows = [[_at(coefficients, n - 1 - 2 * j + i) for j in range(size)] for i in range(size)]
-        require(fmpq_mat(rows).det() > 0, f"{what} is not Hurwitz: its Hurwitz determinant {size} is not positive")
-
-
-def _at(coefficients: Sequence[fmpq], power: int) -> fmpq:
-    return coefficients[power] if 0 <= power < len(coefficients) else fmpq(0)
+def solved(M: Any, right: Any, what: str) -> Any:
+    """M^{-1} right, in rationals or balls; refused, by these words, if M is not proved invertible."""
+    try:
+        return M.solve(right)
+    except ZeroDivisionError:
+        raise Refused(what) from None

@@ -1,89 +1,108 @@
-"""Matrices of polynomials with rational coefficients, each entry of a named matrix a symbol of its own."""
+"""Matrices of polynomials with a symbol for every entry: an identity between them holds for all matrices of a size."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from operator import add, sub
 
-from flint import Ordering, fmpq_mpoly, fmpq_mpoly_ctx
+from flint import Ordering, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
 
-Symbolic = list[list[fmpq_mpoly]]
+from replication.verify.theorem import require
 
-
-class Symbols:
-    """Matrices by name, of the given shapes (rows, columns), and single symbols.
-
-    Of those in `symmetric` the entries mirror each other, of those in `diagonal` the others are zero.
-    """
-
-    def __init__(
-        self,
-        shapes: Mapping[str, tuple[int, int]],
-        scalars: Sequence[str] = (),
-        symmetric: Sequence[str] = (),
-        diagonal: Sequence[str] = (),
-    ) -> None:
-        def symbol(name: str, i: int, j: int) -> str:
-            low, high = (min(i, j), max(i, j)) if name in symmetric else (i, j)
-            return f"{name}_{low}_{high}"
-
-        tables = {
-            name: [[symbol(name, i, j) for j in range(columns)] for i in range(rows)]
-            for name, (rows, columns) in shapes.items()
-        }
-        names = (*scalars, *dict.fromkeys(entry for table in tables.values() for row in table for entry in row))
-        self.context = fmpq_mpoly_ctx.get(names, Ordering.lex)
-        self.symbols = dict(zip(names, self.context.gens(), strict=True))
-        self.matrices: dict[str, Symbolic] = {
-            name: [[self.symbols[entry] for entry in row] for row in table] for name, table in tables.items()
-        }
-        for name in diagonal:
-            self.matrices[name] = self.diagonal([row[i] for i, row in enumerate(self.matrices[name])])
-
-    def diagonal(self, entries: Sequence[fmpq_mpoly]) -> Symbolic:
-        """The diagonal matrix of these polynomials."""
-        zero = self.context.constant(0)
-        return [[entry if i == j else zero for j in range(len(entries))] for i, entry in enumerate(entries)]
-
-    def zeros(self, rows: int, columns: int) -> Symbolic:
-        """The zero matrix."""
-        return [[self.context.constant(0)] * columns for _ in range(rows)]
+Change = Callable[[fmpq_mpoly], fmpq_mpoly]
+Shapes = Mapping[str, tuple[int, int]]
 
 
-def times(*factors: Symbolic) -> Symbolic:
-    """The product of matrices, from the left."""
-    total = factors[0]
-    for factor in factors[1:]:
-        total = [[dot(row, column) for column in zip(*factor, strict=True)] for row in total]
-    return total
+@dataclass(frozen=True)
+class Symbolic:
+    """A matrix of polynomials in one ring, by rows."""
+
+    rows: tuple[tuple[fmpq_mpoly, ...], ...]
+
+    @property
+    def T(self) -> Symbolic:
+        """The transpose."""
+        return Symbolic(tuple(zip(*self.rows, strict=True)))
+
+    @property
+    def entry(self) -> fmpq_mpoly:
+        """The only entry of a 1 x 1 matrix."""
+        ((value,),) = self.rows
+        return value
+
+    def __add__(self, other: Symbolic) -> Symbolic:
+        """The sum."""
+        return self._beside(add, other)
+
+    def __sub__(self, other: Symbolic) -> Symbolic:
+        """The difference."""
+        return self._beside(sub, other)
+
+    def __neg__(self) -> Symbolic:
+        """The negative."""
+        return self * -1
+
+    def __mul__(self, factor: fmpq_mpoly | fmpq | int) -> Symbolic:
+        """The multiple by a polynomial or a number."""
+        return self.each(lambda entry: entry * factor)
+
+    def __matmul__(self, other: Symbolic) -> Symbolic:
+        """The product."""
+        columns = other.T.rows
+        return Symbolic(tuple(tuple(_dot(row, column) for column in columns) for row in self.rows))
+
+    def each(self, change: Change) -> Symbolic:
+        """The matrix of the changed entries."""
+        return Symbolic(tuple(tuple(change(entry) for entry in row) for row in self.rows))
+
+    def vanishes(self) -> bool:
+        """Whether every entry is the zero polynomial."""
+        return all(entry.is_zero() for row in self.rows for entry in row)
+
+    def _beside(self, operation: Callable[[fmpq_mpoly, fmpq_mpoly], fmpq_mpoly], other: Symbolic) -> Symbolic:
+        pairs = zip(self.rows, other.rows, strict=True)
+        return Symbolic(tuple(tuple(operation(a, b) for a, b in zip(*pair, strict=True)) for pair in pairs))
 
 
-def dot(row: Sequence[fmpq_mpoly], column: Sequence[fmpq_mpoly]) -> fmpq_mpoly:
-    """The sum of the products of entries."""
+def _dot(row: Sequence[fmpq_mpoly], column: Sequence[fmpq_mpoly]) -> fmpq_mpoly:
     first, *others = (a * b for a, b in zip(row, column, strict=True))
     return sum(others, first)
 
 
-def plus(*terms: Symbolic) -> Symbolic:
-    """The sum of matrices."""
-    return [[sum(entries[1:], entries[0]) for entries in zip(*rows, strict=True)] for rows in zip(*terms, strict=True)]
+def symbols(shapes: Shapes, symmetric: Sequence[str] = (), diagonal: Sequence[str] = ()) -> dict[str, Symbolic]:
+    """A matrix of symbols of its own for each name and shape (rows, columns).
+
+    Of those in `symmetric` the entries mirror each other, of those in `diagonal` the others are zero.
+    """
+
+    def symbol(name: str, i: int, j: int) -> str:
+        low, high = (min(i, j), max(i, j)) if name in symmetric else (i, j)
+        return f"{name}_{low}_{high}" if i == j or name not in diagonal else ""
+
+    tables = {
+        name: [[symbol(name, i, j) for j in range(columns)] for i in range(rows)]
+        for name, (rows, columns) in shapes.items()
+    }
+    names = [*dict.fromkeys(entry for table in tables.values() for row in table for entry in row if entry)]
+    ring = fmpq_mpoly_ctx.get(names, Ordering.degrevlex)
+    known = {"": ring.constant(0), **dict(zip(names, ring.gens(), strict=True))}
+    return {
+        name: Symbolic(tuple(tuple(known[entry] for entry in row) for row in rows)) for name, rows in tables.items()
+    }
 
 
-def minus(first: Symbolic, *others: Symbolic) -> Symbolic:
-    """The first matrix less all others."""
-    return plus(first, *([[-entry for entry in row] for row in other] for other in others))
+def unit(size: int, one: fmpq_mpoly) -> Symbolic:
+    """The identity matrix times a polynomial."""
+    return Symbolic(tuple(tuple(one if i == j else one - one for j in range(size)) for i in range(size)))
 
 
-def transposed(M: Symbolic) -> Symbolic:
-    """The transpose."""
-    return [list(column) for column in zip(*M, strict=True)]
-
-
-def blocks(rows: Sequence[Sequence[Symbolic]]) -> Symbolic:
+def blocks(table: Sequence[Sequence[Symbolic]]) -> Symbolic:
     """The matrix made of these blocks."""
-    return [[entry for part in parts for entry in part] for row in rows for parts in zip(*row, strict=True)]
+    rows = [zip(*(part.rows for part in parts), strict=True) for parts in table]
+    return Symbolic(tuple(tuple(entry for piece in pieces for entry in piece) for row in rows for pieces in row))
 
 
-def width(M: Symbolic) -> int:
-    """The number of columns."""
-    (columns,) = {len(row) for row in M}
-    return columns
+def require_equal(left: Symbolic, right: Symbolic, what: str) -> None:
+    """Refuse unless both sides are the same polynomials."""
+    require((left - right).vanishes(), f"{what} is no identity")

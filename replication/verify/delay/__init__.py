@@ -1,1 +1,5 @@
-"""Statements on systems with delays."""
+"""Statements on observers of systems with delays: levels from both sides, approximations, and identities."""
+
+from replication.verify.delay import dual, identity, inverse, levels, pade
+
+__all__ = ["dual", "identity", "inverse", "levels", "pade"]

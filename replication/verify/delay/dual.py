@@ -15,10 +15,11 @@ from flint import fmpq, fmpq_mat
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.linear import require_positive_semidefinite, zeros
 from replication.verify.delay.forms import BUMP, UNIFORM, Form, basis_size, square
-from replication.verify.delay.plant import DelayPlant, measured_last, read_plant
+from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.delay.sos import rate, require_zero
-from replication.verify.reading import fields, integer, matrices, positive, sequence, symmetric
-from replication.verify.theorem import Theorem, require
+from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
+from replication.verify.statement import LOWER, Depends
+from replication.verify.theorem import require
 
 
 @dataclass(frozen=True)
@@ -53,38 +54,36 @@ def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
     return sum((a * b for a, b in zip(first.entries(), second.entries(), strict=True)), fmpq(0))
 
 
-def degree_lower(certificate: Mapping[str, Any]) -> Theorem:
-    """delay.degree-lower: Theorem 3 with polynomials of exactly this degree is infeasible below the bound."""
-    (degree_value,) = fields(certificate["parameters"], "parameters", "degree")
-    degree = integer(degree_value, "parameters.degree", 1)
-    (lower,) = fields(certificate["bound"], "bound", "lower")
-    gamma = positive(lower, "bound.lower")
-    change, weights = fields(certificate["witness"], "witness", "change", "functional")
-    plant = measured_last(read_plant(certificate["plant"]), change)
-    n, functions = plant.states, plant.late.ncols()
-    points = plant.B.ncols() + plant.C10.nrows() + n + functions
-    functional = _read(weights, points, functions, 2 * degree + 1)
+@on_plant(
+    "delay.degree-lower",
+    parameters={"degree": sized(integer, 1)},
+    bound=LOWER,
+    witness={
+        "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
+        "functional": Depends(lambda given: sized(read_functional, given.plant, 2 * given.degree + 1)),
+    },
+)
+def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, functional: Functional) -> None:
+    """The plant {plant.name}: Theorem 3 with polynomials of degree {degree} is infeasible below {lower:down}."""
+    plant = measured_last(plant, change)
+    n, functions, points = plant.states, plant.late.ncols(), plant.points
     require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")
     nothing = Form(zeros(n, n), {}, {}, {})
     supply = functional.of(rate(plant, fmpq(0), nothing))
     level = supply - functional.of(rate(plant, fmpq(1), nothing))
     require(level > 0, "the functional is not positive on |w|^2 + |v|^2")
-    require(supply >= gamma * level, f"the functional gives {below(supply / level)} only")
+    require(supply >= lower * level, f"the functional gives {below(supply / level)} only")
     for weight, order in ((UNIFORM, degree), (BUMP, degree - 1)):
         for name, count, value in (("N", points, functional.of), ("dV/dt", n, functional.of_rate(plant))):
             gram = _on_squares(value, weight, count, functions, order)
             require_positive_semidefinite(gram, f"the functional on {name} of degree {order}")
-    return Theorem(
-        sentence=f"The plant {certificate['plant']['name']}: Theorem 3 with polynomials of degree {degree} is "
-        f"infeasible below {below(gamma)}.",
-        lower=gamma,
-    )
 
 
-def _read(value: Any, points: int, functions: int, powers: int) -> Functional:
-    path = "witness.functional"
+def read_functional(value: Any, path: str, plant: DelayPlant, powers: int) -> Functional:
+    """{P, Q, S, R, coupling}: a weight for each coefficient of a form, as many powers."""
+    points, functions = plant.points, plant.late.ncols()
     P, Q, S, R, coupling = fields(value, path, "P", "Q", "S", "R", "coupling")
-    kernels = sequence(R, f"{path}.R", lambda row, where: matrices(row, where, functions, functions, powers), powers)
+    kernels = sequence(R, f"{path}.R", sized(matrices, functions, functions, powers), powers)
     weights = Form(
         symmetric(P, f"{path}.P", points),
         dict(enumerate(matrices(Q, f"{path}.Q", points, functions, powers))),
@@ -113,6 +112,3 @@ def _on_squares(
             unit[i, j] = unit[j, i] = fmpq(1)
             result[i, j] = result[j, i] = value(square(unit, weight, points, functions, degree)) / (1 if i == j else 2)
     return result
-
-
-STATEMENTS: Mapping[str, Callable[[Mapping[str, Any]], Theorem]] = {"delay.degree-lower": degree_lower}

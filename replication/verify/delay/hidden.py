@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from flint import acb, acb_mat, arb, fmpq, fmpq_mat
 
+from replication.verify.algebra.balls import energy
 from replication.verify.algebra.decimals import below
-from replication.verify.algebra.linear import submatrix, zeros
+from replication.verify.algebra.linear import identity, submatrix, zeros
 from replication.verify.delay.plant import DelayPlant
 from replication.verify.reading import fields, matrix, rational
 from replication.verify.theorem import require
@@ -22,37 +24,45 @@ def exponential(argument: acb) -> acb:
     return (-argument).exp()
 
 
-def require_hidden(plant: DelayPlant, gamma: fmpq, witness: Any, lag: Lag) -> fmpq:
+@dataclass(frozen=True)
+class Hidden:
+    """A frequency in rad/s, and the state (n, 1) that moves along it."""
+
+    frequency: fmpq
+    state: fmpq_mat
+
+
+def read_hidden(value: Any, path: str, n: int) -> Hidden:
+    """{frequency, state} of a plant with n states."""
+    frequency, state = fields(value, path, "frequency", "state")
+    return Hidden(rational(frequency, f"{path}.frequency"), matrix(state, f"{path}.state", n, 1))
+
+
+def require_hidden(plant: DelayPlant, gamma: fmpq, hidden: Hidden, lag: Lag = exponential) -> None:
     """Refuse unless a state x with C2 x = 0 has |C(iw) x| >= gamma |B^-1 M(iw) x| at the frequency w of the witness.
 
-    M(s) = s I - A0 - sum A_i lag(s tau_i) and C(s) = C10 + sum C1_i lag(s tau_i); B must have an inverse. Returns w.
+    C(s) = C10 + sum C1_i lag(s tau_i), and B must have an inverse.
     """
-    frequency_value, state = fields(witness, "witness", "frequency", "state")
-    frequency = rational(frequency_value, "witness.frequency")
-    n = plant.states
-    x = matrix(state, "witness.state", n, 1)
+    n, x = plant.states, hidden.state
     require(plant.C2 * x == zeros(plant.C2.nrows(), 1), "witness.state is seen by y: C2 x is not zero")
     require(plant.B.ncols() == n and plant.B.det() != 0, "B has no inverse, so that no disturbance is known to fit")
-    s = acb(0, arb(frequency))
-    turns = [lag(s * acb(delay)) for delay in plant.delays]
-    back = plant.B.inv()
-    w = acb_mat(back * x) * s - acb_mat(back * plant.A0 * x) - _delayed(back * plant.late, turns, x)
-    z = acb_mat(plant.C10 * x) + _delayed(plant.late_output, turns, x)
-    require(bool(_energy(z) > 0), "witness.state does not move z at this frequency")
-    reached = _energy(z) >= arb(gamma) ** 2 * _energy(w)
+    s, state = acb(0, arb(hidden.frequency)), acb_mat(x)
+    w = acb_mat(plant.B.inv()) * characteristic(plant, s, lag) * state
+    z = (acb_mat(plant.C10) + delayed(plant.late_output, plant, s, lag)) * state
+    require(bool(energy(z) > 0), "witness.state does not move z at this frequency")
+    reached = energy(z) >= arb(gamma) ** 2 * energy(w)
     require(bool(reached), f"the gain at this frequency is not proved to reach {below(gamma)}")
-    return frequency
 
 
-def _delayed(late: fmpq_mat, turns: list[acb], x: fmpq_mat) -> acb_mat:
-    """The sum of lag_i late_i x over the delays."""
-    n = x.nrows()
-    rows = range(late.nrows())
-    result = acb_mat(late.nrows(), 1)
-    for i, turn in enumerate(turns):
-        result += acb_mat(submatrix(late, rows, range(i * n, (i + 1) * n)) * x) * turn
+def characteristic(plant: DelayPlant, s: acb, lag: Lag = exponential) -> acb_mat:
+    """M(s) = s I - A0 - sum A_i lag(s tau_i)."""
+    return acb_mat(identity(plant.states)) * s - acb_mat(plant.A0) - delayed(plant.late, plant, s, lag)
+
+
+def delayed(late: fmpq_mat, plant: DelayPlant, s: acb, lag: Lag) -> acb_mat:
+    """The sum of late_i lag(s tau_i) over the delays, late = [late_1 ..]."""
+    n, rows = plant.states, range(late.nrows())
+    result = acb_mat(late.nrows(), n)
+    for i, delay in enumerate(plant.delays):
+        result += acb_mat(submatrix(late, rows, range(i * n, (i + 1) * n))) * lag(s * acb(delay))
     return result
-
-
-def _energy(vector: acb_mat) -> arb:
-    return sum((entry.real**2 + entry.imag**2 for entry in vector.entries()), arb(0))

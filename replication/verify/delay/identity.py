@@ -6,14 +6,14 @@ coefficients of a history e with e_i(0) = e_0: two delays, polynomials Q, S, R, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from flint import fmpq_mpoly
 
-from replication.verify.algebra.delay_symbols import Symbolic, symbols
-from replication.verify.reading import fields, sequence, text
-from replication.verify.theorem import Theorem, require
+from replication.verify.algebra.symbolic import Symbolic, symbols
+from replication.verify.reading import sequence, sized, text
+from replication.verify.statement import Found, statement
+from replication.verify.theorem import require
 
 STATES = 2
 DELAYS = (1, 2)
@@ -45,7 +45,7 @@ class Case:
             shapes |= {f"Z5{i}{j}{a}": (n, one) for j in DELAYS for a in POWERS}
             shapes |= {f"Z7{i}{j}{a}{b}": (n, one) for j in DELAYS for a in POWERS for b in POWERS}
             shapes |= {f"R{i}{j}{a}{b}": (n, n) for j in DELAYS for a in POWERS for b in POWERS}
-        self.m = symbols(shapes, frozenset({"P", *(f"S{i}{a}" for i in DELAYS for a in POWERS)}))
+        self.m = symbols(shapes, ("P", *(f"S{i}{a}" for i in DELAYS for a in POWERS)))
         self.s, self.t, self.gamma = self.m["s"].entry, self.m["t"].entry, self.m["gamma"].entry
         self.tau = {i: self.m[f"tau{i}"].entry for i in DELAYS}
 
@@ -195,21 +195,12 @@ def require_identity(misprints: Sequence[str], states: int) -> None:
         require(not residual.is_zero(), f"the identity holds with {MISPRINTS[misprint]} as printed")
 
 
-def dissipation_identity(certificate: Mapping[str, Any]) -> Theorem:
-    """delay.dissipation-identity: the corrected identity holds for all matrices, and with one misprint it does not."""
-    (names,) = fields(certificate["parameters"], "parameters", "misprints")
-    misprints = sequence(names, "parameters.misprints", text)
+@statement("delay.dissipation-identity", parameters={"misprints": sized(sequence, text)}, holds=True)
+def dissipation_identity(misprints: list[str]) -> Found:
+    """The dissipation is the quadratic form of Theorem 3 for all plants with two states and two delays and all storages
+    and injections of degree one, if these are corrected; with any one of them as printed it is not: {corrected}.
+    """
     require(bool(misprints) and set(misprints) <= MISPRINTS.keys(), f"misprints must be among {', '.join(MISPRINTS)}")
     require(len(set(misprints)) == len(misprints), "parameters.misprints names one twice")
-    fields(certificate["bound"], "bound")
-    fields(certificate["witness"], "witness")
     require_identity(misprints, STATES)
-    return Theorem(
-        sentence="The dissipation is the quadratic form of Theorem 3 for all plants with two states and two delays and "
-        "all storages and injections of degree one, if these are corrected; with any one of them as printed it is not: "
-        f"{'; '.join(MISPRINTS[misprint] for misprint in misprints)}.",
-        holds=True,
-    )
-
-
-STATEMENTS: Mapping[str, Callable[[Mapping[str, Any]], Theorem]] = {"delay.dissipation-identity": dissipation_identity}
+    return Found(words={"corrected": "; ".join(MISPRINTS[misprint] for misprint in misprints)})

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from flint import fmpq_mpoly
 
-from replication.verify.algebra.delay_symbols import Symbolic, symbols, unit
-from replication.verify.reading import fields, text
-from replication.verify.theorem import Theorem, require
+from replication.verify.algebra.symbolic import Symbolic, symbols, unit
+from replication.verify.reading import text
+from replication.verify.statement import Found, statement
+from replication.verify.theorem import require
 
 Size = tuple[int, tuple[int, ...], tuple[int, ...]]
 """Number of states, rows of Z for each delay, and the delay of each point."""
@@ -46,14 +46,13 @@ def points(
     count = range(len(delays))
     own = {f"Z{k}": (widths[delay], states) for k, delay in enumerate(delays)}
     own |= {f"V{k}": (states, states) for k in count} | {f"omega{k}": (1, 1) for k in count} | {"tau": (1, 1)}
-    m = symbols({**own, **shapes}, frozenset({*symmetric, *(f"V{k}" for k in count)}))
+    m = symbols({**own, **shapes}, (*symmetric, *(f"V{k}" for k in count)))
     tau = m["tau"].entry
-    zero = tau - tau
     Z = []
     for k, delay in enumerate(delays):
-        above, below = sum(widths[:delay]), sum(widths[delay + 1 :])
-        empty = (zero,) * states
-        Z.append(Symbolic(((empty,) * above) + m[f"Z{k}"].rows + ((empty,) * below)))
+        empty = (tau - tau,) * states
+        parts = [m[f"Z{k}"].rows if i == delay else (empty,) * width for i, width in enumerate(widths)]
+        Z.append(Symbolic(tuple(row for rows in parts for row in rows)))
     return Points(m, [m[f"omega{k}"].entry for k in count], Z, [m[f"V{k}"] for k in count], tau)
 
 
@@ -62,7 +61,7 @@ def adjugate(M: Symbolic) -> tuple[Symbolic, fmpq_mpoly]:
     if len(M.rows) == 1:
         return unit(1, M.entry**0), M.entry
     (a, b), (c, d) = M.rows
-    return Symbolic(((d, b * -1), (c * -1, a))), a * d - b * c
+    return Symbolic(((d, -b), (-c, a))), a * d - b * c
 
 
 def inverse_residuals(case: Size, *, printed: bool) -> list[Symbolic]:
@@ -153,21 +152,12 @@ def require_correction(corrected: Sequence[Symbolic], printed: Sequence[Symbolic
     require(not all(residual.vanishes() for residual in printed), f"{what} holds as printed")
 
 
-def operator_identity(certificate: Mapping[str, Any]) -> Theorem:
-    """delay.operator-identity: Theorem 4 or Lemma 5 holds as corrected, and does not as printed."""
-    (name,) = fields(certificate["parameters"], "parameters", "part")
-    fields(certificate["bound"], "bound")
-    fields(certificate["witness"], "witness")
-    part = text(name, "parameters.part")
+@statement("delay.operator-identity", parameters={"part": text}, holds=True)
+def operator_identity(part: str) -> Found:
+    """{words}, for all operators of small size (states, rows of Z, points: {sizes}); as printed it does not."""
     require(part in PARTS, f"parameters.part must be one of {', '.join(PARTS)}")
     words, residuals, cases = PARTS[part]
     for case in cases:
         require_correction(residuals(case, printed=False), residuals(case, printed=True), part)
-    return Theorem(
-        sentence=f"{words}, for all operators of small size (states, rows of Z, points: "
-        f"{'; '.join(f'{n}, {sum(widths)}, {len(delays)}' for n, widths, delays in cases)}); as printed it does not.",
-        holds=True,
-    )
-
-
-STATEMENTS: Mapping[str, Callable[[Mapping[str, Any]], Theorem]] = {"delay.operator-identity": operator_identity}
+    sizes = (f"{n}, {sum(widths)}, {len(delays)}" for n, widths, delays in cases)
+    return Found(words={"words": words, "sizes": "; ".join(sizes)})

@@ -5,18 +5,18 @@ The Pade approximant [N/N] of exp(-s) is q(-s) / q(s), q(s) = sum (2N-k)! / (k! 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from math import factorial
 from typing import Any
 
-from flint import acb, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_poly, fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.algebra.decimals import above, below
+from replication.verify.algebra.decimals import above
 from replication.verify.algebra.linear import block, identity, require_positive_definite, submatrix, take_rows, zeros
-from replication.verify.delay.hidden import require_hidden
-from replication.verify.delay.plant import DelayPlant, measured_last, read_plant
-from replication.verify.reading import fields, integer, matrix, positive, rational, symmetric
-from replication.verify.theorem import Theorem, require
+from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
+from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
+from replication.verify.reading import fields, integer, matrix, rational, sized, symmetric
+from replication.verify.statement import LOWER, UPPER, Depends
+from replication.verify.theorem import require
 
 LARGEST_ORDER = 50
 Section = tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq]
@@ -31,21 +31,35 @@ def denominator(order: int) -> fmpq_poly:
 
 def lag(order: int, argument: acb) -> acb:
     """q(-s) / q(s)."""
-    coefficients = denominator(order).coeffs()
-    top = sum((acb(c) * (-argument) ** k for k, c in enumerate(coefficients)), acb(0))
-    return top / sum((acb(c) * argument**k for k, c in enumerate(coefficients)), acb(0))
+    q = acb_poly(denominator(order).coeffs())
+    return q(-argument) / q(argument)
 
 
-def pade_upper(certificate: Mapping[str, Any]) -> Theorem:
-    """delay.pade-upper: LMI (3) on the Pade model of the given order is feasible at the bound."""
-    order = _order(certificate)
-    (upper,) = fields(certificate["bound"], "bound", "upper")
-    gamma = positive(upper, "bound.upper")
-    change, section_value, storage = fields(certificate["witness"], "witness", "change", "section", "P")
-    plant = measured_last(read_plant(certificate["plant"]), change)
-    A, B, C = _model(plant, _section(section_value, order))
+def read_order(value: Any, path: str) -> int:
+    """The order of an approximant."""
+    order = integer(value, path, 1)
+    require(order <= LARGEST_ORDER, f"{path} must be at most {LARGEST_ORDER}, got {order}")
+    return order
+
+
+@on_plant(
+    "delay.pade-upper",
+    parameters={"order": read_order},
+    bound=UPPER,
+    witness={
+        "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
+        "section": Depends(lambda given: sized(read_section, given.order)),
+        "P": symmetric,
+    },
+)
+def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, section: Section, P: fmpq_mat) -> None:
+    """The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is feasible at the level
+    {upper:up}.
+    """
+    plant = measured_last(plant, change)
+    A, B, C = model(plant, section)
     size, n, q = A.nrows(), plant.states, plant.C2.nrows()
-    P = symmetric(storage, "witness.P", size)
+    require(P.nrows() == size, f"witness.P must have {size} rows, got {P.nrows()}")
     require_positive_definite(P, "witness.P")
     kept = [*range(n - q), *range(n, size)]
     drift = P * A
@@ -56,57 +70,43 @@ def pade_upper(certificate: Mapping[str, Any]) -> Theorem:
     inequality = block(
         [
             [corner, drive, output.transpose()],
-            [drive.transpose(), identity(r) * -gamma, zeros(r, p)],
-            [output, zeros(p, r), identity(p) * -gamma],
+            [drive.transpose(), identity(r) * -upper, zeros(r, p)],
+            [output, zeros(p, r), identity(p) * -upper],
         ]
     )
-    require_positive_definite(-inequality, f"minus LMI (3) on the kernel of the measurement, level {above(gamma)},")
-    return Theorem(
-        sentence=f"The plant {certificate['plant']['name']}: LMI (3) on its Pade approximation of order {order} is "
-        f"feasible at the level {above(gamma)}.",
-        upper=gamma,
-    )
+    require_positive_definite(-inequality, f"minus LMI (3) on the kernel of the measurement, level {above(upper)},")
 
 
-def pade_lower(certificate: Mapping[str, Any]) -> Theorem:
-    """delay.pade-lower: no observer of the Pade model has a gain below the bound; LMI (3) is infeasible there."""
-    order = _order(certificate)
-    (lower,) = fields(certificate["bound"], "bound", "lower")
-    gamma = positive(lower, "bound.lower")
-    plant = read_plant(certificate["plant"])
-    frequency = require_hidden(plant, gamma, certificate["witness"], lambda argument: lag(order, argument))
-    return Theorem(
-        sentence=f"The plant {certificate['plant']['name']}: LMI (3) on its Pade approximation of order {order} is "
-        f"infeasible below {below(gamma)}: near {below(frequency, 6)} rad/s a disturbance with y = 0 has that gain.",
-        lower=gamma,
-    )
+@on_plant(
+    "delay.pade-lower",
+    parameters={"order": read_order},
+    bound=LOWER,
+    witness=Depends(lambda given: sized(read_hidden, given.plant.states)),
+)
+def pade_lower(plant: DelayPlant, order: int, lower: fmpq, witness: Hidden) -> None:
+    """The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is infeasible below {lower:down}: near
+    {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain.
+    """
+    require_hidden(plant, lower, witness, lambda argument: lag(order, argument))
 
 
-def _order(certificate: Mapping[str, Any]) -> int:
-    (value,) = fields(certificate["parameters"], "parameters", "order")
-    order = integer(value, "parameters.order", 1)
-    require(order <= LARGEST_ORDER, f"parameters.order must be at most {LARGEST_ORDER}, got {order}")
-    return order
-
-
-def _section(value: Any, order: int) -> Section:
+def read_section(value: Any, path: str, order: int) -> Section:
     """A realisation of the approximant of exp(-s), checked: q is its denominator and q(-s) its numerator."""
-    a_value, b_value, c_value, d_value = fields(value, "witness.section", "a", "b", "c", "d")
-    a = matrix(a_value, "witness.section.a", order, order)
-    b = matrix(b_value, "witness.section.b", order, 1)
-    c = matrix(c_value, "witness.section.c", 1, order)
-    d = rational(d_value, "witness.section.d")
+    a_value, b_value, c_value, d_value = fields(value, path, "a", "b", "c", "d")
+    a = matrix(a_value, f"{path}.a", order, order)
+    b, c = matrix(b_value, f"{path}.b", order, 1), matrix(c_value, f"{path}.c", 1, order)
+    d = rational(d_value, f"{path}.d")
     q = denominator(order)
     mirrored = fmpq_poly([coefficient * (-1) ** k for k, coefficient in enumerate(q.coeffs())])
     leading = q.coeffs()[-1]
-    require(a.charpoly() * leading == q, "the poles of witness.section are not those of the Pade approximant")
+    require(a.charpoly() * leading == q, f"the poles of {path} are not those of the Pade approximant")
     # c (s - a)^-1 b + d = (det(s - a + b c) - det(s - a)) / det(s - a) + d
     numerator = (a - b * c).charpoly() + a.charpoly() * (d - 1)
-    require(numerator * leading == mirrored, "the numerator of witness.section is not that of the Pade approximant")
+    require(numerator * leading == mirrored, f"the numerator of {path} is not that of the Pade approximant")
     return a, b, c, d
 
 
-def _model(plant: DelayPlant, section: Section) -> tuple[fmpq_mat, fmpq_mat, fmpq_mat]:
+def model(plant: DelayPlant, section: Section) -> tuple[fmpq_mat, fmpq_mat, fmpq_mat]:
     """A, B, C of the plant in which every delayed state that has an effect passes through the section; x comes first.
 
     A section for the delay tau is that for 1 with its time divided by tau.
@@ -130,9 +130,3 @@ def _model(plant: DelayPlant, section: Section) -> tuple[fmpq_mat, fmpq_mat, fmp
     top = block([[now, *columns]])
     A = block([[take_rows(top, range(n))], *([block([row])] for row in through)])
     return A, block([[plant.B], [zeros(size - n, plant.B.ncols())]]), take_rows(top, range(n, top.nrows()))
-
-
-STATEMENTS: Mapping[str, Callable[[Mapping[str, Any]], Theorem]] = {
-    "delay.pade-upper": pade_upper,
-    "delay.pade-lower": pade_lower,
-}

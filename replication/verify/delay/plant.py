@@ -5,15 +5,16 @@ x'(t) = A0 x(t) + sum A_i x(t - tau_i) + B w(t),  z(t) = C10 x(t) + sum C1_i x(t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, submatrix, zeros
-from replication.verify.reading import fields, matrices, matrix, positive, sequence
+from replication.verify.reading import fields, matrices, matrix, positive, several, square, text
+from replication.verify.statement import statement
 from replication.verify.theorem import require
 
 
@@ -21,6 +22,7 @@ from replication.verify.theorem import require
 class DelayPlant:
     """A0 (n, n); late = [A_1 .. A_K] (n, nK); B (n, r); C10 (p, n); late_output = [C1_1 ..] (p, nK); C2 (q, n)."""
 
+    name: str
     A0: fmpq_mat
     late: fmpq_mat
     delays: tuple[fmpq, ...]
@@ -34,32 +36,40 @@ class DelayPlant:
         """Number of states n."""
         return int(self.A0.nrows())
 
+    @property
+    def points(self) -> int:
+        """Length of (w, v, e, l): disturbance, output, error, and the late errors of all delays."""
+        return int(self.B.ncols() + self.C10.nrows() + self.states + self.late.ncols())
 
-def read_plant(value: Mapping[str, Any]) -> DelayPlant:
+
+def read_plant(value: Any, path: str = "plant") -> DelayPlant:
     """The system in a certificate; refuses shapes that do not fit and delays that do not increase."""
-    _, a0, a, delays, b, c10, c1, c2 = fields(value, "plant", "name", "A0", "A", "delays", "B", "C10", "C1", "C2")
-    times = sequence(delays, "plant.delays", positive)
-    require(bool(times), "plant.delays is empty")
-    require(all(early < late for early, late in pairwise(times)), "plant.delays must increase")
-    now = matrix(a0, "plant.A0")
+    names = ("name", "A0", "A", "delays", "B", "C10", "C1", "C2")
+    name, a0, a, delays, b, c10, c1, c2 = fields(value, path, *names)
+    times = several(delays, f"{path}.delays", positive)
+    require(all(early < late for early, late in pairwise(times)), f"{path}.delays must increase")
+    now = square(a0, f"{path}.A0")
     n = now.nrows()
-    require(now.ncols() == n, "plant.A0 must be square")
-    output = matrix(c10, "plant.C10", columns=n)
+    output = matrix(c10, f"{path}.C10", columns=n)
     return DelayPlant(
+        name=text(name, f"{path}.name"),
         A0=now,
-        late=block([matrices(a, "plant.A", n, n, len(times))]),
+        late=block([matrices(a, f"{path}.A", n, n, len(times))]),
         delays=tuple(times),
-        B=matrix(b, "plant.B", rows=n),
+        B=matrix(b, f"{path}.B", rows=n),
         C10=output,
-        late_output=block([matrices(c1, "plant.C1", output.nrows(), n, len(times))]),
-        C2=matrix(c2, "plant.C2", columns=n),
+        late_output=block([matrices(c1, f"{path}.C1", output.nrows(), n, len(times))]),
+        C2=matrix(c2, f"{path}.C2", columns=n),
     )
 
 
-def measured_last(plant: DelayPlant, change: Any) -> DelayPlant:
-    """The same system for the state `change` x; refuses unless then C2 = [0 c] with an invertible c."""
+on_plant = partial(statement, plant=read_plant)
+"""A statement on such a plant."""
+
+
+def measured_last(plant: DelayPlant, new: fmpq_mat) -> DelayPlant:
+    """The same system for the state `new` x; refuses unless then C2 = [0 c] with an invertible c."""
     n, q = plant.states, plant.C2.nrows()
-    new = matrix(change, "witness.change", n, n)
     require(new.det() != 0, "witness.change has no inverse")
     back = new.inv()
     sensor = plant.C2 * back

@@ -7,60 +7,64 @@ Z can cancel is left out of the comparison; everything else must match exactly. 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
-from flint import fmpq
+from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
-from replication.verify.delay.forms import (
-    BUMP,
-    UNIFORM,
-    Form,
-    Kernel,
-    Polynomial,
-    add_to,
-    at,
-    basis_size,
-    row_at,
-    slope,
-    slope_first,
-    square,
-    total,
-)
+from replication.verify.delay import forms
+from replication.verify.delay.forms import Form, Kernel, Polynomial, add_to
 from replication.verify.delay.plant import DelayPlant, measured_last
-from replication.verify.reading import fields, sequence, symmetric
+from replication.verify.reading import fields, matrix, sequence, symmetric
 from replication.verify.theorem import require
 
 
-def require_level(plant: DelayPlant, gamma: fmpq, degree: int, witness: Any) -> None:
-    """Refuse unless the witness proves that the gains of Theorem 3 at this degree give an L2 gain below gamma.
+@dataclass(frozen=True)
+class Squares:
+    """The Gram matrices of a form for the weights 1 and -s(s+1); path: where they stand in the certificate."""
 
-    witness: `change` (n, n), coordinates in which C2 = [0 c]; `storage` and `dissipation`, the Gram matrices of V and
-    N for the weights 1 and -s(s+1), of degrees `degree` and `degree` - 1.
-    """
-    change, storage, dissipation = fields(witness, "witness", "change", "storage", "dissipation")
-    inner = measured_last(plant, change)
-    n = plant.states
-    functions = n * len(plant.delays)
-    points = plant.B.ncols() + plant.C10.nrows() + n + functions
-    V = _sum_of_squares(storage, "witness.storage", n, functions, degree)
-    N = _sum_of_squares(dissipation, "witness.dissipation", points, functions, degree)
+    grams: list[fmpq_mat]
+    path: str
+
+    def form(self, points: int, functions: int, degree: int) -> Form:
+        """The form, of degrees `degree` and `degree` - 1; refuses matrices that are indefinite or of another size."""
+        parts = []
+        for gram, weight, order in zip(self.grams, (forms.UNIFORM, forms.BUMP), (degree, degree - 1), strict=True):
+            size, name = forms.basis_size(points, functions, order), f"{self.path} of degree {order}"
+            require(gram.nrows() == size, f"{name} must have {size} rows, got {gram.nrows()}")
+            require_positive_definite(gram, name)
+            parts.append(forms.square(gram, weight, points, functions, order))
+        return forms.total(*parts)
+
+
+@dataclass(frozen=True)
+class Proof:
+    """Coordinates in which C2 = [0 c], the storage V and the dissipation N."""
+
+    change: fmpq_mat
+    storage: Squares
+    dissipation: Squares
+
+
+def read_proof(value: Any, path: str, n: int) -> Proof:
+    """{change (n, n), storage, dissipation} of a plant with n states."""
+    change, *squares = fields(value, path, "change", "storage", "dissipation")
+    places = (f"{path}.storage", f"{path}.dissipation")
+    V, N = (Squares(sequence(grams, at, symmetric, 2), at) for grams, at in zip(squares, places, strict=True))
+    return Proof(matrix(change, f"{path}.change", n, n), V, N)
+
+
+def require_level(plant: DelayPlant, gamma: fmpq, degree: int, proof: Proof) -> None:
+    """Refuse unless it is proved that the gains of Theorem 3 at this degree give an L2 gain below gamma."""
+    inner = measured_last(plant, proof.change)
+    n, functions = plant.states, plant.late.ncols()
+    V, N = proof.storage.form(n, functions, degree), proof.dissipation.form(plant.points, functions, degree)
     for power, part in V.S.items():
         for i, j in product(range(functions), repeat=2):
             require(i // n == j // n or part[i, j] == 0, f"V couples two delays in S at power {power}")
-    require_zero(total(rate(inner, gamma, V), N), inner, cancelled=False, what="the identity of Theorem 3 fails")
-
-
-def _sum_of_squares(value: Any, path: str, points: int, functions: int, degree: int) -> Form:
-    plain, weighted = sequence(value, path, symmetric, 2)
-    for gram, order in ((plain, degree), (weighted, degree - 1)):
-        size = basis_size(points, functions, order)
-        require(gram.nrows() == size, f"{path} of degree {order} must have {size} rows, got {gram.nrows()}")
-        require_positive_definite(gram, f"{path} of degree {order}")
-    return total(
-        square(plain, UNIFORM, points, functions, degree), square(weighted, BUMP, points, functions, degree - 1)
-    )
+    require_zero(forms.total(rate(inner, gamma, V), N), inner, cancelled=False, what="the identity of Theorem 3 fails")
 
 
 def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
@@ -75,8 +79,8 @@ def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
     for k in range(width):
         rates[k, k] = 1 / plant.delays[k // n]
     copies = block([[identity(n)] for _ in range(count)])
-    ends = {point: at(V.Q, point, (n, width)) * rates for point in (0, -1)}
-    bounds = {point: at(V.S, point, (width, width)) * rates for point in (0, -1)}
+    ends = {point: forms.at(V.Q, point, (n, width)) * rates for point in (0, -1)}
+    bounds = {point: forms.at(V.S, point, (width, width)) * rates for point in (0, -1)}
     half = V.P * plant.A0 + ends[0] * copies
     now = half + half.transpose() + copies.transpose() * bounds[0] * copies
     cross = V.P * plant.late - ends[-1]
@@ -96,18 +100,18 @@ def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
     Q: Polynomial = {}
     for power, part in V.Q.items():
         add_to(Q, power, push * part)
-    for power, part in slope(V.Q).items():
+    for power, part in forms.slope(V.Q).items():
         add_to(Q, power, -(lift * part * rates))
-    for power, part in row_at(V.R, 0).items():
+    for power, part in forms.row_at(V.R, 0).items():
         add_to(Q, power, lift * copies.transpose() * rates * part)
-    for power, part in row_at(V.R, -1).items():
+    for power, part in forms.row_at(V.R, -1).items():
         add_to(Q, power, -(drop * rates * part))
     R: Kernel = {}
-    for (first, second), part in slope_first(V.R).items():
+    for (first, second), part in forms.slope_first(V.R).items():
         moved = -(rates * part)
         add_to(R, (first, second), moved)
         add_to(R, (second, first), moved.transpose())
-    return Form(P, Q, {power: -(part * rates) for power, part in slope(V.S).items()}, R)
+    return Form(P, Q, {power: -(part * rates) for power, part in forms.slope(V.S).items()}, R)
 
 
 def require_zero(form: Form, plant: DelayPlant, *, cancelled: bool, what: str) -> None:

@@ -10,28 +10,22 @@ from collections.abc import Mapping, Sequence
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import identity, require_positive_semidefinite
-from replication.verify.algebra.symbols import add, product, require_equal, scale, symbols
+from replication.verify.algebra.symbolic import Symbolic, require_equal, symbols, unit
 
 STATES = 3
+SQUARE, COLUMN, ROW, ONE = (STATES, STATES), (STATES, 1), (1, STATES), (1, 1)
 
 
 def require_error_equations() -> None:
     """(9) is (10), entry by entry, with y_p (case 1) and with y (case 2) at t_k."""
-    n = STATES
-    square, column, row, one = (n, n), (n, 1), (1, n), (1, 1)
-    s = symbols(A=square, B=column, C=row, K=row, L=column, x=column, xi=column, held=column, y=one, predicted=one)
-    A, B, C, K, L = (s[name] for name in "ABCKL")
-    zeta = add(s["x"], scale(-1, s["xi"]))
-    guided = add(A, scale(-1, product(L, C)))
-    moved = add(s["held"], scale(-1, zeta))
-    change = add(s["y"], scale(-1, product(C, s["x"])))
-    for used in (s["predicted"], s["y"]):
-        first = add(product(A, s["x"]), product(B, K, s["held"]))
-        second = add(product(A, s["xi"]), scale(-1, product(L, add(used, scale(-1, product(C, zeta))))))
-        joint = add(product(A, s["x"]), product(B, K, s["x"]), scale(-1, product(B, K, s["xi"])))
-        require_equal(first, add(joint, product(B, K, moved)), "the first row of (9) = (10)")
-        gap = add(used, scale(-1, s["y"]))
-        rest = add(product(guided, s["xi"]), scale(-1, product(L, change)), scale(-1, product(L, gap)))
+    shapes = {"A": SQUARE, "B": COLUMN, "C": ROW, "K": ROW, "L": COLUMN, "x": COLUMN, "xi": COLUMN, "held": COLUMN}
+    A, B, C, K, L, x, xi, held, y, predicted = symbols({**shapes, "y": ONE, "predicted": ONE}).values()
+    zeta = x - xi
+    for used in (predicted, y):
+        joint = A @ x + B @ K @ x - B @ K @ xi
+        require_equal(A @ x + B @ K @ held, joint + B @ K @ (held - zeta), "the first row of (9) = (10)")
+        second = A @ xi - L @ (used - C @ zeta)
+        rest = (A - L @ C) @ xi - L @ (y - C @ x) - L @ (used - y)
         require_equal(second, rest, "the second row of (9) = (10)")
 
 
@@ -42,18 +36,16 @@ def require_sampled_observer() -> None:
     k is F_k ζ + G_k u + H_k ȳ with F_k = Â^k of e^{Ât}, and G_k = F_{k−1} B, H_k = F_{k−1} L of its integral times B
     and L. Both are multiplied by Â for k ≥ 1, so k = 1 and k = 2 settle all.
     """
-    n = STATES
-    s = symbols(A=(n, n), B=(n, 1), L=(n, 1), zeta=(n, 1), u=(1, 1), y=(1, 1))
-    A, B, L = s["A"], s["B"], s["L"]
-    pushed = add(product(B, s["u"]), product(L, s["y"]))
-    solution, rate = s["zeta"], pushed
-    F = [[entry * 0 + int(i == j) for j, entry in enumerate(row)] for i, row in enumerate(A)]
+    shapes = {"A": SQUARE, "B": COLUMN, "L": COLUMN, "zeta": COLUMN, "u": ONE, "y": ONE}
+    A, B, L, zeta, u, y = symbols(shapes).values()
+    pushed = B @ u + L @ y
+    solution, rate, F = zeta, pushed, unit(STATES, u.entry**0)
     for derivative in ("first", "second"):
-        solution = add(product(A, solution), rate)
-        rate = scale(0, pushed)
-        previous, F = F, product(A, F)
-        sampled = add(product(F, s["zeta"]), product(previous, B, s["u"]), product(previous, L, s["y"]))
-        require_equal(solution, sampled, f"(3) = (7) in the {derivative} derivative")
+        solution, rate = A @ solution + rate, pushed * 0
+        previous, F = F, A @ F
+        require_equal(
+            solution, F @ zeta + previous @ B @ u + previous @ L @ y, f"(3) = (7) in the {derivative} derivative"
+        )
 
 
 def require_rates() -> None:
@@ -61,34 +53,14 @@ def require_rates() -> None:
 
     It holds whatever matrix Â (`guided`) is.
     """
-    n = STATES
-    column, row = (n, 1), (1, n)
-    s = symbols(
-        A=(n, n),
-        guided=(n, n),
-        B=column,
-        C=row,
-        K=row,
-        L=column,
-        x=column,
-        zeta=column,
-        first=column,
-        held=column,
-        gap=(1, 1),
-    )
-    A, B, C, K, L = (s[name] for name in "ABCKL")
-    u = product(K, s["held"])
-    speed = product(C, add(product(A, s["x"]), product(B, u)))
-    require_equal(speed, add(product(C, A, s["x"]), product(C, B, K, s["held"])), "the rate of y in (12)")
-    measured = add(product(C, s["first"]), s["gap"])
-    drift = product(K, add(product(s["guided"], s["zeta"]), product(B, u), product(L, measured)))
-    terms = (
-        product(K, s["guided"], s["zeta"]),
-        product(K, B, K, s["held"]),
-        product(K, L, C, s["first"]),
-        product(K, L, s["gap"]),
-    )
-    require_equal(drift, add(*terms), "the rate of K ζ in (14)")
+    shapes = {"A": SQUARE, "guided": SQUARE, "B": COLUMN, "C": ROW, "K": ROW, "L": COLUMN}
+    states = dict.fromkeys(("x", "zeta", "first", "held"), COLUMN)
+    A, guided, B, C, K, L, x, zeta, first, held, gap = symbols({**shapes, **states, "gap": ONE}).values()
+    u = K @ held
+    require_equal(C @ (A @ x + B @ u), C @ A @ x + C @ B @ K @ held, "the rate of y in (12)")
+    drift = K @ (guided @ zeta + B @ u + L @ (C @ first + gap))
+    terms = K @ guided @ zeta + K @ B @ K @ held + K @ L @ C @ first + K @ L @ gap
+    require_equal(drift, terms, "the rate of K ζ in (14)")
 
 
 SIGNALS: Mapping[str, Sequence[int]] = {"x": (1, 0), "zeta": (1, -1)}
@@ -103,5 +75,6 @@ def require_weight(signal: str, weight: fmpq) -> None:
 
 def require_contraction() -> None:
     """1 − φ = (1 − E)(1 − c) with φ = E + (1 − E) c of (22), E = e^{−T/(2 λ_max)} and c the left side of (18)."""
-    E, c = (entry for row in symbols(e=(1, 2))["e"] for entry in row)
-    require_equal([[1 - (E + (1 - E) * c)]], [[(1 - E) * (1 - c)]], "1 − φ = (1 − E)(1 − c)")
+    E, c = (symbol.entry for symbol in symbols({"E": ONE, "c": ONE}).values())
+    left, right = 1 - (E + (1 - E) * c), (1 - E) * (1 - c)
+    require_equal(Symbolic(((left,),)), Symbolic(((right,),)), "1 − φ = (1 − E)(1 − c)")

@@ -6,23 +6,45 @@ measurement; so the loop is z = (x, ζ) → Φ z with Φ of size 2n.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import partial
 from typing import Any
 
-from flint import acb, acb_mat, arb, arb_mat, ctx, fmpq, fmpq_mat
+from flint import acb, acb_mat, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import require_order
-from replication.verify.reading import fields, matrix, positive, text
-from replication.verify.theorem import Theorem, require
+from replication.verify.algebra.balls import hold
+from replication.verify.algebra.linear import identity
+from replication.verify.reading import fields, matrix, positive, states, text
+from replication.verify.statement import statement
+from replication.verify.theorem import require
 
-SRC, PMI, APO = "single_rate", "model_interpolation", "alternating_predictive"
-REPAIRED, FAST = "running_prediction", "fast_sensor"
-LOOP_FIELDS = ("name", "A", "B", "C", "K", "L", "T", "M")
 LARGEST_RATIO = 100
 BITS = 256
 """Working precision of ball arithmetic."""
-OBSERVERS = (SRC, PMI, APO, REPAIRED, FAST)
+
+
+class Observer(StrEnum):
+    """What estimates the state between two measurements."""
+
+    SRC = "single_rate"
+    PMI = "model_interpolation"
+    APO = "alternating_predictive"
+    REPAIRED = "running_prediction"
+    FAST = "fast_sensor"
+
+    @property
+    def words(self) -> str:
+        """The loop with it, in a sentence."""
+        return {
+            Observer.SRC: "the single-rate loop",
+            Observer.PMI: "the loop with model interpolation",
+            Observer.APO: "the loop with the alternating predictive observer",
+            Observer.REPAIRED: "the loop with the repaired predictor",
+            Observer.FAST: "the loop with a sensor at every fast instant",
+        }[self]
+
 
 Command = Callable[[int], acb]
 """What is added to K x̂ at each phase 0 … M − 1."""
@@ -30,7 +52,7 @@ Command = Callable[[int], acb]
 
 @dataclass(frozen=True, kw_only=True)
 class Loop:
-    """Plant (1) with one input and one output, gains K of (8) and L of (3), fast period T in s, ratio M."""
+    """Plant (1), one input, one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) if given."""
 
     A: fmpq_mat
     B: fmpq_mat
@@ -39,6 +61,7 @@ class Loop:
     L: fmpq_mat
     T: fmpq
     M: int
+    start: fmpq_mat = field(default_factory=partial(fmpq_mat, 0, 1))
 
     @property
     def order(self) -> int:
@@ -63,35 +86,30 @@ class Passage:
     estimate: acb_mat
 
 
-def read_loop(plant: Any) -> Loop:
-    """The loop of a certificate; refused unless all shapes fit."""
-    _, A, B, C, K, L, T, M = fields(plant, "plant", *LOOP_FIELDS)
-    A = matrix(A, "plant.A")
+def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
+    """The loop of a certificate, with x(0) where `start` names it; refused unless all shapes fit."""
+    _, A, B, C, K, L, T, M, *first = fields(plant, path, "name", "A", "B", "C", "K", "L", "T", "M", *start)
+    A = states(A, f"{path}.A")
     n = A.nrows()
-    require(A.ncols() == n, f"plant.A must be square, got {n} x {A.ncols()}")
-    require_order(n, "plant.A")
-    ratio = positive(M, "plant.M")
-    require(ratio.q == 1 and ratio <= LARGEST_RATIO, f"plant.M must be whole and at most {LARGEST_RATIO}, got {ratio}")
+    ratio = positive(M, f"{path}.M")
+    require(ratio.q == 1 and ratio <= LARGEST_RATIO, f"{path}.M must be whole and at most {LARGEST_RATIO}, got {ratio}")
     return Loop(
         A=A,
-        B=matrix(B, "plant.B", n, 1),
-        C=matrix(C, "plant.C", 1, n),
-        K=matrix(K, "plant.K", 1, n),
-        L=matrix(L, "plant.L", n, 1),
-        T=positive(T, "plant.T"),
+        B=matrix(B, f"{path}.B", n, 1),
+        C=matrix(C, f"{path}.C", 1, n),
+        K=matrix(K, f"{path}.K", 1, n),
+        L=matrix(L, f"{path}.L", n, 1),
+        T=positive(T, f"{path}.T"),
         M=int(ratio.p),
+        start=matrix(first[0], f"{path}.start", n, 1) if first else fmpq_mat(0, 1),
     )
 
 
-def hold(A: fmpq_mat, inputs: fmpq_mat, time: fmpq | arb) -> tuple[arb_mat, arb_mat]:
-    """e^{A t} and ∫₀^t e^{A τ} dτ · inputs, as blocks of one exponential."""
-    n, m = inputs.nrows(), inputs.ncols()
-    rows = [[*A.tolist()[i], *inputs.tolist()[i]] for i in range(n)] + [[0] * (n + m)] * m
-    power = (arb_mat(rows) * arb(time)).exp().tolist()
-    return arb_mat([row[:n] for row in power[:n]]), arb_mat([row[n:] for row in power[:n]])
+on_loop = partial(statement, plant=read_loop, bits=BITS)
+"""A statement on such a loop."""
 
 
-def pass_period(loop: Loop, observer: str, state: acb_mat, estimate: acb_mat, command: Command) -> Passage:
+def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_mat, command: Command) -> Passage:
     """One slow period from x = state and ζ = estimate, each (n, columns), at a slow instant."""
     A, B = map(acb_mat, hold(loop.A, loop.B, loop.T))
     F, G = map(acb_mat, hold(loop.guided, loop.B, loop.T))
@@ -108,14 +126,14 @@ def pass_period(loop: Loop, observer: str, state: acb_mat, estimate: acb_mat, co
         predicted, carried = A * zeta + B * u, A * used + B * u
         step = C * (predicted - zeta)
         x, zeta = A * x + B * u, F * zeta + G * u + H * measured
-        if observer == APO:  # (6)
+        if observer is Observer.APO:  # (6)
             measured = C * predicted
-        elif observer == REPAIRED:  # (6) as a step on from the last measurement
+        elif observer is Observer.REPAIRED:  # (6) as a step on from the last measurement
             measured = measured + step
-        elif observer == FAST:
+        elif observer is Observer.FAST:
             measured = C * x
-        used = carried if observer == PMI else zeta
-        if observer != SRC:
+        used = carried if observer is Observer.PMI else zeta
+        if observer is not Observer.SRC:
             u = K * used + _row(command(phase + 1), x.ncols())
     return Passage(states=states, used=estimates, inputs=inputs, state=x, estimate=zeta)
 
@@ -124,25 +142,16 @@ def _row(value: acb, columns: int) -> acb_mat:
     return acb_mat([[value] * columns])
 
 
-def monodromy(loop: Loop, observer: str) -> arb_mat:
+def monodromy(loop: Loop, observer: Observer) -> arb_mat:
     """Φ of size 2n: x and ζ at a slow instant to those at the next one, without a command."""
-    unit = [[int(i == j) for j in range(2 * loop.order)] for i in range(2 * loop.order)]
-    end = pass_period(loop, observer, acb_mat(unit[: loop.order]), acb_mat(unit[loop.order :]), lambda _: acb(0))
+    n = loop.order
+    unit = identity(2 * n).tolist()
+    end = pass_period(loop, observer, acb_mat(unit[:n]), acb_mat(unit[n:]), lambda _: acb(0))
     return arb_mat([[entry.real for entry in line] for line in end.state.tolist() + end.estimate.tolist()])
 
 
-def read_observer(value: Any) -> str:
-    """One of `OBSERVERS`."""
-    name = text(value, "parameters.observer")
-    require(name in OBSERVERS, f"parameters.observer must be one of {', '.join(OBSERVERS)}, got {name!r:.40}")
-    return name
-
-
-def precisely(statement: Callable[[Mapping[str, Any]], Theorem]) -> Callable[[Mapping[str, Any]], Theorem]:
-    """The statement proved at a working precision of `BITS`."""
-
-    def proved(certificate: Mapping[str, Any]) -> Theorem:
-        with ctx.workprec(BITS):
-            return statement(certificate)
-
-    return proved
+def read_observer(value: Any, path: str) -> Observer:
+    """An observer by its name."""
+    name = text(value, path)
+    require(name in [*Observer], f"{path} must be one of {', '.join(Observer)}, got {name!r:.40}")
+    return Observer(name)

@@ -2,171 +2,138 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-from flint import acb, acb_mat, acb_poly, arb, fmpq
+from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat
 
-from replication.verify.algebra.decimals import above, below
-from replication.verify.dualrate.loop import (
-    APO,
-    FAST,
-    LOOP_FIELDS,
-    PMI,
-    REPAIRED,
-    SRC,
-    Loop,
-    monodromy,
-    precisely,
-    read_loop,
-    read_observer,
-)
-from replication.verify.dualrate.response import (
-    error_at,
-    read_place,
-    require_all_below,
-    require_position_form,
-    steady_motion,
-    steady_start,
-)
-from replication.verify.dualrate.roots import is_less, require_roots_within, root_near, without_root
-from replication.verify.reading import fields, matrix, positive, rational, require_empty, sequence
-from replication.verify.theorem import Theorem, require
+from replication.verify.algebra.balls import complex_of, is_less
+from replication.verify.algebra.decimals import below
+from replication.verify.algebra.roots import require_roots_within, root_near, without_root
+from replication.verify.dualrate import response
+from replication.verify.dualrate.loop import Loop, Observer, monodromy, on_loop, read_loop, read_observer
+from replication.verify.dualrate.response import Place
+from replication.verify.reading import matrix, positive, rational, sequence, several, sized
+from replication.verify.statement import BOTH, Depends, Found
+from replication.verify.theorem import require
 
 MOST_STARTS = 100
-NAMES = {
-    SRC: "the single-rate loop",
-    PMI: "the loop with model interpolation",
-    APO: "the loop with the alternating predictive observer",
-    REPAIRED: "the loop with the repaired predictor",
-    FAST: "the loop with a sensor at every fast instant",
-}
 
 
-def radius(certificate: Mapping[str, Any]) -> Theorem:
-    """Bounds of the largest modulus of the eigenvalues of Φ."""
-    (chosen,) = fields(certificate["parameters"], "parameters", "observer")
-    lower, upper = fields(certificate["bound"], "bound", "lower", "upper")
-    (guess,) = fields(certificate["witness"], "witness", "root")
-    loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
-    low, high = positive(lower, "bound.lower"), positive(upper, "bound.upper")
-    require_eigenvalue_beyond(loop, observer, guess, low)
-    require_roots_within(monodromy(loop, observer).charpoly(), high, "the eigenvalues of Φ")
-    return Theorem(
-        sentence=f"Over one slow period {NAMES[observer]} has the spectral radius {below(low)} to {above(high)}.",
-        lower=low,
-        upper=high,
-    )
+def read_guess(value: Any, path: str) -> acb:
+    """A complex number from the pair of its rationals."""
+    return complex_of(sequence(value, path, rational, 2))
 
 
-def stable(certificate: Mapping[str, Any]) -> Theorem:
-    """All eigenvalues of Φ lie inside a circle of radius below one."""
-    (chosen,) = fields(certificate["parameters"], "parameters", "observer")
-    (size,) = fields(certificate["witness"], "witness", "radius")
-    require_empty(certificate, "bound")
-    loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
-    high = positive(size, "witness.radius")
-    require(high < 1, f"witness.radius must be below one, got {size}")
-    require_roots_within(monodromy(loop, observer).charpoly(), high, "the eigenvalues of Φ")
-    return Theorem(
-        sentence=f"Without a reference {NAMES[observer]} is stable: its spectral radius over one slow period is below "
-        f"{above(high)}.",
-        holds=True,
-    )
+@on_loop("dualrate.radius", parameters={"observer": read_observer}, bound=BOTH, witness={"root": read_guess})
+def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb) -> None:
+    """Over one slow period {observer.words} has the spectral radius {lower:down} to {upper:up}.
+
+    Bounds of the largest modulus of the eigenvalues of Φ.
+    """
+    require_eigenvalue_beyond(plant, observer, root, lower)
+    require_roots_within(monodromy(plant, observer).charpoly(), upper, "the eigenvalues of Φ")
 
 
-def unstable(certificate: Mapping[str, Any]) -> Theorem:
-    """Φ has an eigenvalue outside the unit circle."""
-    (chosen,) = fields(certificate["parameters"], "parameters", "observer")
-    guess, size = fields(certificate["witness"], "witness", "root", "radius")
-    require_empty(certificate, "bound")
-    loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
-    low = positive(size, "witness.radius")
-    require(low > 1, f"witness.radius must be above one, got {size}")
-    require_eigenvalue_beyond(loop, observer, guess, low)
-    return Theorem(
-        sentence=f"Without a reference {NAMES[observer]} is unstable: an eigenvalue over one slow period exceeds "
-        f"{below(low)} in modulus.",
-        holds=True,
-    )
+@on_loop("dualrate.stable", parameters={"observer": read_observer}, witness={"radius": positive}, holds=True)
+def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
+    """Without a reference {observer.words} is stable: its spectral radius over one slow period is below {radius:up}.
+
+    All eigenvalues of Φ lie inside a circle of radius below one.
+    """
+    require(radius < 1, f"witness.radius must be below one, got {radius}")
+    require_roots_within(monodromy(plant, observer).charpoly(), radius, "the eigenvalues of Φ")
 
 
-def no_bounded_error(certificate: Mapping[str, Any]) -> Theorem:
-    """The tracking error is unbounded from x(0) = start with each of the given ζ(0).
+@on_loop(
+    "dualrate.unstable",
+    parameters={"observer": read_observer},
+    witness={"root": read_guess, "radius": positive},
+    holds=True,
+)
+def unstable(plant: Loop, observer: Observer, root: acb, radius: fmpq) -> None:
+    """Without a reference {observer.words} is unstable: an eigenvalue over one slow period exceeds {radius:down} in
+    modulus.
+
+    Φ has an eigenvalue outside the unit circle.
+    """
+    require(radius > 1, f"witness.radius must be above one, got {radius}")
+    require_eigenvalue_beyond(plant, observer, root, radius)
+
+
+@on_loop(
+    "dualrate.no-bounded-error",
+    plant=lambda value, path: read_loop(value, path, "start"),
+    parameters={
+        "observer": read_observer,
+        "frequency": positive,
+        "estimates": Depends(lambda given: sized(several, sized(matrix, given.plant.order, 1), MOST_STARTS)),
+    },
+    witness={"root": read_guess},
+    holds=True,
+)
+def no_bounded_error(plant: Loop, observer: Observer, frequency: fmpq, estimates: list[fmpq_mat], root: acb) -> Found:
+    """With y_d = sin({frequency} t), {observer.words} has no bounded tracking error from this x(0) and {count} starts
+    of ζ: they excite an eigenvalue of modulus {size:down 3} or more.
+
+    The tracking error is unbounded from x(0) = start with each of the given ζ(0).
 
     d(n) = y − (its steady state) at the slow instants is C Φⁿ (z(0) − Im X). With λ an eigenvalue outside the unit
     circle and ψ(z) = det(z I − Φ)/(z − λ), ψ of the shift makes c λⁿ of it, c = C ψ(Φ)(z(0) − Im X), which is no
     bounded sequence unless c = 0; then d is not bounded either, while y_d and the steady state are.
     """
-    chosen, frequency, estimates = fields(certificate["parameters"], "parameters", "observer", "frequency", "estimates")
-    (guess,) = fields(certificate["witness"], "witness", "root")
-    require_empty(certificate, "bound")
-    *plant, given = fields(certificate["plant"], "plant", *LOOP_FIELDS, "start")
-    loop, observer = read_loop(dict(zip(LOOP_FIELDS, plant, strict=True))), read_observer(chosen)
-    start = matrix(given, "plant.start", loop.order, 1)
-    require_position_form(loop)
-    n, sigma = loop.order, positive(frequency, "parameters.frequency")
-    read = sequence(estimates, "parameters.estimates", lambda value, path: matrix(value, path, n, 1))
-    require(len(read) > 0, "parameters.estimates is empty")
-    require(len(read) <= MOST_STARTS, f"parameters.estimates has {len(read)} starts, more than {MOST_STARTS}")
-    require(len({str(estimate) for estimate in read}) == len(read), "parameters.estimates names a start twice")
-    root = root_near(acb_poly(monodromy(loop, observer).charpoly().coeffs()), _complex(guess))
+    count = len(estimates)
+    response.require_position_form(plant)
+    require(len({str(estimate) for estimate in estimates}) == count, "parameters.estimates names a start twice")
+    root = eigenvalue_near(plant, observer, root)
     require(is_less(1, abs(root)), "the eigenvalue is not proved to lie outside the unit circle")
-    for estimate in read:
-        c = excitation(loop, observer, sigma, root, [*start.entries(), *estimate.entries()])
+    for estimate in estimates:
+        c = excitation(plant, observer, frequency, root, [*plant.start.entries(), *estimate.entries()])
         require(not c.contains(0), "the eigenvalue is not proved to be excited and seen")
-    return Theorem(
-        sentence=f"With y_d = sin({sigma} t), {NAMES[observer]} has no bounded tracking error from this x(0) and "
-        f"{len(read)} starts of ζ: they excite an eigenvalue of modulus {below(abs(root).lower().fmpq(), 3)} or more.",
-        holds=True,
-    )
+    return Found(words={"count": count, "size": abs(root)})
 
 
-def excitation(loop: Loop, observer: str, sigma: fmpq, root: acb, start: Sequence[fmpq]) -> acb:
+def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Sequence[fmpq]) -> acb:
     """c = C ψ(Φ)(z(0) − Im X) of `no_bounded_error`, z(0) = start."""
     Phi = acb_mat(monodromy(loop, observer))
-    steady = steady_start(loop, observer, acb(0, arb(sigma)))
+    steady = response.steady_start(loop, observer, acb(0, arb(sigma)))
     offset = acb_mat([[arb(z) - X.imag] for z, X in zip(start, steady.entries(), strict=True)])
     reached = acb_mat([[*loop.C.entries(), *[0] * loop.order]])
     polynomial = without_root(acb_poly(Phi.charpoly().coeffs()), root)
     return (applied(polynomial, reached, Phi) * offset)[0, 0]
 
 
-def tracking_error(certificate: Mapping[str, Any]) -> Theorem:
-    """Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state over all times.
+@on_loop(
+    "dualrate.tracking-error",
+    parameters={"observer": read_observer, "frequency": positive},
+    bound=BOTH,
+    witness=Depends(lambda given: sized(response.read_place, given.plant)),
+)
+def tracking_error(plant: Loop, observer: Observer, frequency: fmpq, lower: fmpq, upper: fmpq, witness: Place) -> None:
+    """With y_d = sin({frequency} t) and the command as printed, held over T, the largest tracking error of
+    {observer.words} in the steady state is {lower:down 7} to {upper:up 7} percent of the amplitude.
+
+    Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state over all times.
 
     The error is Im(amplitude · e^{st}) with an amplitude of period M T. σ M T is rational and not zero, so no
     rational multiple of π: the phases at which an instant of the period is met are dense, and the supremum is the
     largest modulus of the amplitude.
     """
-    chosen, frequency = fields(certificate["parameters"], "parameters", "observer", "frequency")
-    lower, upper = fields(certificate["bound"], "bound", "lower", "upper")
-    phase, time, scales = fields(certificate["witness"], "witness", "phase", "time", "scales")
-    loop, observer = read_loop(certificate["plant"]), read_observer(chosen)
-    low, high = positive(lower, "bound.lower"), positive(upper, "bound.upper")
-    sigma = positive(frequency, "parameters.frequency")
-    place = read_place(loop, phase, time, scales, "witness")
-    moving, begun = steady_motion(loop, observer, sigma, place.scales)
-    reached = error_at(moving, begun[place.phase], place.time)
-    require(is_less(arb(low / 100), reached), "the error at the given time is not as large")
-    require_all_below(moving, begun, loop.T, high / 100)
-    return Theorem(
-        sentence=f"With y_d = sin({sigma} t) and the command as printed, held over T, the largest tracking error of "
-        f"{NAMES[observer]} in the steady state is {below(low, 7)} to {above(high, 7)} percent of the amplitude.",
-        lower=low,
-        upper=high,
-    )
+    moving, begun = response.steady_motion(plant, observer, frequency, witness.scales)
+    reached = response.error_at(moving, begun[witness.phase], witness.time)
+    require(is_less(arb(lower / 100), reached), "the error at the given time is not as large")
+    response.require_all_below(moving, begun, plant.T, upper / 100)
 
 
-def require_eigenvalue_beyond(loop: Loop, observer: str, guess: Any, low: fmpq) -> None:
+def require_eigenvalue_beyond(loop: Loop, observer: Observer, guess: acb, low: fmpq) -> None:
     """Refuse unless Φ has an eigenvalue of modulus `low` or more near the guess of a witness."""
-    root = root_near(acb_poly(monodromy(loop, observer).charpoly().coeffs()), _complex(guess))
-    require(is_less(arb(low), abs(root)), f"the eigenvalue is not proved to be at least {below(low)} in modulus")
+    beyond = is_less(arb(low), abs(eigenvalue_near(loop, observer, guess)))
+    require(beyond, f"the eigenvalue is not proved to be at least {below(low)} in modulus")
 
 
-def _complex(value: Any) -> acb:
-    real, imaginary = sequence(value, "witness.root", rational, 2)
-    return acb(arb(real), arb(imaginary))
+def eigenvalue_near(loop: Loop, observer: Observer, guess: acb) -> acb:
+    """A ball that holds an eigenvalue of Φ."""
+    return root_near(acb_poly(monodromy(loop, observer).charpoly().coeffs()), guess)
 
 
 def applied(polynomial: acb_poly, row: acb_mat, matrix: acb_mat) -> acb_mat:
@@ -175,12 +142,3 @@ def applied(polynomial: acb_poly, row: acb_mat, matrix: acb_mat) -> acb_mat:
     for coefficient in polynomial.coeffs()[::-1]:
         total = total * matrix + row * coefficient
     return total
-
-
-STATEMENTS: Mapping[str, Callable[[Mapping[str, Any]], Theorem]] = {
-    "dualrate.radius": precisely(radius),
-    "dualrate.stable": precisely(stable),
-    "dualrate.unstable": precisely(unstable),
-    "dualrate.no-bounded-error": precisely(no_bounded_error),
-    "dualrate.tracking-error": precisely(tracking_error),
-}

@@ -10,9 +10,9 @@ from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import between
+from replication.verify.algebra.balls import between, hold
 from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
-from replication.verify.dualrate.loop import Loop, hold
+from replication.verify.dualrate.loop import Loop
 from replication.verify.reading import fields, matrix, rational, symmetric
 from replication.verify.theorem import require
 
@@ -49,9 +49,9 @@ def require_solution(loop: Loop, P: fmpq_mat) -> None:
     require_positive_definite(P, "P")
 
 
-def read_lyapunov(loop: Loop, witness: Any, path: str) -> Lyapunov:
+def read_lyapunov(value: Any, path: str, loop: Loop) -> Lyapunov:
     """P with its extreme eigenvalues: below by definiteness of P − p I and q I − P, above by Rayleigh quotients."""
-    P, low, high, least, most = fields(witness, path, "P", "low", "high", "least", "most")
+    P, low, high, least, most = fields(value, path, "P", "low", "high", "least", "most")
     size = 2 * loop.order
     P = symmetric(P, f"{path}.P", size)
     require_solution(loop, P)

@@ -12,9 +12,11 @@ from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
 
-from replication.verify.dualrate.loop import Loop, Passage, monodromy, pass_period
-from replication.verify.dualrate.roots import is_less, require_roots_within
-from replication.verify.reading import integer, positive, rational, sequence
+from replication.verify.algebra.balls import is_less, largest
+from replication.verify.algebra.linear import identity, solved, zeros
+from replication.verify.algebra.roots import require_roots_within
+from replication.verify.dualrate.loop import Loop, Observer, Passage, monodromy, pass_period
+from replication.verify.reading import fields, integer, positive, rational, sequence
 from replication.verify.theorem import Refused, require
 
 TERMS, PIECES, PARTS = 24, 32, 2000
@@ -50,14 +52,6 @@ class Motion:
         return sum((abs(c) * arb(a) for c, a in zip(self.row.entries(), self.scales, strict=True)), arb(0))
 
 
-def largest(values: Sequence[arb]) -> arb:
-    """The maximum of balls."""
-    found = values[0]
-    for value in values[1:]:
-        found = found.max(value)
-    return found
-
-
 def require_position_form(loop: Loop) -> None:
     """Refuse unless the plant is θ''' + a₃ θ'' + a₂ θ' = b u with x = (θ, θ', θ'') and y = θ."""
     require(loop.order == 3, f"the command is defined for a plant of order 3, not {loop.order}")
@@ -83,22 +77,18 @@ def turn(s: acb, time: fmpq) -> acb:
     return (s * acb(time)).exp()
 
 
-def steady_start(loop: Loop, observer: str, s: acb) -> acb_mat:
+def steady_start(loop: Loop, observer: Observer, s: acb) -> acb_mat:
     """X: amplitude of (x, ζ) at the slow instants, shape (2n, 1); refused if e^{sMT} may be an eigenvalue of Φ."""
     n, amplitude = loop.order, command_amplitude(loop, s)
-    nothing = acb_mat([[0]] * n)
+    nothing = acb_mat(zeros(n, 1))
     end = pass_period(loop, observer, nothing, nothing, lambda k: amplitude * turn(s, k * loop.T))
     added = acb_mat(end.state.tolist() + end.estimate.tolist())
-    shift = turn(s, loop.M * loop.T)
-    Phi = acb_mat(monodromy(loop, observer))
-    shifted = acb_mat([[shift * int(i == j) for j in range(2 * n)] for i in range(2 * n)]) - Phi
-    try:
-        return shifted.solve(added)
-    except ZeroDivisionError:
-        raise Refused("the reference may excite an eigenvalue of Φ on the unit circle") from None
+    shifted = acb_mat(identity(2 * n)) * turn(s, loop.M * loop.T) - acb_mat(monodromy(loop, observer))
+    X: acb_mat = solved(shifted, added, "the reference may excite an eigenvalue of Φ on the unit circle")
+    return X
 
 
-def steady_passage(loop: Loop, observer: str, s: acb) -> Passage:
+def steady_passage(loop: Loop, observer: Observer, s: acb) -> Passage:
     """Amplitudes at the phases of a slow period that starts at t = 0, not turned back."""
     n, amplitude, start = loop.order, command_amplitude(loop, s), steady_start(loop, observer, s).tolist()
     return pass_period(
@@ -106,29 +96,19 @@ def steady_passage(loop: Loop, observer: str, s: acb) -> Passage:
     )
 
 
-def motion(loop: Loop, s: acb, scales: Sequence[fmpq]) -> Motion:
-    """The motion of x, the held input and the reference within a fast period."""
-    n = loop.order
-    A, B = loop.A.tolist(), loop.B.tolist()
-    zero = acb(0)
-    N = [[*map(acb, A[i]), *map(acb, B[i]), zero] for i in range(n)] + [[zero] * (n + 2), [*[zero] * (n + 1), s]]
-    return Motion(N=acb_mat(N), row=acb_mat([[*loop.C.entries(), 0, -1]]), scales=scales)
-
-
-def starts(loop: Loop, passage: Passage, s: acb) -> list[acb_mat]:
-    """v = (x, u, w) at each phase."""
-    return [
-        acb_mat([*x.tolist(), *u.tolist(), [turn(s, k * loop.T)]])
-        for k, (x, u) in enumerate(zip(passage.states, passage.inputs, strict=True))
-    ]
-
-
-def steady_motion(loop: Loop, observer: str, sigma: fmpq, scales: Sequence[fmpq]) -> tuple[Motion, list[acb_mat]]:
+def steady_motion(loop: Loop, observer: Observer, sigma: fmpq, scales: Sequence[fmpq]) -> tuple[Motion, list[acb_mat]]:
     """The motion within a fast period and v at each phase, with y_d = sin σt; refused unless the loop is stable."""
     require_position_form(loop)
     require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
-    s = acb(0, arb(sigma))
-    return motion(loop, s, scales), starts(loop, steady_passage(loop, observer, s), s)
+    n, s, zero = loop.order, acb(0, arb(sigma)), acb(0)
+    rows = [[*map(acb, A), *map(acb, B), zero] for A, B in zip(loop.A.tolist(), loop.B.tolist(), strict=True)]
+    N = acb_mat([*rows, [zero] * (n + 2), [*[zero] * (n + 1), s]])
+    passage = steady_passage(loop, observer, s)
+    begun = [
+        acb_mat([*x.tolist(), *u.tolist(), [turn(s, k * loop.T)]])
+        for k, (x, u) in enumerate(zip(passage.states, passage.inputs, strict=True))
+    ]
+    return Motion(N=N, row=acb_mat([[*loop.C.entries(), 0, -1]]), scales=scales), begun
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,8 +120,9 @@ class Place:
     scales: Sequence[fmpq]
 
 
-def read_place(loop: Loop, phase: Any, time: Any, scales: Any, path: str) -> Place:
-    """Refused unless phase and time lie within a slow period."""
+def read_place(value: Any, path: str, loop: Loop) -> Place:
+    """{phase, time, scales}; refused unless phase and time lie within a slow period."""
+    phase, time, scales = fields(value, path, "phase", "time", "scales")
     at, after = integer(phase, f"{path}.phase"), rational(time, f"{path}.time")
     require(at < loop.M and 0 <= after <= loop.T, f"{path}.phase or {path}.time lies outside the slow period")
     return Place(phase=at, time=after, scales=sequence(scales, f"{path}.scales", positive, loop.order + 2))

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from flint import arb, fmpq, fmpq_poly
 
+from replication.verify.algebra.balls import is_less
 from replication.verify.dualrate.loop import Loop
-from replication.verify.dualrate.roots import is_less
 from replication.verify.theorem import require
 
 H = fmpq_poly([0, 1])

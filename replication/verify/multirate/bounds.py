@@ -5,16 +5,19 @@ All functions return or take squares of ratios of l2 norms, which are rational w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, identity, is_schur, require_positive_definite, submatrix, zeros
+from replication.verify.algebra.linear import block, identity, require_positive_definite, solved, submatrix, zeros
+from replication.verify.algebra.roots import is_schur
 from replication.verify.multirate.sensing import Sensing
-from replication.verify.theorem import Refused, require
+from replication.verify.theorem import require
 
 Steps = Sequence[fmpq_mat]
 """[A_k B_k] of each phase, (n, n + m): x(k+1) = A_k x(k) + B_k v(k)."""
+Hiding = Callable[[int, fmpq_mat], fmpq_mat]
+"""The sensor noise at a phase that hides the states (n, r) there."""
 
 
 def require_theorem_1(steps: Steps, W: fmpq_mat, P: list[fmpq_mat], level: fmpq) -> None:
@@ -68,31 +71,36 @@ def recurrent(transition: fmpq_mat, driven: fmpq_mat, turn: fmpq_mat) -> fmpq_ma
     eye = identity(n)
     rows = [[eye * turn[i, j] - (transition if i == j else zeros(n, n)) for i in range(r)] for j in range(r)]
     stacked = fmpq_mat(n * r, 1, [driven[i, j] for j in range(r) for i in range(n)])
-    try:
-        solved = block(rows).solve(stacked)
-    except ZeroDivisionError:
-        raise Refused("the disturbance is in resonance with the system") from None
-    return fmpq_mat(n, r, [solved[j * n + i, 0] for i in range(n) for j in range(r)])
+    X = solved(block(rows), stacked, "the disturbance is in resonance with the system")
+    return fmpq_mat(n, r, [X[j * n + i, 0] for i in range(n) for j in range(r)])
 
 
-def attained(steps: Steps, W: fmpq_mat, turn: fmpq_mat, v: list[fmpq_mat]) -> fmpq:
+def attained(
+    steps: Steps,
+    W: fmpq_mat,
+    turn: fmpq_mat,
+    v: list[fmpq_mat],
+    hiding: Hiding | None = None,
+    what: str = "error system",
+) -> fmpq:
     """The square of a ratio that the gain of a stable system is not below.
 
     The input v_k R^j u at phase k of period j has, with a unit vector u, the steady state x_k R^j u. Averaged over the
     periods (R turns by an angle, or changes the sign at most) its squares are those of v_k and x_k; ended after many
-    periods, it has finite energy, and start and end no longer count in the ratio.
+    periods, it has finite energy, and start and end no longer count in the ratio. hiding: further noise at (k, x_k).
     """
     total = monodromy(steps)
-    require_stable(total, "the error system")
+    require_stable(total, f"the {what}")
     require_turn(turn)
     driven = zeros(total.nrows(), turn.nrows())
     for step, v_k in zip(steps, v, strict=True):
         driven = advanced(step, driven, v_k)
-    x, output = recurrent(total, driven, turn), fmpq(0)
-    for step, v_k in zip(steps, v, strict=True):
+    x, output, noise = recurrent(total, driven, turn), fmpq(0), fmpq(0)
+    for k, (step, v_k) in enumerate(zip(steps, v, strict=True)):
         output += squares(W * x)
+        noise += squares(v_k) + (squares(hiding(k, x)) if hiding else 0)
         x = advanced(step, x, v_k)
-    return ratio(output, sum(map(squares, v), fmpq(0)))
+    return ratio(output, noise)
 
 
 def unseen_forever(system: Sensing, turn: fmpq_mat, d: list[fmpq_mat]) -> fmpq:
@@ -102,18 +110,7 @@ def unseen_forever(system: Sensing, turn: fmpq_mat, d: list[fmpq_mat]) -> fmpq:
     estimator says then, it says the same to the opposite disturbance, and in one of the two it errs by ||Wx|| or more.
     """
     step = block([[system.A, system.B_d]])
-    total = monodromy([step for _ in system.measured])
-    require_stable(total, "the plant")
-    require_turn(turn)
-    driven = zeros(system.order, turn.nrows())
-    for d_k in d:
-        driven = advanced(step, driven, d_k)
-    x, output, noise = recurrent(total, driven, turn), fmpq(0), fmpq(0)
-    for k, d_k in enumerate(d):
-        output += squares(system.W * x)
-        noise += squares(d_k) + squares(system.concealing(k, x))
-        x = advanced(step, x, d_k)
-    return ratio(output, noise)
+    return attained([step for _ in system.measured], system.W, turn, d, system.concealing, "plant")
 
 
 def unseen_for_long(system: Sensing, start: int, d: list[fmpq_mat]) -> fmpq:

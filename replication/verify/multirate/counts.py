@@ -2,154 +2,133 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from itertools import count
 from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, identity, require_order, take_rows
+from replication.verify.algebra.linear import block, identity, take_rows
 from replication.verify.multirate.bounds import monodromy
-from replication.verify.multirate.sensing import schedule, without_noise
-from replication.verify.reading import fields, integer, matrices, matrix, require_empty, sequence
-from replication.verify.theorem import Theorem, require
+from replication.verify.multirate.sensing import TIMES, schedule, without_noise
+from replication.verify.reading import as_written, matrices, matrix, states
+from replication.verify.statement import Found, statement
 
-Certificate = Mapping[str, Any]
-
-
-def selection(certificate: Certificate) -> Theorem:
-    """The diagonals of S_0, S_1, .. of eq. (4), row by row."""
-    measured, sensors = _schedule(certificate)
-    entries = [fmpq(int(i in rows)) for rows in measured for i in range(sensors)]
-    return Theorem(
-        sentence=f"The sensors measured at each instant are {measured}, and again from instant {len(measured)} on.",
-        items=tuple((entry, entry) for entry in entries),
-    )
+Plant = Mapping[str, Any]
+"""A plant as it stands in the certificate, of which each statement reads what it counts."""
 
 
-def common_period(certificate: Certificate) -> Theorem:
-    """The number of instants after which the schedule repeats, and no smaller one."""
-    measured, _ = _schedule(certificate)
-    rotations = (k for k in count(1) if measured[k:] + measured[:k] == measured)
-    return _count(next(rotations), "The schedule repeats after {} instants.")
+@statement("multirate.selection", parameters=TIMES)
+def selection(periods: list[int], offsets: list[int]) -> Found:
+    """The sensors measured at each instant are {measured}, and again from instant {period} on.
+
+    The diagonals of S_0, S_1, .. of eq. (4), row by row.
+    """
+    measured = schedule(periods, offsets)
+    entries = [fmpq(int(i in rows)) for rows in measured for i in range(len(periods))]
+    words = {"measured": measured, "period": len(measured)}
+    return Found(words=words, items=tuple((entry, entry) for entry in entries))
 
 
-def idle_instants(certificate: Certificate) -> Theorem:
-    """The longest run of instants without any measurement."""
-    measured, _ = _schedule(certificate)
+@statement("multirate.common-period", parameters=TIMES)
+def common_period(periods: list[int], offsets: list[int]) -> Found:
+    """The schedule repeats after {number} instants."""
+    measured = schedule(periods, offsets)
+    return _count(next(k for k in count(1) if measured[k:] + measured[:k] == measured))
+
+
+@statement("multirate.idle-instants", parameters=TIMES)
+def idle_instants(periods: list[int], offsets: list[int]) -> Found:
+    """The longest time without a measurement is {number} instants."""
+    measured = schedule(periods, offsets)
     runs, run = [0], 0
     for rows in measured + measured:
         run = 0 if rows else run + 1
         runs.append(run)
-    return _count(max(runs), "The longest time without a measurement is {} instants.")
+    return _count(max(runs))
 
 
-def dual_rate(certificate: Certificate) -> Theorem:
-    """Whether all sensors measure at instant 0 and none at any other of the period."""
-    measured, sensors = _schedule(certificate)
-    holds = measured == [list(range(sensors)), *([] for _ in measured[1:])]
-    words = f"ll sensors measure at instant 0 of {len(measured)}, and none at any other."
-    return Theorem(sentence=f"A{words}" if holds else f"It is not so that a{words}", holds=holds)
+@statement("multirate.dual-rate", parameters=TIMES)
+def dual_rate(periods: list[int], offsets: list[int]) -> Found:
+    """{all_} sensors measure at instant 0 of {period}, and none at any other."""
+    measured = schedule(periods, offsets)
+    holds = measured == [list(range(len(periods))), *([] for _ in measured[1:])]
+    return Found(words={"all_": "All" if holds else "It is not so that all", "period": len(measured)}, holds=holds)
 
 
-def variables(certificate: Certificate) -> Theorem:
-    """The unknowns of Theorem 2: entries of the symmetric P_k and of Y_k at every phase, and the level."""
-    measured, sensors = _schedule(certificate)
-    n = _states(certificate).nrows()
-    at_each_phase = sum(range(n + 1)) + n * sensors
-    return _count(len(measured) * at_each_phase + 1, "Theorem 2 has {} unknown numbers.")
+@statement("multirate.variables", plant=as_written, parameters=TIMES)
+def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
+    """Theorem 2 has {number} unknown numbers.
+
+    The unknowns of Theorem 2: entries of the symmetric P_k and of Y_k at every phase, and the level.
+    """
+    n = states(plant["A"], "plant.A").nrows()
+    at_each_phase = sum(range(n + 1)) + n * len(periods)
+    return _count(len(schedule(periods, offsets)) * at_each_phase + 1)
 
 
-def rows(certificate: Certificate) -> Theorem:
-    """The rows of the matrix (30) of one phase, from the sizes of its diagonal blocks."""
-    require_empty(certificate, "witness")
-    A, C = _observed(certificate)
-    n, q = A.nrows(), C.nrows()
-    B_d = matrix(certificate["plant"]["B_d"], "plant.B_d", rows=n)
-    D = matrix(certificate["plant"]["D"], "plant.D", rows=q)
-    return _count(2 * n + B_d.ncols() + D.ncols(), "The matrix of Theorem 2 has {} rows at each phase.")
+@statement("multirate.rows", plant=as_written, parameters=as_written, bound=None)
+def rows(plant: Plant, parameters: Any) -> Found:
+    """The matrix of Theorem 2 has {number} rows at each phase.
+
+    The rows of the matrix (30) of one phase, from the sizes of its diagonal blocks; they depend on no schedule.
+    """
+    A, C = _observed(plant)
+    n = A.nrows()
+    B_d, D = matrix(plant["B_d"], "plant.B_d", rows=n), matrix(plant["D"], "plant.D", rows=C.nrows())
+    return _count(2 * n + B_d.ncols() + D.ncols())
 
 
-def unmeasured(certificate: Certificate) -> Theorem:
-    """Whether the gains are zero in the columns of sensors that are not measured."""
-    measured, sensors = _schedule(certificate)
-    L = _gains(certificate, sensors, len(measured))
-    others = [(k, i) for k, rows in enumerate(measured) for i in range(sensors) if i not in rows]
+@statement("multirate.unmeasured", plant=as_written, parameters=TIMES)
+def unmeasured(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
+    """The gains are {zero} {others} columns of sensors that are not measured at that phase."""
+    measured = schedule(periods, offsets)
+    L = _gains(plant, len(periods), len(measured))
+    others = [(k, i) for k, rows in enumerate(measured) for i in range(len(periods)) if i not in rows]
     wrong = [(k, i) for k, i in others if any(entry != 0 for entry in take_rows(L[k].transpose(), [i]).entries())]
-    words = f"not zero in {len(wrong)} of the" if wrong else "zero in all"
-    return Theorem(
-        sentence=f"The gains are {words} {len(others)} columns of sensors that are not measured at that phase.",
-        holds=not wrong,
-    )
+    zero = f"not zero in {len(wrong)} of the" if wrong else "zero in all"
+    return Found(words={"zero": zero, "others": len(others)}, holds=not wrong)
 
 
-def observable(certificate: Certificate) -> Theorem:
-    """Whether C, CA, .. CA^(n-1) stacked have rank n."""
-    require_empty(certificate, "bound", "witness")
-    A, C = _observed(certificate)
+@statement("multirate.observable", plant=as_written, parameters=as_written)
+def observable(plant: Plant, parameters: Any) -> Found:
+    """The observability matrix of (C, A) has rank {rank}, of {n}."""
+    A, C = _observed(plant)
     n, power, blocks = A.nrows(), identity(A.nrows()), []
     for _ in range(n):
         blocks.append([C * power])
         power = power * A
     rank = block(blocks).rank()
-    return Theorem(sentence=f"The observability matrix of (C, A) has rank {rank}, of {n}.", holds=rank == n)
+    return Found(words={"rank": rank, "n": n}, holds=rank == n)
 
 
-def product(certificate: Certificate) -> Theorem:
-    """Whether the poles of the product over one period do not depend on where it starts, but do on its order."""
-    measured, sensors = _schedule(certificate)
-    A, C = _observed(certificate)
-    first, *others = without_noise(A, C, measured).error_system(_gains(certificate, sensors, len(measured)))
+@statement("multirate.product", plant=as_written, parameters=TIMES)
+def product(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
+    """A_e as a product over one period, later factors to the left, has {shifted} characteristic polynomial from instant
+    1 as from instant 0; with the factors in the other order it has {reverse} one.
+    """
+    measured = schedule(periods, offsets)
+    A, C = _observed(plant)
+    first, *others = without_noise(A, C, measured).error_system(_gains(plant, len(periods), len(measured)))
     orders = ([first, *others], [*others, first], [*reversed(others), first])
     poles, shifted, reverse = (monodromy(order).charpoly() for order in orders)
     words = {True: "the same", False: "another"}
-    return Theorem(
-        sentence=f"A_e as a product over one period, later factors to the left, has {words[poles == shifted]} "
-        "characteristic polynomial from instant 1 as from instant 0; with the factors in the other order it has "
-        f"{words[poles == reverse]} one.",
+    return Found(
+        words={"shifted": words[poles == shifted], "reverse": words[poles == reverse]},
         holds=poles == shifted and poles != reverse,
     )
 
 
-def _schedule(certificate: Certificate) -> tuple[list[list[int]], int]:
-    """The sensors measured at each phase, and how many sensors there are; there is nothing to witness."""
-    fields(certificate["witness"], "witness")
-    fields(certificate["bound"], "bound")
-    periods, _ = fields(certificate["parameters"], "parameters", "periods", "offsets")
-    return schedule(certificate["parameters"]), len(sequence(periods, "parameters.periods", integer))
-
-
-def _states(certificate: Certificate) -> fmpq_mat:
-    """The square matrix A of the plant."""
-    A = matrix(certificate["plant"]["A"], "plant.A")
-    require(A.nrows() == A.ncols(), f"plant.A must be square, got {A.nrows()} x {A.ncols()}")
-    require_order(A.nrows(), "plant.A")
-    return A
-
-
-def _observed(certificate: Certificate) -> tuple[fmpq_mat, fmpq_mat]:
+def _observed(plant: Plant) -> tuple[fmpq_mat, fmpq_mat]:
     """A and C of the plant."""
-    A = _states(certificate)
-    return A, matrix(certificate["plant"]["C"], "plant.C", columns=A.nrows())
+    A = states(plant["A"], "plant.A")
+    return A, matrix(plant["C"], "plant.C", columns=A.nrows())
 
 
-def _gains(certificate: Certificate, sensors: int, phases: int) -> list[fmpq_mat]:
-    n = _states(certificate).nrows()
-    return matrices(certificate["plant"]["L"], "plant.L", n, sensors, phases)
+def _gains(plant: Plant, sensors: int, phases: int) -> list[fmpq_mat]:
+    n = states(plant["A"], "plant.A").nrows()
+    return matrices(plant["L"], "plant.L", n, sensors, phases)
 
 
-def _count(number: int, sentence: str) -> Theorem:
-    return Theorem(sentence=sentence.format(number), lower=fmpq(number), upper=fmpq(number))
-
-
-STATEMENTS: Mapping[str, Callable[[Certificate], Theorem]] = {
-    "multirate.selection": selection,
-    "multirate.common-period": common_period,
-    "multirate.idle-instants": idle_instants,
-    "multirate.dual-rate": dual_rate,
-    "multirate.variables": variables,
-    "multirate.rows": rows,
-    "multirate.unmeasured": unmeasured,
-    "multirate.observable": observable,
-    "multirate.product": product,
-}
+def _count(number: int) -> Found:
+    return Found(words={"number": number}, lower=fmpq(number), upper=fmpq(number))

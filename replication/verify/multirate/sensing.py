@@ -6,27 +6,26 @@ With gains L_k: e(k+1) = A_k e(k) + B_k v(k), [A_k B_k] = [A B_d 0] - L_k [C_k 0
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from math import lcm
 from typing import Any
 
 from flint import fmpq_mat
 
 from replication.verify.algebra.linear import block, take_rows, zeros
-from replication.verify.reading import MAX_ENTRIES, fields, integer, matrix, sequence
+from replication.verify.reading import MAX_ENTRIES, fields, integer, matrices, matrix, positive, sequence, sized, square
+from replication.verify.statement import Depends, Table
 from replication.verify.theorem import require
 
-PLANT = ("A", "B_d", "C", "D", "W")
 LONGEST_PERIOD = 1000
-Certificate = Mapping[str, Any]
 Schedule = list[list[int]]
 """The sensors that are measured at each phase."""
 
 
 @dataclass(frozen=True)
 class Sensing:
-    """The plant seen by a number of sensors, and per phase the rows C_k, D_k that are measured."""
+    """The plant seen by a number of sensors, and per phase the rows C_k, D_k that are measured; L_k (n, q) if given."""
 
     A: fmpq_mat
     B_d: fmpq_mat
@@ -35,6 +34,12 @@ class Sensing:
     D: list[fmpq_mat]
     measured: Schedule
     sensors: int
+    gains: Sequence[fmpq_mat] = ()
+
+    @property
+    def phases(self) -> int:
+        """N, the number of instants after which the schedule repeats."""
+        return len(self.C)
 
     @property
     def order(self) -> int:
@@ -47,7 +52,7 @@ class Sensing:
         (width,) = {self.B_d.ncols() + D.ncols() for D in self.D}
         return width
 
-    def error_system(self, gains: list[fmpq_mat]) -> list[fmpq_mat]:
+    def error_system(self, gains: Sequence[fmpq_mat]) -> list[fmpq_mat]:
         """[A_k B_k] of each phase for gains L_k (n, q), that is [A B_d 0] - L_k [C_k 0 D_k] over the measured rows.
 
         Columns of L_k of sensors that are not measured have no effect.
@@ -79,10 +84,23 @@ class Sensing:
         return -D.transpose() * gram.solve(self.C[phase] * x) if gram.nrows() else fmpq_mat(D.ncols(), x.ncols())
 
 
-def schedule(parameters: Mapping[str, Any]) -> Schedule:
+PERIOD = sized(integer, 1)
+TIMES: Table = {
+    "periods": sized(sequence, PERIOD),
+    "offsets": Depends(lambda given: sized(sequence, integer, len(given.periods))),
+}
+"""Of the sensors, in their order: sampled where (k - offset) mod period == 0."""
+CHOSEN: Table = {
+    "sensors": sized(sequence, integer),
+    "periods": Depends(lambda given: sized(sequence, PERIOD, len(given.sensors))),
+    "offsets": TIMES["offsets"],
+    "relative": positive,
+}
+"""Which rows of C and D are the sensors, when they measure, and how near the bounds must be to each other."""
+
+
+def schedule(periods: Sequence[int], offsets: Sequence[int]) -> Schedule:
     """Which of the sensors have (k - offset) mod period == 0, by their place in the list, at each phase k."""
-    periods = sequence(parameters["periods"], "parameters.periods", lambda N, path: integer(N, path, 1))
-    offsets = sequence(parameters["offsets"], "parameters.offsets", integer, len(periods))
     require(len(periods) > 0, "parameters.periods names no sensor, and nothing is ever measured")
     common = 1
     for N in periods:
@@ -96,36 +114,19 @@ def schedule(parameters: Mapping[str, Any]) -> Schedule:
     return [[i for i, (N, theta) in enumerate(entries) if (k - theta) % N == 0] for k in range(common)]
 
 
-def schedule_in_words(certificate: Certificate) -> str:
-    """For which plant and schedule a theorem is one, as a sentence begins: what is proved for one is not for others."""
-    chosen, periods, offsets = (certificate["parameters"][name] for name in ("sensors", "periods", "offsets"))
-    return f"For this plant and the periods {periods}, offsets {offsets} of the sensors {chosen}"
-
-
-def of_certificate(certificate: Certificate, *extra: str) -> tuple[Sensing, Any]:
-    """The plant of a certificate seen by the sensors of its schedule, and the relative width that is wanted.
-
-    extra: names of what the plant object holds besides its matrices.
-    """
-    names = (*PLANT, *extra)
-    plant = dict(zip(names, fields(certificate["plant"], "plant", "name", *names)[1:], strict=True))
-    parameters = fields(certificate["parameters"], "parameters", "sensors", "periods", "offsets", "relative")
-    chosen, periods, _, relative = parameters
-    sensors = sequence(chosen, "parameters.sensors", integer)
-    sequence(periods, "parameters.periods", integer, len(sensors))
-    n = matrix(plant["A"], "plant.A").ncols()
-    C = matrix(plant["C"], "plant.C", columns=n)
-    D = matrix(plant["D"], "plant.D", rows=C.nrows())
+def read_sensing(value: Any, path: str, chosen: Any, *gains: str) -> Sensing:
+    """A plant seen by the sensors `chosen` (parameters `CHOSEN`), with the gains of this name if there is one."""
+    _, *parts = fields(value, path, "name", "A", "B_d", "C", "D", "W", *gains)
+    A = square(parts[0], f"{path}.A")
+    n, sensors = A.nrows(), chosen.sensors
+    C = matrix(parts[2], f"{path}.C", columns=n)
+    D = matrix(parts[3], f"{path}.D", rows=C.nrows())
     require(all(i < C.nrows() for i in sensors), f"parameters.sensors names a sensor that is not there: {sensors}")
-    system = select(
-        matrix(plant["A"], "plant.A", n, n),
-        matrix(plant["B_d"], "plant.B_d", rows=n),
-        matrix(plant["W"], "plant.W", columns=n),
-        take_rows(C, sensors),
-        take_rows(D, sensors),
-        schedule(certificate["parameters"]),
-    )
-    return system, relative
+    B_d, W = matrix(parts[1], f"{path}.B_d", rows=n), matrix(parts[4], f"{path}.W", columns=n)
+    measured = schedule(chosen.periods, chosen.offsets)
+    system = select(A, B_d, W, take_rows(C, sensors), take_rows(D, sensors), measured)
+    L = [matrices(part, f"{path}.L", n, len(sensors), len(measured)) for part in parts[5:]]
+    return replace(system, gains=L[0]) if L else system
 
 
 def select(A: fmpq_mat, B_d: fmpq_mat, W: fmpq_mat, C: fmpq_mat, D: fmpq_mat, measured: Schedule) -> Sensing:

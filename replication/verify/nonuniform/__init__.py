@@ -1,1 +1,5 @@
-"""Statements on nonuniform sampling."""
+"""Statements on filters under nonuniform sampling: levels, and what the method rests on."""
+
+from replication.verify.nonuniform import levels, theory
+
+__all__ = ["levels", "theory"]

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from flint import arb, arb_mat, fmpq
 
-from replication.verify.algebra.balls import require_positive_definite
-from replication.verify.algebra.linear import identity, require_hurwitz
-from replication.verify.nonuniform.gain import require_ratio, total
-from replication.verify.nonuniform.system import Plant, Time, seconds, solved, step_at
+from replication.verify.algebra.balls import energy, hold, require_positive_definite
+from replication.verify.algebra.linear import identity, solved
+from replication.verify.algebra.roots import require_hurwitz
+from replication.verify.nonuniform.gain import require_ratio
+from replication.verify.nonuniform.system import Plant, Time, seconds
 from replication.verify.theorem import require
 
 
@@ -25,20 +26,19 @@ def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list
     because what the truncation shows decays with the plant, and a filter with A_f Schur answers little to it.
     """
     n = plant.A.nrows()
-    rows = step_at(plant, seconds(period)).tolist()
-    Phi, Gamma = arb_mat([row[:n] for row in rows]), arb_mat([row[n:] for row in rows])
+    Phi, Gamma = hold(plant.A, plant.B, seconds(period))
     L = arb_mat(plant.L)
     x = arb_mat(len(start), 1, [arb(entry) for entry in start])
     if plant.D.rank() == 0:
         require(len(start) == plant.B.ncols(), "witness.start must be a disturbance")
-        supplied, seen = _square(x), _square(L * Gamma * x)
+        supplied, seen = energy(x), energy(L * Gamma * x)
     else:
         require(len(start) == n, "witness.start must be a state")
         require(plant.D.nrows() == plant.D.ncols(), "D is neither zero nor square")
         require(plant.D.det() != 0, "D is neither zero nor invertible")
         require_hurwitz(plant.A, "the plant")
         ratio = plant.D.inv() * plant.C
-        back = solved(Phi - Gamma * arb_mat(ratio), arb_mat(identity(n)), "Phi - Gamma D^-1 C")
+        back = solved(Phi - Gamma * arb_mat(ratio), arb_mat(identity(n)), "Phi - Gamma D^-1 C is not proved invertible")
         require_schur(back)
         following = (Phi - Gamma * arb_mat(ratio)) * x
         supplied = _quadratic(energy_before(back, arb_mat(ratio.transpose() * ratio)), x)
@@ -56,12 +56,8 @@ def energy_before(J: arb_mat, Q: arb_mat) -> arb_mat:
     """X = Q + J'XJ, for a Schur J the sum of (J^k)'Q J^k over k >= 0, by the linear equation for its entries."""
     places = [(i, j) for i in range(J.nrows()) for j in range(J.nrows())]
     equation = [[arb(int(p == q)) - J[q[0], p[0]] * J[q[1], p[1]] for q in places] for p in places]
-    X = solved(arb_mat(equation), arb_mat([[entry] for entry in Q.entries()]), "the equation of the energy")
+    X = solved(arb_mat(equation), arb_mat([[entry] for entry in Q.entries()]), "the energy is not proved finite")
     return arb_mat(J.nrows(), J.nrows(), X.entries())
-
-
-def _square(column: arb_mat) -> arb:
-    return total([entry * entry for entry in column.entries()])
 
 
 def _quadratic(Q: arb_mat, x: arb_mat) -> arb:

@@ -9,15 +9,34 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from flint import acb_mat, arb, arb_mat, fmpq, fmpq_mat
+from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import between, require_positive_definite
-from replication.verify.algebra.linear import identity
+from replication.verify.algebra.balls import beside, between, circle_point, energy, hold, require_positive_definite
+from replication.verify.algebra.linear import identity, solved
 from replication.verify.algebra.linear import require_positive_definite as require_definite
-from replication.verify.nonuniform.gain import circle_point, complex_vector, energy, require_ratio, total
-from replication.verify.nonuniform.system import Plant, along, beside, seconds, solved, step_at
-from replication.verify.reading import fields, matrix, positive, rational, sequence, symmetric
+from replication.verify.nonuniform.gain import complex_vector, require_ratio
+from replication.verify.nonuniform.system import Plant, seconds
+from replication.verify.reading import fields, positive, rational, symmetric
 from replication.verify.theorem import Refused, require
+
+
+@dataclass(frozen=True)
+class Response:
+    """A point z of the unit circle and a complex direction; path: where they stand in the certificate."""
+
+    z: acb
+    direction: acb_mat
+    path: str
+
+
+@dataclass(frozen=True)
+class Alpha:
+    """The witness of a bracket of alpha: a response that attains `lower`, P of the bounded real lemma at `upper`."""
+
+    lower: fmpq
+    upper: fmpq
+    P: fmpq_mat
+    response: Response
 
 
 @dataclass(frozen=True)
@@ -45,35 +64,45 @@ def logarithmic_norm(A: fmpq_mat) -> arb:
     return arb(mean) + arb(half * half + S[0, 1] * S[0, 1]).sqrt()
 
 
-def small_gain(A: fmpq_mat, Phi: arb_mat, given: Any, path: str) -> tuple[fmpq, fmpq]:
-    """Proved bounds of alpha for Phi in a ball, from a witness {lower, upper, P, turn, direction}.
+def read_response(value: Any, path: str, n: int) -> Response:
+    """{turn, direction}: z = circle_point(turn), and n pairs of real and imaginary part."""
+    turn, direction = fields(value, path, "turn", "direction")
+    z = circle_point(rational(turn, f"{path}.turn"))
+    return Response(z, complex_vector(direction, f"{path}.direction", n), path)
+
+
+def read_alpha(value: Any, path: str, n: int) -> Alpha:
+    """{lower, upper, P, turn, direction} for a plant of n states."""
+    low, high, storage, turn, direction = fields(value, path, "lower", "upper", "P", "turn", "direction")
+    response = read_response({"turn": turn, "direction": direction}, path, n)
+    return Alpha(
+        positive(low, f"{path}.lower"), positive(high, f"{path}.upper"), symmetric(storage, f"{path}.P", n), response
+    )
+
+
+def small_gain(A: fmpq_mat, Phi: arb_mat, alpha: Alpha) -> arb:
+    """A ball that is proved to hold alpha for Phi in a ball.
 
     Above: P > 0 with [P - (A Phi)'(A Phi), 0; 0, g^2 I] - [Phi, I]'P[Phi, I] > 0 (bounded real lemma). Below: the
     response to a rational direction at a point of the unit circle.
     """
-    low, high, storage, turn, direction = fields(given, path, "lower", "upper", "P", "turn", "direction")
-    lower, upper = positive(low, f"{path}.lower"), positive(high, f"{path}.upper")
-    n = A.nrows()
-    P = symmetric(storage, f"{path}.P", n)
-    require_definite(P, f"{path}.P")
-    one, balls, seen = arb_mat(identity(n)), arb_mat(P), arb_mat(A) * Phi
+    path = alpha.response.path
+    require_definite(alpha.P, f"{path}.P")
+    one, balls, seen = arb_mat(identity(A.nrows())), arb_mat(alpha.P), arb_mat(A) * Phi
     state = balls - seen.transpose() * seen - Phi.transpose() * balls * Phi
     # The sign of the cross term is without effect on definiteness.
-    cross, input_ = Phi.transpose() * balls, one * arb(upper**2) - balls
+    cross, input_ = Phi.transpose() * balls, one * arb(alpha.upper**2) - balls
     rows = beside(state, cross).tolist() + beside(cross.transpose(), input_).tolist()
-    require_positive_definite(arb_mat(rows), f"{path}: the bounded real lemma at {upper}")
-    require_response(A, Phi, lower, {"turn": turn, "direction": direction}, path)
-    return lower, upper
+    require_positive_definite(arb_mat(rows), f"{path}: the bounded real lemma at {alpha.upper}")
+    require_response(A, Phi, alpha.lower, alpha.response)
+    return between(alpha.lower, alpha.upper)
 
 
-def require_response(A: fmpq_mat, Phi: arb_mat, lower: fmpq, given: Any, path: str) -> None:
+def require_response(A: fmpq_mat, Phi: arb_mat, lower: fmpq, response: Response) -> None:
     """Refuse unless A Phi (zI - Phi)^{-1} amplifies a complex direction by more than `lower` at a point z."""
-    turn, direction = fields(given, path, "turn", "direction")
-    n = A.nrows()
-    xi = complex_vector(direction, f"{path}.direction", n)
-    z = circle_point(rational(turn, f"{path}.turn"))
-    response = energy(acb_mat(arb_mat(A) * Phi) * solved(acb_mat(identity(n)) * z - acb_mat(Phi), xi, "zI - Phi"))
-    require_ratio(response, energy(xi), lower, f"{path}: the response")
+    resolvent = acb_mat(identity(A.nrows())) * response.z - acb_mat(Phi)
+    reached = acb_mat(arb_mat(A) * Phi) * solved(resolvent, response.direction, "zI - Phi is not proved invertible")
+    require_ratio(energy(reached), energy(response.direction), lower, f"{response.path}: the response")
 
 
 def covered(h: arb, below: arb, above: arb, printed: arb, gain: arb) -> Interval:
@@ -85,22 +114,20 @@ def covered(h: arb, below: arb, above: arb, printed: arb, gain: arb) -> Interval
     return Interval(h - (1 + below / gain).log() / below, h + argument.log() / above)
 
 
-def run_algorithm(plant: Plant, given: Any) -> Covering:
+def run_algorithm(plant: Plant, passes: list[list[Alpha]]) -> Covering:
     """Algorithm 1 with alpha in both steps, U3 with mu(A), and a set-minus in step 4, until it ends.
 
-    Every decision is made in balls, or refused. `given` lists for each pass the witnesses of alpha of the new elements,
-    in increasing order.
+    Every decision is made in balls, or refused. `passes` lists for each pass the witnesses of alpha of the new
+    elements, in increasing order.
     """
     start, stop = seconds(plant.h_l), seconds(plant.h_u)
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
-    passes = sequence(given, "witness.passes", lambda value, path: sequence(value, path, lambda entry, _: entry))
     new, intervals = [(start + stop) / 2], list[Interval]()
     for count, witnesses in enumerate(passes):
-        path = f"witness.passes[{count}]"
-        require(len(witnesses) == len(new), f"{path} must have {len(new)} elements, got {len(witnesses)}")
-        for position, h in enumerate(new):
-            Phi = state_transition(plant, h)
-            gain = between(*small_gain(plant.A, Phi, witnesses[position], f"{path}[{position}]"))
+        given = len(witnesses)
+        require(given == len(new), f"witness.passes[{count}] must have {len(new)} elements, got {given}")
+        for h, alpha in zip(new, witnesses, strict=True):
+            gain = small_gain(plant.A, state_transition(plant, h), alpha)
             intervals.append(covered(h, below, above, above, gain))
         new = [(a + b) / 2 for a, b in gaps(intervals, start, stop)]
         if not new:
@@ -111,8 +138,7 @@ def run_algorithm(plant: Plant, given: Any) -> Covering:
 
 def state_transition(plant: Plant, h: arb) -> arb_mat:
     """Phi(h)."""
-    n = plant.A.nrows()
-    return arb_mat([row[:n] for row in step_at(plant, h).tolist()])
+    return hold(plant.A, plant.B, h)[0]
 
 
 def gaps(intervals: list[Interval], start: arb, stop: arb) -> list[tuple[arb, arb]]:
@@ -148,7 +174,7 @@ def covers(interval: Interval, start: arb, stop: arb) -> bool:
     return before(interval.lower, start) and before(stop, interval.upper)
 
 
-def require_stall(plant: Plant, given: Any) -> str:
+def require_stall(plant: Plant, alpha: Alpha) -> str:
     """Refuse unless Algorithm 1 as printed leaves its grid as it is although step 3 fails; in words, how.
 
     As printed: mu(-A) in the logarithm of U3, alpha in step 3, its root in step 4. Without a set-minus the union of the
@@ -158,8 +184,8 @@ def require_stall(plant: Plant, given: Any) -> str:
     start, stop = seconds(plant.h_l), seconds(plant.h_u)
     h = (start + stop) / 2
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
-    alpha = between(*small_gain(plant.A, state_transition(plant, h), given, "witness"))
-    tested, marked = (covered(h, below, above, below, gain) for gain in (alpha, alpha.sqrt()))
+    gain = small_gain(plant.A, state_transition(plant, h), alpha)
+    tested, marked = (covered(h, below, above, below, used) for used in (gain, gain.sqrt()))
     require(not covers(tested, start, stop), "step 3 does not fail: the algorithm ends")
     if before(marked.upper, marked.lower):
         return "the interval by the root of alpha is empty, and the middle of the range is in the grid already"
@@ -179,11 +205,11 @@ def require_upper_end(plant: Plant) -> str:
         require(before(above, below), "the printed end of U3 does not go too far")
         return f"as printed the bound exceeds 1/alpha at the end by the factor {(below / above).str(6, radius=False)}"
     require(bool(above < 0), "neither U3 nor its misprint is decided by these signs")
-    Phi = state_transition(plant, seconds(along(plant.h_l, plant.h_u, fmpq(1, 2))))
+    Phi = state_transition(plant, seconds(plant.middle))
     one = arb_mat(identity(plant.A.nrows()))
-    at_one = arb_mat(plant.A) * Phi * solved(one - Phi, one, "I - Phi")
+    at_one = arb_mat(plant.A) * Phi * solved(one - Phi, one, "I - Phi is not proved invertible")
     # The squared entries of a matrix of order n add up to at most n times its squared norm.
-    least = total([entry * entry for entry in at_one.entries()]) / plant.A.nrows()
+    least = energy(at_one) / plant.A.nrows()
     require(before(-above, least.sqrt()), "case U3 is not met")
     return "as printed the upper end lies below the centre of the interval"
 
@@ -193,9 +219,9 @@ def require_lower_end(plant: Plant) -> None:
     require(before(arb(0), logarithmic_norm(-plant.A)), "case L3 is not met")
 
 
-def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, given: Any, path: str) -> None:
+def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, direction: fmpq_mat) -> None:
     """Refuse unless Delta(theta) = A^{-1} (e^{theta A} - I) amplifies a rational direction by more than `lower`."""
-    n = A.nrows()
-    v = arb_mat(matrix(given, path, n, 1))
-    image = solved(arb_mat(A), ((arb_mat(A) * theta).exp() - arb_mat(identity(n))) * v, "A")
-    require_ratio(energy(acb_mat(image)), energy(acb_mat(v)), lower, f"{path}: Delta")
+    v = arb_mat(direction)
+    grown = ((arb_mat(A) * theta).exp() - arb_mat(identity(A.nrows()))) * v
+    image = solved(arb_mat(A), grown, "A is not proved invertible")
+    require_ratio(energy(image), energy(v), lower, "witness.direction: Delta")

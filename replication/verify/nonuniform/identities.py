@@ -6,15 +6,11 @@ each signal where the order of factors matters.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from flint import fmpq
 
-from replication.verify.algebra.symbols import Matrix, add, product, require_equal, scale, symbols
+from replication.verify.algebra.symbolic import blocks, require_equal, symbols, unit
 from replication.verify.theorem import require
 
-SIZE = "two states of plant and filter and one disturbance, measurement and estimate"
-"""Of the identities below, but for those that hold for all sizes, and the map, with two components of each signal."""
 SQUARE, COLUMN, ROW, ONE = (2, 2), (2, 1), (1, 2), (1, 1)
 
 
@@ -25,7 +21,7 @@ def require_lemma_2() -> None:
     integrals of e^{tA} from 0 to h_0 and to theta. Then e^{theta A} = 1 + a e, and with p it gives h_0 + theta; the
     integral to there is e + (1 + a e) d. Gamma = (integral) B, with b for B.
     """
-    ((a, p, d, e, b),) = symbols(v=(1, 5))["v"]
+    a, p, d, e, b = (symbol.entry for symbol in symbols(dict.fromkeys("apdeb", ONE)).values())
     moved = 1 + a * e
     require(moved * p == p + e * a * p, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)")
     require((e + moved * d) * b == d * b + e * (a * d * b + b), "Gamma(h_0 + theta) is not as in Lemma 2")
@@ -37,12 +33,10 @@ def require_lemma_3() -> None:
     mu = (tr S + r)/2 with r = ((s_11 - s_22)^2 + 4 s_12^2)^(1/2) is the larger root of det(S - mu I). The matrix
     mu I - S has the trace r >= 0 and the determinant zero, so it is positive semidefinite.
     """
-    s = symbols(A=SQUARE, x=COLUMN, r=ONE)
-    A, x, ((r,),) = s["A"], s["x"], s["r"]
-    S = scale(fmpq(1, 2), add(A, transposed(A)))
-    twice = scale(2, product(transposed(x), S, x))
-    require_equal(add(product(transposed(x), A, x), product(transposed(product(A, x)), x)), twice, "the rate of |x|^2")
-    (s_11, s_12), (_, s_22) = S
+    A, x, root = symbols({"A": SQUARE, "x": COLUMN, "r": ONE}).values()
+    S, r = (A + A.T) * fmpq(1, 2), root.entry
+    require_equal(x.T @ (A @ x) + (A @ x).T @ x, x.T @ S @ x * 2, "the rate of |x|^2")
+    (s_11, s_12), (_, s_22) = S.rows
     mu = (s_11 + s_22 + r) / 2
     require((mu - s_11) + (mu - s_22) == r, "the trace of mu I - S is not r")
     determinant = (mu - s_11) * (mu - s_22) - s_12 * s_12
@@ -56,21 +50,16 @@ def require_map() -> None:
     First, (W - B_1 Delta C_1) v = (B + B_1 Delta D) w: the loop is the error system at h_0 + theta. Then, with
     v = R (B_1 xi + B w), (I - Sigma_11 Delta) eta = Sigma_12 w and e = Sigma_21 Delta eta + Sigma_22 w.
     """
-    names = ("W", "R", "B_1", "C_1", "Delta", "B", "C", "D")
-    s = symbols(**dict.fromkeys(names, SQUARE), v=COLUMN, w=COLUMN, eta=COLUMN)
-    W, R, B_1, C_1, Delta, B, C, D = (s[name] for name in names)
-    v, w, eta = s["v"], s["w"], s["eta"]
-    looped = product(Delta, add(product(C_1, v), product(D, w)))
-    residual = add(product(W, v), minus(product(B_1, looped)), minus(product(B, w)))
-    A_h, B_h = add(W, minus(product(B_1, Delta, C_1))), add(B, product(B_1, Delta, D))
-    there = add(product(A_h, v), minus(product(B_h, w)))
+    squares = dict.fromkeys(("W", "R", "B_1", "C_1", "Delta", "B", "C", "D"), SQUARE)
+    s = symbols({**squares, **dict.fromkeys(("v", "w", "eta"), COLUMN)})
+    W, R, B_1, C_1, Delta, B, C, D, v, w, eta = s.values()
+    residual = W @ v - B_1 @ Delta @ (C_1 @ v + D @ w) - B @ w
+    there = (W - B_1 @ Delta @ C_1) @ v - (B + B_1 @ Delta @ D) @ w
     require_equal(residual, there, "the loop (7)")
-    S_11, S_12 = product(C_1, R, B_1), add(D, product(C_1, R, B))
-    S_21, S_22 = product(C, R, B_1), product(C, R, B)
-    reached = product(R, add(product(B_1, Delta, eta), product(B, w)))
-    left = add(eta, minus(product(C_1, reached)), minus(product(D, w)))
-    require_equal(left, add(eta, minus(product(S_11, Delta, eta)), minus(product(S_12, w))), "the equation of eta")
-    require_equal(product(C, reached), add(product(S_21, Delta, eta), product(S_22, w)), "the output e")
+    S_11, S_12, S_21, S_22 = C_1 @ R @ B_1, D + C_1 @ R @ B, C @ R @ B_1, C @ R @ B
+    reached = R @ (B_1 @ Delta @ eta + B @ w)
+    require_equal(eta - C_1 @ reached - D @ w, eta - S_11 @ Delta @ eta - S_12 @ w, "the equation of eta")
+    require_equal(C @ reached, S_21 @ Delta @ eta + S_22 @ w, "the output e")
 
 
 def require_congruence() -> None:
@@ -79,29 +68,21 @@ def require_congruence() -> None:
     P-bar = [X U; U' X^] and its inverse [Y V; V' Y^] give XY + UV' = I and U'Y + X^V' = 0, so with Z = X^{-1}:
     Y = Z (I - UV') = (I - VU')Z, and T = P-bar J_1 = [I I; U'Z 0] for J_1 = [Z Y; 0 V'].
     """
-    s = symbols(
-        Z=(1, 3), U=SQUARE, V=SQUARE, Phi=SQUARE, Gamma=COLUMN, A_f=SQUARE, B_f=COLUMN, C_f=ROW, C=ROW, D=ONE, L=ROW
-    )
-    ((z_11, z_12, z_22),) = s["Z"]
-    U, V, Phi, Gamma, A_f, B_f, C_f, C, D, L = (
-        s[name] for name in ("U", "V", "Phi", "Gamma", "A_f", "B_f", "C_f", "C", "D", "L")
-    )
-    Z = [[z_11, z_12], [z_12, z_22]]
-    zero, one = scale(0, Z), constant_identity(Z)
-    below = product(transposed(U), Z)
-    Y = add(Z, minus(product(V, below)))
-    F, G, Q = product(V, B_f), product(C_f, below), product(V, A_f, below)
-    J_1, T = stacked([[Z, zero], [Y, V]]), stacked([[one, one], [below, zero]])
-    A_bar = stacked([[Phi, zero], [product(B_f, C), A_f]])
-    B_bar = stacked([[Gamma], [product(B_f, D)]])
-    Y_Phi, F_C = product(Y, Phi), product(F, C)
-    require_equal(product(J_1, T), stacked([[Z, Z], [Z, Y]]), "J_1'PJ_1 = [Z Z; Z Y]")
-    moved = stacked([[product(Z, Phi), product(Z, Phi)], [add(Y_Phi, F_C, Q), add(Y_Phi, F_C)]])
-    require_equal(product(J_1, A_bar, T), moved, "J_1'APJ_1 in (10)")
-    driven = stacked([[product(Z, Gamma)], [add(product(Y, Gamma), product(F, D))]])
-    require_equal(product(J_1, B_bar), driven, "J_1'B in (10)")
-    seen = product(stacked([[L, minus(C_f)]]), T)
-    require_equal(seen, stacked([[add(L, minus(G)), L]]), "CPJ_1 = [L - G, L]")
+    shapes = dict.fromkeys(("Z", "U", "V", "Phi", "A_f"), SQUARE)
+    shapes |= {"Gamma": COLUMN, "B_f": COLUMN, "C_f": ROW, "C": ROW, "D": ONE, "L": ROW}
+    Z, U, V, Phi, A_f, Gamma, B_f, C_f, C, D, L = symbols(shapes, symmetric=("Z",)).values()
+    zero, one = Z * 0, unit(2, D.entry**0)
+    below = U.T @ Z
+    Y = Z - V @ below
+    F, G, Q = V @ B_f, C_f @ below, V @ A_f @ below
+    J_1, T = blocks([[Z, zero], [Y, V]]), blocks([[one, one], [below, zero]])
+    A_bar = blocks([[Phi, zero], [B_f @ C, A_f]])
+    B_bar = blocks([[Gamma], [B_f @ D]])
+    require_equal(J_1 @ T, blocks([[Z, Z], [Z, Y]]), "J_1'PJ_1 = [Z Z; Z Y]")
+    moved = blocks([[Z @ Phi, Z @ Phi], [Y @ Phi + F @ C + Q, Y @ Phi + F @ C]])
+    require_equal(J_1 @ A_bar @ T, moved, "J_1'APJ_1 in (10)")
+    require_equal(J_1 @ B_bar, blocks([[Z @ Gamma], [Y @ Gamma + F @ D]]), "J_1'B in (10)")
+    require_equal(blocks([[L, -C_f]]) @ T, blocks([[L - G, L]]), "CPJ_1 = [L - G, L]")
 
 
 def require_recovery() -> None:
@@ -110,13 +91,12 @@ def require_recovery() -> None:
     S = -Y^{-1}V is the change of coordinates and W = U'Z. With V = -YS and Z = Y + VW (the relation of the congruence),
     I - Y^{-1}Z = SW, so (11) reads A = S A_f W (SW)^{-1} = S A_f S^{-1}, B = S B_f, C = C_f W (SW)^{-1} = C_f S^{-1}.
     """
-    s = symbols(Y=SQUARE, S=SQUARE, W=SQUARE, A_f=SQUARE, B_f=COLUMN)
-    Y, S, W, A_f, B_f = (s[name] for name in ("Y", "S", "W", "A_f", "B_f"))
-    V = minus(product(Y, S))
-    Z = add(Y, product(V, W))
-    require_equal(add(Y, minus(Z)), product(Y, S, W), "Y (I - Y^{-1}Z) = Y S W")
-    require_equal(minus(product(V, A_f, W)), product(Y, S, A_f, W), "-Q = Y S A_f W")
-    require_equal(minus(product(V, B_f)), product(Y, S, B_f), "-F = Y S B_f")
+    Y, S, W, A_f, B_f = symbols({**dict.fromkeys(("Y", "S", "W", "A_f"), SQUARE), "B_f": COLUMN}).values()
+    V = -(Y @ S)
+    Z = Y + V @ W
+    require_equal(Y - Z, Y @ S @ W, "Y (I - Y^{-1}Z) = Y S W")
+    require_equal(-(V @ A_f @ W), Y @ S @ A_f @ W, "-Q = Y S A_f W")
+    require_equal(-(V @ B_f), Y @ S @ B_f, "-F = Y S B_f")
 
 
 def require_sharp_ends() -> None:
@@ -125,27 +105,7 @@ def require_sharp_ends() -> None:
     E = e^{m theta} has the rate m E, so f grows at the rate alpha + m f. The time log(1 + m f/alpha)/m has the rate
     1/(alpha + m f) in f. Both are zero at f = 0, so each is the inverse function of the other: f = 1 at the end.
     """
-    ((alpha, m, E, f),) = symbols(v=(1, 4))["v"]
+    alpha, m, E, f = (symbol.entry for symbol in symbols(dict.fromkeys(("alpha", "m", "E", "f"), ONE)).values())
     m_f, inside = alpha * (E - 1), alpha + m * f
     require(m_f.derivative(2) * m * E == m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate")
     require(inside.derivative(3) == m, "the logarithm of (9) is not the time to reach a level at this rate")
-
-
-def stacked(rows: Sequence[Sequence[Matrix]]) -> Matrix:
-    """The matrix made of these blocks."""
-    return [[entry for part in parts for entry in part] for row in rows for parts in zip(*row, strict=True)]
-
-
-def constant_identity(like: Matrix) -> Matrix:
-    """The identity of the size of a matrix, as polynomials in its symbols."""
-    return [[entry * 0 + int(i == j) for j, entry in enumerate(row)] for i, row in enumerate(like)]
-
-
-def transposed(M: Matrix) -> Matrix:
-    """M'."""
-    return [list(column) for column in zip(*M, strict=True)]
-
-
-def minus(M: Matrix) -> Matrix:
-    """-M."""
-    return scale(-1, M)

@@ -5,46 +5,26 @@ A time is a pair (a, b) of rationals and stands for a + b pi seconds, since one 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, is_schur, require_hurwitz, require_order, zeros
-from replication.verify.reading import fields, matrix, rational, sequence, text
-from replication.verify.theorem import Refused, require
+from replication.verify.algebra.balls import beside, generator, hold
+from replication.verify.algebra.linear import block
+from replication.verify.algebra.roots import is_schur, require_hurwitz
+from replication.verify.reading import fields, known_fields, matrix, positive, rational, sequence, states, text
+from replication.verify.statement import statement
+from replication.verify.theorem import require
 
 PRECISION = 128
 """Bits of the balls."""
 
 Time = tuple[fmpq, fmpq]
+Ends = tuple[Time, Time]
 PERIODS = ("h_l", "middle", "h_u")
 """Names of the periods of a range, in increasing order."""
-
-
-@dataclass(frozen=True)
-class Plant:
-    """Eq. (1): A (n, n), B (n, m), C (r, n), D (r, m), L (s, n), and the ends of the range of sampling periods."""
-
-    A: fmpq_mat
-    B: fmpq_mat
-    C: fmpq_mat
-    D: fmpq_mat
-    L: fmpq_mat
-    h_l: Time
-    h_u: Time
-
-    def period(self, name: Any, path: str) -> Time:
-        """The period that goes by this name."""
-        periods = dict(zip(PERIODS, (self.h_l, along(self.h_l, self.h_u, fmpq(1, 2)), self.h_u), strict=True))
-        chosen = text(name, path)
-        require(chosen in periods, f"{path} must be one of {', '.join(periods)}, got {chosen!r:.20}")
-        return periods[chosen]
-
-    def generator(self) -> arb_mat:
-        """N = [[A, B], [0, 0]], whose exponential at h holds Phi(h) and Gamma(h) in its upper rows."""
-        n, m = self.B.nrows(), self.B.ncols()
-        return arb_mat(block([[self.A, self.B], [zeros(m, n + m)]]))
 
 
 @dataclass(frozen=True)
@@ -56,42 +36,122 @@ class Filter:
     C: fmpq_mat
 
 
-def read_plant(value: Any) -> Plant:
-    """The plant of a certificate, shapes checked; other fields, such as a printed filter, are left to the caller."""
-    names = ("A", "B", "C", "D", "L", "h_l", "h_u")
-    require(isinstance(value, dict), "plant must be an object")
-    A, B, C, D, L, h_l, h_u = fields({name: value[name] for name in names if name in value}, "plant", *names)
-    states = matrix(A, "plant.A")
-    n = states.nrows()
-    require(n == states.ncols(), "plant.A must be square")
-    require_order(n, "plant.A")
-    drive = matrix(B, "plant.B", rows=n)
-    sensor = matrix(C, "plant.C", columns=n)
-    plant = Plant(
-        states, drive, sensor, matrix(D, "plant.D", sensor.nrows(), drive.ncols()), matrix(L, "plant.L", columns=n),
-        read_time(h_l, "plant.h_l"), read_time(h_u, "plant.h_u"),
-    )  # fmt: skip
-    require(seconds(plant.h_l) > 0, "plant.h_l must be positive")
-    require(seconds(plant.h_u) > seconds(plant.h_l), "plant.h_u must exceed plant.h_l")
-    return plant
+@dataclass(frozen=True)
+class Plant:
+    """Eq. (1): A (n, n), B (n, m), C (r, n), D (r, m), L (s, n), the ends of the range of periods, a printed filter."""
+
+    A: fmpq_mat
+    B: fmpq_mat
+    C: fmpq_mat
+    D: fmpq_mat
+    L: fmpq_mat
+    h_l: Time
+    h_u: Time
+    filter: Filter | None = None
+
+    @property
+    def middle(self) -> Time:
+        """The period in the middle of the range."""
+        return along(self.h_l, self.h_u, fmpq(1, 2))
+
+    def period(self, name: str, path: str) -> Time:
+        """The period that goes by this name."""
+        periods = dict(zip(PERIODS, (self.h_l, self.middle, self.h_u), strict=True))
+        require(name in periods, f"{path} must be one of {', '.join(periods)}, got {name!r:.20}")
+        return periods[name]
 
 
-def read_filter(value: Any, path: str, plant: Plant) -> Filter:
-    """A filter that fits the plant."""
-    A, B, C = fields(value, path, "A", "B", "C")
-    states = matrix(A, f"{path}.A")
-    n = states.nrows()
-    require(n == states.ncols(), f"{path}.A must be square")
-    require_order(n, f"{path}.A")
-    return Filter(
-        states, matrix(B, f"{path}.B", n, plant.C.nrows()), matrix(C, f"{path}.C", plant.L.nrows(), n)
-    )  # fmt: skip
+def read_plant(value: Any, path: str = "plant") -> Plant:
+    """The plant of a certificate, shapes checked; other fields, such as a printed filter, are left alone."""
+    A, B, C, D, L, *ends = known_fields(value, path, "A", "B", "C", "D", "L", "h_l", "h_u")
+    A = states(A, f"{path}.A")
+    n = A.nrows()
+    B, C = matrix(B, f"{path}.B", rows=n), matrix(C, f"{path}.C", columns=n)
+    D, L = matrix(D, f"{path}.D", C.nrows(), B.ncols()), matrix(L, f"{path}.L", columns=n)
+    h_l, h_u = (read_time(end, f"{path}.{name}") for end, name in zip(ends, ("h_l", "h_u"), strict=True))
+    require(seconds(h_l) > 0, f"{path}.h_l must be positive")
+    require(seconds(h_u) > seconds(h_l), f"{path}.h_u must exceed {path}.h_l")
+    return Plant(A, B, C, D, L, h_l, h_u)
+
+
+def read_filtered(value: Any, path: str) -> Plant:
+    """The plant of a certificate with the filter that is printed with it, if any."""
+    plant = read_plant(value, path)
+    return replace(plant, filter=read_filter(value["filter"], f"{path}.filter", plant)) if "filter" in value else plant
 
 
 def read_time(value: Any, path: str) -> Time:
     """A time from the strings of its two rationals."""
     a, b = sequence(value, path, rational, 2)
     return a, b
+
+
+def read_filter(value: Any, path: str, plant: Plant) -> Filter:
+    """A filter that fits the plant."""
+    A, B, C = fields(value, path, "A", "B", "C")
+    A = states(A, f"{path}.A")
+    return Filter(
+        A, matrix(B, f"{path}.B", A.nrows(), plant.C.nrows()), matrix(C, f"{path}.C", plant.L.nrows(), A.nrows())
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A filter, both ends of a range of periods, a weight, and the level in question, or 0."""
+
+    ends: Ends
+    weight: str
+    filter: Filter
+    level: fmpq
+
+    @property
+    def scope(self) -> str:
+        """For which sequences, and in which norm, in words."""
+        low, high = map(_in_words, self.ends)
+        sequences = f"at the constant period {low} s" if low == high else f"over all periods from {low} to {high} s"
+        return sequences + {"samples": "", "duration": ", both norms weighted by the periods,"}[self.weight]
+
+    @property
+    def least(self) -> str:
+        """The shortest period, in words."""
+        return _in_words(self.ends[0])
+
+
+def _in_words(time: Time) -> str:
+    rational_, pi = time
+    return " + ".join([str(rational_)] * (rational_ != 0) + [f"{pi} pi"] * (pi != 0))
+
+
+on_plant = partial(statement, plant=read_plant, bits=PRECISION)
+on_filtered = partial(statement, plant=read_filtered, bits=PRECISION)
+"""Statements on a plant, and on one with the filter that is printed with it."""
+
+
+def read_ends(plant: Plant, start: Any, stop: Any) -> Ends:
+    """Both ends of the range of periods; refused if they stand in the wrong order."""
+    first, last = text(start, "parameters.from"), text(stop, "parameters.to")
+    ends = plant.period(first, "parameters.from"), plant.period(last, "parameters.to")
+    require(PERIODS.index(first) <= PERIODS.index(last), "parameters.from exceeds parameters.to")
+    return ends
+
+
+def read_weight(value: Any, path: str) -> str:
+    """How the samples are weighted: `samples` alike, or `duration` by their periods."""
+    weight = text(value, path)
+    require(weight in ("samples", "duration"), f"the weight must be samples or duration, got {weight!r:.20}")
+    return weight
+
+
+def read_case(value: Any, path: str, plant: Plant, *level: str) -> Case:
+    """Range and weight: the filter stands with the plant if it is printed, else here."""
+    names = ("from", "to", "weight", *level, *(() if plant.filter else ("filter",)))
+    given = dict(zip(names, fields(value, path, *names), strict=True))
+    return Case(
+        ends=read_ends(plant, given["from"], given["to"]),
+        weight=read_weight(given["weight"], f"{path}.weight"),
+        level=positive(given["level"], f"{path}.level") if level else fmpq(0),
+        filter=plant.filter or read_filter(given["filter"], f"{path}.filter", plant),
+    )
 
 
 def seconds(time: Time) -> arb:
@@ -106,7 +166,7 @@ def along(start: Time, stop: Time, share: fmpq) -> Time:
 
 def step_at(plant: Plant, h: arb) -> arb_mat:
     """[Phi(h), Gamma(h)] of eq. (3) for every h in a ball, (n, n + m)."""
-    return upper_rows((plant.generator() * h).exp(), plant.A.nrows())
+    return beside(*hold(plant.A, plant.B, h))
 
 
 def chord_remainder(plant: Plant, start: arb, length: arb) -> arb_mat:
@@ -114,22 +174,15 @@ def chord_remainder(plant: Plant, start: arb, length: arb) -> arb_mat:
 
     A function differs from its chord by at most length^2 / 8 times the largest second derivative, here N^2 e^{Nh}.
     """
-    N = plant.generator()
-    bend = upper_rows(N * N * (N * start).exp() * (N * arb(0).union(length)).exp(), plant.A.nrows())
-    return arb_mat(bend.nrows(), bend.ncols(), [(length * length / 8 * entry).abs_upper() for entry in bend.entries()])
+    N = generator(plant.A, plant.B)
+    bend = (N * N * (N * start).exp() * (N * arb(0).union(length)).exp()).tolist()[: plant.A.nrows()]
+    return arb_mat([[(length * length / 8 * entry).abs_upper() for entry in row] for row in bend])
 
 
 def widened(M: arb_mat, bounds: arb_mat) -> arb_mat:
     """Balls that hold every matrix whose entries differ from those of M by at most these bounds."""
-    entries = [
-        (M[i, j] - bounds[i, j]).union(M[i, j] + bounds[i, j]) for i in range(M.nrows()) for j in range(M.ncols())
-    ]
+    entries = [(entry - bound).union(entry + bound) for entry, bound in zip(M.entries(), bounds.entries(), strict=True)]
     return arb_mat(M.nrows(), M.ncols(), entries)
-
-
-def upper_rows(M: arb_mat, count: int) -> arb_mat:
-    """The first rows of a matrix."""
-    return arb_mat(M.tolist()[:count])
 
 
 def error_step(plant: Plant, filter_: Filter, step: arb_mat) -> arb_mat:
@@ -152,16 +205,3 @@ def require_stable(plant: Plant, filter_: Filter) -> None:
     """
     require_hurwitz(plant.A, "the plant")
     require(is_schur(filter_.A.charpoly()), "the filter is not Schur stable")
-
-
-def beside(left: arb_mat, right: arb_mat) -> arb_mat:
-    """[left, right]."""
-    return arb_mat([[*a, *b] for a, b in zip(left.tolist(), right.tolist(), strict=True)])
-
-
-def solved(M: Any, right: Any, what: str) -> Any:
-    """M^{-1} right, in rationals or balls; refused if M is not proved invertible."""
-    try:
-        return M.solve(right)
-    except ZeroDivisionError:
-        raise Refused(f"{what} is not proved invertible") from None

@@ -2,245 +2,171 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from typing import Any
 
-from flint import arb, arb_mat, ctx, fmpq
+from flint import arb, arb_mat, fmpq
 
-from replication.verify.algebra.decimals import above, below
-from replication.verify.algebra.linear import require_hurwitz
-from replication.verify.nonuniform import identities
-from replication.verify.nonuniform.gain import lyapunov_level
-from replication.verify.nonuniform.grid import (
-    Covering,
-    logarithmic_norm,
-    require_lower_end,
-    require_one_interval_is_not_enough,
-    require_radius,
-    require_response,
-    require_stall,
-    require_upper_end,
-    run_algorithm,
-    state_transition,
-)
-from replication.verify.nonuniform.system import (
-    PRECISION,
-    Plant,
-    along,
-    read_filter,
-    read_plant,
-    seconds,
-)
-from replication.verify.reading import fields, integer, positive, require_empty
-from replication.verify.theorem import Theorem, require
+from replication.verify.algebra.roots import require_hurwitz
+from replication.verify.nonuniform import grid, identities
+from replication.verify.nonuniform.gain import read_storage, require_level
+from replication.verify.nonuniform.system import Case, Filter, Plant, along, on_filtered, on_plant, read_filter, seconds
+from replication.verify.reading import integer, matrix, positive, sequence, sized
+from replication.verify.statement import BOTH, Depends, Found, statement
+from replication.verify.theorem import Refused, require
 
-Certificate = Mapping[str, Any]
 DIGITS = 40
 """Bits of the bounds of entries."""
+PASSES = {
+    "passes": Depends(lambda given: sized(sequence, sized(sequence, sized(grid.read_alpha, given.plant.A.nrows()))))
+}
 
 
-def lemma_2(certificate: Certificate) -> Theorem:
-    """Lemma 2."""
-    require_empty(certificate, "parameters", "bound", "witness")
+@statement("nonuniform.lemma-2", holds=True)
+def lemma_2() -> None:
+    """Phi and Gamma at h_0 + theta are those at h_0 with Delta(theta) in a loop, for every A and B."""
     identities.require_lemma_2()
-    return _holds("Phi and Gamma at h_0 + theta are those at h_0 with Delta(theta) in a loop, for every A and B.")
 
 
-def lemma_3(certificate: Certificate) -> Theorem:
-    """Lemma 3 for two states, with mu of the plant."""
-    plant = _plant(certificate)
-    require_empty(certificate, "parameters", "bound", "witness")
+@on_plant("nonuniform.lemma-3", holds=True)
+def lemma_3(plant: Plant) -> Found:
+    """|e^(At)| <= e^(mu t) for all t >= 0 and every A of order two; here mu(A) = {mu:digits 10}."""
     identities.require_lemma_3()
-    with ctx.workprec(PRECISION):
-        mu = logarithmic_norm(plant.A).str(10, radius=False)
-    return _holds(f"|e^(At)| <= e^(mu t) for all t >= 0 and every A of order two; here mu(A) = {mu}.")
+    return Found(words={"mu": grid.logarithmic_norm(plant.A)})
 
 
-def loop_map(certificate: Certificate) -> Theorem:
-    """The map below (7) and in (12), in the right order; the printed order has no value for the plant."""
-    plant = _plant(certificate)
-    require_empty(certificate, "parameters", "bound", "witness")
+@on_plant("nonuniform.map", holds=True)
+def loop_map(plant: Plant) -> Found:
+    """For signals of two components w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1
+    Sigma_12. As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21
+    ({s} x {n}).
+    """
     identities.require_map()
     n, m, s = plant.A.nrows(), plant.B.ncols(), plant.L.nrows()
     require(m != n and s != n, "the printed order of the factors has a value here: m = n or s = n")
-    return _holds(
-        "For signals of two components w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1 "
-        f"Sigma_12. As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by "
-        f"Sigma_21 ({s} x {n})."
-    )
+    return Found(words={"n": n, "m": m, "s": s})
 
 
-def congruence(certificate: Certificate) -> Theorem:
-    """(10) from (6)."""
-    require_empty(certificate, "parameters", "bound", "witness")
+@statement("nonuniform.congruence", holds=True)
+def congruence() -> None:
+    """(10) is the congruence of (6) by diag(J_1, I, J_1, I), entry by entry, for two states of plant and filter and one
+    disturbance, measurement and estimate.
+    """
     identities.require_congruence()
-    return _holds(f"(10) is the congruence of (6) by diag(J_1, I, J_1, I), entry by entry, for {identities.SIZE}.")
 
 
-def recovery(certificate: Certificate) -> Theorem:
-    """The filter by (11)."""
-    require_empty(certificate, "parameters", "bound", "witness")
+@statement("nonuniform.recovery", holds=True)
+def recovery() -> None:
+    """The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for two states of
+    plant and filter and one disturbance, measurement and estimate.
+    """
     identities.require_recovery()
-    return _holds(
-        "The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for "
-        f"{identities.SIZE}."
-    )
 
 
-def sizes(certificate: Certificate) -> Theorem:
-    """The size of F in (10): F C is added to Y Phi."""
-    plant = _plant(certificate)
-    filter_ = read_filter(certificate["plant"]["filter"], "plant.filter", plant)
-    require_empty(certificate, "parameters", "bound", "witness")
-    n, r = plant.A.nrows(), plant.C.nrows()
-    require((filter_.B.nrows(), filter_.B.ncols()) == (n, r), "the printed B_f = -Y^-1 F has another size")
+@on_filtered("nonuniform.sizes", holds=True)
+def sizes(plant: Plant) -> Found:
+    """F, to be multiplied by C ({r} x {n}) and added to an {n} x {n} block, is {n} x {r}, not {r} x {n}."""
+    n, r, B = plant.A.nrows(), plant.C.nrows(), _printed(plant).B
+    require((B.nrows(), B.ncols()) == (n, r), "the printed B_f = -Y^-1 F has another size")
     require(r != n, "both sizes are the same here")
-    return _holds(f"F, to be multiplied by C ({r} x {n}) and added to an {n} x {n} block, is {n} x {r}, not {r} x {n}.")
+    return Found(words={"n": n, "r": r})
 
 
-def upper_end(certificate: Certificate) -> Theorem:
-    """Case U3 of (9) with mu(A), and as printed."""
-    plant = _plant(certificate)
-    require_empty(certificate, "parameters", "bound", "witness")
+@on_plant("nonuniform.upper-end", holds=True)
+def upper_end(plant: Plant) -> Found:
+    """With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9); {printed}."""
     identities.require_sharp_ends()
-    with ctx.workprec(PRECISION):
-        printed = require_upper_end(plant)
-    return _holds(f"With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9); {printed}.")
+    return Found(words={"printed": grid.require_upper_end(plant)})
 
 
-def lower_end(certificate: Certificate) -> Theorem:
-    """Case L3 of (9)."""
-    plant = _plant(certificate)
-    require_empty(certificate, "parameters", "bound", "witness")
+@on_plant("nonuniform.lower-end", holds=True)
+def lower_end(plant: Plant) -> None:
+    """At the lower end of (9), case L3, alpha times the bound of Lemma 3 for -A is one."""
     identities.require_sharp_ends()
-    with ctx.workprec(PRECISION):
-        require_lower_end(plant)
-    return _holds("At the lower end of (9), case L3, alpha times the bound of Lemma 3 for -A is one.")
+    grid.require_lower_end(plant)
 
 
-def grid_size(certificate: Certificate) -> Theorem:
-    """The number of elements with which Algorithm 1, corrected, ends."""
-    _, covering = _covering(certificate)
-    stated = fields(certificate["bound"], "bound", "lower", "upper")
-    require(stated == (str(covering.size),) * 2, f"the grid has {covering.size} elements, not {' to '.join(stated)}")
-    size = fmpq(covering.size)
-    return Theorem(
-        sentence=f"Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with "
-        f"{covering.size} elements after {covering.passes} passes.",
-        lower=size,
-        upper=size,
-    )  # fmt: skip
+@on_plant("nonuniform.grid-size", bound=BOTH, witness=PASSES)
+def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[grid.Alpha]]) -> Found:
+    """Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with {lower} elements after
+    {number} passes.
+    """
+    covering = grid.run_algorithm(plant, passes)
+    found = lower == covering.size == upper
+    require(found, f"the grid has {covering.size} elements, not {lower} to {upper}")
+    return Found(words={"number": covering.passes})
 
 
-def one_interval(certificate: Certificate) -> Theorem:
-    """Theorem 1 for one period leaves out periods for which the error system is stable all the same."""
-    plant, covering = _covering(certificate)
-    require_empty(certificate, "bound")
+@on_plant("nonuniform.one-interval", witness=PASSES, holds=True)
+def one_interval(plant: Plant, passes: list[list[grid.Alpha]]) -> Found:
+    """The interval (9) around the middle leaves out part of the range, although the error system of every filter with
+    A_f Schur is stable on all of it; {size} elements cover the range.
+    """
+    covering = grid.run_algorithm(plant, passes)
     require_hurwitz(plant.A, "the plant")
-    with ctx.workprec(PRECISION):
-        require_one_interval_is_not_enough(plant, covering)
-    return _holds(
-        "The interval (9) around the middle leaves out part of the range, although the error system of every filter "
-        f"with A_f Schur is stable on all of it; {covering.size} elements cover the range."
-    )
+    grid.require_one_interval_is_not_enough(plant, covering)
+    return Found(words={"size": covering.size})
 
 
-def stalls(certificate: Certificate) -> Theorem:
-    """Algorithm 1 as printed neither covers the range nor adds an element."""
-    plant = _plant(certificate)
-    require_empty(certificate, "parameters", "bound")
-    with ctx.workprec(PRECISION):
-        how = require_stall(plant, certificate["witness"])
-    return Theorem(
-        sentence="Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves "
-        f"all as it is, with a set-minus as without: {how}.",
-        holds=False,
-    )  # fmt: skip
+@on_plant(
+    "nonuniform.stalls", witness=Depends(lambda given: sized(grid.read_alpha, given.plant.A.nrows())), holds=False
+)
+def stalls(plant: Plant, witness: grid.Alpha) -> Found:
+    """Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves all as it is,
+    with a set-minus as without: {how}.
+    """
+    return Found(words={"how": grid.require_stall(plant, witness)})
 
 
-def same_level(certificate: Certificate) -> Theorem:
-    """One level for both channels of (13) is larger than a level that a filter has for every sequence.
+@on_plant(
+    "nonuniform.same-level",
+    parameters={"cells": sized(integer, 1)},
+    witness={
+        "cell": integer,
+        "alpha": positive,
+        "response": Depends(lambda given: sized(grid.read_response, given.plant.A.nrows())),
+        "radius": positive,
+        "direction": Depends(lambda given: sized(matrix, given.plant.A.nrows(), 1)),
+        "filter": Depends(lambda given: sized(read_filter, given.plant)),
+        "level": positive,
+        "storage": Depends(lambda given: sized(read_storage, given.plant.A.nrows() + given.filter.A.nrows())),
+    },
+    holds=True,
+)
+def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, level: fmpq, **proof: Any) -> Found:
+    """With {cells} cells, in the coordinates of the plant, one level for both channels is at least {forced:down},
+    whether or not Delta is divided by its norm; a filter has the level {level:up} for every sequence.
 
     In the coordinates of the plant: a change of coordinates would change alpha and the norm of Delta.
     """
-    plant = _plant(certificate)
-    require_empty(certificate, "bound")
-    (count,) = fields(certificate["parameters"], "parameters", "cells")
-    cells = integer(count, "parameters.cells", 1)
-    names = ("cell", "alpha", "response", "radius", "direction", "filter", "level", "storage")
-    cell, alpha, response, radius, direction, given, stated, storage = fields(certificate["witness"], "witness", *names)
-    number = integer(cell, "witness.cell")
-    require(number < cells, "witness.cell is not one of the cells")
-    middle = fmpq(2 * number + 1, 2 * cells)
-    gain, size = positive(alpha, "witness.alpha"), positive(radius, "witness.radius")
-    with ctx.workprec(PRECISION):
-        Phi = state_transition(plant, seconds(along(plant.h_l, plant.h_u, middle)))
-        require_response(plant.A, Phi, gain, response, "witness.response")
-        half = (seconds(plant.h_u) - seconds(plant.h_l)) / (2 * cells)
-        require_radius(plant.A, half, size, direction, "witness.direction")
-        filter_ = read_filter(given, "witness.filter", plant)
-        level = lyapunov_level(plant, filter_, (plant.h_l, plant.h_u), "samples", {"upper": stated}, storage)
-    forced = min(gain, gain * size)
+    require(cell < cells, "witness.cell is not one of the cells")
+    h = seconds(along(plant.h_l, plant.h_u, fmpq(2 * cell + 1, 2 * cells)))
+    grid.require_response(plant.A, grid.state_transition(plant, h), alpha, proof["response"])
+    half = (seconds(plant.h_u) - seconds(plant.h_l)) / (2 * cells)
+    grid.require_radius(plant.A, half, radius, proof["direction"])
+    case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level)
+    require_level(plant, case, level, proof["storage"])
+    forced = min(alpha, alpha * radius)
     require(level < forced, f"the level {level} of the filter is not below {forced}")
-    return Theorem(
-        sentence=f"With {cells} cells, in the coordinates of the plant, one level for both channels is at least "
-        f"{below(forced)}, whether or not Delta is divided by its norm; a filter has the level {above(level)} for "
-        "every sequence.",
-        holds=True,
-    )
+    return Found(words={"forced": forced})
 
 
-def observer_column(certificate: Certificate) -> Theorem:
-    """A column of Phi(h) - B_f C at the middle of the range, with the printed B_f."""
-    plant = _plant(certificate)
-    filter_ = read_filter(certificate["plant"]["filter"], "plant.filter", plant)
-    (number,) = fields(certificate["parameters"], "parameters", "column")
-    require_empty(certificate, "bound", "witness")
-    column = integer(number, "parameters.column")
+@on_filtered("nonuniform.observer-column", parameters={"column": integer})
+def observer_column(plant: Plant, column: int) -> Found:
+    """Column {place} of Phi(h) - B_f C at the middle is [{entries:digits 8}]."""
     require(column < plant.A.nrows(), "parameters.column is not one of the columns")
-    with ctx.workprec(PRECISION):
-        whole = state_transition(plant, seconds(along(plant.h_l, plant.h_u, fmpq(1, 2)))) - arb_mat(filter_.B * plant.C)
-        entries = [row[column] for row in whole.tolist()]
-        items = tuple(_ends(entry) for entry in entries)
-    shown = ", ".join(entry.str(8, radius=False) for entry in entries)
-    return Theorem(sentence=f"Column {column + 1} of Phi(h) - B_f C at the middle is [{shown}].", items=items)
+    whole = grid.state_transition(plant, seconds(plant.middle)) - arb_mat(_printed(plant).B * plant.C)
+    entries = [row[column] for row in whole.tolist()]
+    return Found(words={"place": column + 1, "entries": entries}, items=tuple(_ends(entry) for entry in entries))
 
 
-def _plant(certificate: Certificate) -> Plant:
-    return read_plant(certificate["plant"])
-
-
-def _holds(sentence: str) -> Theorem:
-    return Theorem(sentence=sentence, holds=True)
-
-
-def _covering(certificate: Certificate) -> tuple[Plant, Covering]:
-    """The plant, and how the corrected Algorithm 1 ends."""
-    plant = _plant(certificate)
-    require_empty(certificate, "parameters")
-    (passes,) = fields(certificate["witness"], "witness", "passes")
-    with ctx.workprec(PRECISION):
-        return plant, run_algorithm(plant, passes)
+def _printed(plant: Plant) -> Filter:
+    """The filter that is printed with the plant."""
+    if plant.filter is None:
+        raise Refused("plant lacks the field filter")
+    return plant.filter
 
 
 def _ends(ball: arb) -> tuple[fmpq, fmpq]:
     """Multiples of 2^-DIGITS on both sides of a ball."""
     scaled = ball * 2**DIGITS
     return tuple(fmpq(end.unique_fmpz(), 2**DIGITS) for end in (scaled.lower().floor(), scaled.upper().ceil()))  # type: ignore[return-value]
-
-
-STATEMENTS: Mapping[str, Callable[[Certificate], Theorem]] = {
-    "nonuniform.lemma-2": lemma_2,
-    "nonuniform.lemma-3": lemma_3,
-    "nonuniform.map": loop_map,
-    "nonuniform.congruence": congruence,
-    "nonuniform.recovery": recovery,
-    "nonuniform.sizes": sizes,
-    "nonuniform.upper-end": upper_end,
-    "nonuniform.lower-end": lower_end,
-    "nonuniform.grid-size": grid_size,
-    "nonuniform.one-interval": one_interval,
-    "nonuniform.stalls": stalls,
-    "nonuniform.same-level": same_level,
-    "nonuniform.observer-column": observer_column,
-}

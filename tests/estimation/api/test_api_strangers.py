@@ -12,7 +12,7 @@ from scipy.sparse.linalg import ArpackNoConvergence
 
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.estimation.nonuniform import facade
+from replication.estimation.nonuniform import result as results
 from tests.estimation.api.api_plants import CART, CASES, METHODS, PIPE, SERVO, SPRING, TANKS, TIMES, WAVES, result_of
 
 SAME = 1e-9
@@ -304,7 +304,7 @@ def test_a_search_that_does_not_settle_is_a_clear_error(monkeypatch: pytest.Monk
     def fail(*_: Any, **__: Any) -> None:
         raise ArpackNoConvergence("no convergence", [], [])
 
-    monkeypatch.setattr(facade, "worst_case_gain", fail)
+    monkeypatch.setattr(results, "worst_case_gain", fail)
     with pytest.raises(SolverError, match=r"no worst disturbance over 50 samples .* change `horizon`"):
         nonuniform.design(SPRING, periods=(0.1, 0.1), measured=1, leaves=1, horizon=50)
 

@@ -13,7 +13,7 @@ from replication.certify.delay import forms as delay_forms
 from replication.certify.delay import gram as delay_gram
 from replication.certify.delay import levels as delay
 from replication.certify.delay import pade as delay_pade
-from replication.certify.rounding import as_floats
+from replication.certify.rounding import exact, floats, rational
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import hinf_gain, pade_model
 from replication.estimation.delay.spectrum import frequency_response
@@ -58,7 +58,7 @@ def test_matrices_that_rounding_left_indefinite_are_refused(monkeypatch: pytest.
     """So that a level a little higher is tried, instead of a certificate that no verifier accepts."""
     plant = scalar("-1", [["0", "1"]])
     assert delay.grams(plant, "2", 1)["dissipation"]
-    indefinite = delay.exact([["1", "2"], ["2", "1"]])
+    indefinite = exact([["1", "2"], ["2", "1"]])
     monkeypatch.setattr(
         delay, "exact_grams", lambda *given: dict.fromkeys(("storage", "dissipation"), [indefinite] * 2)
     )
@@ -69,7 +69,7 @@ def test_matrices_that_rounding_left_indefinite_are_refused(monkeypatch: pytest.
 def test_coordinates_have_the_measurements_last() -> None:
     for sensor in ([["0", "1"]], [["1", "0"]], [["3", "2"]]):
         change = delay.change_of(scalar("-1", sensor))
-        inner = delay.exact(sensor) * change.inv()
+        inner = exact(sensor) * change.inv()
         assert inner[0, 0] == 0 and inner[0, 1] != 0
 
 
@@ -78,17 +78,17 @@ def test_the_hidden_gain_is_that_of_the_part_that_is_not_seen() -> None:
     alone = {**{key: [[rows[0][0]]] for key, rows in system.items() if key in ("A0", "B", "C10")}, "C2": [["1"]]}
     alone |= {"A": [[["-1/2"]]], "C1": [[["0"]]], "delays": ["1"]}
     lower = float(fmpq_float(delay.hidden_gain(system)[0]))
-    bracket = hinf_gain(delay.system_of(alone))
+    bracket = hinf_gain(delay.floating(alone))
     assert bracket.lower * (1.0 - 1e-7) < lower < bracket.upper
 
 
 def fmpq_float(text: str) -> float:
-    number = delay.rational(text)
+    number = rational(text)
     return int(number.p) / int(number.q)
 
 
 def test_the_ladder_is_the_pade_model() -> None:
-    system = delay.system_of(plant("peet2019", "ex3"))
+    system = delay.floating(plant("peet2019", "ex3"))
     model = pade_model(system, 6)
     A, B, C = delay_pade._model(system, delay_pade.section(6))
     for omega in (0.0, 1.3, 4.0):
@@ -111,7 +111,7 @@ def test_rounding_meets_the_identity_exactly_and_stays_close() -> None:
     storage: delay_forms.Form = {}
     for kind, points in bases.items():
         for weight, (gram, near) in enumerate(zip(grams[kind], getattr(point, kind), strict=True)):
-            np.testing.assert_allclose(as_floats(delay.written(gram)), near, atol=point.margin)
+            np.testing.assert_allclose(floats(gram), near, atol=point.margin)
             form = delay_forms.form_of(delay_forms.Basis(points, dynamics.functions, 1 - weight, weight), gram)
             for key, value in form.items():
                 delay_forms.add(storage if kind == "storage" else whole, key, value)

@@ -22,10 +22,10 @@ from replication.estimation.delay import (
     observer_gains,
     riccati_gain,
 )
-from replication.estimation.delay.operators import pqrs
 from replication.estimation.delay.operators.gains import GainValues, injection_operator, storage_operator
 from replication.estimation.delay.response import simulate
 from replication.estimation.delay.sos import legendre
+from tests.estimation.delay import algebra
 from tests.estimation.delay.inverses import as_operator
 from tests.estimation.delay.plants import one_delay, random_system, three_delays, two_delays, unstable_pair
 
@@ -98,10 +98,10 @@ def test_gains_solve_p_l_equals_z(moderate: Certificate) -> None:
     """ℒ composed in the algebra from the projected inverse equals the formulas of Lemma 5, and 𝒫ℒ = 𝒵."""
     gains, count = observer_gains(moderate), 48
     injection = injection_operator(moderate)
-    composed = pqrs.compose(as_operator(gains.inverse, count), injection, count)
-    back = pqrs.compose(storage_operator(moderate), composed, count)
-    scale = pqrs.largest(injection)
-    assert pqrs.largest(back + injection.scaled(-1.0)) < 1e-8 * scale
+    composed = algebra.compose(as_operator(gains.inverse, count), injection, count)
+    back = algebra.compose(storage_operator(moderate), composed, count)
+    scale = algebra.largest(injection)
+    assert algebra.largest(algebra.add(back, algebra.scaled(injection, -1.0))) < 1e-8 * scale
     points = np.array([-1.0, -0.6, -0.1, 0.0])
     values = evaluate(gains, points)
     basis = legendre.evaluate(count, points)
@@ -123,7 +123,7 @@ def test_gains_solve_p_l_equals_z(moderate: Certificate) -> None:
 
 def test_storage_operator_is_self_adjoint(moderate: Certificate) -> None:
     operator = storage_operator(moderate)
-    assert pqrs.largest(operator + pqrs.adjoint(operator).scaled(-1.0)) == 0.0
+    assert algebra.largest(algebra.add(operator, algebra.scaled(algebra.adjoint(operator), -1.0))) == 0.0
 
 
 def test_without_gains_the_error_is_the_plant() -> None:

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.conic.sdpa_blocks import GAP
+from replication.estimation.conic.refined import GAP
 from replication.estimation.nonuniform import exchange, filter_lmi
 from replication.estimation.nonuniform.bracket import floor_for_any_filter
 from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, dense_design, robust_design, violations

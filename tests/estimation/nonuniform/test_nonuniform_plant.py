@@ -10,7 +10,7 @@ from replication.estimation.nonuniform.bracket import floor_for_any_filter
 from replication.estimation.nonuniform.exchange import dense_design, robust_design
 from replication.estimation.nonuniform.filter_lmi import design_for_periods
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
-from replication.estimation.nonuniform.guarantee.enclosure import enclose
+from replication.estimation.nonuniform.guarantee.certificate import enclose
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import repeated, sequence_gain, simulate_error, worst_sequence

@@ -64,7 +64,7 @@ def verdict(claim_id: str, results: dict[str, object] | None = None) -> Verdict:
     if claim.erratum is not None:
         erratum = next(e for e in PAPER.errata if e.id == claim.erratum)
         proof = erratum.prove({name: result(name) for name in erratum.uses})
-    return make_record(claim, PAPER.key, claim.answer(found), proof, "", 0.0, "").verdict
+    return make_record(claim, claim.answer(found), proof).verdict
 
 
 def test_table_was_transcribed_twice_with_the_same_outcome() -> None:
@@ -127,7 +127,7 @@ def test_every_erratum_holds() -> None:
 def test_a_printed_value_one_unit_off_is_not_reproduced() -> None:
     claim = replace(CLAIMS["shao.motor.torque-constant"], printed="3.67")
     evidence = claim.answer({"shao.motor": result("shao.motor")})
-    assert make_record(claim, PAPER.key, evidence, None, "", 0.0, "").verdict is Verdict.DIFFERS
+    assert make_record(claim, evidence).verdict is Verdict.DIFFERS
 
 
 def test_changed_data_turn_claims_red() -> None:
@@ -142,7 +142,7 @@ def test_changed_data_turn_claims_red() -> None:
 def test_erratum_without_its_proof_does_not_count() -> None:
     claim = CLAIMS["shao.motor.feedforward"]
     evidence = claim.answer({"shao.motor": result("shao.motor")})
-    assert make_record(claim, PAPER.key, evidence, None, "", 0.0, "").verdict is Verdict.ERROR
+    assert make_record(claim, evidence).verdict is Verdict.ERROR
 
 
 def test_stored_blocks_merge_to_what_was_searched() -> None:

@@ -2,23 +2,22 @@
 
 A section is a line in `_SECTIONS` and a template `report/<name>.html.j2`, which finds what the builder of the section
 returned under the name `shown`. A builder that returns None leaves its section out. Whatever takes more than a
-few lines to build is a module of its own (`allowances` for the tolerances, for example), and a section that is
+few lines to build is a module of its own (`rounding`, for example), and a section that is
 about all papers together stands first. What a builder derives from the results it hands over as numbers, which the
-template writes: a number inside a text of the builder's own stops the build (`sourced`).
+template writes: a number inside a text of the builder's own stops the build (`guard`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from replication.audit.inspect.controls import controls
+from replication.audit.judge.agreement import Target
 from replication.audit.report.sections.across import across
-from replication.audit.report.sections.lineage import lineages
-from replication.audit.report.sections.margins import rooms
-from replication.audit.report.sections.theorems import proofs
-from replication.audit.report.sections.tolerances import allowances
+from replication.audit.report.sections.lineage import lineages, proofs
+from replication.audit.report.sections.rounding import allowances, rooms
 from replication.audit.store.records import ResultsFile
 
 
@@ -31,21 +30,21 @@ class Section:
     shown: Any
 
 
-_SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile], Any]], ...] = (
-    ("across", "Across the papers", across),
-    ("words", "What the verdicts mean", lambda results: ()),
-    ("proofs", "Proofs", proofs),
-    ("tolerances", "Tolerances", lambda results: allowances(results.claims)),
-    ("sensitivity", "Sensitivity to the printed digits", lambda results: rooms(results) or None),
-    ("controls", "Negative controls", lambda results: controls(results) or None),
-    ("lineage", "From data to claim", lambda results: lineages(results) or None),
-    ("experiments", "Experiments", lambda results: results.experiments),
-    ("environment", "Environment", lambda results: results.run),
-    ("cite", "How to cite", lambda results: results.papers),
+_SECTIONS: tuple[tuple[str, str, Callable[[ResultsFile, Mapping[str, Target]], Any]], ...] = (
+    ("across", "Across the papers", lambda results, read: across(results)),
+    ("words", "What the verdicts mean", lambda results, read: ()),
+    ("proofs", "Proofs", lambda results, read: proofs(results)),
+    ("tolerances", "Tolerances", lambda results, read: allowances(results.claims)),
+    ("sensitivity", "Sensitivity to the printed digits", lambda results, read: rooms(results) or None),
+    ("controls", "Negative controls", lambda results, read: controls(results, read) or None),
+    ("lineage", "From data to claim", lambda results, read: lineages(results) or None),
+    ("experiments", "Experiments", lambda results, read: results.experiments),
+    ("environment", "Environment", lambda results, read: results.run),
+    ("cite", "How to cite", lambda results, read: results.papers),
 )
 
 
-def sections(results: ResultsFile) -> tuple[Section, ...]:
-    """All sections that `results` has something for."""
-    built = ((name, title, build(results)) for name, title, build in _SECTIONS)
+def sections(results: ResultsFile, read: Mapping[str, Target]) -> tuple[Section, ...]:
+    """All sections that `results` has something for; read: the printed values of its claims, as they were read."""
+    built = ((name, title, build(results, read)) for name, title, build in _SECTIONS)
     return tuple(Section(name=name, title=title, shown=shown) for name, title, shown in built if shown is not None)

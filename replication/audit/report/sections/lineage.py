@@ -1,18 +1,53 @@
-"""From data to claim as a drawing: which experiments stand behind which claims of a paper, line by line."""
+"""What stands behind the claims: the theorems with their certificates, and the experiments, drawn line by line."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from replication.audit.model import Kind
 from replication.audit.report.claim import anchor
-from replication.audit.store.records import ClaimRecord, ExperimentRecord, ResultsFile
+from replication.audit.store.records import CertificateRecord, ClaimRecord, ExperimentRecord, ResultsFile
+
+PROVABLE = (Kind.VALUE, Kind.BOUND, Kind.FEASIBLE)
+"""Kinds of claims of which a theorem may be asked."""
+NO_REASON = "No certificate has been made."
 
 ROW, TOP = 16, 12
 LEFT, GAP, WIDTH = 250, 330, 640
 """Where the names of the experiments end, where those of the claims begin, and the whole, in units of the drawing."""
 
 LONGEST = 34
+
+
+@dataclass(frozen=True, kw_only=True)
+class Proofs:
+    """asked, proved: how many claims of the provable kinds there are and are proved. open: the other ones by reason."""
+
+    certificates: tuple[tuple[CertificateRecord, tuple[ClaimRecord, ...]], ...]
+    asked: int
+    proved: int
+    open: tuple[tuple[str, tuple[ClaimRecord, ...]], ...]
+
+
+def proofs(results: ResultsFile) -> Proofs | None:
+    """What the certificates of `results` prove, each with its claims; None if there is no certificate."""
+    if not results.certificates:
+        return None
+    asked = [claim for claim in results.claims if claim.claim.kind in PROVABLE]
+    reasons: dict[str, list[ClaimRecord]] = {}
+    for claim in asked:
+        if not claim.judgement.proved:
+            reasons.setdefault(claim.judgement.unproved or NO_REASON, []).append(claim)
+    return Proofs(
+        certificates=tuple(
+            (certificate, tuple(claim for claim in results.claims if certificate.path in claim.evidence.certificates))
+            for certificate in results.certificates
+        ),
+        asked=len(asked),
+        proved=sum(claim.judgement.proved for claim in asked),
+        open=tuple((reason, tuple(claims)) for reason, claims in reasons.items()),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,13 +81,13 @@ def lineages(results: ResultsFile) -> tuple[Lineage, ...]:
 
 def _lineage(key: str, title: str, results: ResultsFile) -> Lineage:
     claims = [claim for claim in results.claims if claim.paper == key]
-    used = {name for claim in claims for name in claim.experiments}
+    used = {name for claim in claims for name in claim.claim.uses}
     experiments = [record for record in results.experiments if record.paper == key and record.name in used]
     rows = max(len(claims), len(experiments), 1)
     left = {record.name: _height(index, len(experiments), rows) for index, record in enumerate(experiments)}
     ordered = _by_experiment(claims, left)
     right = {claim.id: _height(index, len(ordered), rows) for index, claim in enumerate(ordered)}
-    lines = tuple(_line(left[name], right[claim.id]) for claim in ordered for name in claim.experiments if name in left)
+    lines = tuple(_line(left[name], right[claim.id]) for claim in ordered for name in claim.claim.uses if name in left)
     return Lineage(
         paper=key,
         title=title,
@@ -69,7 +104,7 @@ def _by_experiment(claims: Sequence[ClaimRecord], left: dict[str, float]) -> lis
     """The claims at the mean height of their experiments, so that few lines cross; those without any come last."""
 
     def mean(claim: ClaimRecord) -> float:
-        heights = [left[name] for name in claim.experiments if name in left]
+        heights = [left[name] for name in claim.claim.uses if name in left]
         return sum(heights) / len(heights) if heights else float("inf")
 
     return sorted(claims, key=mean)

@@ -19,10 +19,24 @@ from replication.estimation.validation import Array
 
 @dataclass(frozen=True)
 class GainValues:
-    """Gains at M points of [-1, 0].
+    """Gains of eq. (9) at M points of [-1, 0], in 1/s; [s, i, j] names point, delay and delay of y.
 
-    l0 (n, q); l2 (K, n, q); l3 (M, K, n, q); l4 (M, K, n, q); l5 (M, K, K, n, q): [s, i, j]; l6 (M, K, n, q);
-    l7 (M, K, M', K, n, q): [s, i, θ, j].
+    Attributes
+    ----------
+    l0 : array (n, q)
+        L_0.
+    l2 : array (K, n, q)
+        L_2.
+    l3 : array (M, K, n, q)
+        L_3.
+    l4 : array (M, K, n, q)
+        L_4.
+    l5 : array (M, K, K, n, q)
+        L_5, [s, i, j].
+    l6 : array (M, K, n, q)
+        L_6.
+    l7 : array (M, K, M', K, n, q)
+        L_7, [s, i, θ, j].
     """
 
     l0: Array
@@ -36,7 +50,21 @@ class GainValues:
 
 @dataclass(frozen=True)
 class ObserverGains:
-    """The operators behind the gains, for x' = change·x and t' = t/time; `evaluate` gives them in the plant's units."""
+    """The operators behind the gains, for x' = change·x and t' = t/time; `evaluate` gives them in the plant's units.
+
+    Attributes
+    ----------
+    inverse : Inverse
+        𝒫⁻¹ (Theorem 4).
+    injection : Operator
+        𝒵, so that the gains are those of 𝒫⁻¹𝒵 (Lemma 5).
+    change : array (n, n)
+        Coordinates of the program in those of the plant.
+    gamma : float
+        The level that they prove.
+    time : float
+        Unit of time of the program, s.
+    """
 
     inverse: Inverse
     injection: Operator
@@ -46,7 +74,23 @@ class ObserverGains:
 
 
 def observer_gains(certificate: Certificate) -> ObserverGains:
-    """𝒫⁻¹ and 𝒵 of a certificate. Raises InvalidInputError if 𝒫 is not coercive (solve with epsilon > 0)."""
+    """The operators 𝒫⁻¹ and 𝒵 of a certificate, by Theorem 4.
+
+    Parameters
+    ----------
+    certificate : Certificate
+        A feasible point of Theorem 3.
+
+    Returns
+    -------
+    ObserverGains
+        `evaluate` gives the gains at points.
+
+    Raises
+    ------
+    InvalidInputError
+        𝒫 is not coercive; solve with epsilon > 0.
+    """
     return ObserverGains(
         invert(storage_operator(certificate)),
         injection_operator(certificate),
@@ -101,7 +145,25 @@ def _measured_weight(n: int, q: int) -> Array:
 
 
 def evaluate(gains: ObserverGains, points: Array) -> GainValues:
-    """All gains at `points` of [-1, 0], in the plant's own coordinates and time (Lemma 5)."""
+    """All gains of eq. (9) at points, in the plant's own coordinates and time (Lemma 5).
+
+    Parameters
+    ----------
+    gains : ObserverGains
+        What `observer_gains` gave.
+    points : array (M,)
+        Points η of [-1, 0], the scaled histories.
+
+    Returns
+    -------
+    GainValues
+        L_0 ... L_7, in 1/s.
+
+    Raises
+    ------
+    InvalidInputError
+        The multiplier S is not positive definite at a point.
+    """
     inverse, z = gains.inverse, gains.injection
     n, k, q = inverse.h.shape[0], inverse.h.shape[1], z.row.shape[2]
     basis = legendre.evaluate(inverse.operator.count, points)

@@ -21,9 +21,16 @@ from replication.estimation.validation import Array, positive_integer
 
 @dataclass(frozen=True)
 class GalerkinCheck:
-    """storage: least eigenvalue of 𝒫 (wanted > 0). dissipation: largest eigenvalue of the form (wanted <= 0).
+    """Eigenvalues of the two inequalities of Theorem 1 on polynomial histories.
 
-    scale: the largest coefficient in size, against which rounding is to be seen.
+    Attributes
+    ----------
+    storage : float
+        Least eigenvalue of 𝒫, which must be positive.
+    dissipation : float
+        Largest eigenvalue of the form, which must not be positive.
+    scale : float
+        Largest coefficient in size, against which rounding is to be seen.
     """
 
     storage: float
@@ -88,7 +95,25 @@ def measured_histories(system: DelaySystem, count: int) -> Array:
 
 
 def check(certificate: Certificate, degree: int = 12) -> GalerkinCheck:
-    """Evaluate both inequalities of a certificate on histories of polynomials of `degree`."""
+    """Evaluate both inequalities of a certificate on histories of polynomials.
+
+    Parameters
+    ----------
+    certificate : Certificate
+        What `certificate_at` gave.
+    degree : int
+        Highest degree of the histories.
+
+    Returns
+    -------
+    GalerkinCheck
+        Both eigenvalues; on this space they decide.
+
+    Raises
+    ------
+    InvalidInputError
+        `degree` is below one.
+    """
     count = positive_integer("degree", degree) + 1
     system = certificate.system
     n, r, p = system.states, system.inputs, system.outputs

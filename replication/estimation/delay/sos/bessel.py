@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import scipy.sparse as sparse
+from scipy.linalg import block_diag
 
 from replication.estimation.delay.sos.cone import ConeBlock
 from replication.estimation.delay.sos.forms import FormSpace, Index
@@ -79,18 +80,9 @@ def lifted(
     beyond[function, space.points + function] = 1.0
     for a, coefficient in enumerate(RAMP):
         risen[function, space.points + a * width + function] = coefficient
-    rest = [_diagonal(blocks[1 + i * space.delays : 1 + (i + 1) * space.delays], width) for i in range(2)]
+    diagonals = (blocks[1 + i * space.delays : 1 + (i + 1) * space.delays] for i in range(2))
+    rest = [block_diag(*parts) if len(parts) else np.zeros((width, width)) for parts in diagonals]
     first = functionals.T @ blocks[0] @ functionals + beyond.T @ rest[0] @ beyond + risen.T @ rest[1] @ risen
     second = np.zeros((weighted.size(space), weighted.size(space)))
     second[space.points : space.points + width, space.points : space.points + width] = rest[1]  # 1+η = (1+η)² - η(1+η)
     return first, second
-
-
-def _diagonal(blocks: Sequence[Array], size: int) -> Array:
-    """Block diagonal matrix, or zero if there are no blocks."""
-    result = np.zeros((size, size))
-    position = 0
-    for block in blocks:
-        result[position : position + len(block), position : position + len(block)] = block
-        position += len(block)
-    return result

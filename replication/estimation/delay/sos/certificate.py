@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.sdpa import Program, SdpaOptions, Solution, solve_sdpa
+from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.least_gain import LeastGain, looser, minimum_gain, solved
@@ -20,11 +21,32 @@ from replication.estimation.validation import Array, positive_scalar
 
 @dataclass(frozen=True)
 class Certificate:
-    """A feasible point of Theorem 3 for `system`, in coordinates with C_2 = [0 c] and in units of time: x' = change·x,
-    t' = t/time in those of the plant.
+    """A feasible point of Theorem 3, in coordinates with C_2 = [0 c] and in units of time: x' = change·x, t' = t/time.
 
-    storage: coefficients of V; residual: coefficients that 2⟨e, 𝒵C_2e⟩ must have. gamma: the level they prove, up to
-    the residuals in `solution`.
+    Attributes
+    ----------
+    system : DelaySystem
+        The plant in these coordinates.
+    change : array (n, n)
+        The coordinates in those of the plant.
+    degree : int
+        Degree of the polynomials.
+    rule : DegreeRule
+        Which monomials that stands for.
+    epsilon : float
+        Strictness of both inequalities.
+    gamma : float
+        The level that is proved, up to the residuals in `solution`.
+    count : int
+        Legendre coefficients of each history.
+    storage : array
+        Coefficients of V.
+    residual : array
+        Coefficients that 2⟨e, 𝒵C_2e⟩ must have.
+    solution : Solution
+        The matrices of the cones, with status and residuals of the solver.
+    time : float
+        Unit of time, s.
     """
 
     system: DelaySystem
@@ -55,8 +77,34 @@ def certificate_at(
 ) -> Certificate:
     """A certificate of the level γ with moderate gains: the cone matrices of least trace, in `natural_units`.
 
-    Raises InvalidInputError for a bad degree or level or an undetectable system, InfeasibleError if γ is proved to be
-    out of reach by the lower end of the least γ, whatever the solver calls it; SolverError otherwise.
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant.
+    gamma : float
+        The level.
+    degree : int
+        Degree of the polynomials.
+    rule : DegreeRule
+        Which monomials that stands for.
+    epsilon : float
+        Strictness of both inequalities.
+    options : SdpaOptions
+        Stopping rules of the solver; any feasible point serves.
+
+    Returns
+    -------
+    Certificate
+        The feasible point of Theorem 3.
+
+    Raises
+    ------
+    InvalidInputError
+        A bad degree or level, or a system that is not detectable.
+    InfeasibleError
+        γ is proved to be out of reach by the lower end of the least γ, whatever the solver calls it.
+    SolverError
+        The solver settles on no point.
     """
     level = positive_scalar("gamma", gamma)
     units = natural_units(system)

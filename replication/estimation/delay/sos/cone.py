@@ -16,7 +16,7 @@ from replication.estimation.delay.sos.forms import FormSpace, Index
 
 
 class DegreeRule(StrEnum):
-    """Which monomials η^a θ^b the basis Z_2 of degree d holds, and the degree of the weighted term.
+    """Which monomials η^a θ^b the basis Z_2 of degree d holds, and the degree of the weighted term (Corollary 2).
 
     tensor: a, b <= d; total: a + b <= d; both with a weighted term of degree d-1, so that both terms reach the same
     degrees. wide: a <= d, b <= 2d, both terms of degree d; no strictly feasible point exists, and solvers stop early.

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from replication.errors import SolverError
-from replication.estimation.conic.sdpa import Program, SdpaOptions, Solution, solve_clarabel, solve_sdpa
+from replication.estimation.conic.clarabel import solve_clarabel
+from replication.estimation.conic.program import Program, Solution
+from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.reduction import reduced
 from replication.estimation.delay.sos.synthesis import Assembly, assemble, program
@@ -38,6 +40,23 @@ class LeastGain:
     gamma allows for what the point misses of the equalities (`slip`), lower for a dual slack that is slightly
     indefinite: it holds for matrices of a trace up to ROOM times that of the point. Theorem 3 has certificates for
     every level above gamma (`certificate_at`); lower says nothing of other degrees.
+
+    Attributes
+    ----------
+    system : DelaySystem
+        The plant in the coordinates of the program.
+    degree : int
+        Degree of the polynomials.
+    rule : DegreeRule
+        Which monomials that stands for.
+    epsilon : float
+        Strictness of both inequalities.
+    lower : float
+        Lower end, of the dual.
+    gamma : float
+        Upper end, of the point.
+    solution : Solution
+        The matrices of the cones, with status and residuals of the solver.
     """
 
     system: DelaySystem
@@ -62,9 +81,33 @@ def minimum_gain(
     Solved in `natural_units`, and twice: the second time with w and z in units that make γ about 1, where SDPA comes
     closer to the optimum; once if the first run cannot tell γ from zero, as where y reveals w. If the point misses the
     equalities by more than the options allow, it is tried again as `solved` says; `solution` records what held.
-    Raises InvalidInputError for a bad degree or an undetectable system, InfeasibleError if there is proved to be
-    none, SolverError if SDPA settles on none or leaves a wider gap than the options allow, relative to 1 + γ in those
-    units.
+
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant.
+    degree : int
+        Degree of the polynomials.
+    rule : DegreeRule
+        Which monomials that stands for.
+    epsilon : float
+        Strictness of both inequalities.
+    options : SdpaOptions
+        Stopping rules of the solver, and the gap that may be left, relative to 1 + γ in those units.
+
+    Returns
+    -------
+    LeastGain
+        Both ends.
+
+    Raises
+    ------
+    InvalidInputError
+        A bad degree, or a system that is not detectable.
+    InfeasibleError
+        There is proved to be none.
+    SolverError
+        SDPA settles on none, or leaves a wider gap than the options allow.
     """
     rates = rule is DegreeRule.BESSEL  # its matrices act on the point variables one by one: sparse ones are cheap
     plant = natural_units(system).system
@@ -99,7 +142,7 @@ def looser(options: SdpaOptions) -> SdpaOptions:
 def _lower(solution: Solution) -> float:
     """What the dual point proves of matrices with a trace up to ROOM times that of the point."""
     distance = abs(solution.objective - solution.dual_objective)
-    indefinite = solution.gap * (1.0 + abs(solution.objective)) - distance
+    indefinite = solution.report.residuals["gap"] * (1.0 + abs(solution.objective)) - distance
     return solution.dual_objective - ROOM * max(0.0, indefinite)
 
 
@@ -117,4 +160,5 @@ def _found(assembly: Assembly, epsilon: float, unit: float, solution: Solution) 
 
 def cross_checked_gain(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR) -> Solution:
     """The program of Theorem 3, not reduced, solved by Clarabel: for small systems, as a second opinion."""
-    return solve_clarabel(program(assemble(system, degree, rule), 0.0), tolerance=1e-8)
+    task, loose = program(assemble(system, degree, rule), 0.0), 1e-8
+    return solve_clarabel(task, matrices=True, tol_gap_abs=loose, tol_gap_rel=loose, tol_feas=loose)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import scipy.sparse as sparse
 
 from replication.errors import InvalidInputError
-from replication.estimation.conic.sdpa import Program
+from replication.estimation.conic.program import Program
 from replication.estimation.delay.sos import bessel, lie
 from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks, cone_map, required_count
 from replication.estimation.delay.sos.drive import Drive, by_rates

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.conic.clarabel_blocks import ALMOST
+from replication.estimation.conic.clarabel import ALMOST
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.nonuniform.filters import Filter, error_system, gramian, periodic_gain, require_settling
 from replication.estimation.nonuniform.guarantee.certificate import Certificate, certify

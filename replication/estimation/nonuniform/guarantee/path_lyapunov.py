@@ -15,9 +15,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from replication.estimation.conic.clarabel_blocks import ALMOST, Inequalities, minimise, symmetric_basis
+from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
+from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
 from replication.estimation.conic.solvers import SolverReport
-from replication.estimation.nonuniform.filters import Filter, error_output
+from replication.estimation.nonuniform.filters import Filter, error_output, error_step
 from replication.estimation.nonuniform.guarantee.context_tree import ContextTree, Word
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
@@ -54,15 +55,9 @@ class ErrorSystem:
 
     def steps(self, transitions: Array) -> Array:
         """[A-bar, B-bar] for a stack (V, n + m, n + m), of shape (V, n + nf, n + nf + m)."""
-        n, nf, m = self.plant.order, len(self.filter.A), self.plant.B.shape[1]
-        steps = np.zeros((len(transitions), n + nf, n + nf + m))
-        steps[:, :n, :n] = transitions[:, :n, :n]
-        steps[:, :n, n + nf :] = transitions[:, :n, n:]
-        steps[:, n:, :n] = self.filter.B @ self.plant.C
-        steps[:, n:, n : n + nf] = self.filter.A
-        steps[:, n:, n + nf :] = self.filter.B @ self.plant.D
-        steps[:, :, : n + nf] = steps[:, :, : n + nf] @ np.linalg.inv(self.T)
-        return self.T @ steps
+        n = self.plant.order
+        state, drive = error_step(self.plant, self.filter, transitions[:, :n, :n], transitions[:, :n, n:])
+        return np.asarray(self.T @ np.concatenate([state @ np.linalg.inv(self.T), drive], axis=-1))
 
     def storage(self, P: Array) -> Array:
         """The storage matrices P (leaves, N, N) for the error e and the states that were asked about."""
@@ -158,9 +153,10 @@ def solve(
     group = Inequalities(np.array(constants), np.array(coefficients), np.array(variables))
     cost = np.zeros(1 + terms * len(tree.leaves))
     cost[0] = 1.0
-    solution = minimise(cost, (group,), accept=accept)
-    P = np.einsum("cl,lab->cab", solution.x[1:].reshape(-1, terms), basis)
+    solution = solve_clarabel(program_under(cost, group), accept=accept)
+    x, duals = solution.multipliers, np.array(solution.blocks)
+    P = np.einsum("cl,lab->cab", x[1:].reshape(-1, terms), basis)
     flux = np.zeros(len(tree.leaves))
     sources = [leaf for _, leaf, _ in seen]
-    np.add.at(flux, sources, np.einsum("eab,eab->e", P[sources], solution.duals[0][:, :size, :size]))
-    return PathSolution(float(solution.x[0]), P, flux, solution.report)
+    np.add.at(flux, sources, np.einsum("eab,eab->e", P[sources], duals[:, :size, :size]))
+    return PathSolution(float(x[0]), P, flux, solution.report)

@@ -1,30 +1,21 @@
-"""The programs of `sdp` by SDPA: few unknowns, large inequalities, as those of (10) for plants of many states.
+"""Matrix inequalities in few unknowns by SDPA, as those of (10) for plants of many states, and refined.
 
-SDPA factors a matrix of the order of the unknowns, Clarabel one of the order of all entries of the inequalities, which
-ends its growth at about six states. Where the minimiser is not unique, as with many states, that matrix gets as
-ill-conditioned as the square of the gap, and SDPA stops short; the program is then solved again in the coordinates of
-the point where it stopped. What SDPA says of itself is not believed: the point counts by the measures below.
+Clarabel's cost ends its growth at about six states. Where the minimiser is not unique, as with many states, SDPA's
+matrix gets as ill-conditioned as the square of the gap, and it stops short; the program is then solved again in the
+coordinates of the point where it stopped.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib.metadata import version
 
 import numpy as np
-import scipy.sparse
-from sdpap.param import param
-from sdpap.sdpacall import sdpacall
-from sdpap.symcone import SymCone
-from threadpoolctl import ThreadpoolController
 
 from replication.errors import SolverError
-from replication.estimation.conic.clarabel_blocks import Inequalities
-from replication.estimation.conic.solvers import SolverReport, quiet_stdout
+from replication.estimation.conic.program import Inequalities, program_under
+from replication.estimation.conic.sdpa import SdpaGaveUp, run_sdpa
+from replication.estimation.conic.solvers import Options, SolverReport
 from replication.estimation.validation import Array
-
-Options = dict[str, float | int | bool]
 
 OPTIONS: Options = {
     "epsilonStar": 1e-12,
@@ -41,16 +32,18 @@ LOCAL_OPTIONS: Options = {**OPTIONS, "lambdaStar": 1e2, "epsilonStar": 1e-10, "e
 relative to the one that the first solution left."""
 REFINEMENTS = 2
 """Times that a program is solved again in the coordinates of the last point; one was enough for all that was met."""
+FEWER, LEAST = 0.75, 8
+"""Where SDPA gives up it is asked for this share of the iterations, and for no fewer than that: its last points, which
+are out of reach on purpose, are those whose matrices rounding spoils."""
 FLAT = 1e-14
 """Smallest eigenvalue of a slack, relative to its largest, that the local coordinates tell from zero."""
 GAP = 1e-6
 """Largest distance of both objectives, relative to one plus their size, with which a point counts as a solution."""
 RESIDUAL = 1e-7
 """Largest violation of the inequalities with which a point counts as a solution."""
-VERSION = version("sdpa-python")
 
 
-def minimise_dense(cost: Array, group: Inequalities) -> tuple[Array, Array, SolverReport]:
+def minimise_refined(cost: Array, group: Inequalities) -> tuple[Array, Array, SolverReport]:
     """Minimise cost'x subject to the inequalities of `group`, each of which has all unknowns in their order.
 
     Returns the minimiser, the duals (K, q, q) and a report with what the solver said and the gap and residuals as
@@ -75,6 +68,19 @@ def minimise_dense(cost: Array, group: Inequalities) -> tuple[Array, Array, Solv
             "plant, or narrow the range of periods"
         )
     return point, duals, report
+
+
+def _solve(cost: Array, group: Inequalities, options: Options) -> tuple[Array, Array, SolverReport]:
+    """The point and the duals (K, q, q) where SDPA ended; after fewer iterations where it gives up in a later one."""
+    program = program_under(cost, group)
+    try:
+        duals, point, said = run_sdpa(program, options)
+    except SdpaGaveUp:
+        fewer = int(options["maxIteration"] * FEWER)
+        if fewer < LEAST:
+            raise
+        return _solve(cost, group, {**options, "maxIteration": fewer})
+    return point, np.array(program.matrices(duals)), said
 
 
 def _accurate(report: SolverReport) -> bool:
@@ -112,41 +118,7 @@ def _local(cost: Array, group: Inequalities, x0: Array) -> _Local:
     return _Local(cost / size, Inequalities(constant, coefficients, group.variables), triangle, slacks, size)
 
 
-@dataclass(frozen=True)
-class _Said:
-    """What SDPA said of a solution, and with which options it ran."""
-
-    status: str
-    iterations: int
-    options: Options
-
-
-def _solve(cost: Array, group: Inequalities, options: Options) -> tuple[Array, Array, _Said]:
-    """The point and the duals (K, q, q) at which SDPA ended."""
-    count, unknowns, size, _ = group.coefficients.shape
-    rows = scipy.sparse.csc_matrix(-group.coefficients.transpose(1, 0, 2, 3).reshape(unknowns, -1))
-    cones = SymCone(f=0, l=0, q=(), s=(size,) * count)
-    option = param({**options, "print": "no", "numThreads": 1})
-    with quiet_stdout(), _libraries().limit(limits=1):
-        dual, x, _, info = sdpacall.solve_sdpa(
-            rows,
-            scipy.sparse.csc_matrix(-cost[:, None]),
-            scipy.sparse.csc_matrix(group.constant.reshape(-1, 1)),
-            cones,
-            option,
-        )
-    duals = dual.toarray().reshape(count, size, size)
-    said = _Said(str(info["phasevalue"]), int(info["iteration"]), options)
-    return x.toarray().ravel(), (duals + np.swapaxes(duals, 1, 2)) / 2, said
-
-
-@cache
-def _libraries() -> ThreadpoolController:
-    """SDPA's own BLAS is among them, since SDPA is imported; finding them takes longer than a small program."""
-    return ThreadpoolController()
-
-
-def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, said: _Said) -> SolverReport:
+def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, said: SolverReport) -> SolverReport:
     """What SDPA said, with residuals computed from the data of the program.
 
     The gap counts what the dual point lacks: its equations times the unknowns, its eigenvalues times the slack.
@@ -156,15 +128,10 @@ def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, said: _S
     equations = np.abs(np.einsum("kpab,kab->p", group.coefficients, duals) - cost)
     below = np.maximum(0.0, -np.linalg.eigvalsh(duals)[:, 0])
     lacking = float(equations @ np.abs(x) + below @ np.trace(slack, axis1=1, axis2=2))
-    return SolverReport(
-        name="SDPA",
-        version=VERSION,
-        status=said.status,
-        options=dict(said.options),
-        residuals={
+    return said.with_residuals(
+        {
             "primal": max(0.0, -float(np.linalg.eigvalsh(slack)[:, 0].min())),
             "dual": float(equations.max()),
             "gap": (abs(objective - bound) + lacking) / (1 + abs(objective)),
-        },
-        iterations=said.iterations,
+        }
     )

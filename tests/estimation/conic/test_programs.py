@@ -7,7 +7,9 @@ import pytest
 import scipy.sparse as sparse
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.sdpa import Program, least_trace, solve_clarabel, solve_sdpa
+from replication.estimation.conic.clarabel import solve_clarabel
+from replication.estimation.conic.program import Inequalities, Program, program_under
+from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay import SdpaOptions
 
 SDPA_GAP = 1e-6
@@ -23,9 +25,11 @@ def least_eigenvalue(matrix: np.ndarray) -> Program:
 def test_least_eigenvalue(solve: object) -> None:
     root = np.random.default_rng(2).standard_normal((5, 5))
     matrix = root + root.T
-    solution = solve(least_eigenvalue(matrix))  # type: ignore[operator]
+    program = least_eigenvalue(matrix)
+    solution = solve(program)  # type: ignore[operator]
+    found = solution.residuals()
     assert solution.objective == pytest.approx(np.linalg.eigvalsh(matrix)[0], abs=1e-6)
-    assert solution.gap < 1e-6 and solution.equality < 1e-6 and solution.least_eigenvalue > -1e-8
+    assert found["gap"] < 1e-6 and found["equalities"] < 1e-6 and found["least eigenvalue"] > -1e-8
     # Complementarity: X times the slack matrix - λI vanishes.
     slack = matrix - solution.dual_objective * np.eye(5)
     assert np.abs(slack @ solution.blocks[0]).max() < 1e-4
@@ -53,7 +57,7 @@ def test_too_few_iterations_are_an_error() -> None:
     with pytest.raises(SolverError, match="SDPA stopped"):
         solve_sdpa(program, SdpaOptions(iterations=2))
     with pytest.raises(SolverError, match="Clarabel stopped"):
-        solve_clarabel(program, iterations=2)
+        solve_clarabel(program, max_iter=2)
 
 
 def test_linear_part() -> None:
@@ -68,6 +72,31 @@ def test_multipliers_bound_the_trace() -> None:
     """tr X = 2 has the bound 2 from y = 1; tr X = -1 has no solution; X_11 = -1 is not refuted by the wrong sign."""
     eye = np.eye(2).ravel()
     trace = sparse.csr_array(eye[None, :])
-    assert least_trace(Program(trace, np.array([2.0]), eye, 0, (2,)), np.ones(1)) == pytest.approx(2.0)
+    assert Program(trace, np.array([2.0]), eye, 0, (2,)).least_trace(np.ones(1)) == pytest.approx(2.0)
     negative = Program(trace, -np.ones(1), eye, 0, (2,))
-    assert least_trace(negative, -np.ones(1)) == np.inf and least_trace(negative, np.ones(1)) == 0.0
+    assert negative.least_trace(-np.ones(1)) == np.inf and negative.least_trace(np.ones(1)) == 0.0
+
+
+@pytest.mark.parametrize("matrices", [True, False])
+def test_clarabel_solves_either_form(matrices: bool) -> None:
+    root = np.random.default_rng(3).standard_normal((4, 4))
+    program = least_eigenvalue(root + root.T)
+    solution = solve_clarabel(program, matrices=matrices)
+    assert solution.objective == pytest.approx(np.linalg.eigvalsh(root + root.T)[0], abs=1e-7)
+    assert solution.multipliers == pytest.approx([solution.objective], abs=1e-6)
+    assert solution.report.residuals["gap"] < 1e-6
+
+
+@pytest.mark.parametrize("solve", [solve_sdpa, solve_clarabel])
+def test_inequalities_of_different_sizes_under_one_cost(solve: object) -> None:
+    """min t + s subject to [[t, 1], [1, t]] >= 0, where t is named twice, and s >= 2: three, and the multipliers."""
+    half = np.diag([0.5, 0.5])
+    pair = Inequalities(np.array([[[0.0, 1.0], [1.0, 0.0]]]), np.array([[half, half]]), np.array([[0, 0]]))
+    single = Inequalities(np.array([[[-2.0]]]), np.ones((1, 1, 1, 1)), np.array([[1]]))
+    program = program_under(np.ones(2), pair, single)
+    assert program.blocks == (2, 1)
+    solution = solve(program)  # type: ignore[operator]
+    np.testing.assert_allclose(solution.multipliers, [1.0, 2.0], atol=1e-5)
+    np.testing.assert_allclose(solution.blocks[0], [[0.5, -0.5], [-0.5, 0.5]], atol=1e-5)
+    np.testing.assert_allclose(solution.blocks[1], [[1.0]], atol=1e-5)
+    assert -solution.dual_objective == pytest.approx(3.0, abs=1e-5)

@@ -1,15 +1,48 @@
-"""How much of its own rounding each printed parameter may use before a claim no longer agrees with its print."""
+"""What agreement to the digits rests on: what a verdict allows, and how much rounding of parameters a claim bears."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from replication.audit.judge.printed import parse
+from replication.audit.inspect.headline import Basis, basis
+from replication.audit.judge import numerals
+from replication.audit.judge.agreement import stored_intervals
+from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.model import Sensitivity
 from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """What is compared, how much of it is allowed, why, and the claims that are judged so."""
+
+    compared: str
+    allowed: str
+    reason: str
+    claims: tuple[ClaimRecord, ...]
+
+
+def allowances(claims: Iterable[ClaimRecord]) -> tuple[Allowance, ...]:
+    """Every allowance that a claim uses, once for each size and reason, in the order of the claims."""
+    found: dict[tuple[str, str, str], list[ClaimRecord]] = {}
+    for claim in claims:
+        for allowance in dict.fromkeys(_of(claim)):
+            found.setdefault(allowance, []).append(claim)
+    return tuple(Allowance(*what, tuple(users)) for what, users in found.items())
+
+
+def _of(claim: ClaimRecord) -> Iterator[tuple[str, str, str]]:
+    if claim.claim.tolerance is not None:
+        yield "distance from the print", f"≤ {claim.claim.tolerance}", claim.claim.tolerance_reason
+    for evidence in (claim.evidence, claim.evidence.as_printed):
+        if evidence is not None and evidence.threshold is not None:
+            yield "residual of the statement", f"≤ {numerals.short(evidence.threshold)}", evidence.threshold_reason
+    if basis(claim) is Basis.DRAW:
+        allowed = f"≥ {numerals.short(SMALLEST_PROBABILITY)}"
+        yield "probability of a draw as extreme", allowed, SMALLEST_PROBABILITY_REASON
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,8 +92,10 @@ def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
 
 
 def _claim_room(claim: ClaimRecord, tried: Sequence[Sensitivity]) -> ClaimRoom:
-    (entry,) = parse(claim.printed).entries
-    least, most = entry.value - entry.unit / 2, entry.value + entry.unit / 2
+    intervals = stored_intervals(claim.claim, claim.judgement)
+    if len(intervals) != 1:
+        raise AuditError(f"a sensitivity names {claim.id!r}, which does not print one number that is a value")
+    least, most = intervals[0].ends
     made = sorted((_room(moves, least, most) for moves in tried), key=lambda room: room.share)
     return ClaimRoom(claim=claim, agrees=least <= Fraction(tried[0].base) <= most, rooms=tuple(made))
 

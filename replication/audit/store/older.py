@@ -1,0 +1,54 @@
+"""Results files of the schema before this one, in which a claim was one flat record, for comparisons with them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+VERSION = 2
+_CLAIM = ("id", "place", "kind", "statement", "printed", "tolerance", "tolerance_reason", "erratum")
+_EVIDENCE = (
+    "lower", "upper", "method", "cross_check", "code", "seconds", "holds", "margin", "threshold", "threshold_reason",
+    "probability", "quantities", "solvers", "note", "not_checkable", "certificates",
+)  # fmt: skip
+_JUDGEMENT = ("verdict", "reason", "deviation_ulp", "proved", "unproved")
+_UNKNOWN: dict[str, Any] = {
+    "method": "", "cross_check": "", "quantities": {}, "solvers": [], "note": "", "not_checkable": "",
+    "as_printed": None, "code": "", "seconds": 0.0, "certificates": [],
+}  # fmt: skip
+"""What that schema did not keep of the evidence for the text as printed."""
+
+
+def converted(content: dict[str, Any]) -> dict[str, Any]:
+    """A decoded file of schema `VERSION` in the form of the present one; raises ValidationError for a missing field.
+
+    It holds no rounding intervals; those follow from the printed values.
+    """
+    try:
+        claims = [_claim(record) for record in content["claims"]]
+        papers = [{"notebook": "", "sensitivity": [], "common": [], **_paper(paper)} for paper in content["papers"]]
+    except (KeyError, TypeError, ValueError) as error:
+        raise msgspec.ValidationError(f"a field of schema {VERSION} is missing or malformed: {error!r}") from None
+    return {**content, "claims": claims, "papers": papers}
+
+
+def _paper(paper: dict[str, Any]) -> dict[str, Any]:
+    return {**paper, "formulas": [{"text": text, "latex": latex} for text, latex in paper["formulas"]]}
+
+
+def _claim(record: dict[str, Any]) -> dict[str, Any]:
+    printed = record["as_printed"]
+    return {
+        "claim": {
+            **{name: record[name] for name in _CLAIM},
+            "expected": record["expected_verdict"],
+            "uses": record["experiments"],
+        },
+        "evidence": {
+            **{name: record[name] for name in _EVIDENCE},
+            "value": record["computed"],
+            "as_printed": None if printed is None else {**_UNKNOWN, **printed},
+        },
+        "judgement": {**{name: record[name] for name in _JUDGEMENT}, "intervals": []},
+    }

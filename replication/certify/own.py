@@ -1,0 +1,208 @@
+"""Certificates of designs for a plant of one's own: what the verifier can prove of the result of a method's `design`.
+
+The plant is the one that was designed for, number by number: each float as the rational that it is, or as the decimal
+that it is written as. Gains are always the floats that a program would run with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from replication.certify import dualrate as dualrate_makers
+from replication.certify.delay import levels as delay_makers
+from replication.certify.multirate import levels as multirate_makers
+from replication.certify.nonuniform import gain as nonuniform_makers
+from replication.certify.rounding import decimals, rounded_up
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.api.results import GainResult
+from replication.estimation.delay.result import DelayResult
+from replication.estimation.dualrate.result import DualRateResult
+from replication.estimation.multirate.result import MultirateResult
+from replication.estimation.nonuniform.result import NonuniformResult
+from replication.verify.run import check
+from replication.verify.subjects import FORMAT
+from replication.verify.theorem import Refused
+
+Made = dict[str, Any]
+Theorem = dict[str, Any]
+
+WIDTH = "1/1000000"
+"""Largest relative distance of the bounds of an exact gain that is asked of a certificate."""
+LEVEL_BITS = 40
+CARRIED_OUT = ("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor")
+"""The observers of dual-rate loops that the verifier carries out."""
+
+
+def certificate(result: GainResult, name: str = "own", *, as_written: bool = False) -> Made:
+    """The certificate of a design, as the verifier reads it: `paper` null, `claims` empty.
+
+    What it proves: of a multi-rate observer its gain, from both sides; of a filter for nonuniform sampling the
+    guaranteed level; of a dual-rate loop that it is stable; for a system with delays that the level is reached by an
+    observer of Theorem 3, whose gains are those of the certificate's own storage, close to those of the result.
+
+    Parameters
+    ----------
+    result : MultirateResult, NonuniformResult, DualRateResult or DelayResult
+        What `design` or `analyse` of the method returned.
+    name : str
+        Of plant and certificate: letters, digits, points, underscores and hyphens.
+    as_written : bool
+        Take the numbers of the plant as the shortest decimals that are read as these floats, as in a plant file.
+
+    Raises
+    ------
+    InvalidInputError
+        The verifier has no statement for such a result (the message says why), or a number is not finite.
+    SolverError
+        No certificate was found, or the verifier refuses the one that was made.
+
+    Examples
+    --------
+    >>> from replication.estimation.multirate import MultiratePlant, design
+    >>> cart = MultiratePlant(A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], C=[[0, 1], [1, 0]], D=np.diag([0.5, 0.1]))
+    >>> certificate(design(cart, periods=(1, 4)), "cart")["statement"]
+    'multirate.gain'
+    """
+    return certified(result, name, as_written=as_written)[0]
+
+
+def certified(result: GainResult, name: str = "own", *, as_written: bool = False) -> tuple[Made, str]:
+    """`certificate` with the sentence that the verifier says it proves."""
+    kind = next((kind for kind in METHODS if isinstance(result, kind)), None)
+    if kind is None:
+        raise InvalidInputError(f"a certificate is made of the result of `design`, got {type(result).__name__}")
+    made = METHODS[kind](result, name, decimals if as_written else exact)
+    try:
+        theorem = check(made)
+    except Refused as refusal:
+        raise SolverError(f"no certificate: the verifier refuses the one that was made: {refusal}") from None
+    return made, theorem.sentence
+
+
+def exact(values: Any) -> Any:
+    """Floats as the rationals that they are, in nested lists."""
+    if np.ndim(values):
+        return [exact(value) for value in values]
+    return str(Fraction(float(values)))
+
+
+def _theorem(statement: str, plant: Mapping[str, Any], parameters: Mapping[str, Any]) -> Theorem:
+    """All fields but bound and witness."""
+    return {
+        "format": FORMAT,
+        "paper": None,
+        "name": plant["name"],
+        "claims": [],
+        "statement": statement,
+        "plant": dict(plant),
+        "parameters": dict(parameters),
+    }
+
+
+def _finite(**arrays: Any) -> dict[str, Any]:
+    """The arrays as nested lists; raises InvalidInputError for an entry that is no number."""
+    for name, values in arrays.items():
+        if not np.all(np.isfinite(np.asarray(values, dtype=float))):
+            raise InvalidInputError(f"{name} of the result holds a number that is not finite; nothing can be proved")
+    return {name: np.asarray(values, dtype=float).tolist() for name, values in arrays.items()}
+
+
+def _multirate(result: MultirateResult, name: str, number: Any) -> Made:
+    plant, schedule = result.problem.plant, result.problem.schedule
+    given = _finite(A=plant.A, B_d=plant.B_d, C=plant.C, D=plant.D, W=plant.W)
+    gains = _finite(L=result.gains["L"])
+    theorem = _theorem(
+        "multirate.gain",
+        {"name": name, **{key: number(value) for key, value in given.items()}, "L": exact(gains["L"])},
+        {
+            "sensors": list(range(plant.sensors)),
+            "periods": list(schedule.periods),
+            "offsets": list(schedule.offsets),
+            "relative": WIDTH,
+        },
+    )
+    if not result.bracket.lower > 0:
+        raise InvalidInputError(
+            "no certificate: multirate.gain is a statement on gains above zero, and this may be zero"
+        )
+    return {**theorem, **multirate_makers.gain_in_units(theorem)}
+
+
+def _nonuniform(result: NonuniformResult, name: str, number: Any) -> Made:
+    plant, periods, filter_ = result.plant, result.periods, result.filter
+    if not periods.h_l < periods.h_u:
+        raise InvalidInputError(
+            "no certificate: nonuniform.gain-upper is a statement on a range of periods, and this one is a single "
+            f"period of {periods.h_l:g} s"
+        )
+    given = _finite(A=plant.A, B=plant.B, C=plant.C, D=plant.D, L=plant.L)
+    ends = _finite(h_l=[periods.h_l, 0.0], h_u=[periods.h_u, 0.0])
+    chosen = _finite(A=filter_.A, B=filter_.B, C=filter_.C)
+    theorem = _theorem(
+        "nonuniform.gain-upper",
+        {
+            "name": name,
+            **{key: number(value) for key, value in {**given, **ends}.items()},
+            "filter": {key: exact(value) for key, value in chosen.items()},
+        },
+        {"from": "h_l", "to": "h_u", "weight": "samples"},
+    )
+    return {**theorem, **nonuniform_makers.gain_upper(theorem, leaves=result.gain.guarantee.leaves)}
+
+
+def _dualrate(result: DualRateResult, name: str, number: Any) -> Made:
+    problem = result.loop.design
+    model = problem.model
+    reasons = (
+        (model.input.shape[1] == len(model.output) == 1, "one input and one output"),
+        (result.observer_name in CARRIED_OUT, f"one of the observers {', '.join(CARRIED_OUT)}"),
+        (not result.discrete_gain, "a gain in the differential equation of the observer"),
+    )
+    for fits, what in reasons:
+        if not fits:
+            raise InvalidInputError(f"no certificate: dualrate.stable is a statement on loops with {what}")
+    given = _finite(A=model.state, B=model.input, C=model.output)
+    times = _finite(T=problem.period)
+    gains = _finite(K=problem.feedback, L=problem.injection)
+    theorem = _theorem(
+        "dualrate.stable",
+        {
+            "name": name,
+            **{key: number(value) for key, value in given.items()},
+            **{key: exact(value) for key, value in gains.items()},
+            "T": number(times["T"]),
+            "M": str(problem.ratio),
+        },
+        {"observer": result.observer_name},
+    )
+    return {**theorem, **dualrate_makers.stable(result.loop)}
+
+
+def _delay(result: DelayResult, name: str, number: Any) -> Made:
+    system = result.system
+    given = _finite(
+        A0=system.a0, A=system.a, delays=system.delays, B=system.b, C10=system.c10, C1=system.c1, C2=system.c2
+    )
+    plant = {"name": name, **{key: number(value) for key, value in given.items()}}
+    level = rounded_up(_finite(level=result.value)["level"], LEVEL_BITS)
+    told = ""
+    for degree in range(1, result.certificate.degree + 1):
+        theorem = _theorem("delay.gain-upper", plant, {"degree": degree})
+        try:
+            return {**theorem, "bound": {"upper": level}, "witness": delay_makers.grams_in_units(plant, level, degree)}
+        except (InfeasibleError, SolverError) as error:
+            told = str(error)
+    raise SolverError(f"no certificate: no exact storage was found up to degree {result.certificate.degree} ({told})")
+
+
+METHODS: Mapping[type[GainResult], Callable[[Any, str, Any], Made]] = {
+    MultirateResult: _multirate,
+    NonuniformResult: _nonuniform,
+    DualRateResult: _dualrate,
+    DelayResult: _delay,
+}
+"""Makers by the class of the result; `number` writes the entries of the plant."""

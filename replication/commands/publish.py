@@ -1,0 +1,108 @@
+"""`replication report`, `notebooks`, `export` and `artifact`: what is written of results for others to read."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from replication.commands import Command
+from replication.commands.shared import (
+    DIFFERENT,
+    FINE,
+    add_figures,
+    add_output,
+    checkout,
+    project_root,
+    results_path,
+    say,
+    say_report,
+)
+
+
+def report(chosen: argparse.Namespace) -> int:
+    """Write index.html beside results.json."""
+    from replication.audit.store.records import read_results
+
+    path = results_path(chosen)
+    figures = chosen.figures or project_root() / "figures"
+    say_report(read_results(path), figures, path.parent / "index.html")
+    return FINE
+
+
+def notebooks(chosen: argparse.Namespace) -> int:
+    """Write the pages and say which notebooks had to be executed."""
+    from replication.audit.publish.notebooks import build_notebooks
+
+    root = checkout()
+    for built in build_notebooks(root, chosen.to or root / "report" / "notebooks", chosen.names):
+        say([f"{'executed' if built.executed else 'unchanged'}: {built.page}"])
+    return FINE
+
+
+def export(chosen: argparse.Namespace) -> int:
+    """Write the exports and name them."""
+    from replication.audit.publish.exports import write_exports
+    from replication.audit.store.records import read_results
+
+    path = results_path(chosen)
+    say(map(str, write_exports(read_results(path), project_root(), chosen.to or path.parent / "exports")))
+    return FINE
+
+
+def artifact(chosen: argparse.Namespace) -> int:
+    """Write the archive, or name the files of an unpacked one that are not what they were."""
+    from replication import __version__
+    from replication.audit.publish.archive import changed_files, write_archive
+
+    if chosen.check is not None:
+        changed = changed_files(chosen.check)
+        say([*changed, f"{len(changed)} files changed"])
+        return DIFFERENT if changed else FINE
+    root = checkout()
+    path = chosen.to or root / "dist" / f"slow-sensor-replication-{__version__}-artifact.zip"
+    say([f"{path}: {write_archive(root, path)} files"])
+    return FINE
+
+
+def _for_report(parser: argparse.ArgumentParser) -> None:
+    add_output(parser, "where results.json is and index.html goes")
+    add_figures(parser, "where the SVG and CSV files are")
+
+
+def _for_notebooks(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("names", nargs="*", metavar="NAME", help="notebooks in docs/notebooks (default: all)")
+    parser.add_argument("--to", type=Path, metavar="DIR", help="where the pages go (default: report/notebooks/)")
+
+
+def _for_export(parser: argparse.ArgumentParser) -> None:
+    add_output(parser, "where results.json is")
+    parser.add_argument("--to", type=Path, metavar="DIR", help="where the files go (default: exports/ beside it)")
+
+
+def _for_artifact(parser: argparse.ArgumentParser) -> None:
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--to", type=Path, metavar="FILE", help="the zip (default: dist/ of the project)")
+    which.add_argument("--check", type=Path, metavar="DIR", help="compare an unpacked archive with its checksums")
+
+
+_ARTIFACT_NOTES = """\
+The same commit and results give the same bytes. Unpacked, the archive is a project again: `make report`
+rebuilds it and `make test` runs its tests.
+
+"""
+
+COMMANDS = {
+    "report": Command("build index.html from results.json, without computing anything", _for_report, report),
+    "notebooks": Command(
+        "execute the tutorial notebooks and write them as pages that load nothing", _for_notebooks, notebooks
+    ),
+    "export": Command(
+        "write badges, JSON-LD, CODECHECK and ReScience metadata and BibTeX from results.json", _for_export, export
+    ),
+    "artifact": Command(
+        "pack sources, results, figures and report into one zip with checksums",
+        _for_artifact,
+        artifact,
+        _ARTIFACT_NOTES,
+    ),
+}

@@ -1,0 +1,118 @@
+"""`replication list`, `show`, `check` and `diff`: what results.json says, whether it follows, and what changed."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from replication.commands import Command
+from replication.commands.shared import DIFFERENT, FINE, add_output, project_root, results_path, say
+
+
+def list_claims(chosen: argparse.Namespace) -> int:
+    """Print one line for each claim; without a run there are no verdicts yet."""
+    import papers
+    from replication.audit.publish.terminal import list_lines
+    from replication.audit.store.records import read_results
+
+    path = results_path(chosen)
+    # In a directory that was asked for the results must be there.
+    claims = read_results(path).claims if chosen.output or path.is_file() else ()
+    say(list_lines(papers.load(chosen.papers or papers.KEYS), {claim.id: claim for claim in claims}))
+    return FINE
+
+
+def show(chosen: argparse.Namespace) -> int:
+    """Print what the results say about the claim, as a table on a terminal and as lines elsewhere."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from replication.audit.names import one_of
+    from replication.audit.publish.terminal import claim_rows
+    from replication.audit.store.records import read_results
+
+    claims = {claim.id: claim for claim in read_results(results_path(chosen)).claims}
+    claim = claims[one_of("claim", chosen.claim, claims)]
+    if not sys.stdout.isatty():
+        say(f"{label}: {text}" for label, text in claim_rows(claim))
+        return FINE
+    table = Table.grid(padding=(0, 2))
+    for label, text in claim_rows(claim):
+        table.add_row(Text(label, style="bold"), Text(text))
+    Console().print(table)
+    return FINE
+
+
+def check(chosen: argparse.Namespace) -> int:
+    """Print each problem found."""
+    import papers
+    from replication.audit.inspect.check import check
+    from replication.audit.store.records import read_results
+
+    results = read_results(results_path(chosen))
+    problems = check(results, papers.load(), project_root())
+    say(str(problem) for problem in problems)
+    say([f"{len(problems)} problems in {len(results.claims)} claims"])
+    return DIFFERENT if problems else FINE
+
+
+def diff(chosen: argparse.Namespace) -> int:
+    """Print the changes as text or JSON, or write them as a page."""
+    import msgspec
+
+    from replication.audit.inspect.compare import compare, render
+    from replication.audit.store.records import read_results
+
+    old, new = (read_results(path, also_older=True) for path in (chosen.old, chosen.new))
+    changes = compare(old, new)
+    if chosen.html is not None:
+        from replication.audit.report.diff import build_page
+
+        say([f"page: {build_page(old, new, changes, chosen.html)}"])
+    elif chosen.json:
+        say([msgspec.json.format(msgspec.json.encode(changes), indent=2).decode()])
+    else:
+        say(render(changes))
+    return DIFFERENT if changes else FINE
+
+
+def _for_list(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to list (default: all)")
+    add_output(parser, "where results.json is")
+
+
+def _for_show(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("claim", metavar="CLAIM", help="id of the claim, as `list` prints it")
+    add_output(parser, "where results.json is")
+
+
+def _for_check(parser: argparse.ArgumentParser) -> None:
+    add_output(parser, "where results.json is")
+
+
+def _for_diff(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("old", type=Path, metavar="OLD")
+    parser.add_argument("new", type=Path, metavar="NEW")
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--json", action="store_true", help="print JSON")
+    form.add_argument("--html", type=Path, metavar="FILE", help="write a page that loads nothing, as the report does")
+
+
+_CHECK_NOTES = """The verdicts must follow from the numbers of the file; the numbers are taken as they stand. Whether
+they are what the computations give is for a new run: `replication run --no-cache`, then `replication diff`.
+
+"""
+
+COMMANDS = {
+    "list": Command("list papers and claims with their verdicts", _for_list, list_claims),
+    "show": Command("show all the evidence for one claim", _for_show, show),
+    "check": Command(
+        "derive every verdict of results.json again and compare its texts with the code",
+        _for_check,
+        check,
+        _CHECK_NOTES,
+    ),
+    "diff": Command("compare two results files, claim by claim, with the cause of each change", _for_diff, diff),
+}

@@ -1,0 +1,164 @@
+"""What a filter guarantees for every sampling sequence, as a result: running filter, state space, plot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.sparse.linalg import ArpackNoConvergence
+
+from replication.drawing.panel import Panel
+from replication.errors import InvalidInputError, SolverError
+from replication.estimation.api.results import Bracket, Evidence, GainResult
+from replication.estimation.api.running import RunningObserver
+from replication.estimation.api.shown import frozen
+from replication.estimation.api.signals import Signals
+from replication.estimation.nonuniform.bracket import WorstCaseGain, worst_case_gain
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.validation import Array
+
+if TYPE_CHECKING:
+    import control
+
+BOTH_ENDS = "a sampling sequence with its disturbance; a Lyapunov certificate for all of them"
+QUANTITY = "l2 gain from the disturbance w (held between samples) to the error z - z^, over all sampling sequences"
+AXES = {"A_f": "(state, state)", "B_f": "(state, measurement)", "C_f": "(output, state)"}
+NODES = 60
+"""Points of the plot over the sampling period."""
+
+
+class RunningFilter(RunningObserver):
+    """Eq. (4): x^(k+1) = A_f x^(k) + B_f y(k); the estimate is z^(k) = C_f x^(k), and no input is known.
+
+    A sample that did not come (y None) only makes the sampling interval longer: the filter waits, and its level holds
+    as long as the interval stays in the range. A sample that is not complete is refused. `reset` takes x^(0) (nf,).
+
+    Parameters
+    ----------
+    filter_ : Filter
+        A_f, B_f and C_f; it starts at x^(0) = 0.
+    """
+
+    def __init__(self, filter_: Filter) -> None:
+        self.filter = filter_
+        super().__init__(len(filter_.A), 0, filter_.B.shape[1])
+
+    @property
+    def estimate(self) -> Array:
+        """z^(k), (s,)."""
+        return np.asarray(self.filter.C @ self._state)
+
+    def _begin(self, start: Array) -> None:
+        self._state = start
+
+    def _advance(self, u: Array, y: Array) -> None:
+        missing = np.isnan(y)
+        if np.all(missing):
+            self.missed += len(y)
+        elif np.any(missing):
+            raise InvalidInputError(
+                f"y must be complete or None, got {y.tolist()}; the filter takes all sensors at once"
+            )
+        else:
+            self._state = self.filter.A @ self._state + self.filter.B @ y
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class NonuniformResult(GainResult):
+    """A filter (gains A_f, B_f, C_f) with both ends of its worst-case gain.
+
+    Attributes
+    ----------
+    plant : SampledPlant
+        The plant for which the level holds.
+    filter : Filter
+        The gains as a filter of form (4).
+    periods : PeriodRange
+        The sampling periods for which it holds, s.
+    gain : WorstCaseGain
+        `gain.attack` attains the lower end of the bracket, `gain.guarantee` proves the upper one.
+    """
+
+    method: str = "nonuniform"
+    quantity: str = QUANTITY
+    axes: Mapping[str, str] = field(default_factory=AXES.copy)
+    plant: SampledPlant
+    filter: Filter
+    periods: PeriodRange
+    gain: WorstCaseGain
+
+    def observer(self) -> RunningFilter:
+        """The filter of eq. (4), to run in a loop.
+
+        Returns
+        -------
+        RunningFilter
+            One step for each sample; see there for samples that do not come.
+        """
+        return RunningFilter(self.filter)
+
+    def to_statespace(self) -> control.StateSpace:
+        """The filter from y to z^.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time; its dt is the sampling period if there is only one, else unspecified (True).
+        """
+        constant = self.periods.h_l == self.periods.h_u
+        system = self.filter.to_statespace(self.periods.h_l if constant else True)
+        system.set_inputs(list(self.signals.measurements))
+        system.set_outputs([f"estimate of {name}" for name in self.signals.outputs])
+        return system
+
+    def panels(self) -> tuple[Panel, ...]:
+        """The gain at constant sampling periods over the range, beside the bracket over all sequences."""
+        periods = self.periods.nodes(NODES if self.periods.h_l < self.periods.h_u else 2)
+        gains = np.array([periodic_gain(self.plant, self.filter, [float(h)]).value for h in periods])
+        curves, lower = {"constant period": gains}, self.bracket.lower
+        return self._panel(periods, "sampling period (s)", "gain to the error", curves, worst_sequence_found=lower)
+
+
+def result_of(
+    plant: SampledPlant,
+    signals: Signals,
+    filter_: Filter,
+    periods: PeriodRange,
+    evidence: tuple[Evidence, ...],
+    leaves: int,
+    horizon: int,
+) -> NonuniformResult:
+    """Both ends of the filter's worst-case gain, and what else is known of it, after the `evidence` of its design."""
+    try:
+        gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
+    except ArpackNoConvergence as error:
+        raise SolverError(
+            f"no worst disturbance over {horizon} samples was found ({error}): many hurt alike; change `horizon`, or "
+            "widen the range of sampling periods"
+        ) from error
+    attack, guarantee = gain.attack, gain.guarantee
+    found = (
+        Evidence(
+            "lower end attained by",
+            f"runs {attack.runs} of h_u, h_l",
+            f"disturbance over {len(attack.periods)} samples",
+        ),
+        Evidence(
+            "upper end proved by", f"{guarantee.leaves} Lyapunov matrices", "certificate for the continuum of periods"
+        ),
+        Evidence("spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"),
+        Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
+    )
+    return NonuniformResult(
+        bracket=Bracket(gain.lower, gain.upper, BOTH_ENDS),
+        gains=frozen({"A_f": filter_.A, "B_f": filter_.B, "C_f": filter_.C}),
+        evidence=(*evidence, *found),
+        signals=signals,
+        plant=plant,
+        filter=filter_,
+        periods=periods,
+        gain=gain,
+    )

@@ -1,0 +1,151 @@
+"""The four methods as data: what a plant file holds, the options of the command line, how plant and design are made.
+
+One `Method` describes each; the reader of plant files, the parser of the command line and its help derive from it.
+Nothing heavy is imported before a design is made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from replication.errors import InvalidInputError
+from replication.estimation import delay, dualrate, multirate, nonuniform
+from replication.ownplant.fields import Field, Kind, Option, listed, matrix, offsets, positive, two, whole
+from replication.ownplant.searching import every_core
+
+if TYPE_CHECKING:
+    from replication.estimation.api.results import GainResult
+
+Values = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Method:
+    """One method as a user of files meets it.
+
+    fields: keys of the plant file; options: of the command line; design: called with the values of the file by field
+    and with the options that were given, by name.
+    """
+
+    name: str
+    summary: str
+    fields: tuple[Field, ...]
+    options: tuple[Option, ...]
+    design: Callable[..., GainResult]
+
+    def described(self) -> str:
+        """The keys of the plant file, one line each, for the help of the command line."""
+        width = max(len(field.name) for field in self.fields)
+        return "\n".join(f"  {field.name:<{width}}{field.described()}" for field in self.fields)
+
+
+def _multirate(values: Values, *, timings: Any = None, **options: Any) -> GainResult:
+    """All timings are searched on every core, and kept in the directory `timings`."""
+    plant = multirate.MultiratePlant(**values)
+    if options.get("offsets") == "best":
+        apply = partial(every_core, store=timings)
+        options["offsets"] = multirate.search_timing(plant, options["periods"], apply=apply).best
+    return multirate.design(plant, **options)
+
+
+def _nonuniform(values: Values, **options: Any) -> GainResult:
+    return nonuniform.design(nonuniform.SampledPlant(**values), **options)
+
+
+def _dualrate(values: Values, **options: Any) -> GainResult:
+    """The loop with the gains K and L of the file, or with designed ones if it has none."""
+    plant = dualrate.make_plant(values["A"], values["B"], values["C"])
+    if ("K" in values) != ("L" in values):
+        raise InvalidInputError("the file has one of K and L; give both gains, or none to have them designed")
+    if "K" in values:
+        return dualrate.analyse(plant, feedback=values["K"], injection=values["L"], **options)
+    return dualrate.design(plant, **options)
+
+
+def _delay(values: Values, **options: Any) -> GainResult:
+    return delay.design(delay.delay_system(**{name.lower(): value for name, value in values.items()}), **options)
+
+
+METHODS: Mapping[str, Method] = {
+    method.name: method
+    for method in (
+        Method(
+            "multirate",
+            "sensors with different periods, in discrete time",
+            (
+                matrix("A", "n", "n", "x+ = A x + B_u u + B_d d"),
+                matrix("B_d", "n", "m", "process noise"),
+                matrix("C", "q", "n", "sensors, y = C x + D w"),
+                matrix("D", "q", "w", "sensor noise"),
+                matrix("W", "z", "n", "weight of the error (identity)", required=False),
+                matrix("B_u", "n", "u", "known inputs (none)", required=False),
+                Field("dt", Kind.TIME, (), required=False, meaning="base period in s (1)"),
+            ),
+            (
+                Option("periods", listed(whole), "N,N", "of each sensor, in base periods: 2,3", required=True),
+                Option("offsets", offsets, "K,K", "of each sensor (default: zeros), or: best"),
+                Option("level", positive, "G", "a level to keep (default: the least)"),
+            ),
+            _multirate,
+        ),
+        Method(
+            "nonuniform",
+            "sampling periods that vary within a range",
+            (
+                matrix("A", "n", "n", "x' = A x + B w"),
+                matrix("B", "n", "m", "disturbance, held between samples"),
+                matrix("C", "q", "n", "sensors, y = C x + D w"),
+                matrix("D", "q", "m", "sensor noise"),
+                matrix("L", "z", "n", "what is estimated, z = L x"),
+            ),
+            (
+                Option("periods", two(positive), "H,H", "shortest and longest period in s: 0.1,0.3", required=True),
+                Option("goal", str, None, "for the range, or for its middle (robust)", choices=("robust", "nominal")),
+                Option("leaves", whole, "N", "Lyapunov matrices of the guarantee"),
+                Option("horizon", whole, "N", "samples of the worst sequence searched for"),
+            ),
+            _nonuniform,
+        ),
+        Method(
+            "dualrate",
+            "output feedback with a slow sensor",
+            (
+                matrix("A", "n", "n", "x' = A x + B u"),
+                matrix("B", "n", "u", "input, held over the fast period"),
+                matrix("C", "q", "n", "sensor, y = C x"),
+                matrix("K", "u", "n", "feedback u = K x^ (linear-quadratic)", required=False),
+                matrix("L", "n", "q", "observer gain (Kalman)", required=False),
+            ),
+            (
+                Option("period", positive, "T", "fast period of the input in s", required=True),
+                Option("ratio", whole, "M", "the sensor delivers every M T", required=True),
+                Option("observer", str, "NAME", "what fills the instants between (running_prediction)"),
+            ),
+            _dualrate,
+        ),
+        Method(
+            "delay",
+            "states that act with a delay",
+            (
+                matrix("A0", "n", "n", "x' = A0 x + sum of A[i] x(t - delays[i]) + B w"),
+                Field("A", Kind.MATRICES, ("k", "n", "n"), meaning="one matrix for each delay"),
+                Field("delays", Kind.TIMES, ("k",), meaning="increasing, in s"),
+                matrix("B", "n", "m", "disturbance"),
+                matrix("C10", "z", "n", "what is estimated, z = C10 x + sum of C1[i] x(t - delays[i])"),
+                Field("C1", Kind.MATRICES, ("k", "z", "n"), required=False, meaning="one matrix for each delay (zero)"),
+                matrix("C2", "q", "n", "sensors, y = C2 x"),
+            ),
+            (
+                Option("degree", whole, "D", "of the polynomials of the proof (3, less for large plants)"),
+                Option("rule", str, "NAME", "of the degrees: bessel, tensor, total or wide (bessel)"),
+                Option("margin", positive, "R", "distance from the least level (0.05)"),
+                Option("level", positive, "G", "a level to keep, in place of the margin"),
+                Option("order", whole, "N", "points of each history less one (24)"),
+            ),
+            _delay,
+        ),
+    )
+}

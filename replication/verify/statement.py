@@ -1,0 +1,141 @@
+"""A statement, declared once: what its certificate holds, how each field is read, and the sentence that is proved.
+
+    @statement("family.what", plant=read_plant, witness={"left": positive, "right": positive}, holds=True)
+    def what(plant: Plant, left: fmpq, right: fmpq) -> None:
+        '''The plant has a root between {left:down} and {right:up 7}.'''
+        ...  # refuse unless the witness proves it
+
+The sentence is the first paragraph of the docstring, a format string on what is read and found, in which `{x:down}` and
+`{x:up 7}` round to 9 and 7 decimals, to the safe side, and `{x:ball 9}` and `{x:digits 9}` show balls to 9 digits, with
+and without their radius.
+A group (plant, parameters, bound, witness) is a table of readers by field, whose values are passed by the names of the
+fields, or a reader of the whole, passed by the name of the group; None is not read. The plant is None and the others
+are empty unless declared. Groups and fields are read in the order in which they are declared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from keyword import iskeyword
+from string import Formatter
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+from flint import arb, ctx, fmpq
+
+from replication.verify.algebra.decimals import above, below
+from replication.verify.reading import Reader, fields, positive
+from replication.verify.theorem import Side, Theorem
+
+
+@dataclass(frozen=True)
+class Depends:
+    """A reader, or a table of readers, made from what was read before it, which are the attributes of its argument."""
+
+    make: Callable[[Any], Any]
+
+
+Table = Mapping[str, Reader | Depends]
+Group = Table | Reader | Depends | None
+LOWER: Mapping[str, Reader] = {"lower": positive}
+UPPER: Mapping[str, Reader] = {"upper": positive}
+BOTH: Mapping[str, Reader] = {**LOWER, **UPPER}
+GROUPS: Mapping[str, Group] = {"plant": None, "parameters": {}, "bound": {}, "witness": {}}
+DOUBLE = 53
+"""Bits of the balls, unless a statement asks for more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """What a proof finds beyond what was stated: words of the sentence, and bounds and truth as in a Theorem."""
+
+    words: Mapping[str, Any] = field(default_factory=dict)
+    lower: Side = None
+    upper: Side = None
+    holds: bool | None = None
+    items: tuple[tuple[Side, Side], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Statement:
+    """One declared statement; called with the fields of a certificate it gives the theorem, or raises Refused."""
+
+    name: str
+    sentence: str
+    groups: Mapping[str, Group]
+    holds: bool | None
+    bits: int
+    prove: Callable[..., Found | None]
+
+    def __call__(self, certificate: Mapping[str, Any]) -> Theorem:
+        """Read what is declared, prove it, and say so."""
+        with ctx.workprec(self.bits):
+            given = self.read(certificate)
+            found = self.prove(**given) or Found()
+            bound = self.groups["bound"]
+            stated = bound if isinstance(bound, Mapping) else {}
+            return Theorem(
+                sentence=_Words().vformat(self.sentence, (), {**given, **found.words}),
+                lower=given["lower"] if "lower" in stated else found.lower,
+                upper=given["upper"] if "upper" in stated else found.upper,
+                holds=self.holds if found.holds is None else found.holds,
+                items=found.items,
+            )
+
+    def read(self, certificate: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of all declared fields, by name; that of a keyword of Python ends in an underscore."""
+        given = SimpleNamespace()
+        for name, group in self.groups.items():
+            group = group.make(given) if isinstance(group, Depends) else group
+            if isinstance(group, Mapping):
+                for key, value in zip(group, fields(certificate[name], name, *group), strict=True):
+                    reader = group[key]
+                    reader = reader.make(given) if isinstance(reader, Depends) else reader
+                    setattr(given, f"{key}_" if iskeyword(key) else key, reader(value, f"{name}.{key}"))
+            elif group is not None:
+                setattr(given, name, group(certificate[name], name))
+        return vars(given)
+
+
+def statement(
+    name: str, *, holds: bool | None = None, bits: int = DOUBLE, **groups: Group
+) -> Callable[[Callable[..., Found | None]], Statement]:
+    """Declare a statement; the function that is decorated proves it, or raises Refused.
+
+    holds: whether a yes/no statement is true, unless the proof finds that out. bits: of all balls.
+    """
+    ordered = {**groups, **{group: empty for group, empty in GROUPS.items() if group not in groups}}
+
+    def declared(prove: Callable[..., Found | None]) -> Statement:
+        if prove.__doc__ is None:
+            raise RuntimeError("the sentences of the theorems are docstrings: run Python without -OO")
+        return Statement(name, " ".join(prove.__doc__.split("\n\n")[0].split()), ordered, holds, bits, prove)
+
+    return declared
+
+
+def collected(*families: ModuleType) -> dict[str, Statement]:
+    """The statements that the modules of these families declare, by name; raises ValueError if two have the same."""
+    modules = [part for family in families for part in vars(family).values() if isinstance(part, ModuleType)]
+    declared = [value for module in modules for value in vars(module).values() if isinstance(value, Statement)]
+    found: dict[str, Statement] = {}
+    for one in declared:
+        if found.setdefault(one.name, one) is not one:
+            raise ValueError(f"two statements are named {one.name}")
+    return found
+
+
+class _Words(Formatter):
+    """Numbers rounded to the safe side, to so many decimals; balls, or lists of them, to so many digits."""
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        kind, *places = format_spec.split(" ")
+        if kind in ("ball", "digits"):
+            balls = value if isinstance(value, list) else [value]
+            return ", ".join(ball.str(*map(int, places), radius=kind == "ball") for ball in balls)
+        if kind not in ("down", "up"):
+            return str(super().format_field(value, format_spec))
+        if isinstance(value, arb):
+            value = (value.lower() if kind == "down" else value.upper()).fmpq()
+        return (below if kind == "down" else above)(fmpq(value), *map(int, places))

@@ -1,0 +1,52 @@
+"""SDPA ends its process, with exit code 0, where a factorisation fails: that must be an error, not the end of ours."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+import pytest
+
+from replication.errors import SolverError
+from replication.estimation.conic import sdpa
+from replication.estimation.conic.program import Inequalities
+from replication.estimation.conic.refined import LEAST, OPTIONS, minimise_refined
+
+COST = np.array([1.0])
+# [[x, 1], [1, 1]] >= 0: the least x is 1.
+GROUP = Inequalities(np.array([[[0.0, 1.0], [1.0, 1.0]]]), np.array([[[[1.0, 0.0], [0.0, 0.0]]]]), np.array([[0]]))
+solve = sdpa.sdpacall.solve_sdpa
+
+
+def giving_up_beyond(iterations: int) -> Any:
+    """SDPA as it is, but for the end of the process where it is asked for more iterations than these."""
+
+    def call(*arguments: Any) -> Any:
+        if arguments[-1]["maxIteration"] > iterations:
+            os._exit(0)
+        return solve(*arguments)
+
+    return call
+
+
+def test_the_end_of_its_process_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sdpa.sdpacall, "solve_sdpa", giving_up_beyond(LEAST - 1))
+    with pytest.raises(SolverError, match="SDPA gave up in the middle of a factorisation; rescale the plant"):
+        minimise_refined(COST, GROUP)
+
+
+def test_it_is_asked_again_for_fewer_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sdpa.sdpacall, "solve_sdpa", giving_up_beyond(30))
+    point, _, report = minimise_refined(COST, GROUP)
+    assert point == pytest.approx([1.0], abs=1e-6)
+    assert LEAST <= report.options["maxIteration"] <= 30 < OPTIONS["maxIteration"]
+
+
+def test_an_error_within_the_call_is_that_error() -> None:
+    def fail() -> None:
+        raise SystemExit(3)
+
+    with pytest.raises(sdpa.SdpaGaveUp):
+        sdpa._apart(fail)
+    assert sdpa._apart(lambda: {"x": np.arange(3.0)})["x"].tolist() == [0.0, 1.0, 2.0]

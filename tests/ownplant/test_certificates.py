@@ -1,0 +1,230 @@
+"""Certificates of own designs: the verifier proves them, refuses perturbed ones, and what has no statement says so."""
+
+from __future__ import annotations
+
+import dataclasses
+import doctest
+import json
+import subprocess
+import sys
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from replication.certify import own
+from replication.certify.own import certificate, certified
+from replication.cli import main
+from replication.errors import InvalidInputError, SolverError
+from replication.estimation import delay, dualrate, multirate, nonuniform
+from replication.estimation.api.results import GainResult
+from replication.verify.run import check
+from replication.verify.theorem import Refused
+
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "docs" / "examples"
+CASES = {
+    "multirate": ("cart", "--periods", "1,4", "--offsets", "0,2"),
+    "nonuniform": ("spring", "--periods", "0.05,0.2", "--leaves", "2", "--horizon", "50"),
+    "dualrate": ("servo", "--period", "0.02", "--ratio", "10"),
+    "delay": ("tanks", "--order", "12"),
+}
+SENTENCES = {
+    "multirate": "l2 gain between 0.435",
+    "nonuniform": "over all periods from 1/20 to 1/5 s is at most 0.682",
+    "dualrate": "is stable: its spectral radius over one slow period is below 0.853",
+    "delay": "is feasible at the level 0.579",
+}
+
+
+@cache
+def result_of(method: str) -> GainResult:
+    """One small design of each method."""
+    eye = np.eye(2)
+    if method == "multirate":
+        plant = multirate.MultiratePlant(A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], C=[[0, 1], [1, 0]], D=eye / 3)
+        return multirate.design(plant, periods=(1, 2))
+    if method == "nonuniform":
+        tank = nonuniform.SampledPlant([[-1, 0], [1, -0.5]], [[1, 0], [0, 0]], [[0, 1]], [[0, 0.1]], [[1, 0]])
+        return nonuniform.design(tank, periods=(0.1, 0.3), leaves=2, horizon=50)
+    if method == "dualrate":
+        servo = dualrate.make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])
+        return dualrate.design(servo, period=0.01, ratio=20)
+    return delay.design(delay.delay_system([[-1, 0.2], [0.5, -2]], [[[0, 0], [0.5, 0.2]]], [0.4], eye, eye, [[1, 0]]))
+
+
+@pytest.mark.parametrize("method", CASES)
+def test_the_file_of_a_design_is_proved_by_the_verifier(
+    method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    name, *options = CASES[method]
+    command = ["design", method, str(EXAMPLES / f"{name}.toml"), *options, "--certificate"]
+    assert main(command) == 0
+    printed = capsys.readouterr().out.splitlines()
+    (proved,) = (line for line in printed if line.startswith("proved: "))
+    assert SENTENCES[method] in proved
+    folder = tmp_path / f"{name}-{method}"
+    file = folder / f"{name}-{method}.certificate.json"
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    assert f'href="{file.name}"' in page and "--certificate" in page
+    done = subprocess.run(
+        [sys.executable, "verify.py", str(file)], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0 and f"own plant: {proved.removeprefix('proved: ')}" in done.stdout
+    # A design with a certificate is replaced as any other; nothing else there is.
+    assert main([*command, "--force"]) == 0
+    file.rename(folder / "other.certificate.json")
+    assert main([*command, "--force"]) == 2
+    assert "holds more than a design (other.certificate.json)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("method", CASES)
+def test_the_result_of_the_library_is_certified_and_its_floats_are_exact(method: str) -> None:
+    made = json.loads(json.dumps(certificate(result_of(method), "mine")))
+    assert made["paper"] is None and made["claims"] == [] and made["plant"]["name"] == "mine"
+    theorem = check(made)
+    if theorem.upper is not None:
+        upper, value = float(Fraction(str(theorem.upper))), result_of(method).value
+        assert value * (1 - 1e-9) <= upper <= value * (1 + 1e-5)
+    numbers = made["plant"]["A0" if method == "delay" else "A"]
+    assert all(Fraction(float(Fraction(entry))) == Fraction(entry) for row in numbers for entry in row)
+
+
+@pytest.mark.parametrize(("time", "state", "output"), [(1e-3, 1e-3, 10.0), (1e3, 1e3, 1.0), (1.0, 1.0, 1e4)])
+def test_units_do_not_matter_to_a_certificate_with_delays(time: float, state: float, output: float) -> None:
+    """The plant of `result_of` in other units: solvers would fail on its matrices as they stand."""
+    scale = np.array([[1.0, 1.0 / state], [state, 1.0]])
+    A0, A1 = scale * [[-1, 0.2], [0.5, -2]] / time, scale * [[0, 0], [0.5, 0.2]] / time
+    plant = delay.delay_system(A0, [A1], [0.4 * time], np.diag([1.0, state]), [[0.0, output / state]], [[1.0, 0.0]])
+    result = delay.design(plant)
+    upper = check(certificate(result)).upper
+    assert upper is not None and float(Fraction(str(upper))) == pytest.approx(result.value, rel=1e-6)
+
+
+def test_units_do_not_matter_to_a_certificate_of_several_rates() -> None:
+    """States in units that are five orders of magnitude apart, and a small weight of the error."""
+    rng = np.random.default_rng(1)
+    A, units = rng.standard_normal((5, 5)), np.diag([1e-3, 1e2, 1.0, 1e1, 1e-2])
+    back = np.linalg.inv(units)
+    A *= 0.9 / np.abs(np.linalg.eigvals(A)).max()
+    plant = multirate.MultiratePlant(
+        A=units @ A @ back,
+        B_d=units @ rng.standard_normal((5, 2)),
+        C=rng.standard_normal((2, 5)) @ back,
+        D=np.eye(2),
+        W=1e-4 * np.eye(5)[:1] @ back,
+    )
+    result = multirate.design(plant, periods=(2, 3))
+    theorem = check(certificate(result))
+    assert theorem.lower is not None and theorem.upper is not None
+    bounds = [float(Fraction(str(bound))) for bound in (theorem.lower, theorem.upper)]
+    assert bounds[0] < result.bracket.lower <= result.value < bounds[1] < bounds[0] * (1 + 1e-6)
+
+
+def test_numbers_are_taken_as_written_or_as_floats() -> None:
+    given = (certificate(result_of("multirate"), as_written=written)["plant"]["A"] for written in (True, False))
+    written, exact = (Fraction(A[0][1]) for A in given)
+    assert written == Fraction(1, 10) != exact == Fraction(0.1)
+
+
+PERTURBED = {
+    "multirate": lambda made: made["plant"]["L"][0][0].__setitem__(0, "9"),
+    "nonuniform": lambda made: made["bound"].__setitem__("upper", str(Fraction(made["bound"]["upper"]) * 99 / 100)),
+    "dualrate": lambda made: made["witness"].__setitem__("radius", "1/2"),
+    # Of the state that is not measured: the other one may change, as the free operator of Theorem 3 makes up for it.
+    "delay": lambda made: made["plant"]["A0"][1].__setitem__(1, "-19/10"),
+}
+
+
+@pytest.mark.parametrize("method", CASES)
+def test_a_perturbed_certificate_is_refused(method: str) -> None:
+    made = json.loads(json.dumps(certificate(result_of(method))))
+    PERTURBED[method](made)
+    with pytest.raises(Refused):
+        check(made)
+
+
+def spoiled(method: str, value: float) -> Any:
+    """A result whose plant or gains hold a number that is none."""
+    result: Any = result_of(method)
+    if method == "multirate":
+        return dataclasses.replace(result, gains={"L": result.gains["L"] + value})
+    if method == "dualrate":
+        loop = result.loop
+        design = loop.design
+        changed = object.__new__(type(design))
+        for field in dataclasses.fields(design):
+            object.__setattr__(changed, field.name, getattr(design, field.name))
+        object.__setattr__(changed, "feedback", design.feedback + value)
+        return dataclasses.replace(result, loop=dataclasses.replace(loop, design=changed))
+    if method == "delay":
+        return dataclasses.replace(result, system=dataclasses.replace(result.system, a0=result.system.a0 + value))
+    bad = object.__new__(type(result.filter))
+    for name in "ABC":
+        object.__setattr__(bad, name, getattr(result.filter, name) + value)
+    return dataclasses.replace(result, filter=bad)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+@pytest.mark.parametrize("method", CASES)
+def test_a_number_that_is_not_finite_is_refused(method: str, value: float) -> None:
+    with pytest.raises(InvalidInputError, match="not finite"):
+        certificate(spoiled(method, value))
+
+
+def test_a_result_without_a_statement_says_which_one_does_not_fit() -> None:
+    tank = nonuniform.SampledPlant([[-1, 0], [1, -0.5]], [[1, 0], [0, 0]], [[0, 1]], [[0, 0.1]], [[1, 0]])
+    constant = nonuniform.design(tank, periods=(0.2, 0.2), goal="nominal", leaves=1, horizon=20)
+    with pytest.raises(InvalidInputError, match=r"nonuniform\.gain-upper is a statement on a range"):
+        certificate(constant)
+    loop: Any = result_of("dualrate")
+    with pytest.raises(InvalidInputError, match="one of the observers single_rate"):
+        certificate(dataclasses.replace(loop, observer_name="lifted"))
+    with pytest.raises(InvalidInputError, match="a gain in the differential equation"):
+        certificate(dataclasses.replace(loop, discrete_gain=True))
+    two = dualrate.make_plant([[-1.0, 0.0], [0.0, -2.0]], np.eye(2), np.eye(2))
+    with pytest.raises(InvalidInputError, match="one input and one output"):
+        certificate(dualrate.design(two, period=0.01, ratio=2))
+    with pytest.raises(InvalidInputError, match="result of `design`"):
+        certificate(delay.analyse(result_of("delay").system))  # type: ignore[arg-type, attr-defined]
+
+
+@pytest.mark.parametrize("observer", [name for name in dualrate.OBSERVERS if name != "state_feedback"])
+def test_observers_that_are_taken_are_those_that_the_verifier_carries_out(observer: str) -> None:
+    servo = dualrate.make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])
+    if observer in own.CARRIED_OUT:
+        assert check(certificate(dualrate.design(servo, period=0.01, ratio=2, observer=observer))).holds
+    else:
+        made = certificate(result_of("dualrate"))
+        with pytest.raises(Refused, match="observer must be one of"):
+            check({**made, "parameters": {"observer": observer}})
+
+
+def test_what_the_verifier_refuses_is_not_handed_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(own, "WIDTH", "1/1000000000000")
+    with pytest.raises(SolverError, match=r"verifier refuses.*relative width"):
+        certified(result_of("multirate"))
+    with pytest.raises(SolverError, match="name must have"):
+        certified(result_of("dualrate"), "no name")
+
+
+def test_a_refused_certificate_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "two.toml"
+    file.write_text("A = [[-1.0, 0.0], [0.0, -2.0]]\nB = [[1.0, 0.0], [0.0, 1.0]]\nC = [[1.0, 0.0], [0.0, 1.0]]\n")
+    command = ["design", "dualrate", str(file), "--period", "0.01", "--ratio", "2"]
+    assert main([*command, "--certificate"]) == 2
+    assert "dualrate.stable is a statement on loops with one input and one output" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["two.toml"]
+    assert main(command) == 0
+
+
+def test_the_example_in_the_docstring_runs() -> None:
+    failures, tried = doctest.testmod(own)
+    assert (failures, tried > 2) == (0, True)
