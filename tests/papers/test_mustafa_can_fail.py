@@ -116,7 +116,7 @@ def verdict(name: str, results: dict[str, Any]) -> Verdict:
     claim, full = CLAIMS[name], {f"{KEY}.{key}": value for key, value in results.items()}
     erratum = next((erratum for erratum in PAPER.errata if erratum.id == claim.erratum), None)
     proof = None if erratum is None else erratum.prove(full)
-    return make_record(claim, KEY, claim.answer(full), proof, "", 0.0, "").verdict
+    return make_record(claim, claim.answer(full), proof).judgement.verdict
 
 
 def test_every_check_has_its_perturbed_input(results: dict[str, Any]) -> None:

@@ -85,7 +85,7 @@ def guaranteed(e: int, results: Results) -> Evidence:
         value=r["lower"],
         holds=outcomes[0].holds,
         margin=outcomes[0].margin,
-        not_checkable=UNDECIDED if outcomes[0].holds is None else "",
+        not_checkable=UNDECIDED if None in [outcome.holds for outcome in outcomes] else "",
         outcomes=outcomes,
         quantities={
             "no filter of form (4) has less over every sequence than": curve["floor"],
