@@ -42,9 +42,14 @@ USUAL = {
     Kind.ORDER: Verdict.CONSISTENT,
     Kind.FEASIBLE: Verdict.CONSISTENT,
     Kind.STATISTICAL: Verdict.CONSISTENT,
-    Kind.CITED: Verdict.NOT_CHECKABLE,
+    Kind.CITED: Verdict.UNDETERMINED,
 }
-"""The verdict that a claim pins unless it says otherwise: agreement, by its kind."""
+"""The verdict that a claim pins unless it says otherwise: agreement, by its kind; see `usual`."""
+
+
+def usual(kind: Kind, printed: str) -> Verdict:
+    """The verdict of agreement: of one printed draw it is `compatible`, of a statement over draws `consistent`."""
+    return Verdict.COMPATIBLE if kind is Kind.STATISTICAL and printed else USUAL[kind]
 
 
 class Part:
@@ -102,7 +107,7 @@ class Part:
                     place=where,
                     kind=kind,
                     statement=said,
-                    expected=_verdict(name, pinned or USUAL[kind]),
+                    expected=_verdict(name, pinned or usual(kind, str(printed))),
                     answer=answer,
                     uses=_names(uses),
                     printed=str(printed),

@@ -40,9 +40,11 @@ class Verdict(StrEnum):
 
     REPRODUCED = "reproduced"
     REPRODUCED_AFTER_ERRATUM = "reproduced after erratum"
-    DIFFERS = "differs"
+    COMPATIBLE = "compatible"
     CONSISTENT = "consistent"
-    NOT_CHECKABLE = "not checkable"
+    DIFFERS = "differs"
+    REFUTED = "refuted"
+    UNDETERMINED = "undetermined"
     ERROR = "error"
 
 
@@ -93,7 +95,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     quantities: named numbers that stand behind the answer and are shown with it.
     as_printed: for a claim with an erratum, the evidence for the text as printed (`value` is then the corrected one).
     outcomes: under each reading of a family, where the text leaves a choice on which the answer may depend.
-    not_checkable: the reason, if the claim cannot be checked from the text.
+    not_checkable: the reason, if the text does not settle the claim.
 
     The run fills in the rest. code: file:line of the function that answers the claim. seconds: of the experiments that
     it uses, together. certificates: the files whose theorems support the claim.

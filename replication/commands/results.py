@@ -33,13 +33,15 @@ def show(chosen: argparse.Namespace) -> int:
     from replication.audit.publish.terminal import claim_rows
     from replication.audit.store.records import read_results
 
-    claims = {claim.id: claim for claim in read_results(results_path(chosen)).claims}
+    results = read_results(results_path(chosen))
+    claims = {claim.id: claim for claim in results.claims}
     claim = claims[one_of("claim", chosen.claim, claims)]
+    rows = claim_rows(claim, results.readings.get(claim.paper, ()))
     if not sys.stdout.isatty():
-        say(f"{label}: {text}" for label, text in claim_rows(claim))
+        say(f"{label}: {text}" for label, text in rows)
         return FINE
     table = Table.grid(padding=(0, 2))
-    for label, text in claim_rows(claim):
+    for label, text in rows:
         table.add_row(Text(label, style="bold"), Text(text))
     Console().print(table)
     return FINE

@@ -45,12 +45,12 @@ def case(kind: Kind, evidence: Evidence, *, printed: str = "", proof_holds: bool
     return StatedClaim(**shared(StatedClaim, made)), evidence, proof_holds
 
 
-def judge(case: Case) -> Judgement:
-    return verdict.judge(*case)
+def judge(case: Case, **more: Any) -> Judgement:
+    return verdict.judge(*case, **more)
 
 
 def value_case(printed: str, value: Any, lower: Any = None, upper: Any = None, **more: Any) -> Case:
-    said = {name: more.pop(name) for name in ("method", "note", "as_printed") if name in more}
+    said = {name: more.pop(name) for name in ("method", "note", "as_printed", "outcomes") if name in more}
     evidence = Evidence(**{"method": "computed", **said}, value=value, lower=lower, upper=upper)
     return case(Kind.VALUE, evidence, printed=printed, **more)
 
@@ -69,12 +69,14 @@ def claim(**more: Any) -> Claim:
         "expected": Verdict.REPRODUCED,
         "answer": lambda results: Evidence(method="none"),
         "printed": "1.33",
+        "reading": "none",
     }
     return Claim(**(given | more))
 
 
 def recorded(evidence: Evidence | None, proof: Proof | None = None, error: str = "", **more: Any) -> ClaimRecord:
-    return make_record(claim(**more), evidence, proof, code="papers/toy.py:1", seconds=0.5, error=error)
+    known = {name: more.pop(name) for name in ("readings", "inferred") if name in more}
+    return make_record(claim(**more), evidence, proof, code="papers/toy.py:1", seconds=0.5, error=error, **known)
 
 
 def altered(record: ClaimRecord, **changes: Any) -> ClaimRecord:

@@ -22,8 +22,10 @@ from replication.audit.model import (
     FigureData,
     Formula,
     Kind,
+    Outcome,
     Paper,
     Proof,
+    Reading,
     ScopeItem,
     SolverRecord,
     Table,
@@ -45,6 +47,11 @@ from replication.audit.store.records import (
 from replication.drawing.style import line, new_axes
 
 KEY = "doe1999"
+READINGS = (
+    Reading(name="at-rest", place="Section IV", text="The observer starts at zero."),
+    Reading(name="at-output", place="Section IV", text="The observer starts at the first output."),
+    Reading(name="both-noises", place="Equation (34)", text="The norm is over both noises.", inference=True),
+)
 SOLVER = SolverRecord(
     name="Clarabel",
     version="0.11.1",
@@ -59,7 +66,7 @@ def claim(
     name: str, kind: Kind, expected: Verdict, printed: str, evidence: Evidence | None, **more: Any
 ) -> ClaimRecord:
     """Record of an invented claim, judged like any other; `error` and `proof` stand for what a run would bring."""
-    error, proof = more.pop("error", ""), more.pop("proof", None)
+    error, proof, inferred = more.pop("error", ""), more.pop("proof", None), more.pop("inferred", False)
     fields = {"place": f"Table 1, {name}", "statement": f"Guaranteed level of the observer, case {name}."} | more
     made = Claim(
         id=f"{KEY}.{name}",
@@ -75,6 +82,8 @@ def claim(
         made,
         evidence,
         proof,
+        inferred=inferred,
+        readings=READINGS,
         code="papers/doe1999/claims.py:42",
         seconds=1.234,
         error=error,
@@ -106,7 +115,7 @@ def claims() -> tuple[ClaimRecord, ...]:
         claim("column-4-5", Kind.VALUE, reproduced, "1.55", evidence(1.5461, 0.002)),
         claim("column-5-7", Kind.VALUE, differs, "1.93", evidence(1.91712, 1e-8, note="The printed gains reach it.")),
         claim("column-8-9", Kind.VALUE, differs, "2.64", evidence(2.6354, 0.0003)),
-        claim("wide", Kind.VALUE, Verdict.NOT_CHECKABLE, "3.1", evidence(3.12, 0.04)),
+        claim("wide", Kind.VALUE, Verdict.UNDETERMINED, "3.1", evidence(3.12, 0.04)),
         claim("far", Kind.VALUE, reproduced, "0.0120", evidence(0.7125, 1e-6)),
         claim("variables", Kind.VALUE, reproduced, "73", Evidence(method=direct, value=73)),
         claim("zero", Kind.VALUE, reproduced, "-0.0000", Evidence(method=direct, value=-0.0000123)),
@@ -132,7 +141,7 @@ def claims() -> tuple[ClaimRecord, ...]:
         claim(
             "shorter-is-better",
             Kind.ORDER,
-            differs,
+            Verdict.REFUTED,
             "",
             Evidence(method=direct, holds=False, margin=-0.0135, quantities={"level (2,4)": 1.41, "level (3,4)": 1.39}),
             statement="A shorter period never makes the guaranteed level worse.",
@@ -148,8 +157,8 @@ def claims() -> tuple[ClaimRecord, ...]:
             ),
             statement="Both ways to write the error system are the same.",
         ),
-        claim("random", Kind.STATISTICAL, Verdict.CONSISTENT, "0.85", Evidence(method="Draws", probability=0.3125)),
-        claim("cited", Kind.CITED, Verdict.NOT_CHECKABLE, "12.5", Evidence(method="none", not_checkable="Cited.")),
+        claim("random", Kind.STATISTICAL, Verdict.COMPATIBLE, "0.85", Evidence(method="Draws", probability=0.3125)),
+        claim("cited", Kind.CITED, Verdict.UNDETERMINED, "12.5", Evidence(method="none", not_checkable="Cited.")),
         claim(
             "noise",
             Kind.VALUE,
@@ -167,6 +176,53 @@ def claims() -> tuple[ClaimRecord, ...]:
             evidence(0.5262, 1e-9),
             tolerance="0.01",
             tolerance_reason="Read off a figure with ticks at every 0.01.",
+        ),
+        claim(
+            "plant",
+            Kind.VALUE,
+            Verdict.COMPATIBLE,
+            "1.20",
+            Evidence(method=direct, value=1.2, as_printed=Evidence(method=direct, value=0.7)),
+            erratum=f"{KEY}.matrix",
+            proof=Proof(holds=True, text="No other matrix of the search fits."),
+            inferred=True,
+        ),
+        claim(
+            "ratio",
+            Kind.VALUE,
+            Verdict.COMPATIBLE,
+            "0.43",
+            Evidence(method=direct, value=0.4311),
+            reading="both-noises",
+        ),
+        claim("rest", Kind.VALUE, reproduced, "0.61", Evidence(method=direct, value=0.6132), reading="at-rest"),
+        claim(
+            "first-seconds",
+            Kind.ORDER,
+            Verdict.UNDETERMINED,
+            "",
+            Evidence(
+                method=direct,
+                outcomes=(
+                    Outcome(reading="at-rest", holds=True, margin=0.25),
+                    Outcome(reading="at-output", holds=False, margin=-0.125),
+                ),
+            ),
+            statement="The alternating observer is the faster one in the first seconds.",
+        ),
+        claim(
+            "peak",
+            Kind.VALUE,
+            Verdict.COMPATIBLE,
+            "2.5",
+            Evidence(
+                method=direct,
+                value=2.51,
+                outcomes=(
+                    Outcome(reading="at-rest", value=2.51, lower=2.5, upper=2.52),
+                    Outcome(reading="at-output", value=3.1),
+                ),
+            ),
         ),
         claim("broken", Kind.VALUE, reproduced, "4.56", None, error="SolverError: status insufficient_progress"),
     )
@@ -290,6 +346,7 @@ def paper_record(ids: tuple[str, ...]) -> PaperRecord:
         notebook="",
         sensitivity=(),
         common=(),
+        readings=READINGS,
         title="Observers for Slow Sensors: An Invented Paper",
         authors=("Jane Doe", "Richard Roe", "Max Mustermann"),
         year=1999,
@@ -386,6 +443,7 @@ def hostile_results(directory: Path, text: str) -> ResultsFile:
                 formulas=(Formula(text=text, latex=r"x"),),
                 tables=(Table(place=text, caption=text, header=(text,), rows=((text,),)),),
                 scope=(ScopeItem(part=text, reason=text),),
+                readings=(Reading(name=text, place=text, text=text, inference=True),),
             )
             for record in made.papers
         ),
@@ -402,6 +460,8 @@ def hostile_results(directory: Path, text: str) -> ResultsFile:
                 quantities={text: 1.5},
                 solvers=(solver,),
                 as_printed=Evidence(method=text),
+                reading=text,
+                outcomes=(Outcome(reading=text, value=1.5, lower=1.0, upper=2.0, holds=True, margin=0.5),),
                 unproved=text,
                 certificates=(text,),
             )

@@ -135,14 +135,14 @@ def test_mirrored_number_has_the_mirrored_judgement(digits: int, value: float) -
         (1.33, 1.326, 1.334, Verdict.REPRODUCED),
         (1.34, 1.336, 1.345, Verdict.DIFFERS),
         (1.31, 1.30, 1.32, Verdict.DIFFERS),
-        (1.33, 1.32, 1.334, Verdict.NOT_CHECKABLE),
-        (1.34, 1.334, 1.35, Verdict.NOT_CHECKABLE),
-        (1.33, 1.0, 2.0, Verdict.NOT_CHECKABLE),
+        (1.33, 1.32, 1.334, Verdict.UNDETERMINED),
+        (1.34, 1.334, 1.35, Verdict.UNDETERMINED),
+        (1.33, 1.0, 2.0, Verdict.UNDETERMINED),
         (1.33, 1.33, 1.33, Verdict.REPRODUCED),
         (1.31, None, 1.32, Verdict.DIFFERS),
-        (1.33, None, 1.334, Verdict.NOT_CHECKABLE),
+        (1.33, None, 1.334, Verdict.UNDETERMINED),
         (1.36, 1.35, None, Verdict.DIFFERS),
-        (1.33, 1.33, None, Verdict.NOT_CHECKABLE),
+        (1.33, 1.33, None, Verdict.UNDETERMINED),
         (1.36, 1.34, 1.35, Verdict.ERROR),
         (1.33, 1.34, 1.32, Verdict.ERROR),
     ],
@@ -157,15 +157,15 @@ def test_bracket_of_a_matrix_differs_if_any_entry_does() -> None:
     assert judgement.verdict is Verdict.DIFFERS
     assert "1 of 4 entries" in judgement.reason and "(2,2)" in judgement.reason
     agreeing = judge(value_case("[1.0 2.0; 3.0 4.2]", ((1.0, 2.0), (3.0, 4.21)), lower, upper))
-    assert agreeing.verdict is Verdict.NOT_CHECKABLE
+    assert agreeing.verdict is Verdict.UNDETERMINED
 
 
 def test_bracket_of_a_pair_is_folded_to_sizes() -> None:
     within = value_case("1.0±0.2i", (1.0, -0.2), (1.0, -0.21), (1.0, -0.19))
     assert judge(within).verdict is Verdict.REPRODUCED
     across = value_case("1.0±0.2i", (1.0, -0.2), (1.0, -0.21), (1.0, 0.1))
-    assert judge(across).verdict is Verdict.NOT_CHECKABLE
-    assert judge(value_case("1.0±0.2i", (1.0, -0.3), None, (1.0, -0.24))).verdict is Verdict.NOT_CHECKABLE
+    assert judge(across).verdict is Verdict.UNDETERMINED
+    assert judge(value_case("1.0±0.2i", (1.0, -0.3), None, (1.0, -0.24))).verdict is Verdict.UNDETERMINED
     assert judge(value_case("1.0±0.2i", (1.0, -0.3), None, (1.0, -0.26))).verdict is Verdict.DIFFERS
 
 
@@ -175,7 +175,7 @@ def test_a_narrower_bracket_never_contradicts_a_wider_one(
 ) -> None:
     wide = judge(value_case("1.33", value, value - below, value + above)).verdict
     narrow = judge(value_case("1.33", value, value - one * below, value + other * above)).verdict
-    assert wide is Verdict.NOT_CHECKABLE or narrow is wide
+    assert wide is Verdict.UNDETERMINED or narrow is wide
 
 
 @pytest.mark.parametrize(
@@ -187,14 +187,14 @@ def test_a_narrower_bracket_never_contradicts_a_wider_one(
         (">1", 1.0, None, None, Verdict.DIFFERS),
         ("≥1", 1.0, None, None, Verdict.REPRODUCED),
         ("<0.5", 0.25, None, 0.4, Verdict.REPRODUCED),
-        ("<0.5", 0.25, 0.2, None, Verdict.NOT_CHECKABLE),
-        ("<0.5", 0.25, 0.2, 0.5, Verdict.NOT_CHECKABLE),
+        ("<0.5", 0.25, 0.2, None, Verdict.UNDETERMINED),
+        ("<0.5", 0.25, 0.2, 0.5, Verdict.UNDETERMINED),
         ("≤0.5", 0.25, 0.2, 0.5, Verdict.REPRODUCED),
         ("<0.5", 0.75, 0.5, None, Verdict.DIFFERS),
-        ("≤0.5", 0.75, 0.5, None, Verdict.NOT_CHECKABLE),
+        ("≤0.5", 0.75, 0.5, None, Verdict.UNDETERMINED),
         (">0.5", 0.75, 0.51, None, Verdict.REPRODUCED),
         (">0.5", 0.25, None, 0.5, Verdict.DIFFERS),
-        ("≥0.5", 0.5, 0.25, 0.75, Verdict.NOT_CHECKABLE),
+        ("≥0.5", 0.5, 0.25, 0.75, Verdict.UNDETERMINED),
         ("0.5", 0.5, None, None, Verdict.ERROR),
         ("<0.5", (0.25,), None, None, Verdict.ERROR),
         ("<0.5", None, None, 0.4, Verdict.ERROR),

@@ -11,7 +11,7 @@ from cases import EXPERIMENT, altered, claim, errata_of, figure, file_of, paper,
 from msgspec.structs import replace
 
 from replication.audit.inspect.check import Cause, check
-from replication.audit.model import Evidence, Formula, Kind, Proof, Table, Verdict
+from replication.audit.model import Evidence, Formula, Kind, Proof, Reading, Table, Verdict
 from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, read_results, to_json
 from replication.errors import AuditError
 
@@ -19,7 +19,7 @@ PROVED = Proof(holds=True, text="it does")
 GOOD = recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269))
 OFF = recorded(Evidence(method="m", value=1.34), expected=Verdict.DIFFERS)
 HOLDS = recorded(Evidence(method="m", holds=True, margin=0.1), kind=Kind.ORDER, expected=Verdict.CONSISTENT)
-CITED = recorded(Evidence(method="m", not_checkable="cited"), kind=Kind.CITED, expected=Verdict.NOT_CHECKABLE)
+CITED = recorded(Evidence(method="m", not_checkable="cited"), kind=Kind.CITED, expected=Verdict.UNDETERMINED)
 CORRECTED = recorded(
     Evidence(method="m", value=1.33, as_printed=Evidence(method="m", value=2.0)),
     PROVED,
@@ -130,6 +130,7 @@ def test_claims_of_file_and_code_are_the_same_set() -> None:
         ({"tolerance": "0.1", "tolerance_reason": "why"}, "tolerance"),
         ({"erratum": "toy.e1"}, "erratum"),
         ({"uses": ("toy-run",)}, "uses"),
+        ({"reading": ""}, "reading"),
     ],
 )
 def test_a_claim_that_says_something_else_in_the_code_is_a_problem(change: dict[str, Any], field: str) -> None:
@@ -188,3 +189,20 @@ def test_an_unknown_key_is_refused(tmp_path: Path, path: tuple[Any, ...]) -> Non
     file.write_text(json.dumps(content), encoding="utf-8")
     with pytest.raises(AuditError, match="trusted"):
         read_results(file)
+
+
+NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")
+
+
+def test_the_readings_of_a_file_are_those_of_the_code_and_decide_again() -> None:
+    code = paper(claim(reading="norm"), readings=(NORM,))
+    record = recorded(Evidence(method="m", value=1.33), reading="norm", readings=(NORM,))
+    file = file_of(code, record)
+    assert check(file, [code]) == []
+    guess = replace(NORM, inference=True)
+    forged = replace(file, papers=(replace(file.papers[0], readings=(guess,)),))
+    problems = check(forged, [code])
+    assert {problem.cause for problem in problems} == {Cause.FORGED, Cause.TEXT}
+    assert "the stored numbers give 'compatible'" in str(problems[0])
+    unused = replace(file, papers=(replace(file.papers[0], readings=(NORM, replace(NORM, name="start"))),))
+    assert "toy: text: no claim rests on the reading 'start'" in map(str, check(unused, None))

@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from cases import claim, paper
+from cases import claim, paper, recorded
+from msgspec.structs import replace
 
-from replication.audit.judge.validate import validate_claims
-from replication.audit.model import Figure, FigureData, Paper, ScopeItem, Table, Verdict
+from replication.audit.judge import validate
+from replication.audit.judge.validate import unused_readings, validate_claims
+from replication.audit.model import Evidence, Figure, FigureData, Outcome, Paper, Reading, ScopeItem, Table, Verdict
 from replication.errors import AuditError
 
 
@@ -26,10 +28,14 @@ def figure(name: str, **more: Any) -> Figure:
     return Figure(name=name, **(given | more))
 
 
-def test_well_formed_papers_pass() -> None:
+NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")
+
+
+def test_well_formed_papers_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(validate, "REQUIRE_READING", True)
     table = Table(place="Table 1", caption="", header=("a",), rows=(("claim:toy.value", "text"),))
     first = paper(claim(uses=("toy-run",), erratum="toy.e1"), figures=(figure("toy-fig1"),), tables=(table,))
-    validate_claims([first, paper(claim(id="other.value"), key="other")])
+    validate_claims([first, paper(claim(id="other.value", reading="norm"), key="other", readings=(NORM,))])
 
 
 @pytest.mark.parametrize(
@@ -56,9 +62,16 @@ def test_well_formed_papers_pass() -> None:
         ([paper(claim(expected=Verdict.REPRODUCED_AFTER_ERRATUM))], ["'toy.value'", "names no erratum"]),
         ([paper(claim(tolerance="0.1"))], ["'toy.value'", "together"]),
         ([paper(claim(tolerance_reason="why"))], ["'toy.value'", "together"]),
+        ([paper(claim(reading=""))], ["'toy.value' names no reading", 'say reading="none"']),
+        ([paper(claim(reading="norm"))], ["'toy.value'", "'norm'", "does not exist"]),
+        ([paper(claim(), readings=(NORM, NORM))], ["'norm'", "2 times"]),
+        ([paper(claim(), readings=(replace(NORM, name="none"),))], ["called 'none'"]),
+        ([paper(claim(), readings=(replace(NORM, place=""),))], ["'norm'", "place"]),
+        ([paper(claim(), readings=(replace(NORM, text=""),))], ["'norm'", "text"]),
     ],
 )
-def test_mistake_is_named(papers: list[Paper], words: list[str]) -> None:
+def test_mistake_is_named(papers: list[Paper], words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(validate, "REQUIRE_READING", True)
     with pytest.raises(AuditError) as caught:
         validate_claims(papers)
     assert all(word in str(caught.value) for word in words), str(caught.value)
@@ -72,3 +85,14 @@ def test_all_mistakes_of_all_papers_are_reported_together() -> None:
     lines = str(caught.value).splitlines()
     assert lines[0].endswith("5 mistakes:")
     assert len(lines) == 6
+
+
+def test_a_reading_that_nobody_uses_is_found() -> None:
+    family = Evidence(method="m", outcomes=(Outcome(reading="norm", value=1.33),))
+    readings = (NORM, replace(NORM, name="start"))
+    names = ["norm", "start"]
+    assert unused_readings(names, [recorded(family, readings=readings)]) == ("start",)
+    assert unused_readings(names, [recorded(Evidence(method="m", value=1.3), reading="start", readings=readings)]) == (
+        "norm",
+    )
+    assert unused_readings(names, [recorded(None)]) == ()

@@ -49,7 +49,7 @@ def test_every_alteration_is_caught_where_nothing_wider_is_allowed(results: Resu
 
 def test_a_judge_that_always_agrees_is_found_out(results: ResultsFile, monkeypatch: pytest.MonkeyPatch) -> None:
     blind = Judgement(verdict=Verdict.REPRODUCED, reason="always")
-    monkeypatch.setattr(module, "rejudge", lambda record, errata, target: blind)
+    monkeypatch.setattr(module, "rejudge", lambda record, errata, target, readings: blind)
     by_name: dict[str, Control] = {control.expected: control for control in controls(results)}
     assert by_name["no agreement"].caught == 0
     assert by_name["no agreement"].missed

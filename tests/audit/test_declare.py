@@ -151,7 +151,7 @@ def test_a_paper_without_findings_has_none() -> None:
         (Kind.BOUND, Verdict.REPRODUCED),
         (Kind.ORDER, Verdict.CONSISTENT),
         (Kind.FEASIBLE, Verdict.CONSISTENT),
-        (Kind.STATISTICAL, Verdict.CONSISTENT),
+        (Kind.STATISTICAL, Verdict.COMPATIBLE),
     ],
 )
 def test_each_kind_is_a_method_and_pins_agreement(kind: Kind, verdict: Verdict) -> None:
@@ -162,9 +162,15 @@ def test_each_kind_is_a_method_and_pins_agreement(kind: Kind, verdict: Verdict) 
     assert type(claim.printed) is str
 
 
+def test_a_statement_over_draws_pins_consistent() -> None:
+    part = Part("p")
+    part.statistical("a", place="Fig. 2")(answer)
+    assert part.claims[0].expected is Verdict.CONSISTENT
+
+
 def test_what_cannot_be_settled_is_pinned_so() -> None:
     (claim,) = [claim for claim in sample().claims if claim.kind is Kind.CITED]
-    assert (claim.expected, claim.printed) == (Verdict.NOT_CHECKABLE, "3")
+    assert (claim.expected, claim.printed) == (Verdict.UNDETERMINED, "3")
 
 
 def test_the_statement_is_the_docstring_in_one_line_unless_given() -> None:

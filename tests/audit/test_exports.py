@@ -96,8 +96,8 @@ def test_badge_says_it_in_word_and_shape() -> None:
 
 def test_badge_counts_what_could_be_checked_or_what_moved(results: ResultsFile) -> None:
     pinned = tuple(claim for claim in results.claims if not claim.unexpected)
-    checked = [claim for claim in pinned if claim.verdict not in ("not checkable", "error")]
-    agree = sum(claim.verdict != "differs" for claim in checked)
+    checked = [claim for claim in pinned if claim.verdict not in ("undetermined", "error")]
+    agree = sum(claim.verdict not in ("differs", "refuted") for claim in checked)
     assert ET.fromstring(badge("x", pinned)).get("aria-label") == f"x: {agree} of {len(checked)} agree"
     moved = len(results.claims) - len(pinned)
     assert moved

@@ -9,26 +9,28 @@ from typing import Any
 
 import pytest
 from cases import RECORDS_OF_EVERY_KIND as RECORDS
-from cases import results_file
+from cases import errata_of, results_file
 from msgspec import to_builtins
 from msgspec.structs import replace
 from sample import paper_record
 
 from replication.audit.inspect.compare import compare
+from replication.audit.model import Proof
 from replication.audit.store.records import SCHEMA_VERSION, read_results
 from replication.errors import AuditError
 
-FILE = replace(results_file(*RECORDS), papers=(paper_record(()),))
+FILE = replace(results_file(*RECORDS), papers=(replace(paper_record(()), readings=()),))
 
 
 def flat(record: dict[str, Any]) -> dict[str, Any]:
     """A claim as schema 2 stored it: one flat record."""
     claim, evidence, judgement = record["claim"], dict(record["evidence"]), dict(record["judgement"])
     printed, computed = evidence.pop("as_printed"), evidence.pop("value")
+    del evidence["outcomes"]
     kept = ("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability")
     del judgement["intervals"]
     return {
-        **{name: value for name, value in claim.items() if name not in ("expected", "uses")},
+        **{name: value for name, value in claim.items() if name not in ("expected", "uses", "reading")},
         **evidence,
         **judgement,
         "paper": claim["id"].partition(".")[0],
@@ -46,7 +48,7 @@ def older() -> dict[str, Any]:
     for paper in content["papers"]:
         paper["formulas"] = [[formula["text"], formula["latex"]] for formula in paper["formulas"]]
         # These came later in that schema, and may be absent.
-        del paper["notebook"], paper["sensitivity"], paper["common"]
+        del paper["notebook"], paper["sensitivity"], paper["common"], paper["readings"]
     return content
 
 
@@ -72,6 +74,35 @@ def test_a_number_that_moved_since_is_found(tmp_path: Path) -> None:
         ("toy.matrix", ["as_printed"]),
         ("toy.value", ["value"]),
     ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "probability", "inference", "old", "new"),
+    [
+        ("order", None, False, "differs", "refuted"),
+        ("feasible", None, False, "differs", "refuted"),
+        ("statistical", None, False, "differs", "refuted"),
+        ("statistical", 0.001, False, "differs", "differs"),
+        ("statistical", 0.5, False, "consistent", "compatible"),
+        ("statistical", None, False, "consistent", "consistent"),
+        ("value", None, False, "differs", "differs"),
+        ("cited", None, False, "not checkable", "undetermined"),
+        ("value", None, False, "reproduced after erratum", "reproduced after erratum"),
+        ("value", None, True, "reproduced after erratum", "compatible"),
+        ("statistical", 0.5, False, "reproduced after erratum", "compatible"),
+        ("value", None, False, "reproduced", "reproduced"),
+    ],
+)
+def test_verdicts_of_the_older_schema_follow_the_present_rules(
+    kind: str, probability: float | None, inference: bool, old: str, new: str, tmp_path: Path
+) -> None:
+    content = older()
+    content["claims"] = [flat(to_builtins(RECORDS[2]))]
+    content["claims"][0] |= {"kind": kind, "probability": probability, "verdict": old, "expected_verdict": old}
+    proof = Proof(holds=True, text="")
+    content["errata"] = [to_builtins(replace(errata_of(RECORDS[2], proof)["toy.e1"], inference=inference))]
+    (record,) = read_results(written(content, tmp_path), also_older=True).claims
+    assert (record.verdict, record.claim.expected) == (new, new)
 
 
 def without(content: dict[str, Any], *path: str | int) -> dict[str, Any]:

@@ -57,7 +57,7 @@ def test_the_proved_bracket_takes_the_place_of_the_computed_one_and_decides() ->
     assert record.evidence.certificates == ("certificates/toy/c.json",)
     assert record.verdict is Verdict.REPRODUCED
     wide = judged(Kind.VALUE, LEVEL, certificate(lower="13/10", upper="14/10"))
-    assert wide.verdict is Verdict.NOT_CHECKABLE and "straddles" in wide.judgement.reason
+    assert wide.verdict is Verdict.UNDETERMINED and "straddles" in wide.judgement.reason
 
 
 def test_two_theorems_give_the_narrowest_bracket_and_ends_are_rounded_outwards() -> None:
@@ -89,6 +89,52 @@ def test_a_bound_may_have_one_side() -> None:
 def test_a_statement_is_proved_by_what_its_theorems_say() -> None:
     evidence = Evidence(method="m", holds=True, margin=0.1)
     assert with_proofs(Kind.FEASIBLE, evidence, [certificate(holds=True)]) == (evidence, True)
+
+
+ENDS = ("4958645/10000000", "4999442/10000000")
+FLOATING = Evidence(method="m", holds=False, margin=-0.1, value=0.4958160, lower=0.4958160, upper=0.4999411)
+
+
+@pytest.mark.parametrize("kind", [Kind.FEASIBLE, Kind.ORDER])
+def test_a_proved_statement_shows_the_bracket_of_its_certificates_rounded_outwards(kind: Kind) -> None:
+    proofs = [
+        certificate(upper=ENDS[1]),
+        certificate(lower=ENDS[0], holds=False),
+        certificate(lower="1/10", holds=False),
+    ]
+    joined, proved = with_proofs(kind, FLOATING, proofs)
+    assert proved and isinstance(joined.lower, float) and isinstance(joined.upper, float)
+    assert Fraction(joined.lower) <= Fraction(ENDS[0]) < Fraction(joined.lower) + Fraction(1, 2**54)
+    assert Fraction(joined.upper) >= Fraction(ENDS[1]) > Fraction(joined.upper) - Fraction(1, 2**54)
+    assert joined.value == joined.lower
+    assert with_proofs(kind, joined, proofs) == (joined, True)
+    one_sided, _ = with_proofs(kind, FLOATING, proofs[1:])
+    assert (one_sided.lower, one_sided.upper) == (joined.lower, None)
+
+
+@pytest.mark.parametrize("proof", [{}, {"items": (("0", "1"), ("0", "1"))}])
+def test_a_proved_statement_shows_no_bracket_that_its_certificates_do_not_give(proof: dict[str, Any]) -> None:
+    joined, _ = with_proofs(Kind.FEASIBLE, FLOATING, [certificate(holds=False, **proof)])
+    assert (joined.value, joined.lower, joined.upper) == (FLOATING.value, None, None)
+    unproved, proved = with_proofs(Kind.FEASIBLE, FLOATING, [certificate(holds=False, proved=False)])
+    assert (unproved, proved) == (FLOATING, False)
+
+
+def test_brackets_of_a_statement_that_have_nothing_in_common_are_an_error() -> None:
+    with pytest.raises(AuditError, match=r"prove \[0\.6, 0\.7.*\], and the computed value is 0\.4999411"):
+        with_proofs(Kind.FEASIBLE, FLOATING, [certificate(lower="6/10", upper="7/10", holds=False)])
+
+
+@pytest.mark.parametrize(
+    "change", [{"lower": 0.4958646}, {"upper": 0.4999411}, {"lower": None}, {"upper": None}, {"value": 0.4958160}]
+)
+def test_a_stored_bracket_of_a_proved_statement_that_is_not_the_certificates_is_found(change: dict[str, Any]) -> None:
+    proof = certificate(lower=ENDS[0], upper=ENDS[1], holds=False)
+    record = judged(Kind.FEASIBLE, FLOATING, proof, printed="")
+    file = replace(results_file(altered(record, expected=record.verdict)), certificates=(proof,))
+    assert check(file, None) == []
+    forged = replace(file, claims=(altered(file.claims[0], **change),))
+    assert [problem.cause for problem in check(forged, None)] == [Cause.FORGED]
 
 
 @pytest.mark.parametrize(

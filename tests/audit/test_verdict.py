@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, rejudge
-from replication.audit.model import Evidence, Kind, Proof, Verdict
+from replication.audit.model import Evidence, Kind, Outcome, Proof, Reading, Verdict
 from replication.audit.store.records import ClaimRecord
 
 PROVED = Proof(holds=True, text="it does")
@@ -28,9 +28,9 @@ REFUTED = Proof(holds=False, text="it does not")
 def test_statement_holds_or_not_and_its_margin_agrees(kind: Kind) -> None:
     assert judge(statement_case(kind, True, 0.25)).verdict is Verdict.CONSISTENT
     assert "0.25" in judge(statement_case(kind, True, 0.25)).reason
-    assert judge(statement_case(kind, False, -0.25)).verdict is Verdict.DIFFERS
+    assert judge(statement_case(kind, False, -0.25)).verdict is Verdict.REFUTED
     assert judge(statement_case(kind, True)).verdict is Verdict.CONSISTENT
-    assert judge(statement_case(kind, False, 0.0)).verdict is Verdict.DIFFERS
+    assert judge(statement_case(kind, False, 0.0)).verdict is Verdict.REFUTED
     assert judge(statement_case(kind, True, 0.0)).verdict is Verdict.CONSISTENT
     for contradictory in (statement_case(kind, True, -1e-300), statement_case(kind, False, 1e-300)):
         assert judge(contradictory).verdict is Verdict.ERROR
@@ -40,15 +40,16 @@ def test_statement_holds_or_not_and_its_margin_agrees(kind: Kind) -> None:
 @pytest.mark.parametrize(
     ("probability", "holds", "verdict"),
     [
-        (0.5, None, Verdict.CONSISTENT),
-        (SMALLEST_PROBABILITY, None, Verdict.CONSISTENT),
+        (0.5, None, Verdict.COMPATIBLE),
+        (SMALLEST_PROBABILITY, None, Verdict.COMPATIBLE),
         (math.nextafter(SMALLEST_PROBABILITY, 0), None, Verdict.DIFFERS),
         (0.0, None, Verdict.DIFFERS),
-        (0.5, False, Verdict.DIFFERS),
-        (0.5, True, Verdict.CONSISTENT),
+        (0.5, False, Verdict.REFUTED),
+        (0.001, False, Verdict.DIFFERS),
+        (0.5, True, Verdict.COMPATIBLE),
         (0.001, True, Verdict.DIFFERS),
         (None, True, Verdict.CONSISTENT),
-        (None, False, Verdict.DIFFERS),
+        (None, False, Verdict.REFUTED),
         (None, None, Verdict.ERROR),
         (-0.1, None, Verdict.ERROR),
         (1.1, None, Verdict.ERROR),
@@ -59,11 +60,11 @@ def test_statistical(probability: float | None, holds: bool | None, verdict: Ver
     assert judge(case(Kind.STATISTICAL, evidence)).verdict is verdict
 
 
-def test_cited_needs_its_reason_and_any_kind_may_be_not_checkable() -> None:
+def test_cited_needs_its_reason_and_any_kind_may_be_undetermined() -> None:
     assert judge(case(Kind.CITED, Evidence(method="computed"))).verdict is Verdict.ERROR
     for kind in Kind:
         judgement = judge(case(kind, Evidence(method="", not_checkable="taken from elsewhere")))
-        assert (judgement.verdict, judgement.reason) == (Verdict.NOT_CHECKABLE, "taken from elsewhere")
+        assert (judgement.verdict, judgement.reason) == (Verdict.UNDETERMINED, "taken from elsewhere")
 
 
 # Errata.
@@ -100,7 +101,7 @@ def test_erratum_without_a_printed_reading_says_why() -> None:
     [
         (True, False, Verdict.CONSISTENT),
         (False, True, Verdict.REPRODUCED_AFTER_ERRATUM),
-        (False, False, Verdict.DIFFERS),
+        (False, False, Verdict.REFUTED),
     ],
 )
 def test_statement_with_an_erratum(kind: Kind, before: bool, after: bool, verdict: Verdict) -> None:
@@ -111,6 +112,124 @@ def test_statement_with_an_erratum(kind: Kind, before: bool, after: bool, verdic
 
 def test_printed_reading_without_an_erratum_is_an_error() -> None:
     assert judge(value_case("1.33", 1.33, as_printed=Evidence(method="m", value=1.33))).verdict is Verdict.ERROR
+
+
+@pytest.mark.parametrize("kind", [Kind.VALUE, Kind.ORDER])
+def test_an_erratum_that_is_an_inference_makes_the_claim_compatible(kind: Kind) -> None:
+    before = Evidence(method="m", value=2.0, holds=False)
+    after = Evidence(method="m", value=1.33, holds=True, as_printed=before)
+    tried = case(kind, after, printed="1.33", erratum="toy.e1", proof_holds=True)
+    assert judge(tried).verdict is Verdict.REPRODUCED_AFTER_ERRATUM
+    judgement = judge(tried, inferred=True)
+    assert judgement.verdict is Verdict.COMPATIBLE and "is an inference" in judgement.reason
+    agreeing = replace(after, as_printed=replace(before, value=1.33, holds=True))
+    assert judge(case(kind, agreeing, printed="1.33", erratum="toy.e1", proof_holds=True), inferred=True).verdict in (
+        Verdict.REPRODUCED,
+        Verdict.CONSISTENT,
+    )
+
+
+def test_a_draw_that_an_erratum_makes_probable_is_compatible() -> None:
+    after = Evidence(method="m", probability=0.5, as_printed=Evidence(method="m", probability=0.0))
+    tried = case(Kind.STATISTICAL, after, printed="0.4", erratum="toy.e1", proof_holds=True)
+    assert judge(tried).verdict is Verdict.COMPATIBLE
+
+
+# Readings.
+
+NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")
+START = Reading(name="start", place="Section V", text="from rest")
+FITTED = Reading(name="fitted", place="Table 2", text="the sum over both noises", inference=True)
+READINGS = (NORM, START, FITTED)
+
+
+@pytest.mark.parametrize(
+    ("reading", "value", "verdict"),
+    [
+        ("", 1.33, Verdict.REPRODUCED),
+        ("none", 1.33, Verdict.REPRODUCED),
+        ("norm", 1.33, Verdict.REPRODUCED),
+        ("fitted", 1.33, Verdict.COMPATIBLE),
+        ("norm", 1.4, Verdict.DIFFERS),
+        ("fitted", 1.4, Verdict.DIFFERS),
+        ("other", 1.33, Verdict.ERROR),
+    ],
+)
+def test_a_reading_is_named_and_an_inference_only_compatible(reading: str, value: float, verdict: Verdict) -> None:
+    judgement = judge(value_case("1.33", value, reading=reading), readings=READINGS)
+    assert judgement.verdict is verdict
+    assert (f"reading {reading}:" in judgement.reason) is (reading in ("norm", "fitted"))
+    assert ("inference" in judgement.reason) is (verdict is Verdict.COMPATIBLE)
+
+
+def test_a_statement_that_holds_under_a_reading_is_consistent_and_says_so() -> None:
+    judgement = judge(statement_case(Kind.ORDER, True, 0.5, reading="fitted"), readings=READINGS)
+    assert judgement.verdict is Verdict.CONSISTENT and judgement.reason.startswith("Under the reading fitted: ")
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict"),
+    [
+        ({"norm": 1.33, "start": 1.328}, Verdict.REPRODUCED),
+        ({"norm": 1.33, "start": 1.4}, Verdict.COMPATIBLE),
+        ({"norm": 1.2, "start": 1.4}, Verdict.DIFFERS),
+        ({"fitted": 1.33}, Verdict.COMPATIBLE),
+        ({"fitted": 1.33, "norm": 1.33}, Verdict.REPRODUCED),
+        ({"norm": 1.33, "other": 1.33}, Verdict.ERROR),
+        ({"norm": None}, Verdict.ERROR),
+    ],
+)
+def test_a_number_under_a_family_of_readings(values: dict[str, float | None], verdict: Verdict) -> None:
+    outcomes = tuple(Outcome(reading=name, value=value) for name, value in values.items())
+    judgement = judge(value_case("1.33", None, outcomes=outcomes), readings=READINGS)
+    assert judgement.verdict is verdict
+    if verdict is not Verdict.ERROR:
+        assert all(name in judgement.reason for name in values)
+        nearest = min((value for value in values.values() if value), key=lambda value: abs(value - 1.33))
+        assert judgement.deviation_ulp == pytest.approx((nearest - 1.33) / 0.01)
+        assert judge(value_case("1.33", 1.35, outcomes=outcomes), readings=READINGS).deviation_ulp == pytest.approx(2)
+
+
+def test_an_undecided_outcome_leaves_a_family_undetermined_unless_another_agrees() -> None:
+    wide = Outcome(reading="norm", value=1.33, lower=1.3, upper=1.4)
+    other, agreeing = Outcome(reading="start", value=2.0), Outcome(reading="start", value=1.33)
+    assert judge(value_case("1.33", None, outcomes=(wide, other)), readings=READINGS).verdict is Verdict.UNDETERMINED
+    assert judge(value_case("1.33", None, outcomes=(wide, agreeing)), readings=READINGS).verdict is Verdict.COMPATIBLE
+
+
+@pytest.mark.parametrize("kind", [Kind.ORDER, Kind.FEASIBLE, Kind.STATISTICAL])
+@pytest.mark.parametrize(
+    ("holds", "verdict"),
+    [
+        ((True, True), Verdict.CONSISTENT),
+        ((False, False), Verdict.REFUTED),
+        ((True, False), Verdict.UNDETERMINED),
+        ((True, None), Verdict.ERROR),
+    ],
+)
+def test_a_statement_under_a_family_of_readings(kind: Kind, holds: tuple[bool | None, bool], verdict: Verdict) -> None:
+    outcomes = tuple(Outcome(reading=name, holds=held) for name, held in zip(("norm", "start"), holds, strict=True))
+    assert judge(case(kind, Evidence(method="m", outcomes=outcomes)), readings=READINGS).verdict is verdict
+
+
+@pytest.mark.parametrize(
+    ("holds", "verdict"),
+    [
+        ((True, True), Verdict.COMPATIBLE),
+        ((True, False), Verdict.COMPATIBLE),
+        ((False, False), Verdict.DIFFERS),
+    ],
+)
+def test_a_printed_draw_under_a_family_of_readings(holds: tuple[bool, bool], verdict: Verdict) -> None:
+    outcomes = tuple(Outcome(reading=name, holds=held) for name, held in zip(("norm", "start"), holds, strict=True))
+    tried = case(Kind.STATISTICAL, Evidence(method="m", outcomes=outcomes), printed="0.4")
+    assert judge(tried, readings=READINGS).verdict is verdict
+
+
+def test_a_reading_has_one_outcome() -> None:
+    twice = (Outcome(reading="norm", value=1.33), Outcome(reading="norm", value=1.4))
+    judgement = judge(value_case("1.33", None, outcomes=twice), readings=READINGS)
+    assert judgement.verdict is Verdict.ERROR and "two outcomes" in judgement.reason
 
 
 # What is no evidence.
@@ -167,7 +286,7 @@ def test_another_tolerance_is_used_and_its_reason_shown() -> None:
 def test_a_threshold_is_told_with_the_residual(holds: bool, margin: float, words: str) -> None:
     evidence = Evidence(method="m", holds=holds, margin=margin, threshold=1e-12, threshold_reason="rounding")
     judgement = judge(case(Kind.ORDER, evidence))
-    assert judgement.verdict is (Verdict.CONSISTENT if holds else Verdict.DIFFERS)
+    assert judgement.verdict is (Verdict.CONSISTENT if holds else Verdict.REFUTED)
     assert judgement.reason.endswith(words)
 
 

@@ -112,7 +112,7 @@ for e, place in ((1, "Sec. VI-A; abstract; Sec. VII"), (2, "abstract; Sec. VII")
         statement=f"The level of Example {e} holds, not only nominally, for all possible variations of the sampling "
         "period.",
         uses=(f"bracket.{e}", f"bracket-duration.{e}", f"curve.{e}"),
-        pinned="differs",
+        pinned="refuted",
         reading=SAMPLES.name,
     )(partial(guaranteed, e))
 
@@ -177,7 +177,7 @@ for e in EXAMPLES:
         statement=f"The inequality (6), which in Example {e} holds with the printed level, to its digits, for the one "
         "period of the grid, holds for all periods of the range.",
         uses=f"curve.{e}",
-        pinned="differs",
+        pinned="refuted",
         reading=ONE_ELEMENT.name,
     )(partial(solution_is_valid, e))
     ABSTRACT.feasible(
@@ -186,7 +186,7 @@ for e in EXAMPLES:
         statement=f"What solves (6) in Example {e} with its level for the periods of the grid solves it for all "
         "periods of the range.",
         uses=f"own-grid.{e}",
-        pinned="differs",
+        pinned="refuted",
         reading=CORRECTED_GRID.name,
     )(partial(own_solution_is_valid, e))
 
@@ -216,7 +216,7 @@ def compared(e: int, reference: int, others: str, statement: str, remark: str) -
         place=GAMMA[e].place,
         statement=statement,
         uses=(f"bracket.{e}", f"robust.{e}", f"bracket-duration.{e}"),
-        pinned="not checkable",
+        pinned="undetermined",
         reading={1: OUR_FILTER, 2: MOTOR}[e].name,
     )(partial(beside, e, others, remark))
 
@@ -331,7 +331,7 @@ for name, called in (("A", "state"), ("B", "input")):
         PRINTED_FILTER[f"{name}_f"],
         statement=f"{name}_f of the filter that is found.",
         uses=("nominal.2", "bracket.2"),
-        pinned="not checkable",
+        pinned="undetermined",
     )(partial(undetermined, name))
 
 

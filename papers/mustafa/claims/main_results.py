@@ -224,7 +224,7 @@ for e in EXAMPLES:
         place="Algorithm 1",
         statement=f"Algorithm 1 as the text at hand reads finds a grid in Example {e}.",
         uses=f"grids.{e}",
-        pinned="differs",
+        pinned="refuted",
         reading=UNION.name,
     )(partial(literal_run, e))
     ALGORITHM_1.value(
@@ -232,7 +232,7 @@ for e in EXAMPLES:
         DATA[f"grid-size-{e}"],
         statement=f"Algorithm 1 ends with one element in the grid in Example {e}.",
         uses=(f"grids.{e}", f"condition.{e}", "identities"),
-        pinned="differs",
+        pinned="compatible",
         reading=BOUND_9.name,
     )(partial(grid_size, e))
     ALGORITHM_1.feasible(
@@ -240,6 +240,6 @@ for e in EXAMPLES:
         place=f"{GAMMA[e].place}; Theorem 3; eq. (8)",
         statement=f"With the one element of its grid, Example {e} satisfies (8) over the whole range.",
         uses=f"condition.{e}",
-        pinned={1: "differs", 2: "consistent"}[e],
+        pinned={1: "refuted", 2: "consistent"}[e],
         reading=CONSTANT_CHANGE.name,
     )(partial(condition_8, e))

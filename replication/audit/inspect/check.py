@@ -12,8 +12,9 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.proofs import sha256, wanted, with_proofs
+from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import rejudge
-from replication.audit.model import Experiment, Paper, Verdict
+from replication.audit.model import Experiment, Paper, Reading, Verdict
 from replication.audit.run.worker import function_name
 from replication.audit.store.jsonvalues import encode
 from replication.audit.store.records import (
@@ -75,8 +76,9 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
     problems = [*_schema(results), *_repeated(results)]
     errata = {erratum.id: erratum for erratum in results.errata}
     for record in results.claims:
-        problems.extend(_verdict(record, errata))
+        problems.extend(_verdict(record, errata, results.readings.get(record.paper, ())))
     problems.extend(_errors(results))
+    problems.extend(_readings(results))
     problems.extend(_proofs(results, root))
     if papers is not None:
         problems.extend(_against_code(results, papers))
@@ -95,8 +97,8 @@ def _repeated(results: ResultsFile) -> Iterator[Problem]:
             yield Problem(where=name, cause=Cause.SET, message=f"the {sort} stands {count} times in the file")
 
 
-def _verdict(record: ClaimRecord, errata: dict[str, ErratumRecord]) -> Iterator[Problem]:
-    found, derived = record.judgement, rejudge(record, errata)
+def _verdict(record: ClaimRecord, errata: dict[str, ErratumRecord], readings: Sequence[Reading]) -> Iterator[Problem]:
+    found, derived = record.judgement, rejudge(record, errata, readings=readings)
     for name in type(found).__struct_fields__:
         # The reason of an error may be a failure that left no number to derive it from.
         if name == "reason" and Verdict.ERROR in (found.verdict, derived.verdict):
@@ -120,6 +122,13 @@ def _errors(results: ResultsFile) -> Iterator[Problem]:
     for where, error in found:
         if error:
             yield Problem(where=where, cause=Cause.ERROR, message=error)
+
+
+def _readings(results: ResultsFile) -> Iterator[Problem]:
+    for paper in results.papers:
+        claims = [claim for claim in results.claims if claim.paper == paper.key]
+        for name in unused_readings([reading.name for reading in paper.readings], claims):
+            yield Problem(where=paper.key, cause=Cause.TEXT, message=f"no claim rests on the reading {name!r}")
 
 
 def _proofs(results: ResultsFile, root: Path | None) -> Iterator[Problem]:

@@ -11,7 +11,7 @@ import msgspec
 from replication.audit.model import Verdict
 from replication.audit.store.records import DECIDING, ClaimRecord, ExperimentRecord, ResultsFile
 
-TEXT = ("printed", "statement", "place", "kind", "expected", "tolerance", "tolerance_reason", "erratum")
+TEXT = ("printed", "statement", "place", "kind", "expected", "tolerance", "tolerance_reason", "erratum", "reading")
 
 
 class Cause(StrEnum):

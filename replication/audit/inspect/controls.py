@@ -11,12 +11,9 @@ from msgspec.structs import replace
 from replication.audit.inspect.headline import Basis, basis
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.printed import Printed
-from replication.audit.judge.verdict import rejudge
+from replication.audit.judge.verdict import AGREES, rejudge
 from replication.audit.model import Kind, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
-
-AGREEING = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.CONSISTENT)
-
 
 EXPECTED = {
     "a printed number moved by a unit of its last place": "no agreement",
@@ -27,6 +24,7 @@ EXPECTED = {
 }
 """What each kind of alteration must give."""
 _MOVED, _DENIED, _UNPROVED, _EMPTIED, _MENDED = EXPECTED
+CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
 Errata = Mapping[str, ErratumRecord]
 
 
@@ -46,12 +44,18 @@ def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Contr
     errata = {erratum.id: erratum for erratum in results.errata}
     noticed: dict[str, list[bool]] = {altered: [] for altered in EXPECTED}
     missed: dict[str, dict[str, ClaimRecord]] = {altered: {} for altered in EXPECTED}
+    readings = results.readings
     for claim in results.claims:
         target = targets.get(claim.id)
         for altered, record, known in _alterations(claim, errata, target.printed if target else None):
             # A print that was left alone is not read again.
-            judged = rejudge(record, known, target if record.claim is claim.claim else None)
-            noticed[altered].append((judged.verdict in AGREEING) is (EXPECTED[altered] == "agreement"))
+            judged = rejudge(
+                record,
+                known,
+                target if record.claim is claim.claim else None,
+                readings=readings.get(claim.paper, ()),
+            )
+            noticed[altered].append((judged.verdict in AGREES) is (EXPECTED[altered] == "agreement"))
             if not noticed[altered][-1]:
                 missed[altered][claim.id] = claim
     return tuple(
@@ -72,18 +76,21 @@ def _alterations(
 ) -> Iterator[tuple[str, ClaimRecord, Errata]]:
     """What can be altered of a claim: the kind, the record, and the errata to judge it with."""
     claim, evidence, erratum = record.claim, record.evidence, record.claim.erratum
-    if record.verdict in AGREEING:
-        if basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
+    if record.verdict in AGREES:
+        # Agreement under one reading of several is wider than the rounding of the print.
+        narrow = not evidence.outcomes
+        if narrow and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
             for text in moved(printed):
                 yield _MOVED, replace(record, claim=replace(claim, printed=text)), errata
         if evidence.holds is not None and evidence.margin is not None:
-            denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1)
+            against = tuple(replace(outcome, holds=False, margin=None) for outcome in evidence.outcomes)
+            denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1, outcomes=against)
             yield _DENIED, replace(record, evidence=denied), errata
-        if record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and erratum is not None:
+        if record.verdict in CORRECTED and erratum is not None:
             yield _UNPROVED, record, {**errata, erratum: replace(errata[erratum], holds=False)}
-        nothing = dict.fromkeys(("value", "lower", "upper", "holds", "margin", "probability"))
+        nothing = dict.fromkeys(("value", "lower", "upper", "holds", "margin", "probability")) | {"outcomes": ()}
         yield _EMPTIED, replace(record, evidence=replace(evidence, **nothing)), errata
-    single = claim.kind is Kind.VALUE and isinstance(evidence.value, int | float)
+    single = claim.kind is Kind.VALUE and isinstance(evidence.value, int | float) and not evidence.outcomes
     if record.verdict is Verdict.DIFFERS and single and printed is not None:
         (entry,) = printed.entries
         places = max(0, -Decimal(str(float(entry.unit))).adjusted())

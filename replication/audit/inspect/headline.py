@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from replication.audit.judge.verdict import NUMERIC
-from replication.audit.model import Kind, Verdict
+from replication.audit.model import NO_READING, Kind, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 
 
@@ -23,12 +23,14 @@ class Basis(StrEnum):
 _WORDS = {
     Verdict.REPRODUCED: ("agrees", "agree", "with the print"),
     Verdict.REPRODUCED_AFTER_ERRATUM: ("agrees", "agree", "once a documented misprint is corrected"),
-    Verdict.DIFFERS: ("differs", "differ", "from the print or its statement"),
+    Verdict.COMPATIBLE: ("agrees", "agree", "under an inference or as a random draw"),
     Verdict.CONSISTENT: ("holds", "hold", "as a qualitative or statistical statement"),
-    Verdict.NOT_CHECKABLE: ("cannot", "cannot", "be checked"),
+    Verdict.DIFFERS: ("differs", "differ", "from the print"),
+    Verdict.REFUTED: ("is", "are", "refuted"),
+    Verdict.UNDETERMINED: ("is", "are", "not settled by the text"),
     Verdict.ERROR: ("ended", "ended", "in an error"),
 }
-_SPLIT = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM)
+_SPLIT = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
 """Verdicts that sound like agreement of digits, so the sentence says in what they agree."""
 
 
@@ -103,9 +105,10 @@ def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> t
     """What the counts of verdicts do not say by themselves."""
     inferred = {erratum.id for erratum in errata if erratum.inference}
     found = {
-        "reproduced after an erratum that is an inference, not a proof": (
-            c.verdict is Verdict.REPRODUCED_AFTER_ERRATUM and c.claim.erratum in inferred for c in claims
+        "compatible by an erratum that is an inference, not a proof": (
+            c.verdict is Verdict.COMPATIBLE and c.claim.erratum in inferred for c in claims
         ),
+        "that rest on a reading of the text": (c.claim.reading not in ("", NO_READING) for c in claims),
         "with printed digits and a tolerance other than half a unit": (c.claim.tolerance is not None for c in claims),
         "whose statement holds up to a threshold of ours": (c.evidence.threshold is not None for c in claims),
         "judged by the probability of a random draw": (basis(c) is Basis.DRAW for c in claims),

@@ -23,7 +23,7 @@ class Position(Enum):
 
 _VERDICTS = {
     Position.OUTSIDE: Verdict.DIFFERS,
-    Position.STRADDLING: Verdict.NOT_CHECKABLE,
+    Position.STRADDLING: Verdict.UNDETERMINED,
     Position.INSIDE: Verdict.REPRODUCED,
 }
 
@@ -122,7 +122,7 @@ class Measured:
 def judge_value(target: Target, evidence: Evidence) -> Judgement:
     """Compare every entry with the interval that it stands for, ends included.
 
-    Any entry outside: differs. All inside: reproduced. Else a bracket is too wide: not checkable.
+    Any entry outside: differs. All inside: reproduced. Else a bracket is too wide: undetermined.
     Raises AuditError if there is no value, or its layout or bracket does not fit.
     """
     if target.printed.relation:
@@ -162,7 +162,7 @@ def judge_bound(target: Target, evidence: Evidence) -> Judgement:
     elif low is not None and (low > limit or (low == limit and strict)):
         verdict, words = Verdict.DIFFERS, "violates"
     else:
-        verdict, words = Verdict.NOT_CHECKABLE, "is too wide to decide"
+        verdict, words = Verdict.UNDETERMINED, "is too wide to decide"
     text = f"{number.describe(number.entry.value)} {words} the printed {printed.text}"
     return Judgement(verdict=verdict, reason=_sentence(text), deviation_ulp=numerals.nearest(number.deviation))
 

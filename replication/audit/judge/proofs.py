@@ -109,7 +109,7 @@ def with_proofs(kind: Kind, evidence: Evidence, certificates: Sequence[Certifica
             raise AuditError(f"the theorems of {paths} do not say whether the claim holds")
         if said != {evidence.holds}:
             raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {evidence.holds}")
-        return evidence, True
+        return _statement_bracketed(evidence, certificates), True
     if evidence.value is None:
         raise AuditError(f"the theorems of {paths} bound a value, and the evidence has none")
     ends = proved_ends(certificates)
@@ -128,13 +128,45 @@ def with_proofs(kind: Kind, evidence: Evidence, certificates: Sequence[Certifica
     return bracketed, True
 
 
+def _statement_bracketed(evidence: Evidence, certificates: Sequence[CertificateRecord]) -> Evidence:
+    """A statement that is proved shows the bracket of its certificates; where they give none, it shows none.
+
+    Its value is moved to the nearest end if it lies outside though its own bracket does not.
+    Raises AuditError if the two brackets have nothing in common.
+    """
+    change = msgspec.structs.replace
+    bare = change(evidence, lower=None, upper=None)
+    if evidence.value is None or not _bounding(certificates):
+        return bare
+    value, ends = evidence.value, proved_ends(certificates)
+    numbers = list(_flat(value))
+    if len(ends) != len(numbers):
+        return bare
+    lows = list(_flat(value if evidence.lower is None else evidence.lower))
+    highs = list(_flat(value if evidence.upper is None else evidence.upper))
+    paths = ", ".join(certificate.path for certificate in certificates)
+    moved = []
+    for number, low, high, pair in zip(numbers, lows, highs, ends, strict=True):
+        # The bracket of its own that reaches nearest to the proved one must meet it.
+        _inside(min(max(_clamped(number, pair), low), high), pair, paths)
+        moved.append(_clamped(number, pair))
+    sides = [None if any(end is None for end in side) else side for side in zip(*ends, strict=True)]
+    lower, upper = (None if side is None else _shaped(value, iter(side)) for side in sides)
+    return change(evidence, value=_shaped(value, iter(moved)), lower=lower, upper=upper)
+
+
+def _bounding(certificates: Sequence[CertificateRecord]) -> list[tuple[tuple[str | None, str | None], ...]]:
+    """The brackets of those certificates that bound a number; the others only say yes or no."""
+    found = [certificate.items or ((certificate.lower, certificate.upper),) for certificate in certificates]
+    return [bracket for bracket in found if any(end for pair in bracket for end in pair)]
+
+
 def proved_ends(certificates: Sequence[CertificateRecord]) -> list[Ends]:
     """The proved bracket of each number, the narrowest of all theorems on it, rounded outwards to floats.
 
     Theorems that only say yes or no play no part. Raises AuditError if none bounds a number.
     """
-    found = [certificate.items or ((certificate.lower, certificate.upper),) for certificate in certificates]
-    brackets = [bracket for bracket in found if any(end for pair in bracket for end in pair)]
+    brackets = _bounding(certificates)
     if len({len(bracket) for bracket in brackets}) != 1:
         raise AuditError(f"{', '.join(c.path for c in certificates)} bound no number, or different counts of them")
     ends = []
@@ -155,11 +187,19 @@ def _outward(number: Fraction, towards: float) -> float:
 
 
 def _inside(number: float, ends: Ends, paths: str) -> float:
-    low, high = (-math.inf if ends[0] is None else ends[0]), (math.inf if ends[1] is None else ends[1])
-    inside = min(max(number, low), high)
+    inside = _clamped(number, ends)
     if abs(inside - number) > ROUNDING * max(1.0, abs(number)):
-        raise AuditError(f"the theorems of {paths} prove [{low!r}, {high!r}], and the computed value is {number!r}")
+        raise AuditError(f"the theorems of {paths} prove {_interval(ends)}, and the computed value is {number!r}")
     return inside
+
+
+def _clamped(number: float, ends: Ends) -> float:
+    low, high = ends
+    return min(max(number, -math.inf if low is None else low), math.inf if high is None else high)
+
+
+def _interval(ends: Ends) -> str:
+    return f"[{-math.inf if ends[0] is None else ends[0]!r}, {math.inf if ends[1] is None else ends[1]!r}]"
 
 
 def _flat(numbers: Numbers) -> Iterator[float]:

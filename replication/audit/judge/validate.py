@@ -6,18 +6,22 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
-from replication.audit.model import Paper, Verdict
+from replication.audit.model import NO_READING, Paper, Verdict
+from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 
 _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
 _CELL = "claim:"
+REQUIRE_READING = False
+"""Whether every claim must name its reading; `NO_READING` says that the text leaves no choice."""
 
 
 def validate_claims(papers: Sequence[Paper]) -> None:
     """Check names and references of `papers`; raises AuditError that lists every mistake, one a line.
 
     Ids are unique, in lower case and begin with the key of their paper; uses, errata, scope and tables refer to what
-    exists; every claim is covered by the scope; a scope item without claims and figures says why.
+    exists; every claim is covered by the scope; a scope item without claims and figures says why. Every claim names its
+    reading (`REQUIRE_READING`), and one that its paper defines.
     """
     mistakes = [*_repeated(papers)]
     for paper in papers:
@@ -25,6 +29,7 @@ def validate_claims(papers: Sequence[Paper]) -> None:
         mistakes.extend(_references(paper))
         mistakes.extend(_scope(paper))
         mistakes.extend(_pins(paper))
+        mistakes.extend(_readings(paper))
     if mistakes:
         count = f"{len(mistakes)} mistake{'s' if len(mistakes) > 1 else ''}"
         raise AuditError("\n".join([f"the claims are not well formed, {count}:", *(f"- {text}" for text in mistakes)]))
@@ -99,6 +104,35 @@ def _pins(paper: Paper) -> Iterator[str]:
             yield f"claim {claim.id!r} pins {str(claim.expected)!r} and names no erratum"
         if (claim.tolerance is None) != (not claim.tolerance_reason):
             yield f"claim {claim.id!r} must give tolerance and tolerance_reason together or neither"
+
+
+def _readings(paper: Paper) -> Iterator[str]:
+    for name, times in Counter(reading.name for reading in paper.readings).items():
+        if times > 1:
+            yield f"reading {name!r} of {paper.key} is defined {times} times; define it once"
+    for reading in paper.readings:
+        if reading.name in ("", NO_READING):
+            yield f"a reading of {paper.key} is called {reading.name!r}, which says that there is none; rename it"
+        if not reading.place or not reading.text:
+            yield f"reading {reading.name!r} of {paper.key} needs the place that leaves the choice, and its text"
+    known = {reading.name for reading in paper.readings} | {NO_READING}
+    for claim in paper.claims:
+        if claim.reading:
+            yield from _missing(f"claim {claim.id!r}", "names reading", (claim.reading,), known)
+        elif REQUIRE_READING:
+            yield f'claim {claim.id!r} names no reading; say reading="none" if the text leaves no choice'
+
+
+def unused_readings(readings: Iterable[str], claims: Sequence[ClaimRecord]) -> tuple[str, ...]:
+    """Of the names of a paper's readings, those under which none of its claims was answered.
+
+    While a claim is an error nobody knows under which it would be, and none is named.
+    """
+    if any(claim.verdict is Verdict.ERROR for claim in claims):
+        return ()
+    used = {claim.claim.reading for claim in claims}
+    used |= {outcome.reading for claim in claims for evidence in claim.answers for outcome in evidence.outcomes}
+    return tuple(name for name in readings if name not in used)
 
 
 def _missing(user: str, verb: str, names: Iterable[str], known: set[str]) -> Iterator[str]:

@@ -7,7 +7,7 @@ judges a stored record anew. Both go through `judge`, so a verdict set by hand i
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -17,17 +17,18 @@ import msgspec
 from replication.audit.judge.agreement import Target, judge_bound, judge_value
 from replication.audit.judge.numerals import apart, digits
 from replication.audit.judge.proofs import with_proofs
-from replication.audit.model import Claim, Evidence, Judgement, Kind, Proof, Verdict
+from replication.audit.model import NO_READING, Claim, Evidence, Judgement, Kind, Outcome, Proof, Reading, Verdict
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, StatedClaim
 from replication.errors import AuditError
 
 SMALLEST_PROBABILITY = 0.01
-"""A statistical claim is consistent if a draw at least as extreme as the printed one is at least this probable."""
+"""A printed draw is compatible if a draw at least as extreme is at least this probable."""
 SMALLEST_PROBABILITY_REASON = (
     "A single draw can only be contradicted by being improbable; at this level one true print in a hundred would be."
 )
 
-AGREES = (Verdict.REPRODUCED, Verdict.CONSISTENT)
+AGREES = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE, Verdict.CONSISTENT)
+DISAGREES = (Verdict.DIFFERS, Verdict.REFUTED)
 NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
 
 
@@ -35,25 +36,41 @@ NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
 class Case:
     """All that a verdict depends on.
 
-    proof_holds: of the claim's erratum, None if its proof could not be run. target: the printed value, if the claim
-    has one; or why it cannot be read.
+    proof_holds: of the claim's erratum, None if its proof could not be run. inferred: whether that is an inference.
+    readings: those of the paper. target: the printed value, if the claim has one; or why it cannot be read.
     """
 
     claim: StatedClaim
     evidence: Evidence
     proof_holds: bool | None
+    inferred: bool
+    readings: Mapping[str, Reading]
     target: Target | AuditError | None
+
+    def reading(self, name: str) -> Reading:
+        """The reading of the paper with this name; AuditError if there is none."""
+        if name not in self.readings:
+            raise AuditError(f"the reading {name!r} is not one of the paper's, which are {list(self.readings)}")
+        return self.readings[name]
 
 
 def judge(
-    claim: StatedClaim, evidence: Evidence, proof_holds: bool | None = None, target: Target | None = None
+    claim: StatedClaim,
+    evidence: Evidence,
+    proof_holds: bool | None = None,
+    target: Target | None = None,
+    *,
+    inferred: bool = False,
+    readings: Iterable[Reading] = (),
 ) -> Judgement:
     """The verdict on `claim`, with its reason, deviation and rounding intervals; never raises.
 
     Evidence that cannot be compared (no number, wrong layout, not finite, contradictory) gives `Verdict.ERROR`.
     proof_holds: of the claim's erratum, None if its proof could not be run. target: the printed value, if it was read.
+    inferred: whether the erratum is an inference. readings: those of the paper.
     """
-    case = Case(claim, evidence, proof_holds, target or _target(claim))
+    known = {reading.name: reading for reading in readings}
+    case = Case(claim, evidence, proof_holds, inferred, known, target or _target(claim))
     try:
         judgement = _judge(case)
     except AuditError as error:
@@ -68,6 +85,8 @@ def make_record(
     evidence: Evidence | None,
     proof: Proof | None = None,
     *,
+    inferred: bool = False,
+    readings: Iterable[Reading] = (),
     code: str = "",
     seconds: float = 0.0,
     error: str = "",
@@ -77,7 +96,8 @@ def make_record(
     """The record of `claim` with its verdict; never raises.
 
     evidence: what the claim answered, None after a failure. proof: that of the claim's erratum, None without one or
-    when it failed. code: file:line of the answer. seconds: of its experiments. error: the failure, or empty.
+    when it failed. inferred: whether the erratum is an inference. readings: those of the paper. code: file:line of the
+    answer. seconds: of its experiments. error: the failure, or empty.
     certificates: those that support the claim; what they prove takes the place of what was computed.
     unproved: why no theorem is possible.
     """
@@ -92,20 +112,29 @@ def make_record(
     change = msgspec.structs.replace
     paths = tuple(certificate.path for certificate in certificates)
     usable = change(usable, code=code, seconds=seconds, certificates=paths)
-    judgement = judge(stated, usable, None if proof is None else proof.holds)
+    judgement = judge(stated, usable, None if proof is None else proof.holds, inferred=inferred, readings=readings)
     if failure:
         judgement = Judgement(verdict=Verdict.ERROR, reason=failure, intervals=judgement.intervals)
     return ClaimRecord(claim=stated, evidence=usable, judgement=change(judgement, proved=proved, unproved=unproved))
 
 
-def rejudge(record: ClaimRecord, errata: Mapping[str, ErratumRecord], target: Target | None = None) -> Judgement:
+def rejudge(
+    record: ClaimRecord,
+    errata: Mapping[str, ErratumRecord],
+    target: Target | None = None,
+    *,
+    readings: Iterable[Reading] = (),
+) -> Judgement:
     """Judge a stored record again from its numbers and the stored proofs alone; its judgement is not looked at.
+
+    errata: by id. target: the printed value, if it was read. readings: those of the paper.
 
     What its certificates prove is taken from `proved`, which `check` compares with them.
     """
     erratum = errata.get(record.claim.erratum) if record.claim.erratum is not None else None
     holds = erratum.holds if erratum is not None and not erratum.error else None
-    judgement = judge(record.claim, record.evidence, holds, target)
+    inferred = erratum is not None and erratum.inference
+    judgement = judge(record.claim, record.evidence, holds, target, inferred=inferred, readings=readings)
     kept = record.judgement
     return msgspec.structs.replace(judgement, proved=kept.proved, unproved=kept.unproved)
 
@@ -122,7 +151,7 @@ def _judge(case: Case) -> Judgement:
     claim, evidence = case.claim, case.evidence
     require_finite("", msgspec.to_builtins(evidence))
     if evidence.not_checkable:
-        return Judgement(verdict=Verdict.NOT_CHECKABLE, reason=evidence.not_checkable)
+        return Judgement(verdict=Verdict.UNDETERMINED, reason=evidence.not_checkable)
     if not evidence.method:
         raise AuditError("there is no evidence: name the method by which the answer was computed")
     if claim.kind is Kind.CITED:
@@ -130,30 +159,94 @@ def _judge(case: Case) -> Judgement:
     if claim.erratum is None:
         if evidence.as_printed is not None:
             raise AuditError("the evidence has as_printed but the claim names no erratum; set one or leave it out")
-        return _compare(case)
+        return _found(case)
     return _with_erratum(case, claim.erratum)
 
 
 def _with_erratum(case: Case, erratum: str) -> Judgement:
     """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds."""
     evidence = case.evidence
+    verdict = Verdict.DIFFERS if _compares_numbers(case.claim) else Verdict.UNDETERMINED
     if evidence.as_printed is not None:
-        printed = _compare(replace(case, evidence=evidence.as_printed))
-        before = f"As printed: {printed.reason}"
+        printed = _found(replace(case, evidence=evidence.as_printed))
+        before, verdict = f"As printed: {printed.reason}", printed.verdict
         if printed.verdict in AGREES:
             return printed
     elif evidence.note:
         before = f"As printed: {evidence.note}"
     else:
         raise AuditError(f"erratum {erratum}: the evidence has no as_printed, and no note that says why")
-    corrected = _compare(case)
-    verdict, reason = corrected.verdict, f"With erratum {erratum}: {corrected.reason} {before}"
-    if verdict in AGREES:
-        if case.proof_holds is None:
-            raise AuditError(f"the proof of erratum {erratum} could not be run, so its correction does not count")
-        verdict = Verdict.REPRODUCED_AFTER_ERRATUM if case.proof_holds else Verdict.DIFFERS
-        reason = reason if case.proof_holds else f"The proof of the erratum does not hold. {reason}"
+    corrected = _found(case)
+    reason = f"With erratum {erratum}: {corrected.reason} {before}"
+    if corrected.verdict not in AGREES:
+        return msgspec.structs.replace(corrected, reason=reason)
+    if case.proof_holds is None:
+        raise AuditError(f"the proof of erratum {erratum} could not be run, so its correction does not count")
+    if not case.proof_holds:
+        reason = f"The proof of the erratum does not hold. {reason}"
+    elif case.inferred:
+        verdict, reason = Verdict.COMPATIBLE, f"{reason} The erratum is an inference."
+    else:
+        chosen = corrected.verdict is Verdict.COMPATIBLE
+        verdict = Verdict.COMPATIBLE if chosen else Verdict.REPRODUCED_AFTER_ERRATUM
     return msgspec.structs.replace(corrected, verdict=verdict, reason=reason)
+
+
+def _compares_numbers(claim: StatedClaim) -> bool:
+    """Whether the verdict of disagreement is `differs`; that of a statement without a number is `refuted`."""
+    return claim.kind in NUMERIC or (claim.kind is Kind.STATISTICAL and bool(claim.printed))
+
+
+def _found(case: Case) -> Judgement:
+    """What the evidence gives under the reading of the claim, or under each of a family."""
+    if case.evidence.outcomes:
+        return _family(case)
+    judgement = _compare(case)
+    if case.claim.reading in ("", NO_READING):
+        return judgement
+    reading = case.reading(case.claim.reading)
+    verdict, reason = judgement.verdict, f"Under the reading {reading.name}: {judgement.reason}"
+    if reading.inference and verdict is Verdict.REPRODUCED:
+        verdict = Verdict.COMPATIBLE
+        reason = f"{reason} The reading is an inference, chosen with printed numbers in view."
+    return msgspec.structs.replace(judgement, verdict=verdict, reason=reason)
+
+
+def _family(case: Case) -> Judgement:
+    """The verdict on a claim whose answer is known under each reading of a family."""
+    evidence = case.evidence
+    readings = [case.reading(outcome.reading) for outcome in evidence.outcomes]
+    if len({reading.name for reading in readings}) != len(readings):
+        raise AuditError(f"the evidence has two outcomes for one reading: {[reading.name for reading in readings]}")
+    _require_reasoned_threshold(case)
+    found = {
+        outcome.reading: _compare(replace(case, evidence=_under(evidence, outcome))) for outcome in evidence.outcomes
+    }
+    verdicts = [judgement.verdict for judgement in found.values()]
+    agreeing, numbers = sum(verdict in AGREES for verdict in verdicts), _compares_numbers(case.claim)
+    if agreeing == len(found):
+        chosen = numbers and (case.claim.kind is Kind.STATISTICAL or all(reading.inference for reading in readings))
+        verdict = Verdict.COMPATIBLE if chosen else verdicts[0]
+    elif all(verdict in DISAGREES for verdict in verdicts):
+        verdict = Verdict.DIFFERS if numbers else Verdict.REFUTED
+    else:
+        verdict = Verdict.COMPATIBLE if agreeing and numbers else Verdict.UNDETERMINED
+    said = "; ".join(f"{name}: {judgement.reason.rstrip('.')}" for name, judgement in found.items())
+    reason = f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(found)} readings of the text. {said}."
+    shown = [_compare(case)] if evidence.value is not None and case.claim.kind in NUMERIC else found.values()
+    deviations = [judgement.deviation_ulp for judgement in shown if judgement.deviation_ulp is not None]
+    return Judgement(verdict=verdict, reason=reason, deviation_ulp=min(deviations, key=abs, default=None))
+
+
+def _under(evidence: Evidence, outcome: Outcome) -> Evidence:
+    return Evidence(
+        method=evidence.method,
+        value=outcome.value,
+        lower=outcome.lower,
+        upper=outcome.upper,
+        holds=outcome.holds,
+        margin=outcome.margin,
+    )
 
 
 def _compare(case: Case) -> Judgement:
@@ -207,7 +300,7 @@ def _statement(case: Case) -> Judgement:
         allowed = Fraction(case.evidence.threshold)
         by = ". Residual {}, allowed {}".format(*apart(allowed - Fraction(margin), allowed, least=3))
     words = "The statement holds" if holds else "The statement does not hold"
-    return Judgement(verdict=Verdict.CONSISTENT if holds else Verdict.DIFFERS, reason=f"{words}{by}.")
+    return Judgement(verdict=Verdict.CONSISTENT if holds else Verdict.REFUTED, reason=f"{words}{by}.")
 
 
 def _statistical(case: Case) -> Judgement:
@@ -225,11 +318,11 @@ def _statistical(case: Case) -> Judgement:
         f"A draw at least as extreme as the printed one has probability {told},"
         f" {'not less' if probable else 'less'} than {SMALLEST_PROBABILITY}."
     )
-    verdict = Verdict.CONSISTENT if probable else Verdict.DIFFERS
+    verdict = Verdict.COMPATIBLE if probable else Verdict.DIFFERS
     if case.evidence.holds is not None:
         statement = _statement(case)
         reason = f"{reason} {statement.reason}"
-        verdict = statement.verdict if probable else verdict
+        verdict = statement.verdict if probable and statement.verdict is Verdict.REFUTED else verdict
     return Judgement(verdict=verdict, reason=reason)
 
 

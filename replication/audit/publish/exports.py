@@ -10,6 +10,7 @@ from pathlib import Path
 import msgspec
 
 from replication.audit.inspect.headline import counts, sentence
+from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Verdict
 from replication.audit.publish.linked_data import Json, claims_graph, without_empty
 from replication.audit.publish.software import Software, read_software
@@ -58,8 +59,8 @@ def badge(label: str, claims: Iterable[ClaimRecord]) -> str:
     """
     chosen = tuple(claims)
     found = counts(chosen)
-    checked = len(chosen) - found[Verdict.NOT_CHECKABLE] - found[Verdict.ERROR]
-    agree = found[Verdict.REPRODUCED] + found[Verdict.REPRODUCED_AFTER_ERRATUM] + found[Verdict.CONSISTENT]
+    checked = len(chosen) - found[Verdict.UNDETERMINED] - found[Verdict.ERROR]
+    agree = sum(found[verdict] for verdict in AGREES)
     moved = sum(claim.unexpected for claim in chosen)
     text = f"{moved} off the pin" if moved else f"{agree} of {checked} agree"
     return draw(label, text, fine=not moved)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from replication.audit.model import Verdict
+from replication.audit.publish.terminal import reading_text
 from replication.audit.store.records import ResultsFile, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
@@ -50,6 +51,11 @@ def _findings(results: ResultsFile) -> Iterator[str]:
         yield ""
         yield from (f"- {finding}" for finding in paper.findings[:SHOWN_FINDINGS])
         yield ""
+        if paper.readings:
+            yield "Readings, where the text leaves a choice:"
+            yield ""
+            yield from (f"- {reading_text(reading)}" for reading in paper.readings)
+            yield ""
 
 
 def _cell(text: str) -> str:

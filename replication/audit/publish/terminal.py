@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import msgspec
 
-from replication.audit.model import Paper, SolverRecord, Verdict
+from replication.audit.model import Outcome, Paper, Reading, SolverRecord, Verdict
 from replication.audit.run.progress import Action, Step
 from replication.audit.store.records import DECIDING, CertificateRecord, ClaimRecord, ResultsFile
 
 SLOWEST = 5
-NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed", "intervals"})
+NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed", "intervals", "outcomes"})
 LABELS = {"value": "computed", "expected": "expected verdict", "uses": "experiments"}
 """Fields that are called otherwise in words."""
 
@@ -68,13 +68,21 @@ def list_lines(papers: Sequence[Paper], records: Mapping[str, ClaimRecord]) -> I
             yield f"  {claim.id:<{width}}  {verdict:<25}  {claim.place}"
 
 
-def claim_rows(record: ClaimRecord) -> Iterator[tuple[str, str]]:
-    """All that is known of a claim, as pairs of a label and a text; what is empty is left out."""
+def claim_rows(record: ClaimRecord, readings: Iterable[Reading] = ()) -> Iterator[tuple[str, str]]:
+    """All that is known of a claim, as pairs of a label and a text; what is empty is left out.
+
+    readings: those of its paper.
+    """
+    known = {reading.name: reading for reading in readings}
     yield "statement", record.claim.statement
     yield "paper", record.paper
     for part in (record.claim, record.judgement, record.evidence):
         for name, value in _given(part):
             yield LABELS.get(name, name.replace("_", " ")), _text(value)
+    if (reading := known.get(record.claim.reading)) is not None:
+        yield "under the reading", reading_text(reading)
+    for outcome in record.evidence.outcomes:
+        yield f"under {outcome.reading}", _outcome_text(outcome, known.get(outcome.reading))
     if (printed := record.evidence.as_printed) is not None:
         given = ((name, value) for name, value in _given(printed) if name in DECIDING)
         yield "as printed", ", ".join(f"{name} {_text(value)}" for name, value in given) or "nothing"
@@ -88,6 +96,16 @@ def _given(part: msgspec.Struct) -> Iterator[tuple[str, object]]:
     for name, value in msgspec.structs.asdict(part).items():
         if name not in NOT_SHOWN and value not in (None, "", ()):
             yield name, value
+
+
+def reading_text(reading: Reading) -> str:
+    """A reading on one line: what is assumed, where the text leaves the choice, whether it is an inference."""
+    return f"{reading.name}: {reading.text} ({reading.place}{'; an inference' if reading.inference else ''})"
+
+
+def _outcome_text(outcome: Outcome, reading: Reading | None) -> str:
+    given = ", ".join(f"{name} {_text(value)}" for name, value in _given(outcome) if name != "reading")
+    return f"{given or 'nothing'}{f'; {reading.text} ({reading.place})' if reading is not None else ''}"
 
 
 def solver_text(solver: SolverRecord) -> str:

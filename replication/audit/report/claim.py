@@ -23,13 +23,15 @@ MOST_COLUMNS = 2
 
 WORST_FIRST = (
     Verdict.ERROR,
+    Verdict.REFUTED,
     Verdict.DIFFERS,
-    Verdict.NOT_CHECKABLE,
+    Verdict.UNDETERMINED,
+    Verdict.COMPATIBLE,
     Verdict.REPRODUCED_AFTER_ERRATUM,
     Verdict.CONSISTENT,
     Verdict.REPRODUCED,
 )
-"""Order of the claims table; between error and differs come all verdicts that are not the expected ones."""
+"""Order of the claims table; after error come all verdicts that are not the expected ones."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from replication.audit.inspect.headline import counts
 from replication.audit.judge.agreement import Target
-from replication.audit.model import Verdict
+from replication.audit.model import Reading, Verdict
 from replication.audit.report.claim import ClaimView, views
 from replication.audit.report.formulas import mathml
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
@@ -47,11 +47,17 @@ class PaperView:
     formulas: tuple[tuple[str, Markup], ...]
 
     @property
+    def readings(self) -> dict[str, Reading]:
+        """What is assumed where the text leaves a choice, by name."""
+        return {reading.name: reading for reading in self.record.readings}
+
+    @property
     def parts(self) -> tuple[tuple[str, str], ...]:
         """Name and heading of each part that this paper has, in the order of the page; the name is its template."""
         present = {
             ("formulas", "Formulas"): self.formulas,
             ("tables", "Tables of the paper"): self.record.tables,
+            ("readings", "Readings"): self.record.readings,
             ("claims", "Claims"): self.claims,
             ("figures", "Figures"): self.figures,
             ("errata", "Errata"): self.errata,

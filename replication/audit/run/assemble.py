@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
-from replication.audit.model import Claim, Erratum, Experiment, Paper, Proof
+from replication.audit.model import Claim, Erratum, Experiment, Paper, Proof, Reading
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.jsonvalues import encode
@@ -93,7 +94,12 @@ def assemble(
     failures: list[str] = []
     for paper in papers:
         proofs = {erratum.id: _prove(state, paper.key, erratum) for erratum in paper.errata}
-        claims.extend(_claim(state, claim, proofs) for claim in paper.claims)
+        answered = [_claim(state, claim, paper.readings, proofs) for claim in paper.claims]
+        claims.extend(answered)
+        names = [reading.name for reading in paper.readings]
+        failures.extend(
+            f"reading {name!r} of {paper.key}: no claim rests on it" for name in unused_readings(names, answered)
+        )
         errata.extend(record for record, _ in proofs.values())
         experiments.extend(_experiment(state, paper.key, experiment) for experiment in paper.experiments)
         record, errors = _paper(state, paper)
@@ -144,12 +150,20 @@ def _prove(state: _Run, paper: str, erratum: Erratum) -> tuple[ErratumRecord, Pr
     return record, proof
 
 
-def _claim(state: _Run, claim: Claim, proofs: Mapping[str, tuple[ErratumRecord, Proof | None]]) -> ClaimRecord:
+def _claim(
+    state: _Run,
+    claim: Claim,
+    readings: tuple[Reading, ...],
+    proofs: Mapping[str, tuple[ErratumRecord, Proof | None]],
+) -> ClaimRecord:
     evidence, error = state.attempt(claim.uses, claim.answer)
+    erratum, proof = proofs[claim.erratum] if claim.erratum is not None else (None, None)
     return make_record(
         claim,
         evidence,
-        proofs[claim.erratum][1] if claim.erratum is not None else None,
+        proof,
+        inferred=erratum is not None and erratum.inference,
+        readings=readings,
         code=state.sources.location(claim.answer),
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
         error=error,

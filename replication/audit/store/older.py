@@ -6,6 +6,8 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.model import NO_READING
+
 VERSION = 2
 _CLAIM = ("id", "place", "kind", "statement", "printed", "tolerance", "tolerance_reason", "erratum")
 _EVIDENCE = (
@@ -15,7 +17,7 @@ _EVIDENCE = (
 _JUDGEMENT = ("verdict", "reason", "deviation_ulp", "proved", "unproved")
 _UNKNOWN: dict[str, Any] = {
     "method": "", "cross_check": "", "quantities": {}, "solvers": [], "note": "", "not_checkable": "",
-    "as_printed": None, "code": "", "seconds": 0.0, "certificates": [],
+    "outcomes": [], "as_printed": None, "code": "", "seconds": 0.0, "certificates": [],
 }  # fmt: skip
 """What that schema did not keep of the evidence for the text as printed."""
 
@@ -23,11 +25,15 @@ _UNKNOWN: dict[str, Any] = {
 def converted(content: dict[str, Any]) -> dict[str, Any]:
     """A decoded file of schema `VERSION` in the form of the present one; raises ValidationError for a missing field.
 
-    It holds no rounding intervals; those follow from the printed values.
+    That schema knew no readings. It holds no rounding intervals; those follow from the printed values.
     """
     try:
-        claims = [_claim(record) for record in content["claims"]]
-        papers = [{"notebook": "", "sensitivity": [], "common": [], **_paper(paper)} for paper in content["papers"]]
+        inferred = {erratum["id"] for erratum in content["errata"] if erratum["inference"]}
+        claims = [_claim(record, inferred) for record in content["claims"]]
+        papers = [
+            {"notebook": "", "sensitivity": [], "common": [], "readings": [], **_paper(paper)}
+            for paper in content["papers"]
+        ]
     except (KeyError, TypeError, ValueError) as error:
         raise msgspec.ValidationError(f"a field of schema {VERSION} is missing or malformed: {error!r}") from None
     return {**content, "claims": claims, "papers": papers}
@@ -37,18 +43,36 @@ def _paper(paper: dict[str, Any]) -> dict[str, Any]:
     return {**paper, "formulas": [{"text": text, "latex": latex} for text, latex in paper["formulas"]]}
 
 
-def _claim(record: dict[str, Any]) -> dict[str, Any]:
+def _verdict(verdict: str, record: dict[str, Any], inferred: set[str]) -> str:
+    """The verdict that the present rules give for one of that schema."""
+    kind, drawn = record["kind"], record["probability"] is not None
+    if verdict == "differs" and (kind in ("order", "feasible") or (kind == "statistical" and not drawn)):
+        return "refuted"
+    if verdict == "consistent" and drawn:
+        return "compatible"
+    if verdict == "reproduced after erratum" and (drawn or record["erratum"] in inferred):
+        return "compatible"
+    return "undetermined" if verdict == "not checkable" else verdict
+
+
+def _claim(record: dict[str, Any], inferred: set[str]) -> dict[str, Any]:
     printed = record["as_printed"]
     return {
         "claim": {
             **{name: record[name] for name in _CLAIM},
-            "expected": record["expected_verdict"],
+            "expected": _verdict(record["expected_verdict"], record, inferred),
             "uses": record["experiments"],
+            "reading": NO_READING,
         },
         "evidence": {
             **{name: record[name] for name in _EVIDENCE},
             "value": record["computed"],
+            "outcomes": [],
             "as_printed": None if printed is None else {**_UNKNOWN, **printed},
         },
-        "judgement": {**{name: record[name] for name in _JUDGEMENT}, "intervals": []},
+        "judgement": {
+            **{name: record[name] for name in _JUDGEMENT},
+            "verdict": _verdict(record["verdict"], record, inferred),
+            "intervals": [],
+        },
     }

@@ -14,6 +14,7 @@ from replication.audit.model import (
     Formula,
     Judgement,
     Kind,
+    Reading,
     ScopeItem,
     Sensitivity,
     SolverRecord,
@@ -26,7 +27,7 @@ from replication.files import write_atomically
 
 SCHEMA_VERSION = 3
 Name = str
-DECIDING = ("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability")
+DECIDING = ("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability", "outcomes")
 """The fields of an evidence that a verdict is made from."""
 
 
@@ -43,6 +44,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     tolerance: str | None
     tolerance_reason: str
     erratum: str | None
+    reading: str
 
 
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -64,6 +66,12 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     def paper(self) -> str:
         """The key of its paper, with which the id begins."""
         return self.id.partition(".")[0]
+
+    @property
+    def answers(self) -> tuple[Evidence, ...]:
+        """The evidence, and that for the text as printed where there is an erratum."""
+        printed = self.evidence.as_printed
+        return (self.evidence,) if printed is None else (self.evidence, printed)
 
     @property
     def verdict(self) -> Verdict:
@@ -157,6 +165,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     formulas: tuple[Formula, ...]
     tables: tuple[Table, ...]
     scope: tuple[ScopeItem, ...]
+    readings: tuple[Reading, ...]
     sensitivity: tuple[Sensitivity, ...]
     common: tuple[CommonLevel, ...]
 
@@ -195,6 +204,11 @@ class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     figures: tuple[FigureRecord, ...]
     experiments: tuple[ExperimentRecord, ...]
     certificates: tuple[CertificateRecord, ...]
+
+    @property
+    def readings(self) -> dict[str, tuple[Reading, ...]]:
+        """What each paper reads into its text, by its key."""
+        return {paper.key: paper.readings for paper in self.papers}
 
 
 def shared(record: type[msgspec.Struct], declared: Any) -> dict[str, Any]:

@@ -23,6 +23,7 @@ PAPER = Paper(
     experiments=(Experiment(name="other2021.half", function=half, inputs={"value": 3.0}),),
     claims=(
         Claim(
+            reading="none",
             id="other2021.half",
             place="Sec. 1",
             kind=Kind.VALUE,

@@ -31,6 +31,7 @@ def draw(data: FigureData) -> Any:
 
 CLAIMS = (
     Claim(
+        reading="none",
         id="toy2020.square.two",
         place="Table 1",
         kind=Kind.VALUE,
@@ -41,6 +42,7 @@ CLAIMS = (
         printed="4.0",
     ),
     Claim(
+        reading="none",
         id="toy2020.square.wrong",
         place="Table 2",
         kind=Kind.VALUE,
@@ -51,6 +53,7 @@ CLAIMS = (
         printed="4.1",
     ),
     Claim(
+        reading="none",
         id="toy2020.wait.patient",
         place="Sec. 2",
         kind=Kind.ORDER,
