@@ -158,7 +158,7 @@ def test_one_unit_in_the_last_place_flips_the_verdict(fresh_run: Outcome) -> Non
         for sign in (1, -1):
             other = f"{float(record.claim.printed) + sign * 10.0**-places:.{places}f}"
             reprinted = msgspec.structs.replace(record.claim, printed=other)
-            moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata)
+            moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata, readings=PAPER.readings)
             assert moved.verdict is Verdict.DIFFERS
             flipped += 1
     assert flipped == 4
