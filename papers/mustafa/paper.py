@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from papers.mustafa import common
-from papers.mustafa.claims.examples import ABSTRACT, LEVELS, RESPONSE
+from papers.mustafa.claims.examples import LEVELS, RESPONSE
 from papers.mustafa.claims.extensions import ROBUST_PERFORMANCE
+from papers.mustafa.claims.guarantees import ABSTRACT
 from papers.mustafa.claims.main_results import ALGORITHM_1, THEOREM_1, THEOREM_2, THEOREM_3
 from papers.mustafa.claims.preliminaries import LEMMAS
 from papers.mustafa.errata import ERRATA

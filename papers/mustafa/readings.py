@@ -32,7 +32,8 @@ OUR_FILTER = Reading(
 MOTOR = Reading(
     name="one motor constant",
     place="Sec. VI-B",
-    text="A holds K_theta, and the list of values K_q: both are taken for one constant, equal to K_T as K_q is.",
+    text="A holds K_theta, and the list of values K_q: both are taken for one constant, equal to K_T as K_q is. "
+    "The printed filter bears it out within its rounding (see the errata).",
 )
 ONE_ELEMENT = Reading(
     name="grid of one element",
