@@ -31,8 +31,8 @@ def findings(results: Results) -> tuple[str, ...]:
         ),
         f"With norms that count seconds the gains are smaller, at least {down(weighted[1])} and {down(weighted[2])}, "
         "and the levels still nominal.",
-        f"By the bound (9), corrected, the examples need {sizes[0]} and {sizes[1]} elements in their grids; the paper "
-        "has one in each.",
+        f"The corrected algorithm ends with {sizes[0]} and {sizes[1]} elements in the grids of the two examples; the "
+        "paper has one in each.",
         *(_covers(e, direct[e], elements(e, results)[CONDITION_8.name]) for e in EXAMPLES),
         *(
             f"The corrected algorithm's level in the {WORDS[e]} example, {up(own[e]['level'])}, is not robust either: "
