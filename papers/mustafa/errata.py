@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
-from papers.mustafa.printed import DATA, EXAMPLES, matrix, middle, sizes
+from papers.mustafa.printed import DATA, EXAMPLES, example, middle, printed_filter, sizes
 from replication.audit.model import Erratum, Proof, Results
+
+HALF_UNIT = 0.00005
+"""Rounding of an entry of the printed filter."""
 
 
 def order_of_map(results: Results) -> Proof:
@@ -91,13 +94,16 @@ def steps_of_algorithm(results: Results) -> Proof:
 
 
 def motor_constant(results: Results) -> Proof:
-    """K_theta stands in A, K_q among the values: with one value for both, the printed second column follows."""
-    Phi, printed = results["nominal.2"]["Phi"], matrix(DATA["columns-of-A_f"]["second"])
-    miss = max(abs(row[1] - cell[0]) for row, cell in zip(Phi, printed, strict=True))
+    """K_theta stands in A, K_q among the values: the K_theta behind the printed filter, against K_q."""
+    # A_f = Phi - B_f C with C = [1 0], and the off-diagonal entries of Phi = e^{hA} are to each other as those of A.
+    Phi, A, filter_ = results["nominal.2"]["Phi"], example(2)["plant"]["A"], printed_filter()
+    moved, factor = filter_["A"][1][0] + filter_["B"][1][0], -float(DATA["L_a"]) * A[0][1] / Phi[0][1]
+    low, high = sorted(factor * (moved + sign * 2 * HALF_UNIT) for sign in (-1, 1))
     return Proof(
-        holds=miss <= 0.00005,
-        text="With K_theta = K_q = K_T the second column of Phi(0.05) is that of the printed A_f to its digits.",
-        quantities={"largest difference": miss},
+        holds=low <= float(DATA["K"]) <= high and low > 0,
+        text="The first columns of the printed A_f and B_f, with their rounding, leave K_theta between two ends; K_q "
+        "lies between them.",
+        quantities={"K_theta, at least": low, "K_theta, at most": high},
     )
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from papers.mustafa.claims.preliminaries import down, up
 from papers.mustafa.experiments.draws import DRAWS, merged
-from papers.mustafa.printed import EXAMPLES
+from papers.mustafa.printed import EXAMPLES, GAMMA
 from replication.audit.model import Figure, FigureData, Results
 from replication.drawing.style import COLOURS, line, new_axes
 
+OF_FILTER = {1: "our filter", 2: "printed filter"}
 SHOWN = 400
 """Last samples of the worst sequence of Example 1 that its figure shows."""
 
@@ -62,12 +64,12 @@ def describe_intervals(figure: FigureData) -> str:
 
 
 def curves(results: Results) -> FigureData:
-    """gamma*(h), the norm of the paper's filter at constant periods, and its bracket over all sequences."""
+    """gamma*(h), the norm of the filter at constant periods, its bracket over all sequences, the published level."""
     columns: dict[str, tuple[float, ...]] = {}
     for e in EXAMPLES:
         r = results[f"curve.{e}"]
         columns |= {f"h_{e}": tuple(r["h"]), f"optimum_{e}": tuple(r["optimum"]), f"filter_{e}": tuple(r["filter"])}
-        columns |= {f"middle_{e}": (r["middle"],), f"nominal_{e}": (results[f"nominal.{e}"]["formula"],)}
+        columns |= {f"middle_{e}": (r["middle"],), f"published_{e}": (float(GAMMA[e]),)}
         columns |= {f"{end}_{e}": (results[f"bracket.{e}"][end],) for end in ("lower", "upper")}
     return FigureData(columns=columns)
 
@@ -78,10 +80,10 @@ def plot_curves(figure: FigureData) -> Any:
     drawing, axes = new_axes(1, 2, row_height=2.6, share_x=False)
     for e, axis in zip(EXAMPLES, axes, strict=True):
         axis.plot(c[f"h_{e}"], c[f"optimum_{e}"], label="optimum for constant $h$", **line(0))
-        axis.plot(c[f"h_{e}"], c[f"filter_{e}"], label="the paper's filter", **line(1))
-        axis.plot(c[f"middle_{e}"], c[f"nominal_{e}"], "o", color=COLOURS[2], label="nominal point")
-        axis.axhspan(*c[f"lower_{e}"], *c[f"upper_{e}"], color=COLOURS[3], label="that filter, periods that vary")
-        axis.set(xlabel="constant period $h$ (s)", ylabel="gain", title=f"Example {e}")
+        axis.plot(c[f"h_{e}"], c[f"filter_{e}"], label="filter, constant $h$", **line(1))
+        axis.plot(c[f"middle_{e}"], c[f"published_{e}"], "o", color=COLOURS[2], label="published level")
+        axis.axhspan(*c[f"lower_{e}"], *c[f"upper_{e}"], color=COLOURS[3], label="filter, all sequences")
+        axis.set(xlabel="constant period $h$ (s)", ylabel="gain", title=f"Example {e}, {OF_FILTER[e]}")
     axes[1].legend(loc="center")
     return drawing
 
@@ -93,9 +95,9 @@ def describe_curves(figure: FigureData) -> str:
     jump = steps.index(max(steps))
     return (
         "; ".join(
-            f"Example {e}: nominal {c[f'nominal_{e}'][0]:.4f} at {c[f'middle_{e}'][0]:.4f} s, the filter at constant "
-            f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; with periods "
-            f"that vary the filter has between {c[f'lower_{e}'][0]:.4f} and {c[f'upper_{e}'][0]:.4f}"
+            f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, the filter at constant "
+            f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its gain "
+            f"over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}"
             for e in EXAMPLES
         )
         + f". In Example 1 the optimum jumps by {max(steps):.4f} near {c['h_1'][jump]:.4f} s."
@@ -103,8 +105,10 @@ def describe_curves(figure: FigureData) -> str:
 
 
 def brackets(results: Results) -> FigureData:
-    """Lower and upper ends against h_u."""
-    rows = results["against-range"]["rows"]
+    """Lower and upper ends against h_u; for the range of the example the narrower ones of the report."""
+    *rows, (h_u, lower, upper) = results["against-range"]["rows"]
+    best = results["bracket.1"]
+    rows.append([h_u, max(lower, best["lower"]), min(upper, best["upper"])])
     return FigureData(columns={name: tuple(row[i] for row in rows) for i, name in enumerate(("h_u", "lower", "upper"))})
 
 
@@ -124,7 +128,7 @@ def describe_brackets(figure: FigureData) -> str:
     """First and last bracket."""
     c = figure.columns
     return (
-        "; ".join(f"h_u = {c['h_u'][i]:.4f} s: between {c['lower'][i]:.4f} and {c['upper'][i]:.4f}" for i in (0, -1))
+        "; ".join(f"h_u = {c['h_u'][i]:.4f} s: between {down(c['lower'][i])} and {up(c['upper'][i])}" for i in (0, -1))
         + "."
     )
 
@@ -170,29 +174,33 @@ def describe_worst(figure: FigureData) -> str:
 FIGURES = (
     Figure(
         name="fig2", place="Fig. 2", title="Estimation error and disturbance of Example 2",
-        caption="Uniform random periods. The published figure is one unknown draw: the band holds all draws of ours.",
+        caption="The printed filter, uniform random periods. The published figure is one unknown draw under a law that "
+        "is not stated; the band holds all draws of ours.",
         published=True, uses=DRAWS, data=responses, plot=plot_responses, alt=describe_responses,
     ),
     Figure(
         name="fig3", place="Fig. 3", title="Sampling periods of the same draw",
-        caption="Uniform between the ends of the range; the law of the published draw is not stated.",
+        caption="Independent and uniform between the ends of the range; the law of the published draw is not stated.",
         published=True, uses=DRAWS, data=intervals, plot=plot_intervals, alt=describe_intervals,
     ),
     Figure(
         name="levels", place="Beyond Sec. VI", title="What the nominal level is nominal to",
-        caption="Gains at constant periods. The published level belongs to one point; over most of the range the "
-        "filter has a larger gain, and a larger one still when the period varies: the band holds its true gain.",
-        published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "nominal", "bracket") for e in EXAMPLES),
+        caption="Gains at constant periods, of our filter next to the optimum at the middle of the range in Example 1, "
+        "where none is printed, and of the printed one in Example 2. The published level belongs to one period; over "
+        "most of the range the filter has a larger gain, and a larger one still when the period varies: the band holds "
+        "its worst-case gain.",
+        published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "bracket") for e in EXAMPLES),
         data=curves, plot=plot_curves, alt=describe_curves,
     ),
     Figure(
-        name="range", place="Beyond Sec. VI-A", title="True worst-case gain against the range of periods",
-        caption="Filter of Example 1. The band is what is not known of the worst case over all sequences.",
-        published=False, uses=("against-range",), data=brackets, plot=plot_brackets, alt=describe_brackets,
+        name="range", place="Beyond Sec. VI-A", title="Worst-case gain against the range of periods",
+        caption="Our filter of Example 1 on shorter ranges. The worst case over all sequences lies in the band; more "
+        "effort makes it narrower, as was done at the last point, the range of the paper.",
+        published=False, uses=("against-range", "bracket.1"), data=brackets, plot=plot_brackets, alt=describe_brackets,
     ),
     Figure(
         name="worst", place="Beyond Sec. VI-A", title="A bad sampling sequence of Example 1",
-        caption="A few long periods between many short ones, with the disturbance that suits them.",
+        caption="Our filter. A few long periods between many short ones, with the disturbance that suits them.",
         published=False, uses=("bracket.1",), data=worst, plot=plot_worst, alt=describe_worst,
     ),
 )  # fmt: skip

@@ -100,6 +100,15 @@ def test_a_wrong_unit_or_step_is_not_proved(monkeypatch: pytest.MonkeyPatch) -> 
     assert not errata[f"{KEY}.step"].prove({}).holds
 
 
+def test_another_filter_does_not_bear_out_the_motor_constant(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With A_f = Phi - B_f C for K_theta = 0 in the second row the proof fails."""
+    (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.motor-constant")
+    results = {f"{KEY}.nominal.2": nominal(**example(2))}
+    assert erratum.prove(results).holds
+    monkeypatch.setitem(DATA["filter"], "B_f", PrintedValue("[0.6505; 1.0674]", "Sec. VI-B"))
+    assert not erratum.prove(results).holds
+
+
 @pytest.mark.slow
 def test_every_claim_has_its_pinned_verdict(fresh_run: Outcome) -> None:
     claims = [claim for claim in fresh_run.results.claims if claim.paper == KEY]
@@ -149,7 +158,7 @@ def test_one_unit_in_the_last_place_flips_the_verdict(fresh_run: Outcome) -> Non
         for sign in (1, -1):
             other = f"{float(record.claim.printed) + sign * 10.0**-places:.{places}f}"
             reprinted = msgspec.structs.replace(record.claim, printed=other)
-            moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata)
+            moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata, readings=PAPER.readings)
             assert moved.verdict is Verdict.DIFFERS
             flipped += 1
     assert flipped == 4

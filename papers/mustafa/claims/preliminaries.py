@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import Any
 
 from papers.mustafa.experiments.identities import EXACT
 from replication.audit.declare import Part
-from replication.audit.model import Evidence, Results
+from replication.audit.model import NO_READING, Evidence, Results
 
-LEMMAS = Part("Sec. III, Lemmas 2 and 3, the map below (7)")
+LEMMAS = Part("Sec. III, Lemmas 2 and 3, the map below (7)", reading=NO_READING)
+
+FILTER = {
+    1: "our filter next to the optimum (none is printed)",
+    2: "the printed filter",
+}
+"""The filter that an example is about."""
+
+
+def down(number: float, places: int = 4) -> Decimal:
+    """A lower bound as the text shows it: rounded, and not above the number."""
+    return Decimal(number).quantize(Decimal(10) ** -places, rounding=ROUND_FLOOR)
+
+
+def up(number: float, places: int = 4) -> Decimal:
+    """An upper bound as the text shows it: rounded, and not below the number."""
+    return Decimal(number).quantize(Decimal(10) ** -places, rounding=ROUND_CEILING)
 
 
 def up_to_rounding(residual: float, method: str, **told: Any) -> Evidence:
@@ -43,13 +60,18 @@ def reordered_map(results: Results, readings: tuple[str, ...], method: str) -> E
 @LEMMAS.feasible("lemma-2", place="Lemma 2", uses="identities")
 def lemma_2(results: Results) -> Evidence:
     """The error system at h_0 + theta is that at h_0 with Delta(theta) in a loop."""
-    return identity(results, "lemma 2", "Both sides for random plants, periods and changes of either sign.")
+    return identity(
+        results,
+        "lemma 2",
+        "Phi and Gamma at h_0 + theta from both sides, for random plants of two states, periods and changes of either "
+        "sign.",
+    )
 
 
 @LEMMAS.feasible("lemma-3", place="Lemma 3", uses="identities")
 def lemma_3(results: Results) -> Evidence:
     """The norm of e^{At} is at most e^{mu(A) t}."""
-    return identity(results, "lemma 3", "Largest excess over the bound for random plants and periods.")
+    return identity(results, "lemma 3", "Largest excess over the bound for random plants of two states and periods.")
 
 
 @LEMMAS.feasible(
@@ -60,6 +82,6 @@ def map_of_error_system(results: Results) -> Evidence:
     return reordered_map(
         results,
         ("map as printed", "(12) as printed"),
-        "Transfer matrix at one point outside the unit circle, constant Delta; the printed brackets do not balance, so "
-        "both ways to balance them are tried.",
+        "Transfer matrices of random error systems at one point outside the unit circle, constant Delta; the printed "
+        "brackets do not balance, so two ways to balance them are tried.",
     )

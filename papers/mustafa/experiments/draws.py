@@ -7,10 +7,21 @@ from collections.abc import Mapping
 import numpy as np
 
 from papers.mustafa.experiments.levels import Json, Matrices, problem, subject
+from replication.estimation.nonuniform.filters import Filter
+from replication.estimation.nonuniform.plant import PeriodRange
 from replication.estimation.nonuniform.worst_case import error_ratio, simulate_error
+from replication.estimation.validation import Array
 
 DRAWS = tuple(f"draws-{part}" for part in range(4))
 """Names of the parts."""
+HELD = 25
+"""Samples for which a period is held under the last law."""
+LAWS = {
+    "uniform": "independent and uniform",
+    "at the ends": "independent, and each one of both ends with equal probability",
+    "held": f"uniform, and each draw is held for {HELD} samples",
+}
+"""Laws of the sampling periods in words; the text states none."""
 
 
 def draws(
@@ -46,6 +57,43 @@ def draws(
         "band_high": errors.max(axis=0)[:steps].tolist(),
         "ratios": [error_ratio(h, w, e[:, None]) for h, e in zip(sequences, errors, strict=True)],
     }
+
+
+def laws(
+    plant: Matrices,
+    periods: list[float],
+    printed: Matrices,
+    size: float,
+    decay: float,
+    frequency: float,
+    steps: int,
+    seeds: int,
+    seed: int,
+) -> Json:
+    """||e|| / ||w|| of the printed filter for `seeds` sequences under each law, and ||z|| / ||w||, which the error has
+    with no filter."""
+    system, span = problem(plant, periods)
+    filter_ = subject(system, span, printed)
+    none = Filter(filter_.A, filter_.B, 0 * filter_.C)
+    k = np.arange(steps)
+    w = (size * np.exp(-decay * k) * np.sin(frequency * np.pi * k))[:, None]
+    rng = np.random.default_rng(seed)
+    found: Json = {}
+    for law in LAWS:
+        sequences = [_sequence(law, span, steps, rng) for _ in range(seeds)]
+        found[law] = {
+            name: [error_ratio(h, w, simulate_error(system, used, h, w)) for h in sequences]
+            for name, used in (("filter", filter_), ("none", none))
+        }
+    return found
+
+
+def _sequence(law: str, span: PeriodRange, steps: int, rng: np.random.Generator) -> Array:
+    if law == "at the ends":
+        return rng.choice([span.h_l, span.h_u], steps)
+    if law == "held":
+        return np.repeat(rng.uniform(span.h_l, span.h_u, -(-steps // HELD)), HELD)[:steps]
+    return rng.uniform(span.h_l, span.h_u, steps)
 
 
 def merged(results: Mapping[str, Json]) -> Json:

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, linprog
 
 from papers.mustafa.method.algorithm1 import Reading, build_grid
 from papers.mustafa.method.printed_lmi import printed_design
@@ -26,6 +26,8 @@ Matrices = dict[str, list[list[float]]]
 
 ABOVE = 1e-8
 """Relative distance from gamma* at which the nominal filter of Example 1 is taken; gamma* itself is a limit."""
+DIRECTIONS = 48
+"""Half-planes in place of a disc."""
 
 
 def problem(plant: Matrices, periods: list[float]) -> tuple[SampledPlant, PeriodRange]:
@@ -69,6 +71,35 @@ def _design(plant: SampledPlant, design: FilterDesign, h: float) -> Json:
     return {"level": design.level, "norm": norm.value, "status": design.report.status}
 
 
+def output_matrix(plant: Matrices, periods: list[float], printed: Matrices, level: float, angles: int) -> Json:
+    """The C_f that keep `level` at the middle of the range with the printed A_f and B_f: a box that holds them all.
+
+    With F the response of the filter's state at a point of the circle, |L G - C_f F| <= level there. Each such disc is
+    relaxed to as many half-planes as there are points, so the box is an outer one. best: the C_f of the least level of
+    the relaxed problem.
+    """
+    system, span = problem(plant, periods)
+    Phi, Gamma = system.discretise(span.middle)
+    A, B = np.array(printed["A"]), np.array(printed["B"])
+    rows, ends, one = [], [], np.eye(len(A))
+    turns = np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+    for z in np.exp(1j * np.linspace(0, np.pi, angles)):
+        x = np.linalg.solve(z * np.eye(system.order) - Phi, Gamma)
+        F = np.linalg.solve(z * one - A, B @ (system.C @ x + system.D))[:, 0]
+        rows.append(-np.outer(turns, F).real)
+        ends.append(-(turns * (system.L @ x)[0, 0]).real)
+    half_planes, offsets = np.vstack(rows), np.concatenate(ends)
+    free = {"bounds": (None, None), "method": "highs"}
+    box = [
+        sign * linprog(sign * row, A_ub=half_planes, b_ub=level + offsets, **free).fun
+        for sign in (1, -1)
+        for row in one
+    ]
+    bordered = np.hstack([half_planes, -np.ones((len(offsets), 1))])
+    best = linprog([*np.zeros(len(A)), 1.0], A_ub=bordered, b_ub=offsets, **free).x
+    return {"lower": box[: len(A)], "upper": box[len(A) :], "best": best[:-1].tolist(), "least": float(best[-1])}
+
+
 def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
     """alpha, the intervals (9) around the middle for alpha and its root and both readings of U3, and Algorithm 1."""
     system, span = problem(plant, periods)
@@ -110,7 +141,7 @@ def bracket(
     leaves: int,
     cuts: list[float] | None,
 ) -> Json:
-    """The true worst-case gain of the paper's filter from both sides, its stability, and its norm at each end."""
+    """The worst-case gain of the printed filter, or of ours, from both sides, its stability, its norm at each end."""
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     found = worst_case_gain(
@@ -143,8 +174,8 @@ def bracket(
 
 
 def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None, nodes: int, level: float) -> Json:
-    """gamma*(h) by formula where there is one, the norm of the paper's filter at h, the constant periods around the
-    middle at which that norm is at most `level`, and the floor for any filter."""
+    """gamma*(h) by formula where there is one, the norm of the printed filter, or of ours, at h, the constant periods
+    around the middle at which that norm is at most `level`, and the floor for any filter."""
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     h = span.nodes(nodes)

@@ -1,0 +1,149 @@
+"""Condition (8) evaluated directly, the ends of (9) by quadrature, and the filter of the corrected algorithm's grid."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from papers.mustafa.experiments.levels import Json, Matrices, problem
+from papers.mustafa.method.algorithm1 import build_grid, gaps
+from papers.mustafa.method.printed_lmi import printed_design
+from papers.mustafa.method.stability import (
+    Interval,
+    UpperEnd,
+    covered_interval,
+    delta_block,
+    logarithmic_norm,
+    small_gain_alpha,
+)
+from replication.estimation.linear.norms import hinf_norm
+from replication.estimation.nonuniform.bracket import worst_case_gain
+from replication.estimation.nonuniform.filter_lmi import design_for_periods
+from replication.estimation.nonuniform.filters import periodic_gain
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+
+
+def condition(plant: Matrices, periods: list[float], nodes: int, centres: int) -> Json:
+    """The left side of (8) with the middle of the range for h_0, largest over `nodes` periods of the range.
+
+    constant: for each change held constant, in the coordinates of the plant. modal: for every sequence of changes, in
+    modal coordinates; no coordinates have less for constant changes. Each with a bound between the nodes.
+    best: the least value of modal over `centres` other h_0, and there. elements: of a grid whose elements cover what
+    (8) covers. ends: those of (9), with what their proof bounds there.
+    """
+    system, span = problem(plant, periods)
+    h, h_0, half = span.nodes(nodes), span.middle, (span.h_u - span.h_l) / (nodes - 1) / 2
+    constant = [_left_side(system, h_0, float(t)) for t in h]
+    # d/dh Delta = e^{theta A}, so (8) grows by at most alpha |e^{theta A}| <= alpha e^{mu(-A)|theta|} a second.
+    steepest = np.exp(max(logarithmic_norm(system.A), logarithmic_norm(-system.A)) * (span.h_u - span.h_l) / 2)
+    rates = np.linalg.eigvals(system.A)
+    modal = _modal(rates, np.array([h_0]), h)[0]
+    steep = np.abs(rates) * np.exp(rates.real * span.h_l) / (1 - np.exp(rates.real * h_0))
+    others = span.nodes(centres)
+    least = np.max(_modal(rates, others, h), axis=1)
+    return {
+        "constant": max(constant),
+        "constant_at": float(h[int(np.argmax(constant))]),
+        "constant_bound": max(constant) + small_gain_alpha(system, h_0) * float(steepest) * half,
+        "modal": float(np.max(modal)),
+        "modal_at": float(h[int(np.argmax(modal))]),
+        "modal_bound": float(np.max(modal) + np.max(steep) * half),
+        "best": float(np.min(least)),
+        "best_at": float(others[int(np.argmin(least))]),
+        "elements": _elements(system, span),
+        "ends": _ends(system, h_0),
+    }
+
+
+def _left_side(plant: SampledPlant, h_0: float, h: float) -> float:
+    """||Sigma_11 Delta(h - h_0)||_inf for a change that is held constant."""
+    Phi, _ = plant.discretise(h_0)
+    n = plant.order
+    return hinf_norm(Phi, delta_block(plant, h - h_0), plant.A @ Phi, np.zeros((n, n))).value
+
+
+def _modal(rates: Any, centres: Any, h: Any) -> Any:
+    """max_i |e^{a_i h} - e^{a_i h_0}| / (1 - |e^{a_i h_0}|) over eigenvalues a_i of A, of shape (centres, periods).
+
+    In modal coordinates Sigma_11 and Delta are diagonal, so the gain of their product is that of its largest entry.
+    """
+    start, stop = np.exp(np.outer(centres, rates)), np.exp(np.outer(h, rates))
+    return np.max(np.abs(stop[None] - start[:, None]) / (1 - np.abs(start[:, None])), axis=2)
+
+
+def _elements(plant: SampledPlant, span: PeriodRange, limit: int = 64, nodes: int = 33) -> int:
+    """Elements of Algorithm 1 if each covers the periods around it at which (8) holds with the change constant."""
+    new, intervals = [span.middle], list[Interval]()
+    while new and len(intervals) < limit:
+        intervals += [_around(plant, h, span, nodes) for h in new]
+        new = [(a + b) / 2 for a, b in gaps(intervals, span)]
+    return len(intervals)
+
+
+def _around(plant: SampledPlant, h_0: float, span: PeriodRange, nodes: int) -> Interval:
+    """Where (8) holds around h_0, seen at `nodes` periods of each side; just beyond the range if on all of it."""
+    beyond = 1e-9
+    return Interval(
+        _edge(plant, h_0, span.h_l - beyond, nodes),
+        _edge(plant, h_0, span.h_u + beyond, nodes),
+    )
+
+
+def _edge(plant: SampledPlant, h_0: float, end: float, nodes: int) -> float:
+    for near, far in pairwise(np.linspace(h_0, end, nodes)):
+        if _left_side(plant, h_0, float(far)) >= 1:
+            return float(brentq(lambda h: _left_side(plant, h_0, h) - 1, near, far, xtol=1e-9))
+    return end
+
+
+def _ends(plant: SampledPlant, h_0: float) -> Json:
+    """For each end of (9): how far it lies from h_0, and alpha times what Lemma 3 bounds |Delta| by there.
+
+    The bound is the integral of e^{mu t} by quadrature; size: alpha |Delta| itself, from the matrix exponential.
+    """
+    alpha, found = small_gain_alpha(plant, h_0), {}
+    for name, sign, reading in (
+        ("lower", -1, UpperEnd.CORRECTED),
+        ("upper, printed", 1, UpperEnd.PRINTED),
+        ("upper, corrected", 1, UpperEnd.CORRECTED),
+    ):
+        interval = covered_interval(plant, h_0, alpha, reading)
+        reach = h_0 - interval.lower if sign < 0 else interval.upper - h_0
+        mu = logarithmic_norm(sign * plant.A)
+        found[name] = {
+            "reach": reach,
+            "bound": alpha * float(quad(lambda t, mu=mu: np.exp(mu * t), 0.0, reach, epsabs=0.0, epsrel=1e-13)[0]),
+            "size": alpha * float(np.linalg.norm(delta_block(plant, sign * reach), 2)),
+        }
+    return found
+
+
+def own_grid(plant: Matrices, periods: list[float], nodes: int, horizon: int, final_horizon: int, leaves: int) -> Json:
+    """The corrected algorithm: its grid, the level of step 2 on it, what its filter has at constant periods and over
+    all sequences.
+
+    largest: the gain at the worst of `nodes` constant periods. lower, upper: a bracket of the gain over all sequences.
+    """
+    system, span = problem(plant, periods)
+    grid = list(build_grid(system, span).periods)
+    design, again = design_for_periods(system, grid), printed_design(system, grid)
+    h = span.nodes(nodes)
+    gains = [periodic_gain(system, design.filter, [float(t)]).value for t in h]
+    found = worst_case_gain(
+        system, design.filter, span, horizon=horizon, final_horizon=final_horizon, max_leaves=leaves
+    )
+    return {
+        "periods": grid,
+        "level": design.level,
+        "level_again": again.level,
+        "at_elements": max(periodic_gain(system, design.filter, [t]).value for t in grid),
+        "largest": max(gains),
+        "largest_at": float(h[int(np.argmax(gains))]),
+        "lower": found.lower,
+        "upper": found.upper,
+        "solvers": [design.report.to_dict(), again.report.to_dict()],
+    }

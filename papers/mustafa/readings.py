@@ -1,0 +1,108 @@
+"""What is assumed where the text leaves a choice: the readings of this paper, by which claims refer to them."""
+
+from __future__ import annotations
+
+from papers.mustafa.experiments.draws import LAWS
+from papers.mustafa.experiments.levels import ABOVE
+from replication.audit.model import Reading
+
+SAMPLES = Reading(
+    name="every sequence, samples",
+    place="Abstract; Sec. II, definition of the level; Sec. V-B; Sec. VII",
+    text="The level holds over every sampling sequence of (2), and both norms count samples, as Sec. V-B says. Sec. "
+    "V-A calls the level of Algorithm 1 nominal, and Sec. VI-B that of Example 2: then it is one at the grid alone.",
+)
+DURATION = Reading(
+    name="every sequence, seconds",
+    place="Sec. II, definition of the level",
+    text="The same with both norms weighted by the sampling periods, so that they count seconds.",
+)
+NOMINAL = Reading(
+    name="least nominal level",
+    place="Sec. VI-A; Algorithm 1, step 2; Sec. V-A",
+    text="The level is the least one of step 2 on the grid of step 0, the middle of the range. The text says only that "
+    "a filter with it can be found.",
+)
+OUR_FILTER = Reading(
+    name="our filter",
+    place="Sec. VI-A",
+    text=f"Example 1 prints no filter. Ours, at 1 + {ABOVE:.0e} times the nominal optimum at the middle of the range, "
+    "stands for it.",
+)
+MOTOR = Reading(
+    name="one motor constant",
+    place="Sec. VI-B",
+    text="A holds K_theta, and the list of values K_q: both are taken for one constant, equal to K_T as K_q is. "
+    "The printed filter bears it out within its rounding (see the errata).",
+)
+ONE_ELEMENT = Reading(
+    name="grid of one element",
+    place="Secs. I, III and VI",
+    text="The grid is that of Sec. VI, the middle of the range, with the printed level.",
+)
+CORRECTED_GRID = Reading(
+    name="grid by (9), corrected",
+    place="Secs. I and III; eq. (9), case U3; Algorithm 1, steps 3 and 4",
+    text="The grid is that of Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4.",
+)
+CONSTANT_CHANGE = Reading(
+    name="constant change",
+    place="Eq. (8)",
+    text="The norm in (8) is that of a transfer matrix, so the change theta of the period is held constant; states in "
+    "the coordinates of the plant.",
+)
+ANY_CHANGE = Reading(
+    name="any change",
+    place="Eq. (8)",
+    text="The norm in (8) is the gain for every sequence theta_k, in the modal coordinates of the plant, in which the "
+    "small-gain theorem says the same of stability.",
+)
+BOUND_9 = Reading(
+    name="bound (9)",
+    place="Algorithm 1, step 3; eq. (9)",
+    text="An element covers the interval (9) with alpha as step 3 defines it; U3 corrected, and alpha and a set-minus "
+    "in step 4.",
+)
+CONDITION_8 = Reading(
+    name="condition (8)",
+    place="Theorem 3; eq. (8)",
+    text="An element covers the periods around it for which (8) itself holds, the change held constant; a new element "
+    "stands in the middle of each gap.",
+)
+ROOT = Reading(
+    name="root of alpha",
+    place="Algorithm 1, step 4",
+    text="An element covers the interval (9) with the root of alpha, which step 4 prints, also in step 3; U3 "
+    "corrected. The small-gain condition does not allow it.",
+    inference=True,
+)
+UNION = Reading(
+    name="no set-minus",
+    place="Algorithm 1, step 4",
+    text="Step 4 as the text at hand reads: no sign between the range and the union, taken as one more union.",
+)
+SET_MINUS = Reading(
+    name="set-minus",
+    place="Algorithm 1, step 4",
+    text="A set-minus between the range and the union, whose sign may have been lost on the way to the text.",
+)
+MULTIPLIERS = Reading(
+    name="(13) reconstructed",
+    place="Sec. V-A, eq. (13)",
+    text="Eq. (13) and its fixed scaling are missing. Reconstructed with one multiplier for each of equal cells of the "
+    "range, in modal coordinates.",
+)
+DRAWN = {
+    law: Reading(
+        name=f"periods {law}",
+        place="Figs. 2 and 3",
+        text=f"The text states no law of the sampling periods. Here they are {told}, on the range of Example 2.",
+    )
+    for law, told in LAWS.items()
+}
+"""By law of the periods."""
+
+READINGS = (
+    SAMPLES, DURATION, NOMINAL, OUR_FILTER, MOTOR, ONE_ELEMENT, CORRECTED_GRID, CONSTANT_CHANGE, ANY_CHANGE, BOUND_9,
+    CONDITION_8, ROOT, UNION, SET_MINUS, MULTIPLIERS, *DRAWN.values(),
+)  # fmt: skip

@@ -1,0 +1,205 @@
+"""Each check of the nonuniform-sampling paper can fail: with one of its inputs perturbed its verdict is another one."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from papers.mustafa import PAPER
+from papers.mustafa.experiments.declared import EXPERIMENTS
+from papers.mustafa.experiments.draws import LAWS, laws
+from papers.mustafa.experiments.levels import output_matrix
+from papers.mustafa.method.algorithm1 import WITH_SET_MINUS
+from papers.mustafa.printed import DATA, EXAMPLES
+from papers.mustafa.readings import READINGS
+from replication.audit.data import PrintedValue
+from replication.audit.judge.verdict import make_record
+from replication.audit.model import NO_READING, Kind, Verdict
+
+KEY = PAPER.key
+CLAIMS = {claim.id.removeprefix(f"{KEY}."): claim for claim in PAPER.claims}
+CHEAPER: dict[str, dict[str, Any]] = {
+    "bracket": {"horizon": 100, "final_horizon": 200, "leaves": 4, "cuts": None},
+    "bracket-duration": {"horizon": 100, "final_horizon": 200, "leaves": 4, "cuts": None},
+    "own-grid": {"nodes": 11, "horizon": 100, "final_horizon": 200, "leaves": 4},
+    "curve": {"nodes": 11},
+    "output-matrix": {"angles": 201},
+    "laws": {"seeds": 4},
+    **{f"draws-{part}": {"seeds": 8} for part in range(4)},
+}
+"""Inputs with which the experiments that cost most are cheap: coarser brackets, fewer draws."""
+UNUSED = ("common", "sensitivity", "against-range")
+Alteration = Callable[[dict[str, Any]], None]
+
+
+def to(value: Any, *path: Any) -> Alteration:
+    """The alteration that puts a value at the end of a path of keys."""
+
+    def alter(results: dict[str, Any]) -> None:
+        *way, last = path
+        for key in way:
+            results = results[key]
+        assert results[last] != value
+        results[last] = value
+
+    return alter
+
+
+def both(*alterations: Alteration) -> Alteration:
+    def alter(results: dict[str, Any]) -> None:
+        for one in alterations:
+            one(results)
+
+    return alter
+
+
+def no_filter(results: dict[str, Any]) -> None:
+    for law in LAWS:
+        results["laws"][law]["filter"] = results["laws"][law]["none"]
+
+
+BROKEN: dict[str, Alteration] = {
+    **{
+        f"robust-level.{e}": both(to(0.08, f"bracket.{e}", "lower"), to(0.09, f"bracket.{e}", "upper"))
+        for e in EXAMPLES
+    },
+    **{f"valid.{e}": to(0.0, f"curve.{e}", "floor") for e in EXAMPLES},
+    **{
+        f"valid-own.{e}": both(to(0.10, f"own-grid.{e}", "lower"), to(0.11, f"own-grid.{e}", "upper")) for e in EXAMPLES
+    },
+    "lemma-2": to(1e-6, "identities", "lemma 2"),
+    "lemma-3": to(1e-6, "identities", "lemma 3"),
+    "map": to(1e-6, "identities", "map reordered"),
+    "map-12": to(1e-6, "identities", "map reordered"),
+    "l3": to(1.01, "condition.1", "ends", "lower", "bound"),
+    "u3": to(1.01, "condition.2", "ends", "upper, corrected", "bound"),
+    "conservative": to({"lower": 0.0, "upper": 1.0, "covers": True}, "grids.2", "intervals", "corrected, alpha"),
+    **{f"stable.{e}": to(1.001, f"bracket.{e}", "filter_radius") for e in EXAMPLES},
+    "recovery": to(1e-6, "identities", "recovery"),
+    "congruence": to(1e-6, "identities", "congruence"),
+    **{f"algorithm.{e}": to("COVERED", f"grids.{e}", "algorithm", WITH_SET_MINUS.name, "end") for e in EXAMPLES},
+    **{
+        f"grid.{e}": both(
+            to(False, f"grids.{e}", "intervals", "corrected, root", "covers"), to(3, f"condition.{e}", "elements")
+        )
+        for e in EXAMPLES
+    },
+    "condition-8.1": both(
+        *(to(0.9, "condition.1", name) for name in ("constant", "constant_bound", "modal", "modal_bound"))
+    ),
+    "condition-8.2": both(to(1.1, "condition.2", "modal"), to(1.11, "condition.2", "modal_bound")),
+    "same-level": to(10.0, "robust.1", "lmi13"),
+    "gamma.1": to(0.1018, "nominal.1", "formula"),
+    "gamma.2": to(0.0953, "bracket.2", "nominal"),
+    "filter.norm": to(0.0953, "bracket.2", "nominal"),
+    "filter.output-matrix": to([0.7, 1.1], "output-matrix", "upper"),
+    "filter.second-column": to(0.0375, "nominal.2", "Phi", 0, 1),
+    "filter.first-column": to(0.607, "nominal.2", "Phi", 0, 0),
+    "figure.attenuated": no_filter,
+}
+"""For each claim an alteration of a result that its answer reads, under which the verdict must be another one."""
+BY_PRINT = {"theorem-3.sizes": ("B_f", "[0.6505 1.0666]")}
+"""Claims that read the print alone: the entry of the printed filter that is altered, and how."""
+
+
+@pytest.fixture(scope="module")
+def results() -> dict[str, Any]:
+    """Results of all experiments that claims use, by their short names, with inputs that cost little."""
+    found = {}
+    for experiment in EXPERIMENTS:
+        stem = experiment.name.partition(".")[0]
+        if stem not in UNUSED:
+            found[experiment.name] = experiment.function(**{**experiment.inputs, **CHEAPER.get(stem, {})})
+    return found
+
+
+def verdict(name: str, results: dict[str, Any]) -> Verdict:
+    claim, full = CLAIMS[name], {f"{KEY}.{key}": value for key, value in results.items()}
+    erratum = next((erratum for erratum in PAPER.errata if erratum.id == claim.erratum), None)
+    proof = None if erratum is None else erratum.prove(full)
+    inferred = erratum is not None and erratum.inference
+    record = make_record(claim, claim.answer(full), proof, inferred=inferred, readings=PAPER.readings)
+    return record.judgement.verdict
+
+
+def test_every_check_has_its_perturbed_input(results: dict[str, Any]) -> None:
+    """None is left out but what cannot be checked from the text."""
+    full = {f"{KEY}.{key}": value for key, value in results.items()}
+    checked = {name for name, claim in CLAIMS.items() if not claim.answer(full).not_checkable}
+    assert set(BROKEN) | set(BY_PRINT) == checked
+    assert all(CLAIMS[name].kind is not Kind.CITED for name in checked)
+
+
+@pytest.mark.parametrize("name", sorted(BROKEN))
+def test_a_perturbed_result_changes_the_verdict(name: str, results: dict[str, Any]) -> None:
+    assert verdict(name, results) is CLAIMS[name].expected
+    altered = copy.deepcopy(results)
+    BROKEN[name](altered)
+    assert verdict(name, altered) is not CLAIMS[name].expected
+
+
+@pytest.mark.parametrize("name", sorted(BY_PRINT))
+def test_a_perturbed_print_changes_the_verdict(
+    name: str, results: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert verdict(name, results) is CLAIMS[name].expected
+    matrix, other = BY_PRINT[name]
+    monkeypatch.setitem(DATA["filter"], matrix, PrintedValue(other, "Sec. VI-B"))
+    assert verdict(name, results) is not CLAIMS[name].expected
+
+
+@pytest.mark.parametrize(("name", "experiment"), [("robust-level", "bracket"), ("valid-own", "own-grid")])
+def test_a_bracket_that_does_not_decide_gives_no_verdict(name: str, experiment: str, results: dict[str, Any]) -> None:
+    for e in EXAMPLES:
+        altered = copy.deepcopy(results)
+        to(0.01, f"{experiment}.{e}", "lower")(altered)
+        assert verdict(f"{name}.{e}", altered) is CLAIMS["cited.14"].expected
+
+
+def inputs(name: str) -> dict[str, Any]:
+    (experiment,) = (experiment for experiment in EXPERIMENTS if experiment.name == name)
+    return dict(experiment.inputs)
+
+
+def test_attenuation_fails_for_an_estimate_of_zero(results: dict[str, Any]) -> None:
+    given = inputs("laws")
+    given["printed"] = {**given["printed"], "C": [[0.0, 0.0]]}
+    altered = {**results, "laws": laws(**{**given, "seeds": 4})}
+    assert verdict("figure.attenuated", altered) is not CLAIMS["figure.attenuated"].expected
+
+
+def test_another_printed_input_matrix_leaves_c_f_undecided_or_wrong(results: dict[str, Any]) -> None:
+    """The box around C_f is for the printed A_f and B_f: at a hundred times the level it does not decide."""
+    given = inputs("output-matrix")
+    altered = {**results, "output-matrix": output_matrix(**{**given, "level": 100 * given["level"], "angles": 201})}
+    assert verdict("filter.output-matrix", altered) is not CLAIMS["filter.output-matrix"].expected
+
+
+def test_the_bounds_between_nodes_are_bounds(results: dict[str, Any]) -> None:
+    for e in EXAMPLES:
+        found = results[f"condition.{e}"]
+        assert found["constant"] < found["constant_bound"] < 1.01 * found["constant"]
+        assert found["modal"] < found["modal_bound"] < 1.01 * found["modal"]
+        # No coordinates give less than modal ones for a constant change.
+        assert found["modal"] <= found["constant"]
+
+
+def test_every_claim_and_outcome_has_a_reading_of_the_paper(results: dict[str, Any]) -> None:
+    known = {reading.name for reading in READINGS} | {NO_READING}
+    full, used = {f"{KEY}.{key}": value for key, value in results.items()}, set()
+    for claim in PAPER.claims:
+        found = {claim.reading, *(outcome.reading for outcome in claim.answer(full).outcomes)}
+        assert found <= known, claim.id
+        used |= found
+    assert used == known
+
+
+def test_findings_are_short(results: dict[str, Any]) -> None:
+    """At most 25 words and two numbers; numbers of equations and the marks of readings do not count."""
+    for finding in PAPER.findings({f"{KEY}.{key}": value for key, value in results.items()}):
+        assert len(finding.split()) <= 25, finding
+        assert len(re.findall(r"(?<![\w(])\d+(?:\.\d+)?", finding)) <= 2, finding
