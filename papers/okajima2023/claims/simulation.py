@@ -71,7 +71,7 @@ for _name, _printed in DATA["simulated-ratio"].items():
         _printed,
         statement=f"The simulated ratio of eq. (34) for {WHO[_name]}, as one draw of the noise.",
         reading=READING_OF[ALL_NOISE],
-        pinned="reproduced after erratum",
+        pinned="compatible",
         erratum=DENOMINATOR,
         uses=DRAWS,
     )(partial(printed_ratio_among_draws, _name))

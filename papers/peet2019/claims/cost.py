@@ -129,7 +129,11 @@ for _n, _k, _seconds in published():
 
 
 @EXAMPLE_4.order(
-    "table1.function-of-product", place="Sec. X, Example 4", uses=("sizes", "measured", "timed"), reading="cost-printed"
+    "table1.function-of-product",
+    place="Sec. X, Example 4",
+    uses=("sizes", "measured", "timed"),
+    reading="cost-printed",
+    pinned="undetermined",
 )
 def function_of_product(results: Results) -> Evidence:
     """The cost is approximately a function of the product of delays and states."""

@@ -11,6 +11,8 @@ from papers.peet2019.runs import OFF_THE_PRINT
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Results, SolverRecord
 
+RULE_DECIDES = ("2", 2)
+"""Example and degree at which the print comes out under one degree rule and not under another."""
 OF_ANOTHER = "The design is that of reference [10]; its equations do not stand in this text."
 
 COMPARISON = Part("Comparison with references [8]-[10]", reading=NO_READING)
@@ -89,7 +91,7 @@ def _table(example: str) -> None:
             f"{name}.gamma-d{degree}",
             gamma[f"d{degree}"],
             statement=f"Example {example}: least gain of Theorem 3 with polynomials of degree {degree}.",
-            pinned="differs" if off else "",
+            pinned="differs" if off else "compatible" if (example, degree) == RULE_DECIDES else "",
             uses=(f"sos.{name}.d{degree}", reference, *(["readings"] if off else [])),
         )(partial(least_gain, example, degree))
     EXAMPLES_1_TO_3.value(

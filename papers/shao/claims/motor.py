@@ -12,7 +12,9 @@ from replication.audit.model import NO_READING, Evidence, Results
 MOTOR = Part("Sec. V: motor model, parameters, gains, feedforward", reading=NO_READING)
 
 
-@MOTOR.value("motor.torque-constant", DATA["torque_constant"], uses="motor", reading="surface-magnets")
+@MOTOR.value(
+    "motor.torque-constant", DATA["torque_constant"], uses="motor", reading="surface-magnets", pinned="compatible"
+)
 def torque_constant(results: Results) -> Evidence:
     """The torque constant K_T, N m/A."""
     return Evidence(
@@ -62,7 +64,7 @@ def slow_period(results: Results) -> Evidence:
     uses="motor",
     reading="inverse-feedforward",
     erratum="feedforward-orders",
-    pinned="reproduced after erratum",
+    pinned="compatible",
 )
 def inverse_feedforward(results: Results) -> Evidence:
     """The feedforward inverts the motor."""

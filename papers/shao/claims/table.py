@@ -143,7 +143,7 @@ def described(near: Near) -> str:
     return f"{LABELS[reading.observer]}, {choices}, error {WHERE[reading.points]}, {window}: {numbers}"
 
 
-@TABLE.order("order.apo-below-pmi", place="Table I", uses=("table", "orderings"))
+@TABLE.order("order.apo-below-pmi", place="Table I", uses=("table", "orderings"), pinned="undetermined")
 def smaller_error(results: Results) -> Evidence:
     """DRC-APO has a smaller error than DRC-PMI at every frequency of Table I."""
     table = results["table"]
