@@ -8,7 +8,6 @@ import pytest
 from cases import claim, paper, recorded
 from msgspec.structs import replace
 
-from replication.audit.judge import validate
 from replication.audit.judge.validate import unused_readings, validate_claims
 from replication.audit.model import (
     Evidence,
@@ -42,8 +41,7 @@ def figure(name: str, **more: Any) -> Figure:
 NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")
 
 
-def test_well_formed_papers_pass(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(validate, "REQUIRE_READING", True)
+def test_well_formed_papers_pass() -> None:
     table = Table(place="Table 1", caption="", header=("a",), rows=(("claim:toy.value", "text"),))
     first = paper(claim(uses=("toy-run",), erratum="toy.e1"), figures=(figure("toy-fig1"),), tables=(table,))
     validate_claims([first, paper(claim(id="other.value", reading="norm"), key="other", readings=(NORM,))])
@@ -88,8 +86,7 @@ def test_well_formed_papers_pass(monkeypatch: pytest.MonkeyPatch) -> None:
         ([paper(claim(), readings=(replace(NORM, text=""),))], ["'norm'", "text"]),
     ],
 )
-def test_mistake_is_named(papers: list[Paper], words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(validate, "REQUIRE_READING", True)
+def test_mistake_is_named(papers: list[Paper], words: list[str]) -> None:
     with pytest.raises(AuditError) as caught:
         validate_claims(papers)
     assert all(word in str(caught.value) for word in words), str(caught.value)

@@ -12,8 +12,6 @@ from replication.errors import AuditError
 
 _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
 _CELL = "claim:"
-REQUIRE_READING = True
-"""Whether every claim must name its reading; `NO_READING` says that the text leaves no choice."""
 
 
 def validate_claims(papers: Sequence[Paper]) -> None:
@@ -21,7 +19,7 @@ def validate_claims(papers: Sequence[Paper]) -> None:
 
     Ids are unique, in lower case and begin with the key of their paper; uses, errata, scope and tables refer to what
     exists; every claim is covered by the scope; a scope item without claims and figures says why. Every claim names its
-    reading (`REQUIRE_READING`), and one that its paper defines.
+    reading, one that its paper defines, or `NO_READING`.
     """
     mistakes = [*_repeated(papers)]
     for paper in papers:
@@ -127,7 +125,7 @@ def _readings(paper: Paper) -> Iterator[str]:
     for claim in paper.claims:
         if claim.reading:
             yield from _missing(f"claim {claim.id!r}", "names reading", (claim.reading,), known)
-        elif REQUIRE_READING:
+        else:
             yield f'claim {claim.id!r} names no reading; say reading="none" if the text leaves no choice'
 
 
