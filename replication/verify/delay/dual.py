@@ -64,7 +64,11 @@ def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
     },
 )
 def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, functional: Functional) -> None:
-    """The plant {plant.name}: Theorem 3 with polynomials of degree {degree} is infeasible below {lower:down}."""
+    """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program> with the squares of degree {degree} by
+    the tensor rule is infeasible below {lower:down}; other degree rules may allow less.
+
+    The tensor rule: powers of s and of t up to the degree each, with the weight 1; one less with -s(s + 1).
+    """
     plant = measured_last(plant, change)
     n, functions, points = plant.states, plant.late.ncols(), plant.points
     require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")

@@ -53,8 +53,8 @@ def read_order(value: Any, path: str) -> int:
     },
 )
 def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, section: Section, P: fmpq_mat) -> None:
-    """The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is feasible at the level
-    {upper:up}.
+    """The plant< {plant.name}|>: <LMI (3)|the bounded real LMI of an observer> on its Pade approximation of order
+    {order} is feasible at the level {upper:up}.
     """
     plant = measured_last(plant, change)
     A, B, C = model(plant, section)
@@ -84,8 +84,9 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
     witness=Depends(lambda given: sized(read_hidden, given.plant.states)),
 )
 def pade_lower(plant: DelayPlant, order: int, lower: fmpq, witness: Hidden) -> None:
-    """The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is infeasible below {lower:down}: near
-    {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain.
+    """The plant< {plant.name}|>: <LMI (3)|the bounded real LMI of an observer> on its Pade approximation of order
+    {order} is infeasible below {lower:down}: near {witness.frequency:down 6} rad/s a disturbance with y = 0 has that
+    gain.
     """
     require_hidden(plant, lower, witness, lambda argument: lag(order, argument))
 

@@ -63,8 +63,8 @@ def read_plant(value: Any, path: str = "plant") -> DelayPlant:
     )
 
 
-on_plant = partial(statement, plant=read_plant)
-"""A statement on such a plant."""
+on_plant = partial(statement, source="peet2019", plant=read_plant)
+"""A statement on such a plant; the name of the plant stands in sentences on the plants of the paper only."""
 
 
 def measured_last(plant: DelayPlant, new: fmpq_mat) -> DelayPlant:

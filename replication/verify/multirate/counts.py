@@ -56,7 +56,7 @@ def dual_rate(periods: list[int], offsets: list[int]) -> Found:
     return Found(words={"all_": "All" if holds else "It is not so that all", "period": len(measured)}, holds=holds)
 
 
-@statement("multirate.variables", plant=as_written, parameters=TIMES)
+@statement("multirate.variables", source="okajima2023", plant=as_written, parameters=TIMES)
 def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """Theorem 2 has {number} unknown numbers.
 
@@ -67,7 +67,7 @@ def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     return _count(len(schedule(periods, offsets)) * at_each_phase + 1)
 
 
-@statement("multirate.rows", plant=as_written, parameters=as_written, bound=None)
+@statement("multirate.rows", source="okajima2023", plant=as_written, parameters=as_written, bound=None)
 def rows(plant: Plant, parameters: Any) -> Found:
     """The matrix of Theorem 2 has {number} rows at each phase.
 
