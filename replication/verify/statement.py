@@ -6,13 +6,14 @@
         ...  # refuse unless the witness proves it
 
 The sentence is the first paragraph of the docstring, a format string on what is read and found, in which `{x:down}` and
-`{x:up 7}` round to 9 and 7 decimals, to the safe side, and `{x:ball 9}` and `{x:digits 9}` show balls to 9 digits, with
-and without their radius. `<Theorem 3|the program>` names a place of the paper `source` in a certificate of that paper,
-and says the other words in any other; a statement with a source and no such words stands with certificates of that
-paper alone. So a plant of one's own never borrows a paper's words. A group (plant, parameters, bound, witness) is a
-table of readers by field, whose values are passed by the names of the fields, or a reader of the whole, passed by the
-name of the group; None is not read. The plant is None and the others are empty unless declared. Groups and fields are
-read in the order in which they are declared.
+`{x:up 7}` round to 9 and 7 decimals, to the safe side, and `{x:ball 9}` shows balls to 9 digits with their radius. The
+ends of a range for which something is said to hold are rounded into it, or not at all.
+`<Theorem 3|the program>` names a place of the paper `source` in a certificate of that paper, and says the other words
+in any other; a statement with a source and no such words stands with certificates of that paper alone: a plant of
+one's own never borrows a paper's words.
+A group (plant, parameters, bound, witness) is a table of readers by field, whose values are passed by the names of the
+fields, or a reader of the whole, passed by the name of the group; None is not read. The plant is None and the others
+are empty unless declared. Groups and fields are read in the order in which they are declared.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from typing import Any
 from flint import arb, ctx, fmpq
 
 from replication.verify.algebra.decimals import above, below
+from replication.verify.algebra.work import budget
 from replication.verify.reading import Reader, fields, positive
 from replication.verify.theorem import Side, Theorem, require
 
@@ -76,7 +78,7 @@ class Statement:
 
     def __call__(self, certificate: Mapping[str, Any]) -> Theorem:
         """Read what is declared, prove it, and say so."""
-        with ctx.workprec(self.bits):
+        with ctx.workprec(self.bits), budget():
             given = self.read(certificate)
             found = self.prove(**given) or Found()
             bound = self.groups["bound"]

@@ -14,6 +14,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.linear import require_positive_semidefinite, zeros
+from replication.verify.algebra.work import spend
 from replication.verify.delay.forms import BUMP, UNIFORM, Form, basis_size, square
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.delay.sos import rate, require_zero
@@ -109,6 +110,9 @@ def _on_squares(
 ) -> fmpq_mat:
     """The symmetric matrix G with value(square(M)) = trace(G M) for every symmetric M."""
     size = basis_size(points, functions, degree)
+    spend(
+        size**2 * (degree + 1) ** 4 * (10_000 + 1_000 * functions**2), f"the functional on squares of degree {degree}"
+    )
     result = zeros(size, size)
     for i in range(size):
         for j in range(i + 1):

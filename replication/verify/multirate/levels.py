@@ -8,6 +8,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
+from replication.verify.algebra.work import product
 from replication.verify.multirate.bounds import attained, require_theorem_1, unseen_for_long, unseen_forever
 from replication.verify.multirate.sensing import CHOSEN, Sensing, read_sensing
 from replication.verify.reading import integer, matrices, sequence, sized, square, symmetric
@@ -89,7 +90,7 @@ def require_theorem_2(system: Sensing, P: list[fmpq_mat], Y: list[fmpq_mat], lev
     n, weight = system.order, system.W.transpose() * system.W
     for k in range(system.phases):
         driven, seen = system.open_loop(k)
-        step = P[k] * driven - system.acting(k, Y[k]) * seen
+        step = product(P[k], driven) - system.acting(k, Y[k]) * seen
         m = step.ncols() - n
         rest = block([[P[k - 1] - weight, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
         whole = block([[P[k], step], [step.transpose(), rest]])

@@ -15,6 +15,7 @@ from flint import acb, fmpq, fmpq_mat, fmpq_poly
 from replication.verify.algebra.balls import ends
 from replication.verify.algebra.linear import identity
 from replication.verify.algebra.roots import is_schur, roots
+from replication.verify.algebra.work import characteristic_polynomial
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.levels import require_theorem_2
 from replication.verify.multirate.sensing import TIMES, schedule, select, without_noise
@@ -141,7 +142,7 @@ def _recovered(plant: Plant, diagonal: list[fmpq]) -> tuple[fmpq_mat, list[acb]]
     for i, entry in enumerate(diagonal):
         A[i, i] = entry
     half = positive(plant["half_unit"], "plant.half_unit")
-    upper = [root for root in roots(A.charpoly()) if not root.imag < 0]
+    upper = [root for root in roots(characteristic_polynomial(A)) if not root.imag < 0]
     stated = matrix(plant["poles"], "plant.poles", columns=2).tolist()
     require(len(stated) == len(upper), f"{len(stated)} poles are stated, A has {len(upper)}, counting pairs once")
     found = []
@@ -156,4 +157,4 @@ def _recovered(plant: Plant, diagonal: list[fmpq]) -> tuple[fmpq_mat, list[acb]]
 def _error_polynomial(plant: Plant, measured: list[list[int]], A: fmpq_mat, C: fmpq_mat) -> fmpq_poly:
     """The characteristic polynomial of A_e with the printed gains."""
     L = matrices(plant["L"], "plant.L", A.nrows(), C.nrows(), len(measured))
-    return monodromy(without_noise(A, C, measured).error_system(L)).charpoly()
+    return characteristic_polynomial(monodromy(without_noise(A, C, measured).error_system(L)))  # type: ignore[no-any-return]
