@@ -84,7 +84,7 @@ class Statement:
             bound = self.groups["bound"]
             stated = bound if isinstance(bound, Mapping) else {}
             return Theorem(
-                sentence=_Words().vformat(self.wording(certificate["paper"]), (), {**given, **found.words}),
+                sentence=_Words().vformat(self.wording(certificate.get("paper")), (), {**given, **found.words}),
                 lower=given["lower"] if "lower" in stated else found.lower,
                 upper=given["upper"] if "upper" in stated else found.upper,
                 holds=self.holds if found.holds is None else found.holds,

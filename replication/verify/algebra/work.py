@@ -35,9 +35,7 @@ def budget() -> Iterator[None]:
 def spend(work: int, what: str) -> None:
     """Add an estimate, before the work is done."""
     total = _spent.get() + work
-    require(
-        total <= MOST, f"{what} would take the check beyond {MOST // 10**9} s of work; give fewer or shorter numbers"
-    )
+    require(total <= MOST, f"{what} takes the check beyond {MOST // 10**9} s of work; give fewer or shorter numbers")
     _spent.set(total)
 
 

@@ -114,7 +114,9 @@ def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_m
 
 @on_loop("dualrate.condition", source="shao", witness={"lyapunov": SOLUTION})
 def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
-    """The loop {verb} (18), whose left side is {side:down} to {side:up}."""
+    """The loop <{verb} (18), whose left side is|has α₄ λ_max(P) T, which must be below one, at> {side:down} to
+    {side:up}.
+    """
     side = equation.condition_per_second(plant, lyapunov) * arb(plant.T)
     holds = is_less(side, 1)
     require(holds or is_less(1, side), f"the left side of (18) is {side.str(8)}: not decided")
