@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 from flint import arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import Certificate, Tamper, load, put, remove
+from stated import check_stated as check
 
 from papers.mustafa import certificates
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform import theory as nonuniform_theory
-from replication.verify.run import check
 from replication.verify.theorem import Refused
 
 
