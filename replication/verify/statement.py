@@ -6,8 +6,11 @@
         ...  # refuse unless the witness proves it
 
 The sentence is the first paragraph of the docstring, a format string on what is read and found, in which `{x:down}` and
-`{x:up 7}` round to 9 and 7 decimals, to the safe side, and `{x:ball 9}` and `{x:digits 9}` show balls to 9 digits, with
-and without their radius.
+`{x:up 7}` round to 9 and 7 decimals, to the safe side, and `{x:ball 9}` shows balls to 9 digits with their radius. The
+ends of a range for which something is said to hold are rounded into it, or not at all.
+`<Theorem 3|the program>` names a place of the paper `source` in a certificate of that paper, and says the other words
+in any other; a statement with a source and no such words stands with certificates of that paper alone: a plant of
+one's own never borrows a paper's words.
 A group (plant, parameters, bound, witness) is a table of readers by field, whose values are passed by the names of the
 fields, or a reader of the whole, passed by the name of the group; None is not read. The plant is None and the others
 are empty unless declared. Groups and fields are read in the order in which they are declared.
@@ -15,6 +18,7 @@ are empty unless declared. Groups and fields are read in the order in which they
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from keyword import iskeyword
@@ -25,8 +29,9 @@ from typing import Any
 from flint import arb, ctx, fmpq
 
 from replication.verify.algebra.decimals import above, below
+from replication.verify.algebra.work import budget
 from replication.verify.reading import Reader, fields, positive
-from replication.verify.theorem import Side, Theorem
+from replication.verify.theorem import Side, Theorem, require
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,8 @@ LOWER: Mapping[str, Reader] = {"lower": positive}
 UPPER: Mapping[str, Reader] = {"upper": positive}
 BOTH: Mapping[str, Reader] = {**LOWER, **UPPER}
 GROUPS: Mapping[str, Group] = {"plant": None, "parameters": {}, "bound": {}, "witness": {}}
+WORDINGS = re.compile(r"<([^<>|]*)\|([^<>|]*)>")
+"""What a sentence says with the certificates of its paper, and with others."""
 DOUBLE = 53
 """Bits of the balls, unless a statement asks for more."""
 
@@ -63,6 +70,7 @@ class Statement:
 
     name: str
     sentence: str
+    source: str
     groups: Mapping[str, Group]
     holds: bool | None
     bits: int
@@ -70,18 +78,27 @@ class Statement:
 
     def __call__(self, certificate: Mapping[str, Any]) -> Theorem:
         """Read what is declared, prove it, and say so."""
-        with ctx.workprec(self.bits):
+        with ctx.workprec(self.bits), budget():
             given = self.read(certificate)
             found = self.prove(**given) or Found()
             bound = self.groups["bound"]
             stated = bound if isinstance(bound, Mapping) else {}
             return Theorem(
-                sentence=_Words().vformat(self.sentence, (), {**given, **found.words}),
+                sentence=_Words().vformat(self.wording(certificate.get("paper")), (), {**given, **found.words}),
                 lower=given["lower"] if "lower" in stated else found.lower,
                 upper=given["upper"] if "upper" in stated else found.upper,
                 holds=self.holds if found.holds is None else found.holds,
                 items=found.items,
             )
+
+    def wording(self, paper: str | None) -> str:
+        """The sentence for a certificate of this paper, to be filled in; refused if it would borrow another's words."""
+        borrowed = self.source not in ("", paper)
+        require(
+            not borrowed or WORDINGS.search(self.sentence) is not None,
+            f"{self.name} names places of the paper {self.source}, and stands with certificates of that paper only",
+        )
+        return WORDINGS.sub(lambda words: words[2 if borrowed else 1], self.sentence)
 
     def read(self, certificate: Mapping[str, Any]) -> dict[str, Any]:
         """The values of all declared fields, by name; that of a keyword of Python ends in an underscore."""
@@ -99,18 +116,19 @@ class Statement:
 
 
 def statement(
-    name: str, *, holds: bool | None = None, bits: int = DOUBLE, **groups: Group
+    name: str, *, source: str = "", holds: bool | None = None, bits: int = DOUBLE, **groups: Group
 ) -> Callable[[Callable[..., Found | None]], Statement]:
     """Declare a statement; the function that is decorated proves it, or raises Refused.
 
-    holds: whether a yes/no statement is true, unless the proof finds that out. bits: of all balls.
+    source: the paper whose places the sentence names. holds: whether a yes/no statement is true, unless the proof finds
+    that out. bits: of all balls.
     """
     ordered = {**groups, **{group: empty for group, empty in GROUPS.items() if group not in groups}}
 
     def declared(prove: Callable[..., Found | None]) -> Statement:
         if prove.__doc__ is None:
             raise RuntimeError("the sentences of the theorems are docstrings: run Python without -OO")
-        return Statement(name, " ".join(prove.__doc__.split("\n\n")[0].split()), ordered, holds, bits, prove)
+        return Statement(name, " ".join(prove.__doc__.split("\n\n")[0].split()), source, ordered, holds, bits, prove)
 
     return declared
 

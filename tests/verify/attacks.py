@@ -14,6 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from bombs import BOMBS
+
+from replication.verify.run import STATEMENTS
+from replication.verify.statement import WORDINGS
 
 Certificate = dict[str, Any]
 Attack = Callable[[np.random.Generator, Certificate, Mapping[str, Certificate]], bytes]
@@ -176,6 +180,123 @@ def other_text(rng: np.random.Generator, certificate: Certificate, others: Mappi
     )[rng.integers(15)]
 
 
+def unrelated_claim(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
+    """A true theorem under the name, or for the claims, of another one."""
+    donors = [other for other in others.values() if other["statement"] != certificate["statement"]]
+    donor = copy.deepcopy(donors[rng.integers(len(donors))])
+    fields = (("paper", "name", "claims"), ("paper", "name"), ("paper", "name", "claims", "statement"))[rng.integers(3)]
+    return encoded({**donor, **{field: certificate[field] for field in fields}})
+
+
+def own_for_claims(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
+    """A true theorem about a plant of one's own that is to support claims of a paper."""
+    claimed = [other["claims"] for other in others.values() if other["claims"]]
+    claims = claimed[rng.integers(len(claimed))]
+    return encoded({**own(certificate), "claims": claims[: 1 + rng.integers(len(claims))]})
+
+
+READINGS: Mapping[str, Sequence[Any]] = {
+    "observer": ("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor"),
+    "than": ("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor"),
+    "weight": ("samples", "duration"),
+    "from": ("h_l", "middle", "h_u"),
+    "to": ("h_l", "middle", "h_u"),
+    "period": ("h_l", "middle", "h_u"),
+    "degree": (1, 2, 3, 4),
+    "order": (1, 2, 9, 10, 11),
+    "eigenvalues": (["0"], ["1/2"], ["0", "1"], ["2"]),
+    "part": ("theorem-4", "lemma-5"),
+    "matrix": ("feedback", "observer"),
+    "quantity": ("output", "feedback"),
+    "orders": ([2, 1, 0], [3, 2, 1], [3, 1, 2]),
+    "offsets": ([0, 0], [0, 1], [1, 0], [0, 2]),
+    "sensors": ([0], [1], [1, 0], [0, 1]),
+    "frequency": ("1/2", "1", "3/2", "2"),
+}
+"""Values of the parameters that say which reading of a text a theorem is about."""
+
+
+def other_reading(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
+    """A theorem of a paper under another reading than the wanted one."""
+    read = [other for other in others.values() if READINGS.keys() & other["parameters"].keys()]
+    altered = copy.deepcopy(read[rng.integers(len(read))])
+    names = sorted(READINGS.keys() & altered["parameters"].keys())
+    name = names[rng.integers(len(names))]
+    choices = [value for value in READINGS[name] if value != altered["parameters"][name]]
+    altered["parameters"][name] = choices[rng.integers(len(choices))]
+    return encoded(altered)
+
+
+def borrowed_words(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
+    """A true theorem whose sentence is about the text of a paper, as one about a plant of one's own."""
+    about = [other for other in others.values() if other["statement"] in ABOUT_THE_TEXT]
+    return encoded(own(about[rng.integers(len(about))]))
+
+
+ABOUT_THE_TEXT = tuple(
+    name for name, one in STATEMENTS.items() if one.source and WORDINGS.search(one.sentence) is None
+)  # fmt: skip
+
+
+def near_rounding(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
+    """A bound on the wrong side of the proved one, by less than what a sentence shows."""
+    small = Fraction(1, 10 ** int(rng.integers(9, 40)))
+    both = [other for other in others.values() if {"lower", "upper"} <= other["bound"].keys()]
+    halves = [name for name in others if name.endswith("-upper") and f"{name[:-6]}-lower" in others]
+    chosen = int(rng.integers(len(both) + len(halves)))
+    if chosen < len(both):
+        altered, other = own(both[chosen]), both[chosen]["bound"]
+        side = ("lower", "upper")[rng.integers(2)]
+    else:
+        name = halves[chosen - len(both)]
+        side = ("lower", "upper")[rng.integers(2)]
+        altered = own(others[f"{name[:-6]}-{side}"])
+        other = {"lower": others[f"{name[:-6]}-lower"]["bound"]["lower"], "upper": others[name]["bound"]["upper"]}
+    beyond = Fraction(other["upper"]) * (1 + small) if side == "lower" else Fraction(other["lower"]) * (1 - small)
+    altered["bound"][side] = str(beyond)
+    return encoded(altered)
+
+
+FALSE: list[tuple[str, dict[str, Any]]] = [
+    ("mustafa/printed-filter-level", {"level": "1/100"}),
+    ("mustafa/range-2-lower", {"level": "3"}),
+    ("mustafa/range-1-no-filter", {"level": "1/7"}),
+    ("mustafa/range-1-no-filter", {"period": "middle"}),
+    ("mustafa/same-level-1", {"cells": 1000}),
+    ("okajima2023/gains-33", {"periods": [3, 2]}),
+    ("okajima2023/gains-33", {"relative": "1/100000000"}),
+    ("okajima2023/optimum-1-1", {"sensors": [1, 0]}),
+    ("okajima2023/section-4c-poles", {"diagonal": ["1", "1", "1"]}),
+    ("peet2019/ex1-near-optimal", {"factor": "1"}),
+    ("peet2019/ex1-near-optimal", {"degree": 2}),
+    ("peet2019/ex1-pade-upper", {"order": 1}),
+    ("peet2019/ex4-not-unstable", {"eigenvalues": ["2"]}),
+    ("shao/apo-below-pmi", {"pairs": [[{"observer": "model_interpolation", "frequency": "1"}] * 2] * 6}),
+    ("shao/counterexample", {"longest": "1"}),
+    ("shao/estimate-bound", {"longest": "2"}),
+    ("shao/output-bounds", {"weights": {"CA": "1", "CBK": "7/5"}}),
+    ("shao/prediction-bound", {"longest": "1"}),
+    ("shao/stable-apo", {"observer": "single_rate"}),
+    ("shao/transient", {"observer": "fast_sensor"}),
+    ("shao/unstable-src", {"observer": "fast_sensor"}),
+]
+"""Theorems made false by other parameters."""
+
+
+def false_wish(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
+    """A false theorem that the list of a paper wants, too."""
+    name, parameters = FALSE[rng.integers(len(FALSE))]
+    altered = copy.deepcopy(others[name])
+    altered["parameters"] |= parameters
+    return encoded(altered)
+
+
+def work_bomb(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
+    """Few bytes that ask for much work."""
+    made = BOMBS[rng.integers(len(BOMBS))]
+    return encoded(own(made(others)))
+
+
 ATTACKS: tuple[Attack, ...] = (
     no_number,
     other_shape,
@@ -184,4 +305,11 @@ ATTACKS: tuple[Attack, ...] = (
     altered_subject,
     other_witness,
     other_text,
+    unrelated_claim,
+    own_for_claims,
+    other_reading,
+    borrowed_words,
+    near_rounding,
+    false_wish,
+    work_bomb,
 )

@@ -14,7 +14,7 @@ import pytest
 
 from replication.verify.dualrate import identities, lyapunov
 from replication.verify.dualrate.loop import Observer, monodromy, read_loop
-from replication.verify.run import check
+from replication.verify.run import STATEMENTS, check
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused, Theorem
 
@@ -54,6 +54,12 @@ def proved(name: str) -> Theorem:
 
 
 GONE = object()
+
+
+def stated(certificate: dict[str, Any]) -> Theorem:
+    """What the mathematics proves, in the words of the paper even where those are for its certificates only."""
+    statement = STATEMENTS[certificate["statement"]]
+    return statement({**certificate, "paper": statement.source or None})
 
 
 @pytest.mark.parametrize("name", WANTED)
@@ -269,7 +275,7 @@ CHEATS = [
 @pytest.mark.parametrize(("name", "changes", "reason"), CHEATS)
 def test_a_tampered_certificate_is_refused(name: str, changes: dict[str, Any], reason: str | None) -> None:
     if reason is None:
-        assert check(own(name, **changes)).holds is False
+        assert stated(own(name, **changes)).holds is False
         return
     with pytest.raises(Refused, match=reason):
         check(own(name, **changes))
@@ -288,7 +294,7 @@ def test_a_tampered_certificate_is_refused(name: str, changes: dict[str, Any], r
     ],
 )
 def test_a_weaker_certificate_proves_too(name: str, changes: dict[str, Any]) -> None:
-    assert check(own(name, **changes)).holds is proved(name).holds
+    assert stated(own(name, **changes)).holds is proved(name).holds
 
 
 def test_one_pair_is_enough() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from flint import fmpq, fmpq_mat
+from stated import check_stated as check
 
 from replication.verify.algebra.linear import block, identity
 from replication.verify.multirate import identities as multirate_identities
@@ -24,7 +25,6 @@ from replication.verify.multirate.bounds import (
 )
 from replication.verify.multirate.levels import require_bracket, require_lower
 from replication.verify.multirate.sensing import Sensing, schedule, select
-from replication.verify.run import check
 from replication.verify.theorem import Refused, Theorem
 
 ROOT = Path(__file__).parents[2]

@@ -8,9 +8,9 @@ from fractions import Fraction
 import pytest
 from flint import fmpq, fmpq_mat
 from nonuniform_cases import FOLDER, Certificate, Tamper, load, put, remove, scaled
+from stated import check_stated as check
 
 from replication.verify.nonuniform.system import Case, Filter
-from replication.verify.run import check
 from replication.verify.theorem import Refused
 
 

@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 from flint import arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import load
+from stated import check_stated as check
 
 from replication.verify.nonuniform import floor, gain, system
 from replication.verify.reading import rational
-from replication.verify.run import check
 from replication.verify.theorem import Refused
 
 ZERO, ONE, TWO = fmpq(0), fmpq(1), fmpq(2)

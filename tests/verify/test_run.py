@@ -118,33 +118,33 @@ OWN = {"paper": None, "claims": []}
 
 def test_a_certificate_of_ones_own_never_stands_for_a_theorem_of_a_paper(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "papers" / "okajima2023", tmp_path / "papers" / "okajima2023")
-    place = tmp_path / "certificates" / "okajima2023" / "rows.json"
+    place = tmp_path / "certificates" / "okajima2023" / "common-period.json"
     place.parent.mkdir(parents=True)
-    shutil.copy(FOLDER / "rows.json", place)
-    assert prove("certificates/okajima2023/rows.json", str(tmp_path), {})["sentence"]
+    shutil.copy(FOLDER / "common-period.json", place)
+    assert prove("certificates/okajima2023/common-period.json", str(tmp_path), {})["sentence"]
     foreign = json.dumps({**json.loads(place.read_bytes()), **OWN})
-    outside = tmp_path / "rows.json"
+    outside = tmp_path / "common-period.json"
     outside.write_text(foreign, encoding="utf-8")
     assert verify(outside, tmp_path).theorem is not None
     place.write_text(foreign, encoding="utf-8")
-    reason = "where it lies there must be the theorem 'rows' of the paper 'okajima2023'"
-    assert prove("certificates/okajima2023/rows.json", str(tmp_path), {})["reason"] == reason
+    reason = "where it lies there must be the theorem 'common-period' of the paper 'okajima2023'"
+    assert prove("certificates/okajima2023/common-period.json", str(tmp_path), {})["reason"] == reason
     place.unlink()
     place.symlink_to(outside)
     assert verify(place, tmp_path).reason == reason
     place.unlink()
     place.parent.rmdir()
     (tmp_path / "folder").mkdir()
-    outside.rename(tmp_path / "folder" / "rows.json")
+    outside.rename(tmp_path / "folder" / "common-period.json")
     place.parent.symlink_to(tmp_path / "folder")
     assert verify(place, tmp_path).reason == reason
     place.parent.unlink()
     (tmp_path / "folder").rename(place.parent)
     alias = tmp_path / "alias"
     alias.symlink_to(tmp_path)
-    assert verify(alias / "certificates" / "okajima2023" / "rows.json", tmp_path).reason == reason
+    assert verify(alias / "certificates" / "okajima2023" / "common-period.json", tmp_path).reason == reason
     with pytest.raises(Refused, match=reason):
-        check(json.loads(foreign), tmp_path, ("okajima2023", "rows"))
+        check(json.loads(foreign), tmp_path, ("okajima2023", "common-period"))
 
 
 def test_each_line_says_whose_plant_it_is_about(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -172,7 +172,7 @@ def test_no_character_of_a_certificate_forges_a_line_or_stops_the_report(tmp_pat
 
 
 def test_no_name_of_a_file_looks_like_a_theorem(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    own = {**json.loads((FOLDER / "rows.json").read_bytes()), **OWN}
+    own = {**json.loads((FOLDER / "common-period.json").read_bytes()), **OWN}
     (tmp_path / "a.json: okajima2023: All is well. .json").write_text(json.dumps(own), encoding="utf-8")
     assert report([tmp_path]) == 0
     assert capsys.readouterr().out.startswith(

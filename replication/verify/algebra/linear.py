@@ -7,6 +7,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat, fmpz_mat
 
+from replication.verify.algebra.work import BALL, bits, characteristic_polynomial, spend, spend_elimination
 from replication.verify.theorem import Refused, require
 
 
@@ -51,6 +52,8 @@ def require_positive_definite(M: fmpq_mat, what: str) -> None:
     """
     require(M.transpose() == M, f"{what} is not symmetric")
     integers, _ = M.numer_denom()
+    length = max((entry.bit_length() for entry in integers.entries()), default=1)
+    spend_elimination(M.nrows(), M.nrows(), length, f"whether {what} is positive definite")
     permutation, _, _, upper = integers.fflu()
     size = M.nrows()
     unpermuted = permutation == fmpz_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])
@@ -66,11 +69,16 @@ def require_positive_semidefinite(M: fmpq_mat, what: str) -> None:
     """
     require(M.transpose() == M, f"{what} is not symmetric")
     negated = zeros(M.nrows(), M.ncols()) - M
-    require(min(negated.charpoly().coeffs()) >= 0, f"{what} is not positive semidefinite")
+    require(min(characteristic_polynomial(negated).coeffs()) >= 0, f"{what} is not positive semidefinite")
 
 
 def solved(M: Any, right: Any, what: str) -> Any:
     """M^{-1} right, in rationals or balls; refused, by these words, if M is not proved invertible."""
+    order = M.nrows()
+    if isinstance(M, fmpq_mat):
+        spend_elimination(order, order + right.ncols(), bits(M, right), "a linear equation")
+    else:
+        spend(order**2 * (order + right.ncols()) * BALL, "a linear equation")
     try:
         return M.solve(right)
     except ZeroDivisionError:

@@ -14,6 +14,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.linear import require_positive_semidefinite, zeros
+from replication.verify.algebra.work import spend
 from replication.verify.delay.forms import BUMP, UNIFORM, Form, basis_size, square
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.delay.sos import rate, require_zero
@@ -64,7 +65,11 @@ def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
     },
 )
 def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, functional: Functional) -> None:
-    """The plant {plant.name}: Theorem 3 with polynomials of degree {degree} is infeasible below {lower:down}."""
+    """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program> with the squares of degree {degree} by
+    the tensor rule is infeasible below {lower:down}; other degree rules may allow less.
+
+    The tensor rule: powers of s and of t up to the degree each, with the weight 1; one less with -s(s + 1).
+    """
     plant = measured_last(plant, change)
     n, functions, points = plant.states, plant.late.ncols(), plant.points
     require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")
@@ -105,6 +110,9 @@ def _on_squares(
 ) -> fmpq_mat:
     """The symmetric matrix G with value(square(M)) = trace(G M) for every symmetric M."""
     size = basis_size(points, functions, degree)
+    spend(
+        size**2 * (degree + 1) ** 4 * (10_000 + 1_000 * functions**2), f"the functional on squares of degree {degree}"
+    )
     result = zeros(size, size)
     for i in range(size):
         for j in range(i + 1):

@@ -11,6 +11,7 @@ from flint import acb, acb_mat, arb, fmpq, fmpq_mat
 from replication.verify.algebra.balls import energy
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.linear import identity, submatrix, zeros
+from replication.verify.algebra.work import bits, spend_elimination
 from replication.verify.delay.plant import DelayPlant
 from replication.verify.reading import fields, matrix, rational
 from replication.verify.theorem import require
@@ -45,6 +46,7 @@ def require_hidden(plant: DelayPlant, gamma: fmpq, hidden: Hidden, lag: Lag = ex
     """
     n, x = plant.states, hidden.state
     require(plant.C2 * x == zeros(plant.C2.nrows(), 1), "witness.state is seen by y: C2 x is not zero")
+    spend_elimination(n, 2 * n, bits(plant.B), "the inverse of B")
     require(plant.B.ncols() == n and plant.B.det() != 0, "B has no inverse, so that no disturbance is known to fit")
     s, state = acb(0, arb(hidden.frequency)), acb_mat(x)
     w = acb_mat(plant.B.inv()) * characteristic(plant, s, lag) * state

@@ -195,10 +195,11 @@ def require_identity(misprints: Sequence[str], states: int) -> None:
         require(not residual.is_zero(), f"the identity holds with {MISPRINTS[misprint]} as printed")
 
 
-@statement("delay.dissipation-identity", parameters={"misprints": sized(sequence, text)}, holds=True)
+@statement("delay.dissipation-identity", source="peet2019", parameters={"misprints": sized(sequence, text)}, holds=True)
 def dissipation_identity(misprints: list[str]) -> Found:
-    """The dissipation is the quadratic form of Theorem 3 for all plants with two states and two delays and all storages
-    and injections of degree one, if these are corrected; with any one of them as printed it is not: {corrected}.
+    """The dissipation is the quadratic form of Theorem 3 for all plants with two states and two delays, one
+    disturbance, output and measurement, for all storages and injections of degree one and histories of degree two, if
+    these are corrected; with any one of them as printed it is not: {corrected}.
     """
     require(bool(misprints) and set(misprints) <= MISPRINTS.keys(), f"misprints must be among {', '.join(MISPRINTS)}")
     require(len(set(misprints)) == len(misprints), "parameters.misprints names one twice")

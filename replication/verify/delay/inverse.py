@@ -152,12 +152,15 @@ def require_correction(corrected: Sequence[Symbolic], printed: Sequence[Symbolic
     require(not all(residual.vanishes() for residual in printed), f"{what} holds as printed")
 
 
-@statement("delay.operator-identity", parameters={"part": text}, holds=True)
+@statement("delay.operator-identity", source="peet2019", parameters={"part": text}, holds=True)
 def operator_identity(part: str) -> Found:
-    """{words}, for all operators of small size (states, rows of Z, points: {sizes}); as printed it does not."""
+    """{words}: checked with every integral replaced by a weighted sum over at most {most} points, for all operators of
+    these sizes (states, rows of Z, points): {sizes}; as printed it does not, even so.
+    """
     require(part in PARTS, f"parameters.part must be one of {', '.join(PARTS)}")
     words, residuals, cases = PARTS[part]
     for case in cases:
         require_correction(residuals(case, printed=False), residuals(case, printed=True), part)
     sizes = (f"{n}, {sum(widths)}, {len(delays)}" for n, widths, delays in cases)
-    return Found(words={"words": words, "sizes": "; ".join(sizes)})
+    most = max(len(delays) for _, _, delays in cases)
+    return Found(words={"words": words, "most": most, "sizes": "; ".join(sizes)})

@@ -18,16 +18,17 @@ PROOF = Depends(lambda given: sized(read_proof, given.plant.states))
 
 @on_plant("delay.gain-upper", parameters={"degree": DEGREE}, bound=UPPER, witness=PROOF)
 def gain_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> None:
-    """The plant {plant.name}: Theorem 3, from degree {degree} on, is feasible at the level {upper:up}, and the observer
-    with the gains of its storage has an L2 gain from w to the error of z below it.
+    """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program>, with the squares of degree {degree} by
+    the tensor rule or more, is feasible at the level {upper:up}, and the observer with the gains of its storage has an
+    L2 gain from w to the error of z below it.
     """
     require_level(plant, upper, degree, witness)
 
 
 @on_plant("delay.gain-lower", bound=LOWER, witness=HIDDEN)
 def gain_lower(plant: DelayPlant, lower: fmpq, witness: Hidden) -> None:
-    """The plant {plant.name}: no observer, causal or not, has an L2 gain from w to the error of z below {lower:down}:
-    near {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain to z.
+    """The plant< {plant.name}|>: no observer, causal or not, has an L2 gain from w to the error of z below
+    {lower:down}: near {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain to z.
     """
     require_hidden(plant, lower, witness)
 
@@ -39,8 +40,8 @@ def gain_lower(plant: DelayPlant, lower: fmpq, witness: Hidden) -> None:
     holds=True,
 )
 def near_optimal(plant: DelayPlant, degree: int, factor: fmpq, level: fmpq, hidden: Hidden, sos: Proof) -> None:
-    """The plant {plant.name}: the observer with the gains of a storage of degree {degree} has an L2 gain below its
-    level {level:up}, which is at most {factor} times what any observer has.
+    """The plant< {plant.name}|>: the observer with the gains of a storage of degree {degree} has an L2 gain below
+    {level:up}, and at most {factor} times that of any observer, causal or not.
     """
     require_level(plant, level, degree, sos)
     require_hidden(plant, level / factor, hidden)
@@ -48,7 +49,7 @@ def near_optimal(plant: DelayPlant, degree: int, factor: fmpq, level: fmpq, hidd
 
 @on_plant("delay.unstable", witness={"left": positive, "right": positive}, holds=True)
 def unstable(plant: DelayPlant, left: fmpq, right: fmpq) -> None:
-    """The plant {plant.name} is unstable: it has a characteristic root between {left:down 6} and {right:up 6} per
+    """The plant< {plant.name}|> is unstable: it has a characteristic root between {left:down 6} and {right:up 6} per
     second.
 
     det M(s) changes its sign between two positive s, so that it has a positive real root.
@@ -58,17 +59,18 @@ def unstable(plant: DelayPlant, left: fmpq, right: fmpq) -> None:
     require(bool(ends[0] * ends[1] < 0), "det M does not change its sign between the two points")
 
 
-@statement("delay.not-unstable", parameters={"eigenvalues": sized(several, rational)}, holds=False)
+@statement("delay.not-unstable", source="peet2019", parameters={"eigenvalues": sized(several, rational)}, holds=False)
 def not_unstable(eigenvalues: list[fmpq]) -> Found:
-    """Example 4 is not unstable: it has no characteristic root with positive real part, for any number of states and
-    delays, if all eigenvalues of J are among {listed}.
+    """If J, whose eigenvalues are not printed, has none but {listed}, Example 4 is exponentially stable for any number
+    of states and delays: no characteristic root has a real part of zero or more.
 
-    Example 4 has no root in the open right half-plane, if J has no other eigenvalues than these.
+    It says nothing of other eigenvalues: with zero and two states or more the state can grow, and others make it grow
+    exponentially.
 
     Its roots are those of s + (a/K) sum exp(-s i/K), i = 1..K, for each eigenvalue a of J (in a basis in which J is
-    triangular, det M is the product of these). If a = 0 that is s = 0. If
-    0 < a <= 1, a root with Re s >= 0 has |s| <= 1, so that |Im s| i/K <= 1 < pi/2 and the real part is positive.
+    triangular, det M is the product of these). With 0 < a <= 1, a root with Re s >= 0 has |s| <= 1, so that |Im s| i/K
+    <= 1 < pi/2 and the real part is positive.
     """
     for i, value in enumerate(eigenvalues):
-        require(0 <= value <= 1, f"eigenvalue {i} is not between 0 and 1")
+        require(0 < value <= 1, f"eigenvalue {i} is not above 0 and at most 1")
     return Found(words={"listed": ", ".join(map(str, eigenvalues))})

@@ -12,6 +12,7 @@ from flint import acb, acb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.decimals import above
 from replication.verify.algebra.linear import block, identity, require_positive_definite, submatrix, take_rows, zeros
+from replication.verify.algebra.work import characteristic_polynomial
 from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.reading import fields, integer, matrix, rational, sized, symmetric
@@ -53,8 +54,8 @@ def read_order(value: Any, path: str) -> int:
     },
 )
 def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, section: Section, P: fmpq_mat) -> None:
-    """The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is feasible at the level
-    {upper:up}.
+    """The plant< {plant.name}|>: <LMI (3)|the bounded real LMI of an observer> on its Pade approximation of order
+    {order} is feasible at the level {upper:up}.
     """
     plant = measured_last(plant, change)
     A, B, C = model(plant, section)
@@ -84,8 +85,9 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
     witness=Depends(lambda given: sized(read_hidden, given.plant.states)),
 )
 def pade_lower(plant: DelayPlant, order: int, lower: fmpq, witness: Hidden) -> None:
-    """The plant {plant.name}: LMI (3) on its Pade approximation of order {order} is infeasible below {lower:down}: near
-    {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain.
+    """The plant< {plant.name}|>: <LMI (3)|the bounded real LMI of an observer> on its Pade approximation of order
+    {order} is infeasible below {lower:down}: near {witness.frequency:down 6} rad/s a disturbance with y = 0 has that
+    gain.
     """
     require_hidden(plant, lower, witness, lambda argument: lag(order, argument))
 
@@ -99,9 +101,9 @@ def read_section(value: Any, path: str, order: int) -> Section:
     q = denominator(order)
     mirrored = fmpq_poly([coefficient * (-1) ** k for k, coefficient in enumerate(q.coeffs())])
     leading = q.coeffs()[-1]
-    require(a.charpoly() * leading == q, f"the poles of {path} are not those of the Pade approximant")
+    require(characteristic_polynomial(a) * leading == q, f"the poles of {path} are not those of the Pade approximant")
     # c (s - a)^-1 b + d = (det(s - a + b c) - det(s - a)) / det(s - a) + d
-    numerator = (a - b * c).charpoly() + a.charpoly() * (d - 1)
+    numerator = characteristic_polynomial(a - b * c) + characteristic_polynomial(a) * (d - 1)
     require(numerator * leading == mirrored, f"the numerator of {path} is not that of the Pade approximant")
     return a, b, c, d
 

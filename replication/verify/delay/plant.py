@@ -13,6 +13,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, submatrix, zeros
+from replication.verify.algebra.work import bits, spend_elimination
 from replication.verify.reading import fields, matrices, matrix, positive, several, square, text
 from replication.verify.statement import statement
 from replication.verify.theorem import require
@@ -63,13 +64,14 @@ def read_plant(value: Any, path: str = "plant") -> DelayPlant:
     )
 
 
-on_plant = partial(statement, plant=read_plant)
-"""A statement on such a plant."""
+on_plant = partial(statement, source="peet2019", plant=read_plant)
+"""A statement on such a plant; the name of the plant stands in sentences on the plants of the paper only."""
 
 
 def measured_last(plant: DelayPlant, new: fmpq_mat) -> DelayPlant:
     """The same system for the state `new` x; refuses unless then C2 = [0 c] with an invertible c."""
     n, q = plant.states, plant.C2.nrows()
+    spend_elimination(n, 2 * n, bits(new), "the change of coordinates")
     require(new.det() != 0, "witness.change has no inverse")
     back = new.inv()
     sensor = plant.C2 * back

@@ -16,6 +16,7 @@ from flint import acb, acb_mat, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.balls import hold
 from replication.verify.algebra.linear import identity
+from replication.verify.algebra.work import BALL, spend
 from replication.verify.reading import fields, matrix, positive, states, text
 from replication.verify.statement import statement
 from replication.verify.theorem import require
@@ -111,6 +112,8 @@ on_loop = partial(statement, plant=read_loop, bits=BITS)
 
 def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_mat, command: Command) -> Passage:
     """One slow period from x = state and ζ = estimate, each (n, columns), at a slow instant."""
+    n = loop.order
+    spend((12 * loop.M * n**2 * state.ncols() + 100 * (n + 1) ** 3) * 2 * BALL, "the loop over a slow period")
     A, B = map(acb_mat, hold(loop.A, loop.B, loop.T))
     F, G = map(acb_mat, hold(loop.guided, loop.B, loop.T))
     H = acb_mat(hold(loop.guided, loop.L, loop.T)[1])

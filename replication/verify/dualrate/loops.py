@@ -63,6 +63,7 @@ def unstable(plant: Loop, observer: Observer, root: acb, radius: fmpq) -> None:
 
 @on_loop(
     "dualrate.no-bounded-error",
+    source="shao",
     plant=lambda value, path: read_loop(value, path, "start"),
     parameters={
         "observer": read_observer,
@@ -73,8 +74,9 @@ def unstable(plant: Loop, observer: Observer, root: acb, radius: fmpq) -> None:
     holds=True,
 )
 def no_bounded_error(plant: Loop, observer: Observer, frequency: fmpq, estimates: list[fmpq_mat], root: acb) -> Found:
-    """With y_d = sin({frequency} t), {observer.words} has no bounded tracking error from this x(0) and {count} starts
-    of ζ: they excite an eigenvalue of modulus {size:down 3} or more.
+    """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
+    y_d' + a₃ y_d>, held over T, {observer.words} has no bounded tracking error from this x(0) and {count} starts of ζ:
+    they excite an eigenvalue of modulus {size:down 3} or more.
 
     The tracking error is unbounded from x(0) = start with each of the given ζ(0).
 
@@ -105,13 +107,15 @@ def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Se
 
 @on_loop(
     "dualrate.tracking-error",
+    source="shao",
     parameters={"observer": read_observer, "frequency": positive},
     bound=BOTH,
     witness=Depends(lambda given: sized(response.read_place, given.plant)),
 )
 def tracking_error(plant: Loop, observer: Observer, frequency: fmpq, lower: fmpq, upper: fmpq, witness: Place) -> None:
-    """With y_d = sin({frequency} t) and the command as printed, held over T, the largest tracking error of
-    {observer.words} in the steady state is {lower:down 7} to {upper:up 7} percent of the amplitude.
+    """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
+    y_d' + a₃ y_d>, held over T, the largest tracking error of {observer.words} in the steady state is {lower:down 7} to
+    {upper:up 7} percent of the amplitude.
 
     Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state over all times.
 

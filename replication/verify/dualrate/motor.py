@@ -39,7 +39,7 @@ def read_motor(value: Any, path: str) -> Motor:
 
 @statement("dualrate.torque-constant", plant=read_motor, bound=None)
 def torque_constant(plant: Motor) -> Found:
-    """1.5 p Ψ_f is {value:down} N m/A.
+    """1.5 p Ψ_f is {value} N m/A.
 
     K_T = 1.5 p Ψ_f of a surface-magnet machine.
     """
@@ -48,14 +48,14 @@ def torque_constant(plant: Motor) -> Found:
 
 @on_loop("dualrate.slow-period", bound=None)
 def slow_period(plant: Loop) -> Found:
-    """The sensor's period M T is {value:down} s.
+    """The sensor's period M T is {value} s.
 
     T_s = M T.
     """
     return _computed(plant.M * plant.T)
 
 
-@statement("dualrate.coordinates", plant=read_motor, holds=True)
+@statement("dualrate.coordinates", source="shao", plant=read_motor, holds=True)
 def coordinates(plant: Motor) -> None:
     """With x = (θ, ω, ω') the equations (23) with these parameters are those of A, B and C, exactly.
 

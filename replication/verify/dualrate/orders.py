@@ -48,12 +48,14 @@ def read_level(value: Any, path: str, loop: Loop) -> tuple[fmpq, Place]:
 
 @on_loop(
     "dualrate.errors-ordered",
+    source="shao",
     parameters={"pairs": sized(several, sized(sequence, read_setting, 2), MOST_PAIRS)},
     witness={"places": Depends(lambda given: sized(sequence, sized(read_level, given.plant), len(given.pairs)))},
     holds=True,
 )
 def errors_ordered(plant: Loop, pairs: list[list[Setting]], places: list[tuple[fmpq, Place]]) -> Found:
-    """Largest tracking errors in the steady state are ordered so: {ordered}.
+    """With y_d = sin σt and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂ y_d' + a₃
+    y_d>, held over T, the largest tracking errors in the steady state are ordered so: {ordered}.
 
     In each pair of (observer, σ) the first has the smaller largest error: below a level that the second exceeds.
     """
@@ -68,11 +70,13 @@ def errors_ordered(plant: Loop, pairs: list[list[Setting]], places: list[tuple[f
 
 @on_loop(
     "dualrate.estimates-ordered",
+    source="shao",
     parameters={"observer": read_observer, "than": read_observer, "frequency": positive},
     holds=True,
 )
 def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency: fmpq) -> Found:
-    """With y_d = sin({frequency} t) the largest error of C x̂ at the fast instants is {sizes}.
+    """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
+    y_d' + a₃ y_d>, held over T, the largest error of C x̂ at the fast instants in the steady state is {sizes}.
 
     The largest |y − C x̂| over the fast instants is smaller for one observer than for another.
 

@@ -15,6 +15,7 @@ from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
 from replication.verify.algebra.balls import is_less, largest
 from replication.verify.algebra.linear import identity, solved, zeros
 from replication.verify.algebra.roots import require_roots_within
+from replication.verify.algebra.work import BALL, spend
 from replication.verify.dualrate.loop import Loop, Observer, Passage, monodromy, pass_period
 from replication.verify.reading import fields, integer, positive, rational, sequence
 from replication.verify.theorem import Refused, require
@@ -175,6 +176,7 @@ def require_below(polynomial: arb_poly, left: fmpq, right: fmpq) -> None:
     for _ in range(PARTS):
         if not todo:
             return
+        spend(100 * BALL, "the largest error")
         a, b = todo.pop()
         middle, steepest = (a + b) / 2, abs(slope(arb(a).union(arb(b))))
         if not is_less(polynomial(arb(middle)) + steepest * arb(b - middle), 0):

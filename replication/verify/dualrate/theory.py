@@ -21,13 +21,13 @@ from replication.verify.theorem import require
 SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
 
 
-@statement("dualrate.sampled-observer", holds=True)
+@statement("dualrate.sampled-observer", source="shao", holds=True)
 def sampled_observer() -> None:
     """Between two instants (7) is the solution of (3), for all matrices of the example's size."""
     identities.require_sampled_observer()
 
 
-@statement("dualrate.error-equations", holds=True)
+@statement("dualrate.error-equations", source="shao", holds=True)
 def error_equations() -> None:
     """(9) equals (10), for all matrices and states of the example's size."""
     identities.require_error_equations()
@@ -67,6 +67,7 @@ def read_weights(value: Any, path: str, quantity: str) -> dict[str, fmpq]:
 
 @statement(
     "dualrate.step-bound",
+    source="shao",
     parameters={
         "quantity": read_quantity,
         "weights": Depends(lambda given: sized(read_weights, given.quantity)),
@@ -80,25 +81,30 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq], longest: fmpq) -> Fou
     (12) and (13), or (14), for all loops: |term| ≤ ‖matrix‖ · weight · |χ| and |χ| ≤ √(V/λ_min(P)), term by term.
 
     Integrated from t_k to t this is the bound; the term K L e_p of (14) comes with the factor t − t_k, which its
-    bound lacks, so that it holds for periods of up to a second.
+    bound lacks, so that it holds for periods of up to a second. With the sign that e_p has in print it need not hold:
+    where e_p is negative and the other terms are small, the right side is negative.
     """
     identities.require_rates()
     for term, weight in weights.items():
         identities.require_weight(STEPS[quantity][term], weight)
     require(longest <= 1, "beyond one second the term K L e_p may exceed its bound")
-    equations = {"output": "(12) and (13) hold", "feedback": f"(14) holds for t − t_k up to {longest} s"}
+    equations = {
+        "output": "(12) and (13) hold",
+        "feedback": f"(14) holds with |e_p| where e_p is printed, for t − t_k up to {longest} s",
+    }
     factors = ", ".join(f"{weight} of |{term}|" for term, weight in weights.items())
     return Found(words={"equations": equations[quantity], "factors": factors})
 
 
 @on_loop(
     "dualrate.prediction-bound",
+    source="shao",
     parameters={"longest": positive},
     witness={"lyapunov": SOLUTION, "chi": Depends(lambda given: sized(matrix, 2 * given.plant.order, 1))},
     holds=False,
 )
 def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_mat) -> Found:
-    """For no period T up to {longest:up} s does (15) hold: from some χ at a slow instant the error of the next virtual
+    """For no period T up to {longest} s does (15) hold: from some χ at a slow instant the error of the next virtual
     measurement is at least {gap:down}, its bound at most {side:up}.
     """
     gap, side = equation.prediction_sides(plant, lyapunov, chi, longest)
@@ -106,16 +112,18 @@ def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_m
     return Found(words={"gap": gap, "side": side})
 
 
-@on_loop("dualrate.condition", witness={"lyapunov": SOLUTION})
+@on_loop("dualrate.condition", source="shao", witness={"lyapunov": SOLUTION})
 def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
-    """The loop {verb} (18), whose left side is {side:down} to {side:up}."""
+    """The loop <{verb} (18), whose left side is|has α₄ λ_max(P) T, which must be below one, at> {side:down} to
+    {side:up}.
+    """
     side = equation.condition_per_second(plant, lyapunov) * arb(plant.T)
     holds = is_less(side, 1)
     require(holds or is_less(1, side), f"the left side of (18) is {side.str(8)}: not decided")
     return Found(words={"verb": "meets" if holds else "does not meet", "side": side}, holds=holds)
 
 
-@statement("dualrate.contraction", holds=True)
+@statement("dualrate.contraction", source="shao", holds=True)
 def contraction() -> None:
     """The factor φ of (22) is below one whenever (18) holds: 1 − φ = (1 − E)(1 − c).
 
@@ -126,6 +134,7 @@ def contraction() -> None:
 
 @on_loop(
     "dualrate.counterexample",
+    source="shao",
     parameters={"ratios": sized(several, sized(integer, 2)), "longest": positive},
     witness={"lyapunov": SOLUTION},
     holds=False,

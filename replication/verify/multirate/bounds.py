@@ -11,6 +11,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, require_positive_definite, solved, submatrix, zeros
 from replication.verify.algebra.roots import is_schur
+from replication.verify.algebra.work import characteristic_polynomial, product
 from replication.verify.multirate.sensing import Sensing
 from replication.verify.theorem import require
 
@@ -32,25 +33,27 @@ def require_theorem_1(steps: Steps, W: fmpq_mat, P: list[fmpq_mat], level: fmpq)
         require_positive_definite(P[k], f"P_{k}")
         m = step.ncols() - n
         room = block([[P[k - 1] - weight, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
-        require_positive_definite(room - step.transpose() * P[k] * step, f"the matrix of Theorem 1 at phase {k}")
+        require_positive_definite(
+            room - product(step.transpose(), product(P[k], step)), f"the matrix of Theorem 1 at phase {k}"
+        )
 
 
 def monodromy(steps: Steps) -> fmpq_mat:
     """The transition over one period from phase 0, A_(N-1) .. A_0."""
     total, *others = (submatrix(step, range(step.nrows()), range(step.nrows())) for step in steps)
     for A in others:
-        total = A * total
+        total = product(A, total)
     return total
 
 
 def advanced(step: fmpq_mat, x: fmpq_mat, v: fmpq_mat) -> fmpq_mat:
     """The next state, A x + B v."""
-    return step * block([[x], [v]])
+    return product(step, block([[x], [v]]))
 
 
 def require_stable(transition: fmpq_mat, what: str) -> None:
     """Refuse unless all eigenvalues of the transition over one period are inside the unit circle."""
-    require(is_schur(transition.charpoly()), f"{what} is not stable")
+    require(is_schur(characteristic_polynomial(transition)), f"{what} is not stable")
 
 
 def squares(M: fmpq_mat) -> fmpq:

@@ -9,6 +9,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, take_rows
+from replication.verify.algebra.work import bits, characteristic_polynomial, product, spend_elimination
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.sensing import TIMES, schedule, without_noise
 from replication.verify.reading import as_written, matrices, matrix, states
@@ -56,7 +57,7 @@ def dual_rate(periods: list[int], offsets: list[int]) -> Found:
     return Found(words={"all_": "All" if holds else "It is not so that all", "period": len(measured)}, holds=holds)
 
 
-@statement("multirate.variables", plant=as_written, parameters=TIMES)
+@statement("multirate.variables", source="okajima2023", plant=as_written, parameters=TIMES)
 def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """Theorem 2 has {number} unknown numbers.
 
@@ -67,7 +68,7 @@ def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     return _count(len(schedule(periods, offsets)) * at_each_phase + 1)
 
 
-@statement("multirate.rows", plant=as_written, parameters=as_written, bound=None)
+@statement("multirate.rows", source="okajima2023", plant=as_written, parameters=as_written, bound=None)
 def rows(plant: Plant, parameters: Any) -> Found:
     """The matrix of Theorem 2 has {number} rows at each phase.
 
@@ -96,14 +97,16 @@ def observable(plant: Plant, parameters: Any) -> Found:
     A, C = _observed(plant)
     n, power, blocks = A.nrows(), identity(A.nrows()), []
     for _ in range(n):
-        blocks.append([C * power])
-        power = power * A
-    rank = block(blocks).rank()
+        blocks.append([product(C, power)])
+        power = product(power, A)
+    whole = block(blocks)
+    spend_elimination(whole.nrows(), n, bits(whole), "a rank")
+    rank = whole.rank()
     return Found(words={"rank": rank, "n": n}, holds=rank == n)
 
 
 @statement("multirate.product", plant=as_written, parameters=TIMES)
-def product(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
+def order_of_factors(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """A_e as a product over one period, later factors to the left, has {shifted} characteristic polynomial from instant
     1 as from instant 0; with the factors in the other order it has {reverse} one.
     """
@@ -111,7 +114,7 @@ def product(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     A, C = _observed(plant)
     first, *others = without_noise(A, C, measured).error_system(_gains(plant, len(periods), len(measured)))
     orders = ([first, *others], [*others, first], [*reversed(others), first])
-    poles, shifted, reverse = (monodromy(order).charpoly() for order in orders)
+    poles, shifted, reverse = (characteristic_polynomial(monodromy(order)) for order in orders)
     words = {True: "the same", False: "another"}
     return Found(
         words={"shifted": words[poles == shifted], "reverse": words[poles == reverse]},

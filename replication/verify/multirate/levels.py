@@ -8,6 +8,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
+from replication.verify.algebra.work import product
 from replication.verify.multirate.bounds import attained, require_theorem_1, unseen_for_long, unseen_forever
 from replication.verify.multirate.sensing import CHOSEN, Sensing, read_sensing
 from replication.verify.reading import integer, matrices, sequence, sized, square, symmetric
@@ -16,7 +17,12 @@ from replication.verify.theorem import require
 
 Matrices = list[fmpq_mat]
 on_sensors = partial(
-    statement, parameters=CHOSEN, plant=Depends(lambda given: sized(read_sensing, given)), bound=BOTH, holds=True
+    statement,
+    source="okajima2023",
+    parameters=CHOSEN,
+    plant=Depends(lambda given: sized(read_sensing, given)),
+    bound=BOTH,
+    holds=True,
 )
 """A statement on the two bounds of a gain of a plant that is seen by chosen sensors."""
 GAINS = Depends(lambda given: sized(matrices, given.plant.order, given.plant.sensors, given.plant.phases))
@@ -34,7 +40,8 @@ NOISES = Depends(lambda given: sized(matrices, given.plant.noises, given.turn.nr
 )
 def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, v: Matrices, **chosen: Any) -> None:
     """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, the error system of the
-    given gains is stable, with an l2 gain between {lower:down} and {upper:up}; the upper bound is one of Theorem 1.
+    given gains is stable, with an l2 gain between {lower:down} and {upper:up}; the upper bound is one of <Theorem
+    1|a storage function with the period of the schedule>.
 
     The gain of the given gains L_k: Theorem 1 from above, a disturbance from below.
     """
@@ -48,8 +55,9 @@ def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, 
 def optimum_noncausal(
     plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, turn: fmpq_mat, d: Matrices, **chosen: Any
 ) -> None:
-    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, by Theorem 2 some observer
-    has a gain of at most {upper:up}; no estimator, not even a smoother, has one below {lower:down}.
+    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, <by Theorem 2 |>some
+    observer that predicts one step has a gain of at most {upper:up}; no estimator, not even a smoother, has one below
+    {lower:down}.
 
     The smallest gain where smoothers do no better: Theorem 2 from above, a disturbance that is never seen below.
     """
@@ -62,8 +70,9 @@ def optimum_noncausal(
 def optimum_causal(
     plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, start: int, d: Matrices, **chosen: Any
 ) -> None:
-    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, by Theorem 2 some observer
-    has a gain of at most {upper:up}; no observer has one below {lower:down}.
+    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, <by Theorem 2 |>some
+    observer that predicts one step has a gain of at most {upper:up}; no one-step predictor, which estimates z(k) from
+    the measurements up to k - 1, has one below {lower:down}, but a filter that uses y(k) too may.
 
     The smallest gain: Theorem 2 from above, a disturbance of finite length that is seen too late from below.
     """
@@ -81,7 +90,7 @@ def require_theorem_2(system: Sensing, P: list[fmpq_mat], Y: list[fmpq_mat], lev
     n, weight = system.order, system.W.transpose() * system.W
     for k in range(system.phases):
         driven, seen = system.open_loop(k)
-        step = P[k] * driven - system.acting(k, Y[k]) * seen
+        step = product(P[k], driven) - system.acting(k, Y[k]) * seen
         m = step.ncols() - n
         rest = block([[P[k - 1] - weight, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
         whole = block([[P[k], step], [step.transpose(), rest]])

@@ -15,6 +15,7 @@ from flint import acb, fmpq, fmpq_mat, fmpq_poly
 from replication.verify.algebra.balls import ends
 from replication.verify.algebra.linear import identity
 from replication.verify.algebra.roots import is_schur, roots
+from replication.verify.algebra.work import characteristic_polynomial
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.levels import require_theorem_2
 from replication.verify.multirate.sensing import TIMES, schedule, select, without_noise
@@ -43,33 +44,41 @@ DESIGNED: Table = {
     "B_d": Depends(lambda given: sized(matrix, len(given.diagonal))),
     "D": Depends(lambda given: sized(matrix, given.C.nrows())),
 }
-on_recovered = partial(statement, plant=as_written, parameters=RECOVERED)
+on_recovered = partial(statement, source="okajima2023", plant=as_written, parameters=RECOVERED)
 
 
 @on_recovered("multirate.recovered-poles", holds=True)
 def poles(plant: Plant, diagonal: list[fmpq], **_: Any) -> Found:
-    """With the diagonal {shown}, all else as printed, A has the stated poles, and is unstable."""
+    """With the diagonal {shown} of A, its other entries as printed, A has poles that are those of Sec. IV-C within
+    {half} in each part, and one of them is proved to lie outside the unit circle.
+
+    Another diagonal may have these poles too.
+    """
     A, found = _recovered(plant, diagonal)
-    require(any(abs(root) > 1 for root in found), "no pole of A is proved to be outside the unit circle")
+    require_unstable(found)
     parts = [part for root in found for part in ((root.real,) if root.imag == 0 else (root.real, root.imag))]
-    return Found(words={"shown": _diagonal(A)}, items=tuple(ends(part) for part in parts))
+    words = {"shown": _diagonal(A), "half": rational(plant["half_unit"], "plant.half_unit")}
+    return Found(words=words, items=tuple(ends(part) for part in parts))
 
 
 @on_recovered("multirate.same-setting", holds=False)
 def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq]) -> Found:
-    """With the A that has the stated poles and the C of Sec. IV-A, the gains (42) leave poles of A_e of modulus
-    {outside:ball 9}.
+    """With the diagonal {shown} of A, one for which A has the poles stated in Sec. IV-C, and C = {sensors}, the gains
+    (42) leave poles of A_e of modulus {outside:ball 9}, outside the unit circle.
     """
     A, _ = _recovered(plant, diagonal)
-    found = roots(_error_polynomial(plant, schedule(periods, offsets), A, matrix(plant["C"], "plant.C")))
+    C = matrix(plant["C"], "plant.C")
+    found = roots(_error_polynomial(plant, schedule(periods, offsets), A, C))
     outside = [abs(root) for root in found if abs(root) > 1]
     require(len(outside) > 0, "no pole of A_e is proved to be outside the unit circle")
-    return Found(words={"outside": outside})
+    return Found(words={"shown": _diagonal(A), "sensors": _rows(C), "outside": outside})
 
 
 @on_recovered("multirate.recovered-error-poles", parameters={**RECOVERED, "C": matrix})
 def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq], C: fmpq_mat) -> Found:
-    """With the diagonal {shown} of A and C = {sensors} the gains (42) give A_e the poles {matched:ball 9}."""
+    """With the diagonal {shown} of A, one for which A has the poles stated in Sec. IV-C, and C = {sensors} the gains
+    (42) give A_e the poles {matched:ball 9}.
+    """
     A, _ = _recovered(plant, diagonal)
     polynomial = _error_polynomial(plant, schedule(periods, offsets), A, C)
     real = [root.real for root in roots(polynomial) if root.imag == 0]
@@ -96,13 +105,20 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
 def design(
     plant: Plant, diagonal: list[fmpq], C: fmpq_mat, B_d: fmpq_mat, D: fmpq_mat, upper: fmpq, **given: Any
 ) -> Found:
-    """For the unstable plant with the diagonal {shown} of A, C = {sensors}, B_d = {disturbance} and D = {noise}, which
-    has the stated poles, Theorem 2 gives an observer with a gain of at most {upper:up}.
+    """For the plant with the diagonal {shown} of A, C = {sensors}, B_d = {disturbance} and D = {noise}, of which A has
+    the poles stated in Sec. IV-C, one proved to lie outside the unit circle, Theorem 2 gives an observer that predicts
+    one step with a gain of at most {upper:up}.
     """
-    A, _ = _recovered(plant, diagonal)
+    A, found = _recovered(plant, diagonal)
+    require_unstable(found)
     system = select(A, B_d, identity(A.nrows()), C, D, schedule(given["periods"], given["offsets"]))
     require_theorem_2(system, given["P"], given["Y"], upper)
     return Found(words={"shown": _diagonal(A), "sensors": _rows(C), "disturbance": _rows(B_d), "noise": _rows(D)})
+
+
+def require_unstable(poles: list[acb]) -> None:
+    """Refuse unless one of the poles certainly lies outside the unit circle."""
+    require(any(abs(pole) > 1 for pole in poles), "no pole of A is proved to be outside the unit circle")
 
 
 def _phases(given: Any) -> int:
@@ -126,7 +142,7 @@ def _recovered(plant: Plant, diagonal: list[fmpq]) -> tuple[fmpq_mat, list[acb]]
     for i, entry in enumerate(diagonal):
         A[i, i] = entry
     half = positive(plant["half_unit"], "plant.half_unit")
-    upper = [root for root in roots(A.charpoly()) if not root.imag < 0]
+    upper = [root for root in roots(characteristic_polynomial(A)) if not root.imag < 0]
     stated = matrix(plant["poles"], "plant.poles", columns=2).tolist()
     require(len(stated) == len(upper), f"{len(stated)} poles are stated, A has {len(upper)}, counting pairs once")
     found = []
@@ -141,4 +157,4 @@ def _recovered(plant: Plant, diagonal: list[fmpq]) -> tuple[fmpq_mat, list[acb]]
 def _error_polynomial(plant: Plant, measured: list[list[int]], A: fmpq_mat, C: fmpq_mat) -> fmpq_poly:
     """The characteristic polynomial of A_e with the printed gains."""
     L = matrices(plant["L"], "plant.L", A.nrows(), C.nrows(), len(measured))
-    return monodromy(without_noise(A, C, measured).error_system(L)).charpoly()
+    return characteristic_polynomial(monodromy(without_noise(A, C, measured).error_system(L)))  # type: ignore[no-any-return]

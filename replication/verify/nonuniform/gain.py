@@ -16,6 +16,7 @@ from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 from replication.verify.algebra.balls import complex_of, energy, require_positive_definite
 from replication.verify.algebra.linear import block, identity, solved, zeros
 from replication.verify.algebra.linear import require_positive_definite as require_definite
+from replication.verify.algebra.work import BALL, spend
 from replication.verify.nonuniform import system
 from replication.verify.nonuniform.system import Case, Ends, Plant, Time
 from replication.verify.reading import MAX_ENTRIES, fields, integer, rational, sequence, sized, symmetric
@@ -101,6 +102,8 @@ class _Inequality:
         It is concave in M and w together (P_d > 0), so that it need hold only at both ends of a chord, each with the
         remainder of the chord as the radius of a ball.
         """
+        order = self.kept.nrows() + self.kept.ncols()
+        spend((len(transitions) + 5) * order**3 * BALL // 2, "the storage inequality")
         start, stop = (system.seconds(system.along(*self.case.ends, share)) for share in (a, b))
         rest = system.chord_remainder(self.plant, start, stop - start)
         corners = [
@@ -154,6 +157,7 @@ def require_attained(plant: Plant, case: Case, level: fmpq, pattern: list[Time],
         time: acb_mat(system.error_step(plant, case.filter, system.step_at(plant, system.seconds(time))))
         for time in set(pattern)
     }
+    spend((len(pattern) + 30 * len(steps)) * (states + inputs) ** 3 * BALL, "the motion under the pattern")
     through, forced = acb_mat(identity(states)), acb_mat(zeros(states, 1))
     frame = acb_mat(block([[identity(states)], [zeros(inputs, states)]]))
     for time, drive in zip(pattern, w, strict=True):

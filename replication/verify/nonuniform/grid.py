@@ -203,7 +203,7 @@ def require_upper_end(plant: Plant) -> str:
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
     if above > 0:
         require(before(above, below), "the printed end of U3 does not go too far")
-        return f"as printed the bound exceeds 1/alpha at the end by the factor {(below / above).str(6, radius=False)}"
+        return f"as printed the bound exceeds 1/alpha at the end by a factor in {(below / above).str(6)}"
     require(bool(above < 0), "neither U3 nor its misprint is decided by these signs")
     Phi = state_transition(plant, seconds(plant.middle))
     one = arb_mat(identity(plant.A.nrows()))

@@ -59,6 +59,7 @@ def breaks_level(
 
 @on_plant(
     "nonuniform.optimum-upper",
+    source="mustafa",
     parameters={"from": text, "to": text, "weight": system.read_weight},
     bound=UPPER,
     witness={
@@ -69,30 +70,39 @@ def breaks_level(
 def optimum_upper(
     plant: Plant, from_: str, to: str, weight: str, upper: fmpq, filter: Filter, storage: Storage
 ) -> Found:
-    """Some filter has the level {upper:up} {scope}."""
+    """Some filter of <form (4)|the form x_f(k+1) = A_f x_f(k) + B_f y(k), estimate C_f x_f(k)> has the level {upper:up}
+    {scope}.
+    """
     case = Case(ends=system.read_ends(plant, from_, to), weight=weight, filter=filter, level=upper)
     require_level(plant, case, upper, storage)
     return Found(words={"scope": case.scope})
 
 
 @on_plant(
-    "nonuniform.optimum-lower", parameters={"period": text}, bound=LOWER, witness={"start": sized(sequence, rational)}
+    "nonuniform.optimum-lower",
+    source="mustafa",
+    parameters={"period": text},
+    bound=LOWER,
+    witness={"start": sized(sequence, rational)},
 )
 def optimum_lower(plant: Plant, period: str, lower: fmpq, start: list[fmpq]) -> None:
-    """Every stable filter of form (4) has a gain above {lower:down} at the constant period {period}."""
+    """Every stable filter of <form (4)|the form x_f(k+1) = A_f x_f(k) + B_f y(k), estimate C_f x_f(k)> has a gain above
+    {lower:down} at the constant period {period}.
+    """
     require_no_filter_below(plant, plant.period(period, "parameters.period"), lower, start)
 
 
 @on_plant(
     "nonuniform.no-filter-keeps-level",
+    source="mustafa",
     parameters={"period": text, "level": positive},
     bound=LOWER,
     witness={"start": sized(sequence, rational)},
     holds=False,
 )
 def no_filter_keeps_level(plant: Plant, period: str, level: fmpq, lower: fmpq, start: list[fmpq]) -> None:
-    """No stable filter of form (4) has the level {level:down} for every sequence of the range: at the constant period
-    {period} its gain is above {lower:down}.
+    """No stable filter of <form (4)|the form x_f(k+1) = A_f x_f(k) + B_f y(k), estimate C_f x_f(k)> has the level
+    {level:down} for every sequence of the range: at the constant period {period} its gain is above {lower:down}.
     """
     require_no_filter_below(plant, plant.period(period, "parameters.period"), lower, start)
     require(lower >= level, f"the bound {lower} is below the level {level}")

@@ -21,20 +21,20 @@ PASSES = {
 }
 
 
-@statement("nonuniform.lemma-2", holds=True)
+@statement("nonuniform.lemma-2", source="mustafa", holds=True)
 def lemma_2() -> None:
     """Phi and Gamma at h_0 + theta are those at h_0 with Delta(theta) in a loop, for every A and B."""
     identities.require_lemma_2()
 
 
-@on_plant("nonuniform.lemma-3", holds=True)
+@on_plant("nonuniform.lemma-3", source="mustafa", holds=True)
 def lemma_3(plant: Plant) -> Found:
-    """|e^(At)| <= e^(mu t) for all t >= 0 and every A of order two; here mu(A) = {mu:digits 10}."""
+    """|e^(At)| <= e^(mu t) for all t >= 0 and every A of order two; here mu(A) lies in {mu:ball 10}."""
     identities.require_lemma_3()
     return Found(words={"mu": grid.logarithmic_norm(plant.A)})
 
 
-@on_plant("nonuniform.map", holds=True)
+@on_plant("nonuniform.map", source="mustafa", holds=True)
 def loop_map(plant: Plant) -> Found:
     """For signals of two components w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1
     Sigma_12. As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21
@@ -46,7 +46,7 @@ def loop_map(plant: Plant) -> Found:
     return Found(words={"n": n, "m": m, "s": s})
 
 
-@statement("nonuniform.congruence", holds=True)
+@statement("nonuniform.congruence", source="mustafa", holds=True)
 def congruence() -> None:
     """(10) is the congruence of (6) by diag(J_1, I, J_1, I), entry by entry, for two states of plant and filter and one
     disturbance, measurement and estimate.
@@ -54,7 +54,7 @@ def congruence() -> None:
     identities.require_congruence()
 
 
-@statement("nonuniform.recovery", holds=True)
+@statement("nonuniform.recovery", source="mustafa", holds=True)
 def recovery() -> None:
     """The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for two states of
     plant and filter and one disturbance, measurement and estimate.
@@ -62,7 +62,7 @@ def recovery() -> None:
     identities.require_recovery()
 
 
-@on_filtered("nonuniform.sizes", holds=True)
+@on_filtered("nonuniform.sizes", source="mustafa", holds=True)
 def sizes(plant: Plant) -> Found:
     """F, to be multiplied by C ({r} x {n}) and added to an {n} x {n} block, is {n} x {r}, not {r} x {n}."""
     n, r, B = plant.A.nrows(), plant.C.nrows(), _printed(plant).B
@@ -71,21 +71,21 @@ def sizes(plant: Plant) -> Found:
     return Found(words={"n": n, "r": r})
 
 
-@on_plant("nonuniform.upper-end", holds=True)
+@on_plant("nonuniform.upper-end", source="mustafa", holds=True)
 def upper_end(plant: Plant) -> Found:
     """With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9); {printed}."""
     identities.require_sharp_ends()
     return Found(words={"printed": grid.require_upper_end(plant)})
 
 
-@on_plant("nonuniform.lower-end", holds=True)
+@on_plant("nonuniform.lower-end", source="mustafa", holds=True)
 def lower_end(plant: Plant) -> None:
     """At the lower end of (9), case L3, alpha times the bound of Lemma 3 for -A is one."""
     identities.require_sharp_ends()
     grid.require_lower_end(plant)
 
 
-@on_plant("nonuniform.grid-size", bound=BOTH, witness=PASSES)
+@on_plant("nonuniform.grid-size", source="mustafa", bound=BOTH, witness=PASSES)
 def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[grid.Alpha]]) -> Found:
     """Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with {lower} elements after
     {number} passes.
@@ -96,7 +96,7 @@ def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[grid.Alp
     return Found(words={"number": covering.passes})
 
 
-@on_plant("nonuniform.one-interval", witness=PASSES, holds=True)
+@on_plant("nonuniform.one-interval", source="mustafa", witness=PASSES, holds=True)
 def one_interval(plant: Plant, passes: list[list[grid.Alpha]]) -> Found:
     """The interval (9) around the middle leaves out part of the range, although the error system of every filter with
     A_f Schur is stable on all of it; {size} elements cover the range.
@@ -108,7 +108,10 @@ def one_interval(plant: Plant, passes: list[list[grid.Alpha]]) -> Found:
 
 
 @on_plant(
-    "nonuniform.stalls", witness=Depends(lambda given: sized(grid.read_alpha, given.plant.A.nrows())), holds=False
+    "nonuniform.stalls",
+    source="mustafa",
+    witness=Depends(lambda given: sized(grid.read_alpha, given.plant.A.nrows())),
+    holds=False,
 )
 def stalls(plant: Plant, witness: grid.Alpha) -> Found:
     """Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves all as it is,
@@ -119,6 +122,7 @@ def stalls(plant: Plant, witness: grid.Alpha) -> Found:
 
 @on_plant(
     "nonuniform.same-level",
+    source="mustafa",
     parameters={"cells": sized(integer, 1)},
     witness={
         "cell": integer,
@@ -134,7 +138,8 @@ def stalls(plant: Plant, witness: grid.Alpha) -> Found:
 )
 def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, level: fmpq, **proof: Any) -> Found:
     """With {cells} cells, in the coordinates of the plant, one level for both channels is at least {forced:down},
-    whether or not Delta is divided by its norm; a filter has the level {level:up} for every sequence.
+    whether or not Delta is divided by its norm; a filter of form (4) has the level
+    {level:up} for every sequence.
 
     In the coordinates of the plant: a change of coordinates would change alpha and the norm of Delta.
     """
@@ -150,9 +155,9 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     return Found(words={"forced": forced})
 
 
-@on_filtered("nonuniform.observer-column", parameters={"column": integer})
+@on_filtered("nonuniform.observer-column", source="mustafa", parameters={"column": integer})
 def observer_column(plant: Plant, column: int) -> Found:
-    """Column {place} of Phi(h) - B_f C at the middle is [{entries:digits 8}]."""
+    """Column {place} of Phi(h) - B_f C at the middle has its entries in {entries:ball 8}."""
     require(column < plant.A.nrows(), "parameters.column is not one of the columns")
     whole = grid.state_transition(plant, seconds(plant.middle)) - arb_mat(_printed(plant).B * plant.C)
     entries = [row[column] for row in whole.tolist()]

@@ -1,0 +1,74 @@
+"""The work of a check, estimated from sizes and digits before it is done: few bytes can ask for years of it.
+
+Estimates are in nanoseconds of an ordinary processor, to within a factor of a few; they are the same on any machine, so
+that the same certificates are refused everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any
+
+from flint import fmpq_mat
+
+from replication.verify.theorem import require
+
+MOST = 12 * 10**9
+"""Of one certificate."""
+BALL = 200
+"""One operation on balls of a few hundred bits."""
+_spent: ContextVar[int] = ContextVar("work", default=0)
+
+
+@contextmanager
+def budget() -> Iterator[None]:
+    """Within it the estimates add up from zero; raises Refused where they exceed `MOST`."""
+    before = _spent.set(0)
+    try:
+        yield
+    finally:
+        _spent.reset(before)
+
+
+def spend(work: int, what: str) -> None:
+    """Add an estimate, before the work is done."""
+    total = _spent.get() + work
+    require(total <= MOST, f"{what} takes the check beyond {MOST // 10**9} s of work; give fewer or shorter numbers")
+    _spent.set(total)
+
+
+def bits(*matrices: fmpq_mat) -> int:
+    """The length of the longest numerator or denominator in these matrices."""
+    return max((entry.height_bits() for M in matrices for entry in M.entries()), default=1)
+
+
+def multiplying(first: int, second: int) -> int:
+    """One product of integers of so many bits: by columns if one is short, by fast transforms if both are long."""
+    short, long = sorted((first // 64 + 1, second // 64 + 1))
+    return 30 + long * min(short, 40 + 10 * short.bit_length())
+
+
+def product(A: fmpq_mat, B: fmpq_mat) -> fmpq_mat:
+    """A B, its work estimated; the entries of a product are also brought to lowest terms."""
+    first, second = bits(A), bits(B)
+    once = multiplying(first, second)
+    spend(A.nrows() * B.ncols() * (A.ncols() * once + 10 * multiplying(first + second, first + second)), "a product")
+    result: fmpq_mat = A * B
+    return result
+
+
+def spend_elimination(rows: int, columns: int, length: int, what: str) -> None:
+    """Of exact elimination, in which entries of so many bits grow with each pivot."""
+    order = min(rows, columns)
+    grown = order * length // 2 + 1
+    spend(rows * columns * order * multiplying(grown, grown), what)
+
+
+def characteristic_polynomial(M: fmpq_mat) -> Any:
+    """det(z I − M), its work estimated: modulo as many primes as its coefficients are long."""
+    n, length = M.nrows(), bits(M)
+    primes = n * length // 60 + 1
+    spend(primes * n**3 * 5 + n * multiplying(n * length, n * length) * 10, "a characteristic polynomial")
+    return M.charpoly()

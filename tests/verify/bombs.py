@@ -1,0 +1,82 @@
+"""Certificates of few bytes that ask for years of work."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Mapping
+from typing import Any
+
+Certificate = dict[str, Any]
+Bomb = Callable[[Mapping[str, Certificate]], Certificate]
+
+
+def filled(rows: int, columns: int, entry: str = "0") -> list[list[str]]:
+    """A matrix of one number."""
+    return [[entry] * columns for _ in range(rows)]
+
+
+def unit(size: int) -> list[list[str]]:
+    """The identity matrix."""
+    return [["1" if i == j else "0" for j in range(size)] for i in range(size)]
+
+
+def high_degree(others: Mapping[str, Certificate]) -> Certificate:
+    """A functional on squares of degree 6: zero but for the supply."""
+    made = copy.deepcopy(others["peet2019/ex2-d1-lower"])
+    plant, degree = made["plant"], 6
+    states, powers = len(plant["A0"]), 2 * degree + 1
+    functions, disturbances, outputs = states * len(plant["delays"]), len(plant["B"][0]), len(plant["C10"])
+    points = disturbances + outputs + states + functions
+    P = filled(points, points)
+    for i in range(disturbances + outputs):
+        P[i][i] = "1"
+    for i in range(outputs):
+        here, there = disturbances + i, disturbances + outputs + i
+        P[here][there] = P[there][here] = "1"
+    square, row = filled(functions, functions), filled(points, functions)
+    made["parameters"]["degree"], made["bound"] = degree, {"lower": "1/1000000"}
+    several = [square] * powers
+    made["witness"]["functional"] = {
+        "P": P, "Q": [row] * powers, "S": several, "R": [several] * powers, "coupling": several
+    }  # fmt: skip
+    return made
+
+
+def product(others: Mapping[str, Certificate], A: list[list[str]], phases: int) -> Certificate:
+    """The product of A_e over so many phases, of a plant that one sensor sees."""
+    made, n = copy.deepcopy(others["okajima2023/product"]), len(A)
+    made["parameters"] = {"periods": [phases], "offsets": [0]}
+    made["plant"] |= {"A": A, "C": filled(1, n, "1"), "L": [filled(n, 1)] * phases}
+    return made
+
+
+def long_product(others: Mapping[str, Certificate]) -> Certificate:
+    """1,000 phases, entries of 990 digits."""
+    return product(others, [[str(10**989 + 7 * i + 13 * j + 1) for j in range(3)] for i in range(3)], 1000)
+
+
+def wide_product(others: Mapping[str, Certificate]) -> Certificate:
+    """50 states, 1,000 phases."""
+    return product(others, [[f"{(7 * i + 3 * j) % 11 + 1}/13" for j in range(50)] for i in range(50)], 1000)
+
+
+def long_powers(others: Mapping[str, Certificate]) -> Certificate:
+    """The powers of a matrix of 40 states with entries of 900 digits."""
+    made = copy.deepcopy(others["okajima2023/observable"])
+    made["plant"]["A"] = [[str(10**899 + 7 * i + 13 * j * j + 1) for j in range(40)] for i in range(40)]
+    made["plant"]["C"] = filled(2, 40, "1")
+    return made
+
+
+def many_zeros(others: Mapping[str, Certificate]) -> Certificate:
+    """The energy of a motion of 50 states: 2,500 equations in balls."""
+    made, n = copy.deepcopy(others["mustafa/floor-2"]), 50
+    plant = {name: value for name, value in made["plant"].items() if name in ("name", "h_l", "h_u")}
+    decaying = [["-1" if i == j else "0" for j in range(n)] for i in range(n)]
+    made["plant"] = {**plant, "A": decaying, "B": filled(n, 1, "1"), "C": filled(1, n, "1"), "D": [["1"]]}
+    made["plant"]["L"] = filled(1, n, "1")
+    made["witness"]["start"] = ["1"] * n
+    return made
+
+
+BOMBS: tuple[Bomb, ...] = (high_degree, long_product, wide_product, long_powers, many_zeros)
