@@ -41,7 +41,7 @@ def test_run_writes_everything_and_sums_it_up(lab: Lab) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
     assert lines[-1] == f"report: {lab.root / 'report' / 'index.html'}"
-    assert "toy2020: 3 claims: 1 reproduced, 1 differs, 1 consistent" in lines
+    assert "toy2020: 3 claims: 1 reproduced, 1 consistent, 1 differs" in lines
     assert "experiments: 5 computed, 0 reused, 0 failed" in lines
     assert any(line.startswith("slowest: toy2020.") or line.startswith("slowest: other2021.") for line in lines)
     for name in ("report/results.json", "report/index.html", "figures/toy2020-fig1.svg", "figures/toy2020-fig1.csv"):

@@ -96,11 +96,7 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
         for field, wanted in subject(paper, name, root).items():
             require(same(values[field], wanted), f"{field} is not that of the wanted theorem {name}")
     require(statement in STATEMENTS, f"there is no statement {statement!r:.60}")
-    theorem = STATEMENTS[statement](certificate)
-    for side, number in stated.items():
-        proved = getattr(theorem, side)
-        require(proved == number, f"the {side} bound that is proved is {proved}, not {number}")
-    return theorem
+    return STATEMENTS[statement](certificate, stated)
 
 
 def same(first: Any, second: Any) -> bool:

@@ -76,19 +76,21 @@ class Statement:
     bits: int
     prove: Callable[..., Found | None]
 
-    def __call__(self, certificate: Mapping[str, Any]) -> Theorem:
-        """Read what is declared, prove it, and say so."""
+    def __call__(self, certificate: Mapping[str, Any], bounds: Mapping[str, fmpq] | None = None) -> Theorem:
+        """Read what is declared, prove it, and say so; refused unless what is proved has these bounds, if any."""
         with ctx.workprec(self.bits), budget():
             given = self.read(certificate)
             found = self.prove(**given) or Found()
             bound = self.groups["bound"]
             stated = bound if isinstance(bound, Mapping) else {}
+            sides = {side: given[side] if side in stated else getattr(found, side) for side in ("lower", "upper")}
+            for side, number in (bounds or {}).items():
+                require(sides[side] == number, f"the {side} bound that is proved is {sides[side]}, not {number}")
             return Theorem(
                 sentence=_Words().vformat(self.wording(certificate.get("paper")), (), {**given, **found.words}),
-                lower=given["lower"] if "lower" in stated else found.lower,
-                upper=given["upper"] if "upper" in stated else found.upper,
                 holds=self.holds if found.holds is None else found.holds,
                 items=found.items,
+                **sides,
             )
 
     def wording(self, paper: str | None) -> str:
@@ -149,9 +151,9 @@ class _Words(Formatter):
 
     def format_field(self, value: Any, format_spec: str) -> str:
         kind, *places = format_spec.split(" ")
-        if kind in ("ball", "digits"):
+        if kind == "ball":
             balls = value if isinstance(value, list) else [value]
-            return ", ".join(ball.str(*map(int, places), radius=kind == "ball") for ball in balls)
+            return ", ".join(ball.str(*map(int, places), radius=True) for ball in balls)
         if kind not in ("down", "up"):
             return str(super().format_field(value, format_spec))
         if isinstance(value, arb):

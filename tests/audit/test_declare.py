@@ -69,7 +69,7 @@ def common(results: Results) -> tuple[CommonLevel, ...]:
 
 
 def sample() -> Paper:
-    table, motor = Part("Table 1", figures="levels", also="motor.speed"), Part("Sec. V")
+    table, motor = Part("Table 1", reading="none", figures="levels", also="motor.speed"), Part("Sec. V", reading="none")
     table.value("table1.n21", PRINTED, uses="motor", pinned="differs", erratum="slip")(answer)
     motor.order("motor.speed", place="Sec. V", statement="It turns.", uses=("motor", "other"))(partial(level, "motor"))
     motor.cited("motor.seconds", "3", place="Sec. V", statement="It takes 3 s.", reason="of that computer")

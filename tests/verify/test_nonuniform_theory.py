@@ -355,4 +355,5 @@ def test_one_interval_needs_a_stable_plant() -> None:
 
 def test_numbers_in_sentences_are_short() -> None:
     assert re.search(r"mu\(A\) lies in \[\d\.\d{8,9} \+/- [^]]+\]\.$", check(load("lemma-3-1")).sentence)
-    assert re.search(r"in \[0\.0\d{6,8} \+/- [^]]+\], \[0\.\d{6,8} \+/- [^]]+\]\.$", check(load("filter-second-column")).sentence)
+    entries = r"in \[0\.0\d{6,8} \+/- [^]]+\], \[0\.\d{6,8} \+/- [^]]+\]\.$"
+    assert re.search(entries, check(load("filter-second-column")).sentence)

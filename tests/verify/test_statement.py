@@ -89,13 +89,16 @@ def whole(given: Any) -> Reader:
 def test_a_stated_bound_is_that_of_the_theorem() -> None:
     @statement("test.bound", bound=BOTH)
     def bounded(lower: fmpq, upper: fmpq) -> Found:
-        """Between {lower:down} and {upper:up}, from {ball:down 2} to {ball:up 2}, {ball:ball 5}, {balls:digits 3}."""
+        """Between {lower:down} and {upper:up}, from {ball:down 2} to {ball:up 2}, {ball:ball 5}, {balls:ball 3}."""
         ball = arb(1, fmpq(1, 100))
         return Found(lower=fmpq(9), upper=fmpq(9), words={"ball": ball, "balls": [arb(2), arb(3) / 7]})
 
     theorem = bounded(certificate(bound={"lower": "1", "upper": "2"}))
     assert (theorem.lower, theorem.upper) == (1, 2)
-    assert theorem.sentence == "Between 1.000000000 and 2.000000000, from 0.98 to 1.02, [1.0 +/- 0.0101], 2.00, 0.429."
+    assert (
+        theorem.sentence
+        == "Between 1.000000000 and 2.000000000, from 0.98 to 1.02, [1.0 +/- 0.0101], 2.00, [0.429 +/- 4.29e-4]."
+    )
 
 
 def test_a_statement_has_the_bits_it_asks_for() -> None:
