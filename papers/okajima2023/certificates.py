@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from papers.okajima2023.cases import DIAGONAL_STEP, LARGEST_ENTRY
+from papers.okajima2023.experiments.declared import DIAGONAL_STEP, LARGEST_ENTRY
 from papers.okajima2023.method.input_recovery import recover_inputs
 from papers.okajima2023.method.recovery import recover_outputs, recover_poles
 from papers.okajima2023.printed import DATA, GAINS, matrix, poles

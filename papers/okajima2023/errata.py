@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from papers.okajima2023.cases import DRAWS
 from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, G_SIM, all_draws
 from papers.okajima2023.claims.unstable import ALL_DIAGONALS, DIAGONAL, PRINTED, RECOVERED, SETTING, USES
+from papers.okajima2023.experiments.declared import DRAWS
 from papers.okajima2023.experiments.simulations import DENOMINATORS
 from papers.okajima2023.printed import PLANT, bracketed
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY

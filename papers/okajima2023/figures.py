@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from papers.okajima2023.cases import PERIOD_TABLE, all_periods
+from papers.okajima2023.experiments.declared import PERIOD_TABLE, all_periods
 from replication.audit.model import Figure, FigureData, Results
 from replication.drawing.style import COLOURS, FOREGROUND, line, new_axes
 

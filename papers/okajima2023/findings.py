@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from papers.okajima2023.cases import all_periods, pair
 from papers.okajima2023.claims.levels import counterexamples
 from papers.okajima2023.claims.simulation import AS_PRINTED, G_SIM, all_draws
+from papers.okajima2023.experiments.declared import all_periods, pair
 from papers.okajima2023.printed import TABLE_1
 from replication.audit.model import Results
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from papers._common import MULTIPLES
 from papers.okajima2023 import common
-from papers.okajima2023.cases import EXPERIMENTS, table_claim
 from papers.okajima2023.claims import blog, formulation, levels, simulation, theorems, timing, unstable
 from papers.okajima2023.errata import ERRATA
+from papers.okajima2023.experiments.declared import EXPERIMENTS, table_claim
 from papers.okajima2023.figures import FIGURES
 from papers.okajima2023.findings import findings
 from papers.okajima2023.printed import TABLE_1

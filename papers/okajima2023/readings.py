@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from papers.okajima2023.cases import DIAGONAL_STEP
+from papers.okajima2023.experiments.declared import DIAGONAL_STEP
 from papers.okajima2023.experiments.simulations import DENOMINATORS
 from replication.audit.model import Reading
 

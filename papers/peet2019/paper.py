@@ -10,11 +10,11 @@ from papers.peet2019.claims.gains import attained, optimum_of
 from papers.peet2019.claims.observer import CLOSED_LOOPS, IMPLEMENTATION, REMARKS, lumped_error
 from papers.peet2019.claims.theory import COROLLARY_2, DEFINITIONS, INTRODUCTION, THEOREM_1, THEOREM_3, THEOREM_4
 from papers.peet2019.errata import ERRATA, OF_THE_IDENTITY
+from papers.peet2019.experiments.declared import EXPERIMENTS, MOVED
 from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.figures import FIGURES
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, seconds
 from papers.peet2019.readings import JORDAN, READINGS
-from papers.peet2019.runs import EXPERIMENTS, MOVED
 from replication.audit.declare import Part, paper
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Formula, Results, Sensitivity, Table

@@ -1,7 +1,6 @@
 """The audit of Shao, Yang, Li and Yi: what it covers, in the order of the manuscript, and what it shows."""
 
 from papers.shao import common, sensitivity
-from papers.shao.choices import READINGS
 from papers.shao.claims.comparison import RESPONSES, STABILITY
 from papers.shao.claims.introduction import ABSTRACT, INTRODUCTION
 from papers.shao.claims.motor import MOTOR
@@ -14,6 +13,7 @@ from papers.shao.figures import stability as stability_figures
 from papers.shao.figures import tracking as tracking_figures
 from papers.shao.findings import findings
 from papers.shao.printed import REFERENCES
+from papers.shao.readings import READINGS
 from replication.audit.declare import Part, paper
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Formula, Table

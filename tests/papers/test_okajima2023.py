@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from papers.okajima2023 import PAPER
-from papers.okajima2023.cases import SEED, both, pair
 from papers.okajima2023.claims.blog import longest_gap
 from papers.okajima2023.claims.levels import counterexamples
+from papers.okajima2023.experiments.declared import SEED, both, pair
 from papers.okajima2023.experiments.designs import constant_matrix, design, norm_of_gains, of_filters
 from papers.okajima2023.experiments.identities import summation
 from papers.okajima2023.experiments.problem import build

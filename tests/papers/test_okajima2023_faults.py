@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 from papers.okajima2023 import PAPER, errata
-from papers.okajima2023.cases import CASES, DRAWS, GAIN_SETS, TIMINGS, case, gain_set, pair
 from papers.okajima2023.claims import levels
+from papers.okajima2023.experiments.declared import CASES, DRAWS, GAIN_SETS, TIMINGS, case, gain_set, pair
 from papers.okajima2023.experiments.simulations import DENOMINATORS
 from papers.okajima2023.printed import GAINS, PLANT, SCHEDULES, TABLE_1
 from replication.audit.judge.verdict import make_record

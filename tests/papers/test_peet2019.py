@@ -12,6 +12,7 @@ from papers.peet2019 import PAPER
 from papers.peet2019.claims.cost import exponent, largest_ratio, printed_seconds
 from papers.peet2019.errata import WRONG
 from papers.peet2019.experiments import timed
+from papers.peet2019.experiments.declared import DEFAULT_CELLS, EXPERIMENTS, OFF_THE_PRINT, SMALL_CONE_CELLS
 from papers.peet2019.experiments.examples import (
     as_printed,
     closed_loop,
@@ -35,7 +36,6 @@ from papers.peet2019.experiments.scaling import (
     small_cone_cost,
 )
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, published
-from papers.peet2019.runs import DEFAULT_CELLS, EXPERIMENTS, OFF_THE_PRINT, SMALL_CONE_CELLS
 from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Kind, Verdict
 from replication.estimation.delay import delay_system, rightmost_roots

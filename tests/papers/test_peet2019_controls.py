@@ -16,10 +16,10 @@ from papers.peet2019 import PAPER
 from papers.peet2019.claims import cost
 from papers.peet2019.claims.gains import UNSHARP
 from papers.peet2019.claims.theory import LOOPS
+from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.experiments.identities import MISPRINTS
 from papers.peet2019.experiments.readings import READINGS
 from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
-from papers.peet2019.runs import OFF_THE_PRINT
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Kind, Proof, Verdict
 

@@ -15,8 +15,8 @@ import pytest
 
 import papers
 from papers.mustafa.experiments.draws import DRAWS as SEQUENCES
-from papers.okajima2023.cases import DRAWS, PERIOD_TABLE
-from papers.peet2019.runs import DEFAULT_CELLS
+from papers.okajima2023.experiments.declared import DRAWS, PERIOD_TABLE
+from papers.peet2019.experiments.declared import DEFAULT_CELLS
 from papers.shao.experiments.readings import SEARCH
 from replication.audit.model import Paper, Results
 from replication.audit.run.pool import Processes

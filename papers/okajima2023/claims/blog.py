@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import lcm
 
-from papers.okajima2023.cases import PERIOD_TABLE, TIMINGS, all_periods, case, pair, table_claim
 from papers.okajima2023.claims.levels import counterexamples, level, solvers_of
+from papers.okajima2023.experiments.declared import PERIOD_TABLE, TIMINGS, all_periods, case, pair, table_claim
 from papers.okajima2023.printed import DATA
 from papers.okajima2023.readings import PREDICTORS, RULE, RULE_BEST_TIMING
 from replication.audit.declare import Part, positive

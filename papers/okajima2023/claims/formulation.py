@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from papers.okajima2023.cases import case
+from papers.okajima2023.experiments.declared import case
 from papers.okajima2023.printed import DATA, SCHEDULES
 from papers.okajima2023.readings import CYCLIC_BLOCKS, CYCLIC_FULL
 from replication.audit.declare import Part, below, positive

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
-from papers.okajima2023.cases import (
+from papers.okajima2023.experiments.declared import (
     CASES,
     GAIN_SETS,
     both,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from papers.okajima2023.cases import CASES, DRAWS, case
+from papers.okajima2023.experiments.declared import CASES, DRAWS, case
 from papers.okajima2023.experiments.simulations import DENOMINATORS, distribution
 from papers.okajima2023.printed import DATA
 from papers.okajima2023.readings import CENTRAL, PREDICTORS, SAME_NOISE

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from papers.okajima2023.cases import DESIGNS, GAIN_SETS, case, gain_set
 from papers.okajima2023.claims.formulation import identity
 from papers.okajima2023.claims.levels import solvers_of
+from papers.okajima2023.experiments.declared import DESIGNS, GAIN_SETS, case, gain_set
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Results
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from itertools import combinations, pairwise
 
-from papers.okajima2023.cases import TIMINGS
 from papers.okajima2023.claims.levels import achieved, level, separation
+from papers.okajima2023.experiments.declared import TIMINGS
 from papers.okajima2023.printed import DATA, GAINS
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results

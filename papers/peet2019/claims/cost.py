@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
+from papers.peet2019.experiments.declared import DEFAULT_CELLS, SMALL_CONE_CELLS
 from papers.peet2019.experiments.scaling import level_of
 from papers.peet2019.printed import DATA, published
 from papers.peet2019.readings import COST, DAY, DESKTOP, JORDAN, MEMORY, SAME
-from papers.peet2019.runs import DEFAULT_CELLS, SMALL_CONE_CELLS
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Outcome, Results, SolverRecord
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import partial
 
 from papers.peet2019.claims.gains import by_pade, least_gain, reaches
+from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.printed import COLUMNS, DATA, DEGREES, EXAMPLES
 from papers.peet2019.readings import HOUSE, PADE, SINC
-from papers.peet2019.runs import OFF_THE_PRINT
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Results, SolverRecord
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.experiments.readings import attainable, common_epsilon, inside, runs
 from papers.peet2019.printed import DATA
 from papers.peet2019.readings import HOUSE
-from papers.peet2019.runs import OFF_THE_PRINT
 from replication.audit.declare import below
 from replication.audit.model import Evidence, Outcome, Results, SolverRecord
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
+from papers.peet2019.experiments.declared import ABOVE, NEAR
 from papers.peet2019.printed import DATA, EXAMPLES
 from papers.peet2019.readings import ACCURATE, HOUSE
-from papers.peet2019.runs import ABOVE, NEAR
 from replication.audit.declare import Part, below
 from replication.audit.model import Evidence, Outcome, Results, SolverRecord
 

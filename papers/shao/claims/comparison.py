@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from functools import partial
 
-from papers.shao.choices import INTERPOLATIONS, LITERAL, SLOWEST, STARTS
 from papers.shao.claims.outcomes import by_margin
 from papers.shao.printed import DATA
 from papers.shao.problem import APO, FREQUENCIES, HELD, LABELS, PMI, PMI_READINGS, SINGLE, SRC
+from papers.shao.readings import INTERPOLATIONS, LITERAL, SLOWEST, STARTS
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results
 

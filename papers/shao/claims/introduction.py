@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from papers.shao.choices import INTERPOLATIONS, LITERAL, SLOWEST
 from papers.shao.claims.outcomes import by_margin
 from papers.shao.printed import REFERENCES
 from papers.shao.problem import APO, FAST, LABELS, REPAIRED, STATE
+from papers.shao.readings import INTERPOLATIONS, LITERAL, SLOWEST
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Kind, Results
 

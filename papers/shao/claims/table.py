@@ -8,12 +8,12 @@ from functools import partial
 from itertools import pairwise, product
 from typing import Any
 
-from papers.shao.choices import INTERPOLATIONS, LITERAL, MEASURES, STARTS
 from papers.shao.claims.outcomes import by_margin, by_value
 from papers.shao.experiments.readings import SEARCH, merged
 from papers.shao.method.search import Near, chance, reading_of
 from papers.shao.printed import DATA
 from papers.shao.problem import APO, APO_READINGS, COLUMNS, LABELS, PMI, PMI_READINGS, READINGS, SRC
+from papers.shao.readings import INTERPOLATIONS, LITERAL, MEASURES, STARTS
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Results
 from replication.estimation.dualrate.tracking import Points

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from papers.shao.choices import MEASURES, STARTS
 from papers.shao.experiments.motor import radius
 from papers.shao.method.motor import Motor
 from papers.shao.method.readings import STRUCTURES, Structure, first_estimate
@@ -32,6 +31,7 @@ from papers.shao.problem import (
     STATE,
     literal_loop,
 )
+from papers.shao.readings import MEASURES, STARTS
 from replication.audit.declare import experiment
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import (

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from papers.shao import PAPER
-from papers.shao.choices import INTERPOLATIONS, MEASURES, STARTS
 from papers.shao.claims.outcomes import by_margin
 from papers.shao.claims.table import described, ordering_counts
 from papers.shao.experiments import motor as motor_experiments
@@ -34,6 +33,7 @@ from papers.shao.problem import (
     START,
     literal_loop,
 )
+from papers.shao.readings import INTERPOLATIONS, MEASURES, STARTS
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Kind, Verdict
 from replication.audit.store.jsonvalues import encode
