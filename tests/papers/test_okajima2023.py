@@ -70,7 +70,7 @@ def test_one_unit_in_the_last_place_flips_the_verdict(fresh_run: Outcome) -> Non
         for sign in (1, -1):
             other = f"{float(record.claim.printed) + sign * 10.0**-places:.{places}f}"
             reprinted = msgspec.structs.replace(record.claim, printed=other)
-            moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata)
+            moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata, readings=PAPER.readings)
             assert moved.verdict is Verdict.DIFFERS, (record.id, other, moved.reason)
             flipped += 1
     assert flipped >= 50
@@ -87,7 +87,8 @@ def test_changed_plant_turns_claims_red(tmp_path: Path) -> None:
         for experiment in PAPER.experiments
         if experiment.name in wanted
     )
-    claims = tuple(claim for claim in PAPER.claims if claim.id.startswith(f"{KEY}.table1."))
+    columns = [claim for claim in PAPER.claims if claim.id.startswith(f"{KEY}.table1.")]
+    claims = tuple(dataclasses.replace(claim, repeats="") for claim in columns)
     paper = dataclasses.replace(
         PAPER, experiments=changed, claims=claims, errata=(), figures=(), tables=(), findings=lambda results: (),
         scope=(ScopeItem(part="Table 1", claims=tuple(claim.id for claim in claims)),),

@@ -172,7 +172,8 @@ def verdict(claim: Claim, results: dict[str, Any]) -> Verdict:
     evidence = claim.answer(results)
     assert {outcome.reading for outcome in evidence.outcomes} <= {reading.name for reading in PAPER.readings}
     proof = Proof(holds=True, text="taken for granted here") if claim.erratum else None
-    return make_record(claim, evidence, proof).judgement.verdict
+    inferred = any(erratum.inference for erratum in PAPER.errata if erratum.id == claim.erratum)
+    return make_record(claim, evidence, proof, inferred=inferred, readings=PAPER.readings).judgement.verdict
 
 
 def named(names: dict[str, Any]) -> list[Any]:

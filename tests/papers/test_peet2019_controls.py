@@ -177,7 +177,8 @@ def verdict(claim: Claim, results: Results, proof_holds: bool = True) -> Verdict
         evidence, error = claim.answer(results), ""
     except KeyError as missing:
         evidence, error = None, repr(missing)
-    return make_record(claim, evidence, proof, error=error).verdict
+    inferred = any(erratum.inference for erratum in PAPER.errata if erratum.id == claim.erratum)
+    return make_record(claim, evidence, proof, inferred=inferred, readings=PAPER.readings, error=error).verdict
 
 
 def fails(claim: Claim, results: Results, proof_holds: bool = True) -> bool:

@@ -62,11 +62,12 @@ def result(name: str) -> object:
 def verdict(claim_id: str, results: dict[str, object] | None = None) -> Verdict:
     claim = CLAIMS[claim_id]
     found = results or {name: result(name) for name in claim.uses}
-    proof = None
+    proof, inferred = None, False
     if claim.erratum is not None:
         erratum = next(e for e in PAPER.errata if e.id == claim.erratum)
         proof = erratum.prove({name: result(name) for name in erratum.uses})
-    return make_record(claim, claim.answer(found), proof).verdict
+        inferred = erratum.inference
+    return make_record(claim, claim.answer(found), proof, inferred=inferred, readings=PAPER.readings).verdict
 
 
 def test_table_was_transcribed_twice_with_the_same_outcome() -> None:
@@ -129,7 +130,7 @@ def test_every_erratum_holds() -> None:
 def test_a_printed_value_one_unit_off_is_not_reproduced() -> None:
     claim = replace(CLAIMS["shao.motor.torque-constant"], printed="3.67")
     evidence = claim.answer({"shao.motor": result("shao.motor")})
-    assert make_record(claim, evidence).verdict is Verdict.DIFFERS
+    assert make_record(claim, evidence, readings=PAPER.readings).verdict is Verdict.DIFFERS
 
 
 def test_changed_data_turn_claims_red() -> None:
@@ -146,7 +147,7 @@ def test_changed_data_turn_claims_red() -> None:
 def test_erratum_without_its_proof_does_not_count() -> None:
     claim = CLAIMS["shao.motor.feedforward"]
     evidence = claim.answer({"shao.motor": result("shao.motor")})
-    assert make_record(claim, evidence).verdict is Verdict.ERROR
+    assert make_record(claim, evidence, readings=PAPER.readings).verdict is Verdict.ERROR
 
 
 def test_stored_blocks_merge_to_what_was_searched() -> None:

@@ -75,7 +75,8 @@ def verdict(name: str, change: Change | None = None, printed: str | None = None)
         change(short)
         results = {f"shao.{key}": value for key, value in short.items()}
     proof = errata[0].prove(results) if errata else None
-    return make_record(claim, claim.answer(results), proof).verdict
+    inferred = any(erratum.inference for erratum in errata)
+    return make_record(claim, claim.answer(results), proof, inferred=inferred, readings=PAPER.readings).verdict
 
 
 def put(path: str, value: Any) -> Change:
