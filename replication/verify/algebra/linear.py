@@ -52,8 +52,7 @@ def require_positive_definite(M: fmpq_mat, what: str) -> None:
     """
     require(M.transpose() == M, f"{what} is not symmetric")
     integers, _ = M.numer_denom()
-    length = max((entry.bit_length() for entry in integers.entries()), default=1)
-    spend_elimination(M.nrows(), M.nrows(), length, f"whether {what} is positive definite")
+    spend_elimination(M.nrows(), M.nrows(), bits(fmpq_mat(integers)), f"whether {what} is positive definite")
     permutation, _, _, upper = integers.fflu()
     size = M.nrows()
     unpermuted = permutation == fmpz_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])

@@ -7,14 +7,19 @@ from typing import Any
 
 from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.algebra.work import characteristic_polynomial, multiplying, spend, spend_elimination
+from replication.verify.algebra.work import (
+    characteristic_polynomial,
+    estimate_length,
+    spend_elimination,
+    spend_on_roots,
+)
 from replication.verify.theorem import require
 
 
 def is_schur(polynomial: fmpq_poly) -> bool:
     """Whether all roots of a polynomial of degree n >= 0 are inside the unit circle (exact)."""
     require(polynomial.degree() >= 0, "the zero polynomial has no set of roots")
-    _spend_on_roots(polynomial)
+    spend_on_roots(polynomial)
     return _schur_cohn(polynomial.coeffs())
 
 
@@ -46,9 +51,8 @@ def require_hurwitz(M: fmpq_mat, what: str) -> None:
     The matrix of the characteristic polynomial, which has a_n = 1 (Routh and Hurwitz).
     """
     n, coefficients = M.nrows(), characteristic_polynomial(M).coeffs()
-    longest = max(c.height_bits() for c in coefficients)
     for size in range(1, n + 1):
-        spend_elimination(size, size, longest, "a Hurwitz determinant")
+        spend_elimination(size, size, estimate_length(coefficients), "a Hurwitz determinant")
         rows = [[_at(coefficients, n - 1 - 2 * j + i) for j in range(size)] for i in range(size)]
         require(fmpq_mat(rows).det() > 0, f"{what} is not Hurwitz: its Hurwitz determinant {size} is not positive")
 
@@ -57,14 +61,9 @@ def _at(coefficients: Sequence[fmpq], power: int) -> fmpq:
     return coefficients[power] if 0 <= power < len(coefficients) else fmpq(0)
 
 
-def _spend_on_roots(polynomial: fmpq_poly) -> None:
-    n, length = polynomial.degree(), max((c.height_bits() for c in polynomial.coeffs()), default=1)
-    spend((n + 1) ** 2 * 10 * multiplying(n * length, n * length), "the roots of a polynomial")
-
-
 def roots(polynomial: fmpq_poly) -> list[acb]:
     """Enclosures of all complex roots, each as often as its multiplicity; apart from each other unless equal."""
-    _spend_on_roots(polynomial)
+    spend_on_roots(polynomial)
     found: list[tuple[acb, int]] = polynomial.complex_roots()  # type: ignore[assignment]  # its stubs say otherwise
     return [root for root, multiplicity in found for _ in range(multiplicity)]
 

@@ -6,12 +6,12 @@ that the same certificates are refused everywhere.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-from flint import fmpq_mat
+from flint import fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.theorem import require
 
@@ -41,7 +41,12 @@ def spend(work: int, what: str) -> None:
 
 def bits(*matrices: fmpq_mat) -> int:
     """The length of the longest numerator or denominator in these matrices."""
-    return max((entry.height_bits() for M in matrices for entry in M.entries()), default=1)
+    return estimate_length(entry for M in matrices for entry in M.entries())
+
+
+def estimate_length(numbers: Iterable[fmpq]) -> int:
+    """The length of the longest numerator or denominator of these numbers."""
+    return max((number.height_bits() for number in numbers), default=1)
 
 
 def multiplying(first: int, second: int) -> int:
@@ -64,6 +69,17 @@ def spend_elimination(rows: int, columns: int, length: int, what: str) -> None:
     order = min(rows, columns)
     grown = order * length // 2 + 1
     spend(rows * columns * order * multiplying(grown, grown), what)
+
+
+def spend_on_roots(polynomial: fmpq_poly) -> None:
+    """Of the roots of a polynomial, or of the test of Schur and Cohn."""
+    n, length = polynomial.degree(), estimate_length(polynomial.coeffs())
+    spend((n + 1) ** 2 * 10 * multiplying(n * length, n * length), "the roots of a polynomial")
+
+
+def spend_on_products(degree: int, length: int, what: str) -> None:
+    """Of a few products of a polynomial of this degree, with coefficients of so many bits, by short ones."""
+    spend(20 * degree * multiplying(length, length), what)
 
 
 def characteristic_polynomial(M: fmpq_mat) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from flint import arb, fmpq, fmpq_poly
 
 from replication.verify.algebra.balls import is_less
-from replication.verify.algebra.work import multiplying, spend
+from replication.verify.algebra.work import spend_on_products
 from replication.verify.dualrate.loop import Loop
 from replication.verify.theorem import require
 
@@ -30,8 +30,7 @@ def determinant(loop: Loop, ratio: int) -> fmpq_poly:
     for x, zeta in ((fmpq_poly([1]), fmpq_poly([0])), (fmpq_poly([0]), fmpq_poly([1]))):
         measured = x
         for k in range(ratio):
-            length = (k + 1) * (loop.K[0, 0].height_bits() + 2)
-            spend(20 * (k + 1) * multiplying(length, length), "det(I − Φ)")
+            spend_on_products(k + 1, (k + 1) * (loop.K[0, 0].height_bits() + 2), "det(I − Φ)")
             u = loop.K[0, 0] * zeta
             predicted = GROWTH * (GROWTH * zeta + H * u)
             x, zeta = GROWTH * (GROWTH * x + H * u), zeta + H * u + L * H * measured

@@ -102,8 +102,9 @@ class _Inequality:
         It is concave in M and w together (P_d > 0), so that it need hold only at both ends of a chord, each with the
         remainder of the chord as the radius of a ball.
         """
-        order = self.kept.nrows() + self.kept.ncols()
-        spend((len(transitions) + 5) * order**3 * BALL // 2, "the storage inequality")
+        spend(
+            (len(transitions) + 5) * (self.kept.nrows() + self.kept.ncols()) ** 3 * BALL // 2, "the storage inequality"
+        )
         start, stop = (system.seconds(system.along(*self.case.ends, share)) for share in (a, b))
         rest = system.chord_remainder(self.plant, start, stop - start)
         corners = [
