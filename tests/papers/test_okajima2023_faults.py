@@ -150,7 +150,7 @@ FAULTS: dict[str, Fault] = {
     "unstable.is-unstable": at(RECOVERED, "state", "poles_recovered", to=to([[0.9, 0.0], [0.8, 0.1]])),
     "unstable.gains-optimal": at(RECOVERED, "gains", "norm", "value", to=times(1.001)),
     "unstable.error-poles": lambda results: at(
-        RECOVERED, "outputs", "error_poles", to=to(results[f"{KEY}.{RECOVERED}"]["attained"]["error_poles"])
+        RECOVERED, "attained", "error_poles", to=to(results[f"{KEY}.{RECOVERED}"]["outputs"]["error_poles"])
     )(results),
     "unstable.stabilised": at(RECOVERED, "outputs", "error_poles", 0, 0, to=to(1.1)),
     "unstable.designable": at(RECOVERED, "design", "reduced_lmi", "norm", to=times(1.001)),
