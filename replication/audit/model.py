@@ -298,13 +298,28 @@ class CommonLevel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     measure: str
 
 
+class Coverage(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How many numerals, or numbered items, of a text are bound, excused with a reason, or neither.
+
+    aside: those that only number, name or furnish the text, and are not in the total; see `inspect.coverage`.
+    """
+
+    text: str
+    of: str
+    total: int
+    bound: int
+    excused: int
+    open: int
+    aside: int
+
+
 @dataclass(frozen=True, kw_only=True)
 class Paper:
     """A source paper as this package audits it; year is None if the text gives none.
 
     `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
     printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
-    notebook: name of its tutorial, if it has one.
+    notebook: name of its tutorial, if it has one. coverage: how much of each of its texts is accounted for.
     """
 
     key: str
@@ -324,6 +339,7 @@ class Paper:
     formulas: tuple[Formula, ...] = ()
     scope: tuple[ScopeItem, ...] = ()
     readings: tuple[Reading, ...] = ()
+    coverage: tuple[Coverage, ...] = ()
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: ()

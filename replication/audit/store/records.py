@@ -10,6 +10,7 @@ import msgspec
 
 from replication.audit.model import (
     CommonLevel,
+    Coverage,
     Evidence,
     Formula,
     Judgement,
@@ -181,6 +182,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     readings: tuple[Reading, ...]
     sensitivity: tuple[Sensitivity, ...]
     common: tuple[CommonLevel, ...]
+    coverage: tuple[Coverage, ...] = ()
 
     @property
     def cited(self) -> str:
