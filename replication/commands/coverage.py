@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from replication.audit.inspect.coverage import Text
 
 TEXT = "count the numerals and items of the texts that are bound to a claim or to data, and list those that are not"
-NOTES = """The lists are papers/KEY/coverage.toml. A binding that does not exist, or that holds other numerals, is a fault.
+NOTES = """The lists are papers/KEY/coverage.toml. A binding that does not exist, or holds other numerals, is a fault.
 Counted are the numerals that state a fact: parameters, entries and coefficients, bounds, sizes, instants, counts and
 results. Indices, labels, citations, bibliography and the like are listed too, each with its reason, and not counted.
 Whoever has a text can compare it with its list by `--text`: each run of digits must occur in both equally often. The
@@ -43,6 +43,9 @@ def command(chosen: argparse.Namespace) -> int:
     wrong = []
     for paper in papers.load(chosen.papers or papers.KEYS):
         folder = project_root() / "papers" / paper.key
+        if not (folder / "coverage.toml").is_file():
+            wrong.append(f"{folder / 'coverage.toml'} does not exist; list there what the text of {paper.key} prints")
+            continue
         for name, text in read_coverage(folder / "coverage.toml").items():
             say(_lines(f"{paper.key}, {name}", name, text, chosen.open))
         wrong += faults(folder, paper)

@@ -95,9 +95,10 @@ def read_coverage(path: Path) -> dict[str, Text]:
         raise AuditError(f"{path} is not a list of what a text holds: {error}") from None
 
 
-def tallies(path: Path) -> tuple[Coverage, ...]:
-    """How much of each text of the list at `path` is bound, excused and open; errors as for `read_coverage`."""
-    return tuple(tally for name, text in read_coverage(path).items() for tally in tallied(name, text))
+def tallies(module: str) -> tuple[Coverage, ...]:
+    """How much of each text is bound, excused and open, by the list beside a module; errors as for `read_coverage`."""
+    texts = read_coverage(Path(module).with_name("coverage.toml"))
+    return tuple(tally for name, text in texts.items() for tally in tallied(name, text))
 
 
 def tallied(name: str, text: Text) -> Iterator[Coverage]:
