@@ -98,8 +98,9 @@ def test_what_is_open_is_listed_and_excuses_are_counted(folder: Path) -> None:
         ("0.5 -0.1 0 1", "0.5 0 -0.1 1", "which does not hold '-0.1' in this order"),
         ('["1.33", "claim', '["1.34", "claim', "the print of claim value is '1.33', which does not hold '1.34'"),
         ('["2", "size', '["3", "size', "size plant.A is '2 2', which does not hold '3'"),
-        ('["9", "setting:value"]', '["9"]', "a row holds what is printed, with a number, and then what it is bound to"),
-        ('["9", "setting', '["nine", "setting', "a row holds what is printed, with a number"),
+        ('["9", "setting', '["nine", "setting', "a row begins with what is printed, in which there is a number"),
+        ('"scope:Appendix"', '"excused:symbol"', "unknown excused 'symbol'"),
+        ('"excused:symbol"', '"excused:diagram"', "unknown excused 'diagram'"),
         (', ["9", "setting:value"]', "", "paper: 12 numerals are listed, and the text has 13"),
         ('["equation 3", "erratum:e1", "reading:norm"], ', "", "equation 3 is listed 0 times, and the text has 1"),
         ('"equation 4"', '"equation 2"', "equation 2 is listed 2 times, and the text has 1"),
@@ -120,6 +121,8 @@ def test_each_slip_is_noticed(folder: Path, old: str, new: str, words: str) -> N
         ("[paper]\nplaces = []", "missing required field `runs`"),
         ("[paper]\nruns = 1\nplaces = [{ place = 'II', numeral = [] }]", "unknown field `numeral`"),
         ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[1.14, 'data:level']] }]", "$[...].places[0]"),
+        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [['1.14']] }]", "numerals[0]"),
+        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[]] }]", "numerals[0]"),
     ],
 )
 def test_a_list_that_is_none_is_refused_with_file_and_entry(tmp_path: Path, text: str, words: str) -> None:

@@ -6,7 +6,7 @@
     [[paper.places]]
     place = "Sec. II"
     numerals = [["0.95 -0.1", "data:plant.A"], ["2", "excused:symbol"], ["3", "open: which horizon?"]]
-    items = [["equation 1-3", "claim:theory.stable"], ["figure 1", "excused:drawing"]]
+    items = [["equation 1-3", "claim:theory.stable"], ["figure 1", "excused:diagram"]]
 
 One table for each text of the paper; a row is what is printed, in the order of the text, then one binding or several:
 `claim:` whose print holds the numerals, or which prints none; `setting:` of a claim that prints another number than
@@ -21,7 +21,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 
@@ -57,7 +57,6 @@ ITEMS = {
     "problem": "defines the problem or a symbol; it states nothing that could be checked",
     "derived": "a step of a proof whose outcome is checked",
     "diagram": "a drawing without data",
-    "missing": "not in the text at hand",
 }
 """Why a numbered item is bound to nothing."""
 
@@ -66,7 +65,7 @@ NUMERAL = re.compile(r"[0-9]+(?:\.[0-9]+)?|(?<![0-9A-Za-z])\.[0-9]+")
 _SIGNED = re.compile(rf"(?:(?<![\w)}}])[-−])?(?:{NUMERAL.pattern})")
 _RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")
 
-Row = tuple[str, ...]
+Row = Annotated[tuple[str, ...], msgspec.Meta(min_length=2)]
 
 
 class Place(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -193,13 +192,13 @@ class _Bindings:
             "reading": [reading.name for reading in paper.readings],
             "figure": [figure.name.partition("-")[2] for figure in paper.figures],
             "scope": [item.part for item in paper.scope if item.reason],
-            "excused": REASONS,
         }
 
     def faults(self, row: Row, what: str) -> Iterator[str]:
         """What is wrong with one row of numerals or items."""
-        if len(row) < 2 or not NUMERAL.search(row[0]):
-            yield "a row holds what is printed, with a number, and then what it is bound to"
+        if not NUMERAL.search(row[0]):
+            yield "a row begins with what is printed, in which there is a number"
+        self.names["excused"] = ITEMS if what == "items" else {**FACTS, **ASIDE}
         for binding in row[1:]:
             kind, _, name = binding.partition(":")
             try:
