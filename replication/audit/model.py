@@ -254,6 +254,21 @@ class ScopeItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     reason: str = ""
 
 
+class Coverage(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How many numerals, or numbered items, of a text are bound, excused with a reason, or neither.
+
+    aside: those that only number, name or furnish the text, and are not in the total; see `inspect.coverage`.
+    """
+
+    text: str
+    of: str
+    total: int
+    bound: int
+    excused: int
+    open: int
+    aside: int
+
+
 class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of the paper in its own shape: each cell is text or, as `claim:ID`, stands for that claim."""
 
@@ -298,21 +313,6 @@ class CommonLevel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     measure: str
 
 
-class Coverage(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How many numerals, or numbered items, of a text are bound, excused with a reason, or neither.
-
-    aside: those that only number, name or furnish the text, and are not in the total; see `inspect.coverage`.
-    """
-
-    text: str
-    of: str
-    total: int
-    bound: int
-    excused: int
-    open: int
-    aside: int
-
-
 @dataclass(frozen=True, kw_only=True)
 class Paper:
     """A source paper as this package audits it; year is None if the text gives none.
@@ -338,8 +338,8 @@ class Paper:
     tables: tuple[Table, ...] = ()
     formulas: tuple[Formula, ...] = ()
     scope: tuple[ScopeItem, ...] = ()
-    readings: tuple[Reading, ...] = ()
     coverage: tuple[Coverage, ...] = ()
+    readings: tuple[Reading, ...] = ()
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: ()

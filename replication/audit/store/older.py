@@ -31,7 +31,7 @@ def converted(content: dict[str, Any]) -> dict[str, Any]:
         inferred = {erratum["id"] for erratum in content["errata"] if erratum["inference"]}
         claims = [_claim(record, inferred) for record in content["claims"]]
         papers = [
-            {"notebook": "", "sensitivity": [], "common": [], "readings": [], "coverage": [], **_paper(paper)}
+            {"notebook": "", "sensitivity": [], "common": [], "readings": [], **_paper(paper)}
             for paper in content["papers"]
         ]
     except (KeyError, TypeError, ValueError) as error:
@@ -40,7 +40,7 @@ def converted(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _paper(paper: dict[str, Any]) -> dict[str, Any]:
-    return {**paper, "formulas": [{"text": text, "latex": latex} for text, latex in paper["formulas"]]}
+    return {**paper, "coverage": [], "formulas": [{"text": text, "latex": latex} for text, latex in paper["formulas"]]}
 
 
 def _verdict(verdict: str, record: dict[str, Any], inferred: set[str]) -> str:

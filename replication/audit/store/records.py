@@ -179,10 +179,10 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     formulas: tuple[Formula, ...]
     tables: tuple[Table, ...]
     scope: tuple[ScopeItem, ...]
+    coverage: tuple[Coverage, ...] = ()
     readings: tuple[Reading, ...]
     sensitivity: tuple[Sensitivity, ...]
     common: tuple[CommonLevel, ...]
-    coverage: tuple[Coverage, ...] = ()
 
     @property
     def cited(self) -> str:
