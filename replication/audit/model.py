@@ -315,11 +315,11 @@ class CommonLevel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
-    """A source paper as this package audits it; year is None if the text gives none.
+    """A source paper as this package audits it; year is None if the text gives none, coverage is of each of its texts.
 
     `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
     printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
-    notebook: name of its tutorial, if it has one. coverage: how much of each of its texts is accounted for.
+    notebook: name of its tutorial, if it has one.
     """
 
     key: str
