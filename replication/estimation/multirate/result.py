@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.drawing.panel import Panel
+from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult
-from replication.estimation.api.running import PeriodicObserver, Phase
+from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals, each_instant
 from replication.estimation.linear.norms import gain_curve, l2_gain

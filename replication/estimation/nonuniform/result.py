@@ -11,6 +11,8 @@ from scipy.sparse.linalg import ArpackNoConvergence
 
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError, SolverError
+from replication.estimation.api.c_code import c_source
+from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.shown import frozen
@@ -50,6 +52,12 @@ class RunningFilter(RunningObserver):
     def estimate(self) -> Array:
         """z^(k), (s,)."""
         return np.asarray(self.filter.C @ self._state)
+
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """As in `RunningObserver`; where no sample comes the filter waits, and a part of one is refused."""
+        inputs, due = np.zeros((self.states, 0)), np.ones(self.measurements, dtype=bool)
+        phase = Phase(self.filter.A, inputs, self.filter.B, self.filter.C, due)
+        return c_source(name, comment, [phase], None, self.states)
 
     def _begin(self, start: Array) -> None:
         self._state = start
