@@ -55,8 +55,8 @@ def shorter_periods(
     start: int, d: Matrices, **_: Any,
 ) -> None:  # fmt: skip
     """Of the periods {shorter} and {longer} the longer ones have the smaller optimum, with both sensors at instant 0
-    and with the best timing of each: with {longer} some observer that predicts one step has a gain of at most
-    {level:up}; with {shorter}, which have no common factor, no one-step predictor has one as small, whatever the offsets.
+    and with the best timing of each: with {longer} some observer that predicts one step has a gain below {level:up};
+    with {shorter}, which have no common factor, no one-step predictor has one below {level:down}, whatever the offsets.
 
     Periods without common factors meet in every combination of phases, so that other offsets are another start.
     """
