@@ -19,7 +19,7 @@ BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results:
 
 
 def results_block(results: ResultsFile) -> str:
-    """Markdown: a table of verdicts per paper, how many claims are proved, the first findings of each paper as a list."""
+    """Markdown: verdicts per paper as a table, how many claims are proved, the first findings of each paper."""
     proved = theorems(once(results.claims))
     return "\n".join([BEGIN, "", *_table(results), "", *([proved, ""] if proved else []), *_findings(results), END])
 

@@ -25,7 +25,7 @@ _UNKNOWN: dict[str, Any] = {
 def converted(content: dict[str, Any]) -> dict[str, Any]:
     """A decoded file of schema `VERSION` in the form of the present one; raises ValidationError for a missing field.
 
-    That schema knew no readings and no predicates. It holds no rounding intervals; those follow from the printed values.
+    That schema knew no readings and no predicates. It holds no rounding intervals; those follow from the prints.
     """
     try:
         inferred = {erratum["id"] for erratum in content["errata"] if erratum["inference"]}
