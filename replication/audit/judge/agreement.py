@@ -65,15 +65,10 @@ class Target:
 
         Raises AuditError if the print cannot be read or the tolerance is not a positive number.
         """
-        return cls.read(claim.printed, claim.tolerance)
-
-    @classmethod
-    def read(cls, text: str, allowed: str | None = None) -> Target:
-        """The same of a printed string, with another tolerance if one is allowed."""
-        tolerance = None if allowed is None else decimal_fraction(allowed)
+        tolerance = None if claim.tolerance is None else decimal_fraction(claim.tolerance)
         if tolerance is not None and tolerance <= 0:
-            raise AuditError(f"the tolerance must be positive, got {allowed}")
-        printed = parse(text)
+            raise AuditError(f"the tolerance must be positive, got {claim.tolerance}")
+        printed = parse(claim.printed)
         halves = [(entry, entry.unit / 2 if tolerance is None else tolerance) for entry in printed.entries]
         intervals = (Interval(entry.value - half, entry.value + half) for entry, half in halves)
         return cls(printed, () if printed.relation else tuple(intervals))

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+import msgspec
+
 from replication.audit.judge.agreement import Interval, Position, Target, position
 from replication.audit.model import Evidence
 from replication.audit.store.records import CertificateRecord, StatedClaim
@@ -96,7 +98,8 @@ def _decided(predicate: Predicate, claim: StatedClaim, offers: Sequence[Offer]) 
         return compared(predicate.relation, ours[0], theirs[0]) if len(ours) == len(theirs) == 1 else None
     text = str(predicate.to)
     if predicate.relation in ("is", "is not"):
-        return _equal(predicate, ours, Target.read(text, claim.tolerance if text == claim.printed else None))
+        other = {} if text == claim.printed else {"printed": text, "tolerance": None}
+        return _equal(predicate, ours, Target.of(msgspec.structs.replace(claim, **other)))
     limit = Fraction(text)
     return compared(predicate.relation, ours[0], Interval(limit, limit)) if len(ours) == 1 else None
 

@@ -279,6 +279,9 @@ def _require_whole(found: Any, whole: Any, path: str) -> None:
             if name not in found:
                 raise msgspec.ValidationError(f"Object missing required field `{name}` - at `{path}`")
             _require_whole(found[name], value, f"{path}.{name}")
+        # Of a predicate, which is no record of ours, an unknown field is passed over in reading.
+        if unknown := sorted(found.keys() - whole.keys()):
+            raise msgspec.ValidationError(f"Object contains unknown field `{unknown[0]}` - at `{path}`")
     elif isinstance(whole, list | tuple):
         for index, value in enumerate(whole):
             _require_whole(found[index], value, f"{path}[{index}]")
@@ -289,5 +292,5 @@ def json_schema() -> dict[str, Any]:
     schema = msgspec.json.schema(ResultsFile)
     for definition in schema["$defs"].values():
         if "properties" in definition:
-            definition["required"] = list(definition["properties"])
+            definition |= {"required": list(definition["properties"]), "additionalProperties": False}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
