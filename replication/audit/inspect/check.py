@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.proofs import sha256, wanted, with_proofs
+from replication.audit.judge.proofs import no_theorem, sha256, wanted, with_proofs
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Experiment, Paper, Reading, Verdict
@@ -185,7 +185,7 @@ def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
         if (entry.claims, entry.statement) != (record.claims, record.statement):
             yield path, "its claims or statement are not those of the theorem that is wanted"
     for claim in results.claims:
-        if claim.judgement.unproved != reasons.get(claim.id, ""):
+        if claim.judgement.unproved != no_theorem(claim.claim, reasons, bool(claim.evidence.certificates)):
             yield claim.id, "the reason why there is no theorem is not the one that the paper gives"
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.match import Match, match
-from replication.audit.model import Evidence, Kind, Numbers
+from replication.audit.model import Claim, Evidence, Kind, Numbers
 from replication.audit.store.records import CertificateRecord, StatedClaim
 from replication.errors import AuditError
 from replication.verify.predicate import Exported
@@ -26,6 +26,11 @@ SUBJECT = ("printed.toml", "plants.py", "theorems.json")
 """Files of a paper that say what its certificates are about."""
 NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
 OPEN = "It holds under one reading of the text and fails under another."
+BY_KIND = {
+    Kind.CITED: "The text gives no means to compute it.",
+    Kind.STATISTICAL: "About random draws, which show how probable something is.",
+}
+"""Why there is no theorem on claims of these kinds, unless the paper gives another reason."""
 Ends = tuple[float | None, float | None]
 
 
@@ -75,6 +80,11 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
             )
         reasons |= {claim: entry.reason for entry in unproved for claim in entry.claims}
     return tuple(found), reasons
+
+
+def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bool) -> str:
+    """Why there is no theorem on a claim: as the paper says, or by its kind; empty for one that theorems support."""
+    return "" if named else reasons.get(claim.id, BY_KIND.get(claim.kind, ""))
 
 
 def sha256(path: Path) -> str:
