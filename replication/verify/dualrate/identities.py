@@ -1,7 +1,4 @@
-"""Identities of Shao et al. with a symbol for every entry, at the size of the example: three states, input, output.
-
-An identity holds iff the difference of its sides is the zero polynomial in these symbols.
-"""
+"""Identities of Shao et al. with a letter for every matrix: they hold for any number of states, inputs and outputs."""
 
 from __future__ import annotations
 
@@ -10,16 +7,15 @@ from collections.abc import Mapping, Sequence
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import identity, require_positive_semidefinite
-from replication.verify.algebra.symbolic import Symbolic, require_equal, symbols, unit
+from replication.verify.algebra.symbolic import Symbolic, letters, require_equal, symbols, unit
+from replication.verify.algebra.words import one
 
-STATES = 3
-SQUARE, COLUMN, ROW, ONE = (STATES, STATES), (STATES, 1), (1, STATES), (1, 1)
+ONE = (1, 1)
 
 
 def require_error_equations() -> None:
     """(9) is (10), entry by entry, with y_p (case 1) and with y (case 2) at t_k."""
-    shapes = {"A": SQUARE, "B": COLUMN, "C": ROW, "K": ROW, "L": COLUMN, "x": COLUMN, "xi": COLUMN, "held": COLUMN}
-    A, B, C, K, L, x, xi, held, y, predicted = symbols({**shapes, "y": ONE, "predicted": ONE}).values()
+    A, B, C, K, L, x, xi, held, y, predicted = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y", "predicted")
     zeta = x - xi
     for used in (predicted, y):
         joint = A @ x + B @ K @ x - B @ K @ xi
@@ -36,10 +32,9 @@ def require_sampled_observer() -> None:
     k is F_k ζ + G_k u + H_k ȳ with F_k = Â^k of e^{Ât}, and G_k = F_{k−1} B, H_k = F_{k−1} L of its integral times B
     and L. Both are multiplied by Â for k ≥ 1, so k = 1 and k = 2 settle all.
     """
-    shapes = {"A": SQUARE, "B": COLUMN, "L": COLUMN, "zeta": COLUMN, "u": ONE, "y": ONE}
-    A, B, L, zeta, u, y = symbols(shapes).values()
+    A, B, L, zeta, u, y = letters("A", "B", "L", "zeta", "u", "y")
     pushed = B @ u + L @ y
-    solution, rate, F = zeta, pushed, unit(STATES, u.entry**0)
+    solution, rate, F = zeta, pushed, unit(1, one())
     for derivative in ("first", "second"):
         solution, rate = A @ solution + rate, pushed * 0
         previous, F = F, A @ F
@@ -53,9 +48,8 @@ def require_rates() -> None:
 
     It holds whatever matrix Â (`guided`) is.
     """
-    shapes = {"A": SQUARE, "guided": SQUARE, "B": COLUMN, "C": ROW, "K": ROW, "L": COLUMN}
-    states = dict.fromkeys(("x", "zeta", "first", "held"), COLUMN)
-    A, guided, B, C, K, L, x, zeta, first, held, gap = symbols({**shapes, **states, "gap": ONE}).values()
+    names = ("A", "guided", "B", "C", "K", "L", "x", "zeta", "first", "held", "gap")
+    A, guided, B, C, K, L, x, zeta, first, held, gap = letters(*names)
     u = K @ held
     require_equal(C @ (A @ x + B @ u), C @ A @ x + C @ B @ K @ held, "the rate of y in (12)")
     drift = K @ (guided @ zeta + B @ u + L @ (C @ first + gap))
