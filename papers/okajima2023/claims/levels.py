@@ -8,6 +8,7 @@ from typing import Any
 
 from papers.okajima2023.experiments.declared import (
     CASES,
+    DESIGNS,
     GAIN_SETS,
     both,
     case,
@@ -20,6 +21,7 @@ from papers.okajima2023.readings import PREDICTORS
 from replication.audit.declare import Part, positive
 from replication.audit.judge.printed import parse
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord
+from replication.verify.predicate import Term, term
 
 LEVELS = Part("Sec. IV-A, levels, gains (33), size of the inequality", reading=NO_READING)
 TABLE = Part("Table 1", reading=NO_READING, figures="periods")
@@ -106,9 +108,15 @@ def norm_of_printed_gains(equation: str, results: Results) -> Evidence:
     )
 
 
+def optimum(experiment: str) -> Term:
+    """The smallest gain of the observers that a design is one of."""
+    return term("smallest gain", "stable", "periodic one-step observers", **DESIGNS[experiment])
+
+
 def level(part: Part, name: str, printed: str, experiment: str, statement: str, **told: str) -> None:
     """Declare the claim on the optimal level of one design; told: reading, repeats, pinned, where they are needed."""
-    part.value(name, printed, statement=statement, uses=experiment, **told)(partial(optimal_level, experiment, printed))
+    declared = part.value(name, printed, statement=statement, uses=experiment, says=optimum(experiment), **told)
+    declared(partial(optimal_level, experiment, printed))
 
 
 def achieved(part: Part, equation: str, printed: str) -> None:

@@ -153,13 +153,15 @@ def unsupported(results: ResultsFile) -> Iterator[Fault]:
 def _difference(record: ClaimRecord, supporting: Sequence[CertificateRecord]) -> str:
     """What joining the claim with its certificates again would change; empty if nothing."""
     try:
-        joined, proved = with_proofs(record.claim.kind, record.evidence, supporting)
+        joined, standing = with_proofs(record.claim, record.evidence, supporting)
     except AuditError as error:
         return str(error)
     if joined != record.evidence:
         return "the bracket is not the one that its certificates prove"
-    found = record.judgement.proved
-    return "" if found == proved else f"proved is {found}, but its certificates say otherwise"
+    found = record.judgement
+    if found.proved != standing.proved:
+        return f"proved is {found.proved}, but its certificates say otherwise"
+    return "" if found.supported == standing.supported else "what its certificates do not say is told otherwise"
 
 
 def refused(results: ResultsFile) -> Iterator[Fault]:

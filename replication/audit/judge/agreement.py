@@ -65,10 +65,15 @@ class Target:
 
         Raises AuditError if the print cannot be read or the tolerance is not a positive number.
         """
-        tolerance = None if claim.tolerance is None else decimal_fraction(claim.tolerance)
+        return cls.read(claim.printed, claim.tolerance)
+
+    @classmethod
+    def read(cls, text: str, allowed: str | None = None) -> Target:
+        """The same of a printed string, with another tolerance if one is allowed."""
+        tolerance = None if allowed is None else decimal_fraction(allowed)
         if tolerance is not None and tolerance <= 0:
-            raise AuditError(f"the tolerance must be positive, got {claim.tolerance}")
-        printed = parse(claim.printed)
+            raise AuditError(f"the tolerance must be positive, got {allowed}")
+        printed = parse(text)
         halves = [(entry, entry.unit / 2 if tolerance is None else tolerance) for entry in printed.entries]
         intervals = (Interval(entry.value - half, entry.value + half) for entry, half in halves)
         return cls(printed, () if printed.relation else tuple(intervals))
@@ -129,7 +134,7 @@ def judge_value(target: Target, evidence: Evidence) -> Judgement:
         raise AuditError(f"printed value {target.printed.text!r} is a relation; a claim of kind bound compares those")
     measured = measure(target, evidence)
     ends = [interval.ends for interval in target.intervals]
-    positions = [_position(number.bracket, *pair) for number, pair in zip(measured, ends, strict=True)]
+    positions = [position(number.bracket, *pair) for number, pair in zip(measured, ends, strict=True)]
     decisive = next(position for position in Position if position in positions)
     found = [index for index, position in enumerate(positions) if position is decisive]
     index = max(found, key=lambda i: abs(measured[i].deviation))
@@ -214,8 +219,8 @@ def _negative(end: Fraction | None) -> Fraction | None:
     return None if end is None else -end
 
 
-def _position(bracket: Interval, least: Fraction, most: Fraction) -> Position:
-    """Both intervals are closed."""
+def position(bracket: Interval, least: Fraction, most: Fraction) -> Position:
+    """Where a bracket lies against the numbers from `least` to `most`, both intervals closed."""
     if (bracket.low is not None and bracket.low > most) or (bracket.high is not None and bracket.high < least):
         return Position.OUTSIDE
     if bracket.low is None or bracket.high is None:

@@ -24,6 +24,7 @@ from replication.audit.model import (
 from replication.audit.store import older
 from replication.errors import AuditError
 from replication.files import write_atomically
+from replication.verify.predicate import Exported, Predicate
 
 SCHEMA_VERSION = 3
 Name = str
@@ -58,6 +59,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     reading: str
     optimum: bool
     repeats: str
+    says: tuple[Predicate, ...] = ()
 
 
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -131,6 +133,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """A certificate as the run verified it. path: below the project; claims: ids of those that it supports.
 
     sentence: the theorem; reason: why it is not proved, else empty. lower, upper, items: proved bounds as rationals.
+    says: the terms that the theorem speaks of, with what it proves of each.
     """
 
     paper: Name
@@ -146,6 +149,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     upper: str | None
     holds: bool | None
     items: tuple[tuple[str | None, str | None], ...]
+    says: tuple[Exported, ...] = ()
 
 
 class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
