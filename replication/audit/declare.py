@@ -31,7 +31,8 @@ from replication.audit.model import (
     Verdict,
 )
 from replication.errors import AuditError
-from replication.verify.predicate import Predicate, Relation, Term, unit_of
+from replication.verify.predicate import Predicate, Relation, Term
+from replication.verify.quantities import unit_of
 
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
 Said = Term | Predicate

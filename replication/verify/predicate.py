@@ -1,6 +1,6 @@
 """What is said of a number, as data: a claim says a predicate, a theorem exports what it proves, and the two compare.
 
-Standard library only. A quantity has its unit here, and an estimator its class; what is not here cannot be said.
+Standard library only. What can be spoken of stands in `quantities`.
 """
 
 from __future__ import annotations
@@ -13,20 +13,6 @@ from typing import Any, Literal
 YES_NO = "yes or no"
 """The unit of a statement, which holds or fails."""
 NO_READING = "none"
-
-QUANTITIES: Mapping[str, tuple[str, str]] = {
-    # Measurements at several rates.
-    "smallest gain": ("1", "the smallest worst-case gain"),
-    "gain": ("1", "the worst-case gain of given gains"),
-}
-"""Unit and words of each quantity that can be spoken of."""
-
-ESTIMATORS: Mapping[str, str] = {
-    "periodic one-step observers": "observer that predicts one step",
-    "one-step predictors": "predicts one step",
-    "all estimators": "no estimator, not even a smoother",
-}
-"""Each class of estimators, with the words by which the sentence of a theorem on it names it."""
 
 Relation = Literal["is", "is not", "at most", "at least", "less than", "more than", "holds", "fails"]
 
@@ -83,40 +69,6 @@ def term(quantity: str, /, plant: str = "", estimators: str = "", **setting: Any
     return Term(quantity=quantity, plant=plant, estimators=estimators, setting=json.loads(json.dumps(setting)))
 
 
-def unit_of(quantity: str) -> str:
-    """The unit of a quantity; empty for one that is not known."""
-    return QUANTITIES.get(quantity, ("", ""))[0]
-
-
 def same(first: Any, second: Any) -> bool:
     """Whether two JSON values are equal, with types: true is not 1."""
     return json.dumps(first, sort_keys=True) == json.dumps(second, sort_keys=True)
-
-
-def differences(wanted: Term, reading: str, proved: Exported) -> list[str]:
-    """How a theorem falls short of speaking of a term under a reading, in words; empty if it does speak of it."""
-    found = []
-    of = proved.of
-    if of.quantity != wanted.quantity:
-        found.append(f"it is about {_words(of.quantity)}, not {_words(wanted.quantity)}")
-    if of.plant != wanted.plant:
-        found.append(f"another plant: {of.plant or 'all'}, not {wanted.plant or 'all'}")
-    for name in sorted(of.setting.keys() | wanted.setting.keys()):
-        there, asked = of.setting.get(name), wanted.setting.get(name)
-        if not same(there, asked):
-            instance = name in of.setting and name not in wanted.setting
-            told = "of all" if instance else f"not {_shown(asked)}" if name in wanted.setting else ""
-            found.append(f"for {name} {_shown(there)} {told}" if name in of.setting else f"not for {name} {told[4:]}")
-    if of.estimators != wanted.estimators:
-        found.append(f"for {of.estimators or 'no class of estimators'}, not for {wanted.estimators or 'none'}")
-    if reading not in proved.readings:
-        found.append(f"under the reading {' or '.join(proved.readings)} only, not {reading}")
-    return found
-
-
-def _words(quantity: str) -> str:
-    return QUANTITIES.get(quantity, ("", quantity))[1]
-
-
-def _shown(value: Any) -> str:
-    return value if isinstance(value, str) else json.dumps(value)

@@ -30,7 +30,8 @@ from flint import arb, ctx, fmpq
 
 from replication.verify.algebra.decimals import above, below
 from replication.verify.algebra.work import budget
-from replication.verify.predicate import NO_READING, YES_NO, Exported, Term, unit_of
+from replication.verify.predicate import NO_READING, YES_NO, Exported, Term
+from replication.verify.quantities import unit_of
 from replication.verify.reading import Reader, fields, positive, written
 from replication.verify.theorem import Side, Theorem, require
 
