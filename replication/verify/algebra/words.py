@@ -55,23 +55,37 @@ class Words:
         """Whether there is no word."""
         return not self.terms
 
-    def replaced(self, rules: Mapping[tuple[Letter, ...], Words]) -> Words:
-        """The same after equalities: wherever the left side of a rule stands in a word, its right side is put.
+    def reduced(self, rules: Mapping[tuple[Letter, ...], Words]) -> Words:
+        """The same by equalities: the first left side that stands in a word is replaced by its right side, until none does.
 
-        Ends if every rule shortens a word or leaves none of its left sides; the rules and their transposes must hold.
+        What remains is equal to the sum, whatever the rules are, if they hold. Ends if the rules lead to shorter words.
         """
         done, todo = Words({}, self.symmetric), dict(self.terms)
         while todo:
             (numbers, word), a = todo.popitem()
-            for left, right in rules.items():
-                at = next((i for i in range(len(word)) if word[i : i + len(left)] == left), None)
-                if at is not None:
-                    start, end = (Words({(n, part): fmpq(1)}) for n, part in ((numbers, word[:at]), ((), word[at + len(left) :])))
-                    todo = dict((Words(todo) + start * right * end * a).terms)
-                    break
+            whole = Words({(numbers, word): a}, self.symmetric)
+            found = next(((left, at) for left in rules for at in range(len(word)) if word[at : at + len(left)] == left), None)
+            if found is None:
+                done += whole
             else:
-                done += Words({(numbers, word): a})
+                left, at = found
+                front, rest = Words({(numbers, word[:at]): a}), Words({((), word[at + len(left) :]): fmpq(1)})
+                todo = dict((Words(todo) + front * rules[left] * rest).terms)
         return done
+
+    def without(self, *names: str) -> Words:
+        """The same with these letters zero."""
+        kept = {(n, word): a for (n, word), a in self.terms.items() if not {name for name, _ in word} & {*names}}
+        return Words(kept, self.symmetric)
+
+    def at(self, values: Mapping[str, fmpq]) -> fmpq:
+        """The value where every letter is a number."""
+        total = fmpq(0)
+        for (numbers, word), a in self.terms.items():
+            for name in (*numbers, *(name for name, _ in word)):
+                a = a * values[name]
+            total += a
+        return total
 
     def _back(self, word: tuple[Letter, ...]) -> tuple[Letter, ...]:
         return tuple((name, not turned and name not in self.symmetric) for name, turned in reversed(word))
