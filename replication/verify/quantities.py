@@ -6,12 +6,33 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from replication.verify.predicate import Exported, Term, same
+from replication.verify.predicate import YES_NO, Exported, Term, same
 
 QUANTITIES: Mapping[str, tuple[str, str]] = {
     # Measurements at several rates.
     "smallest gain": ("1", "the smallest worst-case gain"),
     "gain": ("1", "the worst-case gain of given gains"),
+    "stable error system": (YES_NO, "the stability of the error system"),
+    "excess of Theorem 1": ("1", "the relative excess of the level of Theorem 1 over the gain"),
+    "excess of Theorem 2": ("1", "the relative excess of the level of Theorem 2 over the smallest gain"),
+    "excess over gains of Theorem 2": ("1", "the relative excess of the level of Theorem 2 over what its gains reach"),
+    "measured sensors": ("1", "which sensors are measured at each instant"),
+    "common period": ("instants", "the period of the schedule"),
+    "longest time unmeasured": ("instants", "the longest time without a measurement"),
+    "dual-rate schedule": (YES_NO, "all sensors at the first instant of the period and none at any other"),
+    "unknowns of Theorem 2": ("1", "the number of unknowns of Theorem 2"),
+    "rows of Theorem 2": ("1", "the number of rows of each inequality of Theorem 2"),
+    "rows of the cyclic inequality": ("1", "the number of rows of the inequality of the cyclic reformulation"),
+    "unmeasured columns are zero": (YES_NO, "zero gains of the sensors that are not measured"),
+    "observability": (YES_NO, "the observability of (C, A)"),
+    "same poles from the next instant": (YES_NO, "the poles of A_e over a period that starts an instant later"),
+    "error system (16)": (YES_NO, "the error system (16)"),
+    "identity (23)": (YES_NO, "the identity (23)"),
+    "Schur complement (32)": (YES_NO, "the Schur complement of (30)"),
+    "poles": ("1", "the poles of A"),
+    "unstable plant": (YES_NO, "a pole of A outside the unit circle"),
+    "error poles": ("1", "the poles of A_e"),
+    "design by Theorem 2": (YES_NO, "an observer by Theorem 2"),
 }
 """Unit and words of each quantity that can be spoken of."""
 

@@ -5,11 +5,21 @@ from __future__ import annotations
 from math import lcm
 
 from papers.okajima2023.claims.levels import counterexamples, level, solvers_of
-from papers.okajima2023.experiments.declared import PERIOD_TABLE, TIMINGS, all_periods, case, pair, table_claim
+from papers.okajima2023.experiments.declared import (
+    DESIGNS,
+    PERIOD_TABLE,
+    TIMINGS,
+    all_periods,
+    case,
+    pair,
+    table_claim,
+    times,
+)
 from papers.okajima2023.printed import DATA
 from papers.okajima2023.readings import PREDICTORS, RULE, RULE_BEST_TIMING
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
+from replication.verify.predicate import Predicate, Term, term
 
 BLOG = Part("Blog post: levels, tables, reasons", reading=NO_READING)
 SCHEDULES = tuple(f"schedule.case-{n}" for n in (1, 2, 3))
@@ -109,14 +119,24 @@ def longest_gap(diagonals: list[list[float]]) -> int:
     return max(len(run) for run in (idle * 2).split("0"))
 
 
-@BLOG.value("blog.idle-instants", DATA["blog-idle-instants"], uses=SCHEDULES[0])
+def unmeasured(timing: int) -> Term:
+    """The longest time without a measurement of one of the timings."""
+    return term("longest time unmeasured", **times(DESIGNS[TIMINGS[timing]]))
+
+
+@BLOG.value("blog.idle-instants", DATA["blog-idle-instants"], uses=SCHEDULES[0], says=unmeasured(0))
 def idle_instants(results: Results) -> Evidence:
     """In Case 1 of the timing this many instants in a row pass without any measurement."""
     gap = longest_gap(results[SCHEDULES[0]]["diagonals"])
     return Evidence(method="Counted on the schedule, cyclically.", value=float(gap))
 
 
-@BLOG.order("blog.evenness", place=DATA["blog-idle-instants"].place, uses=SCHEDULES)
+@BLOG.order(
+    "blog.evenness",
+    place=DATA["blog-idle-instants"].place,
+    uses=SCHEDULES,
+    says=Predicate(of=unmeasured(1), relation="less than", to=unmeasured(0)),
+)
 def evenness(results: Results) -> Evidence:
     """In Case 2 of the timing the longest run of instants without measurement is shorter than in Case 1."""
     gaps = [longest_gap(results[name]["diagonals"]) for name in SCHEDULES]

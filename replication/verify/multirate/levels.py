@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -13,7 +14,7 @@ from replication.verify.multirate.bounds import attained, require_theorem_1, uns
 from replication.verify.multirate.sensing import CHOSEN, Sensing, read_sensing
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import integer, matrices, sequence, sized, square, symmetric
-from replication.verify.statement import BOTH, Depends, Says, statement
+from replication.verify.statement import BOTH, Depends, Found, Says, statement
 from replication.verify.theorem import require
 
 Matrices = list[fmpq_mat]
@@ -30,6 +31,18 @@ OBSERVERS = ("periodic one-step observers", "one-step predictors")
 """The upper bound is that of one of the first; the lower one holds for the second, which are more."""
 UNDER = (NO_READING, "predictors")
 """Readings of the paper under which its levels are those of the observers that it designs."""
+
+
+def _excess(given: Mapping[str, Any]) -> Found:
+    """The relative distance between both bounds: the level of the theorem is at most the upper one."""
+    return Found(lower=fmpq(0), upper=given["upper"] / given["lower"] - 1)
+
+
+TIGHT = (
+    Says(quantity="excess of Theorem 2", estimators=OBSERVERS[:1], found=_excess),
+    Says(quantity="excess over gains of Theorem 2", found=_excess),
+)
+"""The level of the witness is one of Theorem 2, and its gains have it; no observer has one below the lower bound."""
 GAINS = Depends(lambda given: sized(matrices, given.plant.order, given.plant.sensors, given.plant.phases))
 STORAGE = Depends(lambda given: sized(sequence, sized(symmetric, given.plant.order), given.plant.phases))
 RECURRENT = Depends(lambda given: sized(matrices, given.plant.B_d.ncols(), given.turn.nrows(), given.plant.phases))
@@ -42,7 +55,7 @@ NOISES = Depends(lambda given: sized(matrices, given.plant.noises, given.turn.nr
     "multirate.gain",
     plant=Depends(lambda given: sized(read_sensing, given, "L")),
     witness={"P": STORAGE, "turn": square, "v": NOISES},
-    says="gain",
+    says=("gain", Says(quantity="stable error system"), Says(quantity="excess of Theorem 1", found=_excess)),
 )
 def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, v: Matrices, **chosen: Any) -> None:
     """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, the error system of the
@@ -60,7 +73,7 @@ def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, 
 @on_sensors(
     "multirate.optimum-noncausal",
     witness={"P": STORAGE, "Y": GAINS, "turn": square, "d": RECURRENT},
-    says=Says(quantity="smallest gain", estimators=(*OBSERVERS, "all estimators"), readings=UNDER),
+    says=(Says(quantity="smallest gain", estimators=(*OBSERVERS, "all estimators"), readings=UNDER), *TIGHT),
 )
 def optimum_noncausal(
     plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, turn: fmpq_mat, d: Matrices, **chosen: Any
@@ -79,7 +92,7 @@ def optimum_noncausal(
 @on_sensors(
     "multirate.optimum-causal",
     witness={"P": STORAGE, "Y": GAINS, "start": integer, "d": FINITE},
-    says=Says(quantity="smallest gain", estimators=OBSERVERS, readings=UNDER),
+    says=(Says(quantity="smallest gain", estimators=OBSERVERS, readings=UNDER), *TIGHT),
 )
 def optimum_causal(
     plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, start: int, d: Matrices, **chosen: Any
