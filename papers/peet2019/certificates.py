@@ -22,6 +22,8 @@ MAKERS = {
     "delay.not-unstable": delay.no_witness,
     "delay.dissipation-identity": delay.no_witness,
     "delay.operator-identity": delay.no_witness,
+    "delay.observer-bound": delay.no_witness,
+    "delay.present-only": delay.no_witness,
 }
 
 

@@ -56,7 +56,7 @@ class Words:
         return not self.terms
 
     def reduced(self, rules: Mapping[tuple[Letter, ...], Words]) -> Words:
-        """The same by equalities: the first left side that stands in a word is replaced by its right side, until none does.
+        """The same by equalities: where a left side stands in a word, its right side is put, until there is none.
 
         What remains is equal to the sum, whatever the rules are, if they hold. Ends if the rules lead to shorter words.
         """
@@ -64,7 +64,9 @@ class Words:
         while todo:
             (numbers, word), a = todo.popitem()
             whole = Words({(numbers, word): a}, self.symmetric)
-            found = next(((left, at) for left in rules for at in range(len(word)) if word[at : at + len(left)] == left), None)
+            found = next(
+                ((left, at) for left in rules for at in range(len(word)) if word[at : at + len(left)] == left), None
+            )
             if found is None:
                 done += whole
             else:

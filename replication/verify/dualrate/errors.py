@@ -1,4 +1,4 @@
-"""Statements on the errors of the dual-rate loops of Shao et al. in their steady state: of tracking, of the estimate."""
+"""Statements on the errors of the dual-rate loops of Shao et al. in the steady state: of tracking, of the estimate."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ READINGS: Mapping[tuple[str, str, str], str] = {
     (Observer.HELD, "printed", "all"): "pmi-held",
     (Observer.SINGLE, "printed", "all"): "pmi-one-correction",
 }
-"""Under which reading of the manuscript an observer, a command and instants are those of Table I; "": of both columns."""
+"""Under which reading an observer, a command and instants are those of Table I; "": those of both columns."""
 COLUMNS = (Observer.PMI, Observer.APO)
 
 
@@ -71,8 +71,8 @@ def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _setting(i: int, parameters: Mapping[str, Any]) -> dict[str, Any]:
-    frequencies = parameters["frequencies"]
-    return {**parameters, "frequencies": None, "frequency": frequencies[min(i, len(frequencies) - 1)]}
+    fixed = {name: value for name, value in parameters.items() if name != "frequencies"}
+    return {**fixed, "frequency": parameters["frequencies"][min(i, len(parameters["frequencies"]) - 1)]}
 
 
 def _bounds(i: int, known: Mapping[str, Any]) -> Found:
@@ -121,7 +121,9 @@ def tracking_errors(
         place = error.place
         moving, begun = response.steady_motion(plant, observer, frequency, place.scales, feedforward)
         reached = response.error_at(moving, begun[place.phase], place.time)
-        require(is_less(arb(error.lower / 100), reached), f"the error at the given time is not as large, σ = {frequency}")
+        require(
+            is_less(arb(error.lower / 100), reached), f"the error at the given time is not as large, σ = {frequency}"
+        )
         if instants == "all":
             response.require_all_below(moving, begun, plant.T, error.upper / 100)
         else:
@@ -133,7 +135,12 @@ def tracking_errors(
         for frequency, error in zip(frequencies, errors, strict=True)
     )
     return Found(
-        words={"command": feedforward.words, "input": feedforward.formula, "where": INSTANTS[instants], "sizes": ", ".join(sizes)}
+        words={
+            "command": feedforward.words,
+            "input": feedforward.formula,
+            "where": INSTANTS[instants],
+            "sizes": ", ".join(sizes),
+        }
     )
 
 

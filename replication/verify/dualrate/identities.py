@@ -25,6 +25,29 @@ def require_error_equations() -> None:
         require_equal(second, rest, "the second row of (9) = (10)")
 
 
+def require_second_case() -> None:
+    """(9) with ȳ(t_k) = y(t_k) is (10) without its last term."""
+    A, B, C, K, L, x, xi, held, y = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y")
+    zeta = x - xi
+    first = (A + B @ K) @ x - B @ K @ xi + B @ K @ (held - zeta)
+    require_equal(A @ x + B @ K @ held, first, "the first row of Case 2")
+    second = (A - L @ C) @ xi - L @ (y - C @ x)
+    require_equal(A @ xi - L @ (y - C @ zeta), second, "the second row of Case 2")
+
+
+def require_collected() -> None:
+    """The terms of (16), with ‖PB‖ ≤ λ c₁, ‖PL‖ ≤ λ ‖L‖ and ‖χ‖ ≤ √V/r, r = √λ_min: their sum is α₄ √V V_m of (17).
+
+    All factors are non-negative, so that these bounds may be put in their places. Both sides times r.
+    """
+    names = ("a1", "a2", "a3", "c1", "L", "KL", "most", "V", "Vm")
+    a1, a2, a3, c1, L, KL, most, V, Vm = (symbol.entry for symbol in symbols(dict.fromkeys(names, ONE)).values())
+    PB, PL = most * c1, most * L
+    terms = 2 * a2 * V * PB * Vm + 2 * a1 * V * PL * Vm + 2 * a3 * V * PB * KL * Vm + 2 * a3 * V * PL * Vm
+    total = 2 * (a2 * c1 + L * a1 + c1 * a3 * KL + a3 * L) * most
+    require_equal(Symbolic(((terms,),)), Symbolic(((total * V * Vm,),)), "(16) = (17)")
+
+
 def require_sampled_observer() -> None:
     """(7) solves (3): the derivatives at t = 0 of both, which determine them.
 

@@ -1,4 +1,4 @@
-"""Statements on the dual-rate loops of Shao et al.: spectral radius and stability by Φ, growth that references excite."""
+"""Statements on the dual-rate loops of Shao et al.: radius and stability by Φ, growth that a reference excites."""
 
 from __future__ import annotations
 
@@ -12,9 +12,20 @@ from replication.verify.algebra.decimals import below
 from replication.verify.algebra.roots import require_roots_within, root_near, without_root
 from replication.verify.dualrate import response
 from replication.verify.dualrate.loop import Loop, Observer, monodromy, on_loop, read_loop, read_observer
+from replication.verify.predicate import NO_READING
 from replication.verify.reading import positive, rational, sequence, several, sized, text
 from replication.verify.statement import BOTH, Depends, Found, Says
 from replication.verify.theorem import require
+
+RADIUS = "spectral radius over a slow period"
+READINGS = (NO_READING, "literal", "slowest-mode")
+"""Readings of the manuscript under which it speaks of these loops, as they stand, and compares them by that number."""
+STARTS: Mapping[str, Callable[[Loop], list[fmpq]]] = {
+    "zero": lambda loop: [fmpq(0)] * loop.order,
+    "output": lambda loop: [(loop.C * loop.start)[0, 0], *[fmpq(0)] * (loop.order - 1)],
+    "true": lambda loop: loop.start.entries(),
+}
+"""Where the observer starts: at zero, at the measured position, at the state of the plant."""
 
 
 def read_guess(value: Any, path: str) -> acb:
@@ -27,7 +38,7 @@ def read_guess(value: Any, path: str) -> acb:
     parameters={"observer": read_observer},
     bound=BOTH,
     witness={"root": read_guess},
-    says=Says(quantity="spectral radius over a slow period", readings=("none", "literal", "slowest-mode")),
+    says=Says(quantity=RADIUS, readings=READINGS),
 )
 def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb) -> None:
     """Over one slow period {observer.words} has the spectral radius {lower:down} to {upper:up}.
@@ -38,7 +49,13 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     require_roots_within(monodromy(plant, observer).charpoly(), upper, "the eigenvalues of Φ")
 
 
-@on_loop("dualrate.stable", parameters={"observer": read_observer}, witness={"radius": positive}, holds=True)
+@on_loop(
+    "dualrate.stable",
+    parameters={"observer": read_observer},
+    witness={"radius": positive},
+    holds=True,
+    says=Says(quantity=RADIUS, readings=READINGS, found=lambda known: Found(upper=known["radius"])),
+)
 def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
     """Without a reference {observer.words} is stable: its spectral radius over one slow period is below {radius:up}.
 
@@ -46,14 +63,6 @@ def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
     """
     require(radius < 1, f"witness.radius must be below one, got {radius}")
     require_roots_within(monodromy(plant, observer).charpoly(), radius, "the eigenvalues of Φ")
-
-
-STARTS: Mapping[str, Callable[[Loop], list[fmpq]]] = {
-    "zero": lambda loop: [fmpq(0)] * loop.order,
-    "output": lambda loop: [(loop.C * loop.start)[0, 0], *[fmpq(0)] * (loop.order - 1)],
-    "true": lambda loop: loop.start.entries(),
-}
-"""Where the observer starts: at zero, at the measured position, at the state of the plant."""
 
 
 def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:

@@ -1,6 +1,6 @@
 """Lemmas 2 and 3, the map of eq. (7), the congruence behind (10) and the recovery (11).
 
-Matrices are letters, so that the identities hold for plants, filters and signals of all sizes; what commutes is a symbol.
+Matrices are letters, so that the identities hold for plants, filters and signals of all sizes; numbers are symbols.
 """
 
 from __future__ import annotations
