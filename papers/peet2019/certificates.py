@@ -14,6 +14,7 @@ KEY = "peet2019"
 MAKERS = {
     "delay.gain-upper": delay.gain_upper,
     "delay.gain-lower": delay.gain_lower,
+    "delay.total-upper": delay.total_upper,
     "delay.degree-lower": delay_dual.degree_lower,
     "delay.near-optimal": delay.near_optimal,
     "delay.pade-upper": delay_pade.pade_upper,

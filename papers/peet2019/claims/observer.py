@@ -103,7 +103,7 @@ def over_the_least(plant: str, degree: int) -> Term:
 
 
 for _name, _what, _factor, _degree in (
-    ("ex1", f"Example 1, level {ABOVE} times the optimum", ABOVE, 1),
+    ("ex1", f"Example 1, level {ABOVE} times the optimum", ABOVE, 3),
     ("ex2", f"Example 2, level {NEAR} times the optimum", NEAR, 2),
     ("own-1", "a system of ours with one delay", ABOVE, 2),
     ("own-2", "a system of ours with two delays", ABOVE, 2),

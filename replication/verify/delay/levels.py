@@ -44,6 +44,17 @@ def below(degree: int) -> Says:
     return Says(quantity=LEAST, setting={"degree": degree}, readings=(TENSOR, TOTAL, WIDE))
 
 
+def ratio(degree: int) -> Says:
+    """How near an observer of a degree, or of less, comes to the best."""
+    return Says(
+        quantity=RATIO,
+        estimators=OBSERVERS,
+        setting={"degree": degree},
+        readings=lambda parameters: UNDER if parameters["degree"] <= degree else (),
+        found=lambda known: Found(upper=known["factor"]),
+    )
+
+
 REACHED = Says(quantity=GAIN, estimators=OBSERVERS, setting={}, readings=UNDER)
 FEASIBLE = Says(quantity=MET, setting={}, readings=UNDER, found=lambda known: Found(holds=True))
 HIDDEN = Depends(lambda given: sized(read_hidden, given.plant.states))
@@ -59,10 +70,24 @@ PROOF = Depends(lambda given: sized(read_proof, given.plant.states))
 )
 def gain_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> None:
     """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program>, with the squares of degree {degree} by
-    the tensor rule or more, is feasible at the level {upper:up} with some eps > 0, and the observer with the gains of
+    the tensor rule or more, is feasible at the level {upper:up} with some positive eps, and the observer with the gains of
     its storage has an L2 gain from w to the error of z below it.
     """
     require_level(plant, upper, degree, witness)
+
+
+@on_plant(
+    "delay.total-upper",
+    parameters={"degree": DEGREE},
+    bound=UPPER,
+    witness=PROOF,
+    says=tuple(above(degree, TOTAL) for degree in DEGREES),
+)
+def total_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> None:
+    """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program>, with the squares of total degree
+    {degree} or more, and so by the tensor rule, is feasible at the level {upper:up}.
+    """
+    require_level(plant, upper, degree, witness, total=True)
 
 
 @on_plant("delay.gain-lower", bound=LOWER, witness=HIDDEN, says=tuple(map(below, DEGREES)))
@@ -78,20 +103,11 @@ def gain_lower(plant: DelayPlant, lower: fmpq, witness: Hidden) -> None:
     parameters={"degree": DEGREE, "factor": positive},
     witness={"level": positive, "hidden": HIDDEN, "sos": PROOF},
     holds=True,
-    says=(
-        Says(
-            quantity=RATIO,
-            estimators=OBSERVERS,
-            setting=lambda parameters: {"degree": parameters["degree"]},
-            readings=UNDER,
-            found=lambda known: Found(upper=known["factor"]),
-        ),
-        FEASIBLE,
-    ),
+    says=(*map(ratio, DEGREES), FEASIBLE),
 )
 def near_optimal(plant: DelayPlant, degree: int, factor: fmpq, level: fmpq, hidden: Hidden, sos: Proof) -> None:
     """The plant< {plant.name}|>: the observer with the gains of a storage of degree {degree}< that meets Theorem 3 with
-    some eps > 0|> has an L2 gain below {level:up}, and at most {factor} times that of any observer, causal or not.
+    some positive eps|> has an L2 gain below {level:up}, and at most {factor} times that of any observer, causal or not.
     """
     require_level(plant, level, degree, sos)
     require_hidden(plant, level / factor, hidden)
