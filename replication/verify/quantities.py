@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from replication.verify.predicate import YES_NO, Exported, Term, same
+from replication.verify.predicate import NO_READING, YES_NO, Exported, Predicate, Relation, Term, same
 
 QUANTITIES: Mapping[str, tuple[str, str]] = {
     # Measurements at several rates.
@@ -16,6 +16,9 @@ QUANTITIES: Mapping[str, tuple[str, str]] = {
     "excess of Theorem 1": ("1", "the relative excess of the level of Theorem 1 over the gain"),
     "excess of Theorem 2": ("1", "the relative excess of the level of Theorem 2 over the smallest gain"),
     "excess over gains of Theorem 2": ("1", "the relative excess of the level of Theorem 2 over what its gains reach"),
+    "level of Theorem 1": ("1", "the level of Theorem 1"),
+    "level of Theorem 1 with one P": ("1", "the level of Theorem 1 with one P for all instants"),
+    "shorter periods are better": (YES_NO, "the rule that a shorter period gives a smaller optimum"),
     "measured sensors": ("1", "which sensors are measured at each instant"),
     "common period": ("instants", "the period of the schedule"),
     "longest time unmeasured": ("instants", "the longest time without a measurement"),
@@ -104,6 +107,27 @@ ESTIMATORS: Mapping[str, str] = {
 def unit_of(quantity: str) -> str:
     """The unit of a quantity; empty for one that is not known."""
     return QUANTITIES.get(quantity, ("", ""))[0]
+
+
+def in_words(predicate: Predicate) -> str:
+    """What a predicate says, on one line."""
+    to = predicate.to
+    whole = _relation(predicate.relation)
+    if to is not None:
+        whole = f"{whole} {_term(to) if isinstance(to, Term) else f'{to} {predicate.unit}'.removesuffix(' 1')}"
+    under = "" if predicate.reading in ("", NO_READING) else f", under the reading {predicate.reading}"
+    return f"{_term(predicate.of)} {whole}{under}"
+
+
+def _relation(relation: Relation) -> str:
+    return relation if relation in ("is", "is not", "holds", "fails") else f"is {relation}"
+
+
+def _term(of: Term) -> str:
+    told = [f"plant {of.plant}"] if of.plant else []
+    told += [of.estimators] if of.estimators else []
+    told += [f"{name} {_shown(value)}" for name, value in of.setting.items()]
+    return f"{_words(of.quantity)} ({'; '.join(told)})" if told else _words(of.quantity)
 
 
 def differences(wanted: Term, reading: str, proved: Exported) -> list[str]:

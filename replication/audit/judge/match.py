@@ -11,7 +11,7 @@ from replication.audit.model import Evidence
 from replication.audit.store.records import CertificateRecord, StatedClaim
 from replication.errors import AuditError
 from replication.verify.predicate import Exported, Predicate, Relation, Term
-from replication.verify.quantities import differences
+from replication.verify.quantities import differences, in_words
 
 NO_PREDICATE = "The claim states no predicate that a theorem could be compared with."
 MIRRORED: Mapping[Relation, Relation] = {"more than": "less than", "at least": "at most"}
@@ -157,9 +157,4 @@ def _lacking(predicate: Predicate, claim: StatedClaim, offers: Sequence[Offer]) 
                 return "No theorem that supports it says anything as data"
             told, name = min(near, key=lambda found: len(found[0]))
             return f"The nearest theorem, {name}, says it otherwise: {'; '.join(told)}"
-    to = "another term" if isinstance(predicate.to, Term) else predicate.to
-    return f"The proved bounds do not decide whether it {_relation(predicate.relation)} {to}"
-
-
-def _relation(relation: Relation) -> str:
-    return relation if relation in ("is", "is not", "holds", "fails") else f"is {relation}"
+    return f"The proved bounds do not decide whether {in_words(predicate)}"

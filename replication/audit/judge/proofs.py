@@ -120,18 +120,12 @@ def with_proofs(
     paths = ", ".join(certificate.path for certificate in certificates)
     found = match(claim, evidence, certificates)
     _require_agreement(found, evidence, paths)
-    if not found.proved:
-        return evidence, Standing(supported=found.difference or OPEN)
     ends = [(_outward(one.low, -math.inf), _outward(one.high, math.inf)) for one in found.bounds]
-    if claim.kind not in NUMERIC:
-        return _statement_bracketed(evidence, ends, paths), Standing(proved=True)
-    if evidence.value is None:
-        raise AuditError(f"the theorems of {paths} bound a value, and the evidence has none")
-    numbers = list(_flat(evidence.value))
-    if len(ends) != len(numbers):
-        raise AuditError(f"the theorems of {paths} bound {len(ends)} numbers, the evidence has {len(numbers)}")
-    values = [_inside(number, pair, paths) for number, pair in zip(numbers, ends, strict=True)]
-    return _bracketed(evidence, values, ends), Standing(proved=True)
+    joined = _statement_bracketed if claim.kind not in NUMERIC else _number_bracketed
+    bracketed = joined(evidence, ends, paths) if found.proved or (claim.kind in NUMERIC and ends) else evidence
+    if found.proved:
+        return bracketed, Standing(proved=True)
+    return evidence, Standing(supported=found.difference or OPEN)
 
 
 def _require_agreement(found: Match, evidence: Evidence, paths: str) -> None:
@@ -140,6 +134,17 @@ def _require_agreement(found: Match, evidence: Evidence, paths: str) -> None:
         said = computed.get(reading) if computed else evidence.holds
         if None not in (holds, said) and holds != said:
             raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {said}")
+
+
+def _number_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:
+    """A number that is proved shows the bracket of its certificates; raises AuditError if it does not lie in it."""
+    if evidence.value is None:
+        raise AuditError(f"the theorems of {paths} bound a value, and the evidence has none")
+    numbers = list(_flat(evidence.value))
+    if len(ends) != len(numbers):
+        raise AuditError(f"the theorems of {paths} bound {len(ends)} numbers, the evidence has {len(numbers)}")
+    values = [_inside(number, pair, paths) for number, pair in zip(numbers, ends, strict=True)]
+    return _bracketed(evidence, values, ends)
 
 
 def _statement_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:

@@ -55,7 +55,12 @@ NOISES = Depends(lambda given: sized(matrices, given.plant.noises, given.turn.nr
     "multirate.gain",
     plant=Depends(lambda given: sized(read_sensing, given, "L")),
     witness={"P": STORAGE, "turn": square, "v": NOISES},
-    says=("gain", Says(quantity="stable error system"), Says(quantity="excess of Theorem 1", found=_excess)),
+    says=(
+        "gain",
+        "level of Theorem 1",
+        Says(quantity="stable error system"),
+        Says(quantity="excess of Theorem 1", found=_excess),
+    ),
 )
 def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, v: Matrices, **chosen: Any) -> None:
     """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, the error system of the
