@@ -79,7 +79,7 @@ class Says:
 
     setting: the parameters but `relative`, unless given. readings: of the paper `source`, under which its text speaks
     of this term. found: what is proved of it, from all that was read, proved and worded; that of the theorem unless
-    given.
+    given. universal: it is about all plants, though the certificate has one.
     """
 
     quantity: Chosen[str]
@@ -87,11 +87,13 @@ class Says:
     readings: Chosen[tuple[str, ...]] = (NO_READING,)
     setting: Chosen[Mapping[str, Any]] | None = None
     found: Callable[[Mapping[str, Any]], Found] | None = None
+    universal: bool = False
 
     def exported(self, certificate: Mapping[str, Any], given: Mapping[str, Any], whole: Found) -> list[Exported]:
         """The terms with what is proved of them; the plant of a certificate of one's own is called so."""
         parameters, plant = certificate["parameters"], certificate["plant"]
         name = str(plant.get("name", "")) if isinstance(plant, Mapping) else ""
+        name = name if certificate.get("paper") is not None else f"own plant {name}"
         found = whole if self.found is None else self.found(given)
         quantity = _chosen(self.quantity, parameters)
         statement, one = unit_of(quantity) == YES_NO, (found.lower, found.upper)
@@ -100,7 +102,7 @@ class Says:
             Exported(
                 of=Term(
                     quantity=quantity,
-                    plant=name if certificate.get("paper") is not None else f"own plant {name}",
+                    plant="" if self.universal else name,
                     setting=usual if self.setting is None else _chosen(self.setting, parameters),
                     estimators=estimators,
                 ),
