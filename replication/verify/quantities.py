@@ -139,11 +139,12 @@ def differences(wanted: Term, reading: str, proved: Exported) -> list[str]:
     if of.plant != wanted.plant:
         found.append(f"another plant: {of.plant or 'all'}, not {wanted.plant or 'all'}")
     for name in sorted(of.setting.keys() | wanted.setting.keys()):
-        there, asked = of.setting.get(name), wanted.setting.get(name)
-        if not same(there, asked):
-            instance = name in of.setting and name not in wanted.setting
-            told = "of all" if instance else f"not {_shown(asked)}" if name in wanted.setting else ""
-            found.append(f"for {name} {_shown(there)} {told}" if name in of.setting else f"not for {name} {told[4:]}")
+        if name not in of.setting:
+            found.append(f"not for {name} {_shown(wanted.setting[name])}")
+        elif name not in wanted.setting:
+            found.append(f"for {name} {_shown(of.setting[name])} of all")
+        elif not same(of.setting[name], wanted.setting[name]):
+            found.append(f"for {name} {_shown(of.setting[name])}, not {_shown(wanted.setting[name])}")
     if of.estimators != wanted.estimators:
         found.append(f"for {of.estimators or 'no class of estimators'}, not for {wanted.estimators or 'none'}")
     if reading not in proved.readings:
