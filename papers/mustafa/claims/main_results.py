@@ -265,4 +265,8 @@ for e in EXAMPLES:
         uses=f"condition.{e}",
         pinned={1: "refuted", 2: "consistent"}[e],
         reading=CONSTANT_CHANGE.name,
+        says=[
+            Predicate(of=term("condition (8)", f"example-{e}"), reading=one.name)
+            for one in (CONSTANT_CHANGE, ANY_CHANGE)
+        ],
     )(partial(condition_8, e))

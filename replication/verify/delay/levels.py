@@ -70,8 +70,8 @@ PROOF = Depends(lambda given: sized(read_proof, given.plant.states))
 )
 def gain_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> None:
     """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program>, with the squares of degree {degree} by
-    the tensor rule or more, is feasible at the level {upper:up} with some positive eps, and the observer with the gains of
-    its storage has an L2 gain from w to the error of z below it.
+    the tensor rule or more, is feasible at the level {upper:up} with some positive eps, and the observer with the gains
+    of its storage has an L2 gain from w to the error of z below it.
     """
     require_level(plant, upper, degree, witness)
 
