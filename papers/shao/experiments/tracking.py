@@ -12,6 +12,7 @@ from papers.shao.experiments.motor import radius
 from papers.shao.method.motor import Motor
 from papers.shao.method.readings import STRUCTURES, Structure, first_estimate
 from papers.shao.method.simulation import simulate
+from papers.shao.method.steady import bandwidth, estimation_error_ratio, estimation_lag
 from papers.shao.printed import DATA
 from papers.shao.problem import (
     APO,
@@ -47,9 +48,6 @@ from replication.estimation.dualrate.problem import Plant, plant_of
 from replication.estimation.dualrate.response import slow_states, start_state, time_response
 from replication.estimation.dualrate.tracking import (
     Points,
-    bandwidth,
-    estimation_error_ratio,
-    estimation_lag,
     output_rows,
     period_response,
     reference,
