@@ -135,10 +135,15 @@ class Run:
         return not mutant.function or not self.entered[mutant.module].isdisjoint(mutant.function)
 
 
-@functools.cache
+RUNS: dict[str, list[Run]] = {}
+"""By test module; no cache of functools, which `_forget` would empty."""
+
+
 def runs_of(test: str) -> list[Run]:
     """Each check of a test module, run once for the mutants of all modules; none finds what another one computed."""
-    return [_run(check) for check in checks_of(importlib.import_module(test))]
+    if test not in RUNS:
+        RUNS[test] = [_run(check) for check in checks_of(importlib.import_module(test))]
+    return RUNS[test]
 
 
 def _run(check: Callable[[], None]) -> Run:
