@@ -13,11 +13,11 @@ from typing import Any
 
 import msgspec
 
+from replication.verify.predicate import NO_READING as NO_READING
+from replication.verify.predicate import Predicate
+
 Results = Mapping[str, Any]
 """Results of the experiments that a claim, erratum or figure uses, by experiment name; plain JSON values."""
-
-NO_READING = "none"
-"""The reading of a claim where the text leaves no choice."""
 
 Numbers = float | tuple[float | tuple[float, ...], ...]
 """A computed quantity in the layout of its print: scalar, list or matrix; a complex entry is (real, imaginary)."""
@@ -145,7 +145,8 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     reason: why this verdict, in one sentence.
     deviation_ulp: (computed − printed) in units of the last printed place, the largest in size over the entries.
     intervals: ends of what each printed number stands for, as exact fractions; none beside a relation.
-    proved: whether the bracket, or the statement, is a theorem. unproved: why no theorem is possible, if that is so.
+    proved: whether a theorem says what the claim says. supported: else, if there are theorems beside it, what they do
+    not say. unproved: why there is none.
     """
 
     verdict: Verdict
@@ -153,6 +154,7 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     deviation_ulp: float | None = None
     intervals: tuple[tuple[str, str], ...] = ()
     proved: bool = False
+    supported: str = ""
     unproved: str = ""
 
 
@@ -180,6 +182,7 @@ class Claim:
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
     optimum: whether the printed number is the least level that any design reaches.
     repeats: id of the claim whose number or statement this one prints again; totals count it once.
+    says: the same statement as data, all of which must be so; a theorem proves the claim only if it says that.
     """
 
     id: str
@@ -196,6 +199,7 @@ class Claim:
     reading: str = ""
     optimum: bool = False
     repeats: str = ""
+    says: tuple[Predicate, ...] = ()
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
