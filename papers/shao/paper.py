@@ -15,6 +15,7 @@ from papers.shao.findings import findings
 from papers.shao.printed import REFERENCES
 from papers.shao.readings import READINGS
 from replication.audit.declare import Part, paper
+from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Formula, Table
 
@@ -84,6 +85,7 @@ PAPER = paper(
         ),
     ),
     readings=READINGS,
+    coverage=tallies(__file__),
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=(*tracking_figures.FIGURES, *stability_figures.FIGURES, *reading_figures.FIGURES),
