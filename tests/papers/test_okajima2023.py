@@ -41,8 +41,8 @@ def test_every_claim_has_its_pinned_verdict(fresh_run: Outcome) -> None:
     assert fresh_run.failures == ()
 
 
-SUPPORTED = {"unstable.same-setting": "second-diagonal", "unstable.error-poles": "unrounded-gains"}
-"""Claims that rest on two readings, under one of which there is no theorem."""
+SUPPORTED = {"unstable.error-poles": "unrounded-gains"}
+"""A claim that rests on two readings, under one of which there is no theorem."""
 
 
 @pytest.mark.slow

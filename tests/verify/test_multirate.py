@@ -95,7 +95,7 @@ COUNTED = {"common-period", "cyclic-rows", "idle-instants", "idle-instants-case-
     f"selection-{name}" for name in ("case-1", "case-2", "case-3", "eqs-7-8", "eqs-11-12", "sec-4a")
 }
 ONE_MATRIX = {f"gains-{equation}-one-matrix" for equation in ("33", "38", "39", "40")}
-FALSE = ("section-4c-same-setting", "shorter-periods")
+FALSE = ("section-4c-same-setting", "section-4c-second-setting", "shorter-periods")
 NAMES = sorted(path.stem for path in FOLDER.glob("*.json"))
 
 
