@@ -34,6 +34,8 @@ SLACK = 1e-3
 BITS = 44
 ROOM, HORIZON = 1.02, 200
 """Level over that of step 2; samples of a sequence."""
+ANGLES, SMALL = 400, 1e-7
+"""Points of the circle; weights that are left out, relative to the largest."""
 PIECES = 32
 """Of the range, each with a storage matrix of its own."""
 COARSE_BITS = 20
@@ -64,6 +66,8 @@ def _made(theorem: Mapping[str, Any]) -> Json:
             return {**grid(theorem), "bound": {}}
         case "stalls":
             return stall(theorem)
+        case "output-matrix":
+            return output_box(theorem)
         case "grid-solution-fails":
             return grid_solution(theorem)
         case "meets-condition-8":
@@ -93,6 +97,31 @@ def stall(theorem: Mapping[str, Any]) -> Json:
     """A bracket of alpha in the middle of the range."""
     system, periods = _problem(theorem)
     return {"bound": {}, "witness": _bracket(system, periods.middle, FIRST_MARGIN)[1]}
+
+
+def output_box(theorem: Mapping[str, Any]) -> Json:
+    """For each side of the box of the C_f the half-space that cuts it, by a cone program over points of the circle."""
+    system, periods = _problem(theorem)
+    filter_, level = nonuniform.filter_of(theorem["plant"]["filter"]), float(Fraction(theorem["parameters"]["level"]))
+    Phi, Gamma = system.discretise(periods.middle)
+    one, turns = np.eye(system.order), np.tan(np.linspace(0, np.pi, ANGLES, endpoint=False) / 2)
+    points = (1 + 1j * turns) / (1 - 1j * turns)
+    x = [np.linalg.solve(z * one - Phi, Gamma) for z in points]
+    seen = [
+        np.linalg.solve(z * one - filter_.A, filter_.B @ (system.C @ v + system.D))
+        for z, v in zip(points, x, strict=True)
+    ]
+    f, seen_of_plant = np.hstack(seen), np.hstack([system.L @ v for v in x])[0]
+
+    def half_space(normal: Array) -> list[Json]:
+        u = cvxpy.Variable(len(points), complex=True)
+        limit = cvxpy.real(u @ seen_of_plant) + level * cvxpy.sum(cvxpy.abs(u))
+        solve_modelled(cvxpy.Problem(cvxpy.Minimize(limit), [cvxpy.real(f @ u) == normal]))
+        chosen = [(t, w) for t, w in zip(turns, u.value, strict=True) if abs(w) > SMALL * np.max(np.abs(u.value))]
+        return [{"turn": rounded(t, BITS), "u": [rounded(w.real, BITS), rounded(w.imag, BITS)]} for t, w in chosen]
+
+    witness = {name: [half_space(sign * axis) for axis in one] for name, sign in (("above", 1), ("below", -1))}
+    return {"bound": {}, "witness": witness}
 
 
 def grid_solution(theorem: Mapping[str, Any]) -> Json:
