@@ -61,6 +61,7 @@ QUANTITIES: Mapping[str, tuple[str, str]] = {
     "gain over sequences": ("1", "the gain over the sampling sequences of a range"),
     "least gain over sequences": ("1", "the least gain over the sampling sequences of a range"),
     "solution of (6)": (YES_NO, "a solution of (6)"),
+    "grid solutions of (6) are valid": (YES_NO, "that what solves (6) on the grid solves it on the range"),
     "stable for every sequence": (YES_NO, "stability for every sampling sequence"),
     "Lemma 2": (YES_NO, "Lemma 2"),
     "Lemma 3": (YES_NO, "Lemma 3"),

@@ -174,4 +174,5 @@ for e in EXAMPLES:
         uses=f"own-grid.{e}",
         pinned="refuted",
         reading=CORRECTED_GRID.name,
+        says=term("grid solutions of (6) are valid", f"example-{e}"),
     )(partial(own_solution_is_valid, e))
