@@ -73,11 +73,12 @@ def test_a_claim_has_theorems_and_a_predicate_or_a_reason() -> None:
     said, bare = paper(claim(says=(GAIN,))), paper(claim())
     validate_theorems([said], ["toy.value"], [])
     validate_theorems([bare], [], ["toy.value"])
-    validate_theorems([paper(claim(kind=Kind.STATISTICAL))], [], [])
+    validate_theorems([paper(claim(kind=Kind.STATISTICAL, id="toy.drawn"), said.claims[0])], ["toy.value"], [])
+    validate_theorems([bare], [], ["other.value"])
     with pytest.raises(AuditError, match="value' has theorems and states no predicate"):
         validate_theorems([bare], ["toy.value"], [])
     with pytest.raises(AuditError, match="value' has no theorem and no reason"):
-        validate_theorems([said], [], [])
+        validate_theorems([said], ["toy.other"], [])
 
 
 def test_a_predicate_reads_as_a_sentence() -> None:

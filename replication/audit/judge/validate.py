@@ -178,10 +178,11 @@ def _relation(predicate: Predicate) -> Iterator[str]:
 def validate_theorems(papers: Sequence[Paper], named: Collection[str], excused: Collection[str]) -> None:
     """Every claim has theorems and says something as data, or a reason why there is none; AuditError lists the others.
 
-    named: ids of the claims that theorems support. excused: of those with a reason.
+    named: ids of the claims that theorems support. excused: of those with a reason. A paper with neither asks for none.
     """
     mistakes = []
-    for claim in (claim for paper in papers for claim in paper.claims):
+    asking = {name.partition(".")[0] for name in (*named, *excused)}
+    for claim in (claim for paper in papers if paper.key in asking for claim in paper.claims):
         if claim.id in named and not claim.says:
             mistakes.append(
                 f"claim {claim.id!r} has theorems and states no predicate; give says=... where it is declared"
