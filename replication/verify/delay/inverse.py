@@ -20,20 +20,11 @@ from replication.verify.theorem import require
 
 TAU = number("tau")
 SYMMETRIC = ("P", "Pi", "K", "G", "V")
-EXAMPLE: dict[str, fmpq | int] = {
-    "tau": 2,
-    "P": 2,
-    "H": fmpq(1, 2),
-    "K": 2,
-    "G": 1,
-    "Z": 1,
-    "V": 1,
-    "x": 1,
-    "seen": 1,
-    "chi": fmpq(1, 2),
-}
+Numbers = dict[str, fmpq | int]
+HALF = fmpq(1, 2)
+EXAMPLE: Numbers = {"tau": 2, "P": 2, "H": HALF, "K": 2, "G": 1, "Z": 1, "V": 1, "x": 1, "seen": 1, "chi": HALF}
 """A coercive operator with one state and one delay, of 2, where Z = S = 1; a history, and in `GIVEN` an injection."""
-GIVEN: dict[str, fmpq | int] = dict.fromkeys(("Z_0", "Z_2", "W_4", "W_5", "W_6", "y", "end", "y_s"), 1) | dict.fromkeys(
+GIVEN: Numbers = dict.fromkeys(["Z_0", "Z_2", "W_4", "W_5", "W_6", "y", "end", "y_s"], 1) | dict.fromkeys(
     ("I_3", "I_6", "I_7"), 2
 )
 
