@@ -138,7 +138,7 @@ def grid_solution(theorem: Mapping[str, Any]) -> Json:
     return {"bound": {}, "witness": {**witness, **found["witness"]}}
 
 
-def modal(filter_: Filter) -> dict[str, Array]:
+def modal(filter_: Filter) -> dict[str, Any]:
     """The same filter in coordinates in which A_f is made of its eigenvalues: products of many steps stay exact."""
     values, vectors = np.linalg.eig(filter_.A)
     real = np.where(values.imag < 0, vectors.imag, vectors.real)

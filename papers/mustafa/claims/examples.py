@@ -9,7 +9,7 @@ from papers.mustafa.claims.extensions import solvers
 from papers.mustafa.claims.guarantees import where_it_holds
 from papers.mustafa.claims.preliminaries import FILTER, down, up
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
-from papers.mustafa.printed import DATA, GAMMA, largest, matrix
+from papers.mustafa.printed import DATA, GAMMA, matrix
 from papers.mustafa.readings import DRAWN, MOTOR, NOMINAL, OUR_FILTER
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
@@ -203,7 +203,7 @@ for name, called in (("A", "state"), ("B", "input")):
     "filter.output-matrix",
     PRINTED_FILTER["C_f"],
     uses="output-matrix",
-    says=term("output matrix", "printed-filter", level=str(largest(GAMMA[2]))),
+    says=term("output matrix", "printed-filter", level=str(GAMMA[2])),
 )
 def output_matrix(results: Results) -> Evidence:
     """C_f of the filter: with the printed A_f and B_f, only a C_f that rounds to it keeps the printed level."""

@@ -10,7 +10,10 @@ a half-space for every choice of the u_k; that of each entry and side has a norm
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 from flint import acb, acb_mat, arb, fmpq
@@ -50,6 +53,12 @@ def read_points(value: Any, path: str, count: int) -> list[list[Point]]:
     return found
 
 
+def _setting(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The level as a decimal, as the paper has it."""
+    level = Fraction(parameters["level"])
+    return {"level": str(Decimal(level.numerator) / level.denominator)}
+
+
 POINTS = Depends(lambda given: sized(read_points, given.plant.A.nrows()))
 
 
@@ -58,7 +67,7 @@ POINTS = Depends(lambda given: sized(read_points, given.plant.A.nrows()))
     source="mustafa",
     parameters={"level": positive},
     witness={"above": POINTS, "below": POINTS},
-    says=Says(quantity="output matrix", readings=(NO_READING, "one motor constant")),
+    says=Says(quantity="output matrix", setting=_setting, readings=(NO_READING, "one motor constant")),
 )
 def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: list[list[Point]]) -> Found:
     """With the given A_f and B_f and the level {level:up} at the middle period, the entries of C_f lie within
