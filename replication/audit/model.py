@@ -258,6 +258,21 @@ class ScopeItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     reason: str = ""
 
 
+class Coverage(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How many numerals, or numbered items, of a text are bound, excused with a reason, or neither.
+
+    aside: those that only number, name or furnish the text, and are not in the total; see `inspect.coverage`.
+    """
+
+    text: str
+    of: str
+    total: int
+    bound: int
+    excused: int
+    open: int
+    aside: int
+
+
 class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of the paper in its own shape: each cell is text or, as `claim:ID`, stands for that claim."""
 
@@ -304,7 +319,7 @@ class CommonLevel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
-    """A source paper as this package audits it; year is None if the text gives none.
+    """A source paper as this package audits it; year is None if the text gives none, coverage is of each of its texts.
 
     `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
     printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
@@ -327,6 +342,7 @@ class Paper:
     tables: tuple[Table, ...] = ()
     formulas: tuple[Formula, ...] = ()
     scope: tuple[ScopeItem, ...] = ()
+    coverage: tuple[Coverage, ...] = ()
     readings: tuple[Reading, ...] = ()
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()

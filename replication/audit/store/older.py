@@ -41,7 +41,7 @@ def converted(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _paper(paper: dict[str, Any]) -> dict[str, Any]:
-    return {**paper, "formulas": [{"text": text, "latex": latex} for text, latex in paper["formulas"]]}
+    return {**paper, "coverage": [], "formulas": [{"text": text, "latex": latex} for text, latex in paper["formulas"]]}
 
 
 def _verdict(verdict: str, record: dict[str, Any], inferred: set[str]) -> str:

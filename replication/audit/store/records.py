@@ -10,6 +10,7 @@ import msgspec
 
 from replication.audit.model import (
     CommonLevel,
+    Coverage,
     Evidence,
     Formula,
     Judgement,
@@ -182,6 +183,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     formulas: tuple[Formula, ...]
     tables: tuple[Table, ...]
     scope: tuple[ScopeItem, ...]
+    coverage: tuple[Coverage, ...] = ()
     readings: tuple[Reading, ...]
     sensitivity: tuple[Sensitivity, ...]
     common: tuple[CommonLevel, ...]
