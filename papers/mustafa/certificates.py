@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -177,8 +178,10 @@ def one_element(theorem: Mapping[str, Any]) -> Json:
 
 
 def same_level(theorem: Mapping[str, Any]) -> Json:
-    """The cell with the largest alpha in the coordinates of the plant, and a robust filter with a lower level."""
+    """The cell with the largest alpha in modal coordinates, and a robust filter with a lower level."""
     system, periods = _problem(theorem)
+    pole = np.linalg.eigvals(system.A)[0]
+    system = replace(system, A=np.array([[pole.real, abs(pole.imag)], [-abs(pole.imag), pole.real]]))
     count = theorem["parameters"]["cells"]
     half = (periods.h_u - periods.h_l) / (2 * count)
     alphas = [_response(system, periods.h_l + (2 * i + 1) * half) for i in range(count)]

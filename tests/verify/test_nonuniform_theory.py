@@ -266,10 +266,22 @@ def test_the_ends_that_are_computed_are_sharp(gain: int, mu: fmpq) -> None:
         assert reached.rad() < 1e-10
 
 
+def test_modal_coordinates_have_the_same_eigenvalues() -> None:
+    A = fmpq_mat([[0, 1], [-16, fmpq(-24, 5)]])
+    modal = grid.modal(A)
+    assert modal == fmpq_mat([[fmpq(-12, 5), fmpq(16, 5)], [fmpq(-16, 5), fmpq(-12, 5)]])
+    assert modal.charpoly() == A.charpoly()
+    for other in ([[0, 1], [-15, fmpq(-24, 5)]], [[-1, 0], [0, -2]], [[-1, 0], [0, -1]]):
+        with pytest.raises(Refused, match="not rational, or real"):
+            grid.modal(fmpq_mat(other))
+    with pytest.raises(Refused, match="two states"):
+        grid.modal(fmpq_mat([[-1]]))
+
+
 def test_sentences_say_what_they_are_about() -> None:
     same = check(load("same-level-1")).sentence
-    assert "in the coordinates of the plant" in same
-    assert "0.958133" in same
+    assert "in modal coordinates" in same
+    assert "0.433406" in same
     assert "0.243021" in same
     for name in ("congruence", "recovery", "map-1"):
         assert "any size" in check(load(name)).sentence
