@@ -347,6 +347,7 @@ def test_an_identity_that_fails_proves_nothing() -> None:
 def test_any_cell_may_be_the_one_that_forces_the_level() -> None:
     certificate = load("same-level-1")
     system, periods = certificates._problem(certificate)
+    system = certificates.in_modal_coordinates(system)
     half = (periods.h_u - periods.h_l) / (2 * certificate["parameters"]["cells"])
     for cell in (1, 2):
         alpha, response = certificates._response(system, periods.h_l + (2 * cell + 1) * half)
