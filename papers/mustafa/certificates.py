@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -99,6 +100,12 @@ def stall(theorem: Mapping[str, Any]) -> Json:
     return {"bound": {}, "witness": _bracket(system, periods.middle, FIRST_MARGIN)[1]}
 
 
+def in_modal_coordinates(system: SampledPlant) -> SampledPlant:
+    """The plant with A = [a, b; -b, a] for its eigenvalues a + bi; the rest does not matter for (8)."""
+    pole = np.linalg.eigvals(system.A)[0]
+    return replace(system, A=np.array([[pole.real, abs(pole.imag)], [-abs(pole.imag), pole.real]]))
+
+
 def output_box(theorem: Mapping[str, Any]) -> Json:
     """For each side of the box of the C_f the half-space that cuts it, by a cone program over points of the circle."""
     system, periods = _problem(theorem)
@@ -177,8 +184,9 @@ def one_element(theorem: Mapping[str, Any]) -> Json:
 
 
 def same_level(theorem: Mapping[str, Any]) -> Json:
-    """The cell with the largest alpha in the coordinates of the plant, and a robust filter with a lower level."""
+    """The cell with the largest alpha in modal coordinates, and a robust filter with a lower level."""
     system, periods = _problem(theorem)
+    system = in_modal_coordinates(system)
     count = theorem["parameters"]["cells"]
     half = (periods.h_u - periods.h_l) / (2 * count)
     alphas = [_response(system, periods.h_l + (2 * i + 1) * half) for i in range(count)]
