@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -34,6 +35,8 @@ SLACK = 1e-3
 BITS = 44
 ROOM, HORIZON = 1.02, 200
 """Level over that of step 2; samples of a sequence."""
+ANGLES, SMALL = 400, 1e-7
+"""Points of the circle; weights that are left out, relative to the largest."""
 PIECES = 32
 """Of the range, each with a storage matrix of its own."""
 COARSE_BITS = 20
@@ -64,6 +67,8 @@ def _made(theorem: Mapping[str, Any]) -> Json:
             return {**grid(theorem), "bound": {}}
         case "stalls":
             return stall(theorem)
+        case "output-matrix":
+            return output_box(theorem)
         case "grid-solution-fails":
             return grid_solution(theorem)
         case "meets-condition-8":
@@ -95,6 +100,37 @@ def stall(theorem: Mapping[str, Any]) -> Json:
     return {"bound": {}, "witness": _bracket(system, periods.middle, FIRST_MARGIN)[1]}
 
 
+def in_modal_coordinates(system: SampledPlant) -> SampledPlant:
+    """The plant with A = [a, b; -b, a] for its eigenvalues a + bi; the rest does not matter for (8)."""
+    pole = np.linalg.eigvals(system.A)[0]
+    return replace(system, A=np.array([[pole.real, abs(pole.imag)], [-abs(pole.imag), pole.real]]))
+
+
+def output_box(theorem: Mapping[str, Any]) -> Json:
+    """For each side of the box of the C_f the half-space that cuts it, by a cone program over points of the circle."""
+    system, periods = _problem(theorem)
+    filter_, level = nonuniform.filter_of(theorem["plant"]["filter"]), float(Fraction(theorem["parameters"]["level"]))
+    Phi, Gamma = system.discretise(periods.middle)
+    one, turns = np.eye(system.order), np.tan(np.linspace(0, np.pi, ANGLES, endpoint=False) / 2)
+    points = (1 + 1j * turns) / (1 - 1j * turns)
+    x = [np.linalg.solve(z * one - Phi, Gamma) for z in points]
+    seen = [
+        np.linalg.solve(z * one - filter_.A, filter_.B @ (system.C @ v + system.D))
+        for z, v in zip(points, x, strict=True)
+    ]
+    f, seen_of_plant = np.hstack(seen), np.hstack([system.L @ v for v in x])[0]
+
+    def half_space(normal: Array) -> list[Json]:
+        u = cvxpy.Variable(len(points), complex=True)
+        limit = cvxpy.real(u @ seen_of_plant) + level * cvxpy.sum(cvxpy.abs(u))
+        solve_modelled(cvxpy.Problem(cvxpy.Minimize(limit), [cvxpy.real(f @ u) == normal]))
+        chosen = [(t, w) for t, w in zip(turns, u.value, strict=True) if abs(w) > SMALL * np.max(np.abs(u.value))]
+        return [{"turn": rounded(t, BITS), "u": [rounded(w.real, BITS), rounded(w.imag, BITS)]} for t, w in chosen]
+
+    witness = {name: [half_space(sign * axis) for axis in one] for name, sign in (("above", 1), ("below", -1))}
+    return {"bound": {}, "witness": witness}
+
+
 def grid_solution(theorem: Mapping[str, Any]) -> Json:
     """The filter of step 2 on the grid with a level a little above its own, a matrix for it, and a worst sequence."""
     system, periods = _problem(theorem)
@@ -109,7 +145,7 @@ def grid_solution(theorem: Mapping[str, Any]) -> Json:
     return {"bound": {}, "witness": {**witness, **found["witness"]}}
 
 
-def modal(filter_: Filter) -> dict[str, Array]:
+def modal(filter_: Filter) -> dict[str, Any]:
     """The same filter in coordinates in which A_f is made of its eigenvalues: products of many steps stay exact."""
     values, vectors = np.linalg.eig(filter_.A)
     real = np.where(values.imag < 0, vectors.imag, vectors.real)
@@ -148,8 +184,9 @@ def one_element(theorem: Mapping[str, Any]) -> Json:
 
 
 def same_level(theorem: Mapping[str, Any]) -> Json:
-    """The cell with the largest alpha in the coordinates of the plant, and a robust filter with a lower level."""
+    """The cell with the largest alpha in modal coordinates, and a robust filter with a lower level."""
     system, periods = _problem(theorem)
+    system = in_modal_coordinates(system)
     count = theorem["parameters"]["cells"]
     half = (periods.h_u - periods.h_l) / (2 * count)
     alphas = [_response(system, periods.h_l + (2 * i + 1) * half) for i in range(count)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from papers.okajima2023.experiments.declared import DIAGONAL_STEP
+from papers.okajima2023.experiments.declared import DIAGONAL_STEP, SECOND_DECIMALS
 from papers.okajima2023.experiments.simulations import DENOMINATORS
 from replication.audit.model import Reading
 
@@ -77,8 +77,8 @@ READINGS = (
     Reading(
         name=SECOND_A,
         place="Eq. (41)",
-        text=f"The diagonal of A is the other real one, not in such steps, with which A has the stated poles. "
-        f"{_SEARCHED}",
+        text=f"The diagonal of A is the other real one, not in such steps, with which A has the stated poles, to "
+        f"{SECOND_DECIMALS} decimals. {_SEARCHED}",
         inference=True,
     ),
     Reading(

@@ -60,7 +60,7 @@ QUANTITIES: Mapping[str, tuple[str, str]] = {
     # Nonuniform sampling.
     "gain over sequences": ("1", "the gain over the sampling sequences of a range"),
     "least gain over sequences": ("1", "the least gain over the sampling sequences of a range"),
-    "solution of (6)": (YES_NO, "a solution of (6)"),
+    "least level of (6)": ("1", "the least level with which (6) can hold at all periods of the range"),
     "grid solutions of (6) are valid": (YES_NO, "that what solves (6) on the grid solves it on the range"),
     "stable for every sequence": (YES_NO, "stability for every sampling sequence"),
     "Lemma 2": (YES_NO, "Lemma 2"),

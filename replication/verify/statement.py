@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 from keyword import iskeyword
 from string import Formatter
 from types import ModuleType, SimpleNamespace
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from flint import arb, ctx, fmpq
 
@@ -69,7 +69,7 @@ class Found:
 
 
 Parameters = Mapping[str, Any]
-Chosen = T | Callable[[Parameters], T]
+Chosen: TypeAlias = T | Callable[[Parameters], T]
 """A value, or what gives it from the parameters of a certificate."""
 
 

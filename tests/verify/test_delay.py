@@ -390,6 +390,24 @@ def test_the_level_of_an_observer_is_close_to_what_any_observer_has() -> None:
     assert "at least 1" in refusal(given, delay.near_optimal)
 
 
+def test_squares_of_a_total_degree_serve_both_rules_and_not_the_other_way_round() -> None:
+    theorem = check(certificate("ex1-total-upper"))
+    said = {one.of.setting["degree"]: one.readings for one in theorem.says}
+    assert said[1] == ("z2-each", "z2-wide", "z2-total") and said[3] == ("z2-each", "z2-total")
+    given = certificate("ex2-total-upper")
+    assert [one.readings for one in check(given).says] == [(), (), *[("z2-each", "z2-total")] * 2]
+    given["parameters"]["degree"] = 2
+    assert "rows" in refusal(given, delay.total_upper)
+    given = certificate("ex1-upper")
+    assert "rows, got" in refusal({**given, "statement": "delay.total-upper"}, delay.total_upper)
+    # Of degree 1 in each variable they are of total degree 2.
+    said = {one.of.setting.get("degree"): one.readings for one in check(given).says}
+    assert said[1] == ("z2-each", "z2-wide") and said[2] == ("z2-each", "z2-total")
+    given = certificate("ex1-total-upper")
+    given["bound"]["upper"] = times(given["bound"]["upper"], 1 - SMALL)
+    assert "the identity of Theorem 3 fails" in refusal(given)
+
+
 def test_degree_zero_is_refused() -> None:
     given = certificate("ex1-upper")
     given["parameters"]["degree"] = 0

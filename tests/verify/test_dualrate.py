@@ -304,8 +304,18 @@ def test_bounds_of_errors_are_exported_under_the_reading_of_their_certificate() 
     assert [one.of.setting["frequency"] for one in says] == ["1/2", "1", "3/2", "2", "5/2", "3"]
     given = committed("errors-apo-corrected")["witness"]["errors"]
     assert [one.items for one in says] == [((error["lower"], error["upper"]),) for error in given]
-    readings = {"errors-apo": "literal", "errors-pmi-held": "pmi-held", "errors-pmi-fast-instants": "fast-instants"}
+    readings = {"errors-pmi": "literal", "errors-pmi-held": "pmi-held", "errors-pmi-fast-instants": "fast-instants"}
     assert {name: proved(name).says[0].readings for name in readings} == {n: (one,) for n, one in readings.items()}
+    # Other readings of DRC-PMI leave DRC-APO as it is.
+    assert proved("errors-apo").says[0].readings == ("literal", "pmi-held", "pmi-one-correction", "pmi-slow-input")
+    assert proved("radius-motor-slow-input").says[0].readings == ("pmi-slow-input",)
+
+
+def test_a_better_estimate_is_exported_both_ways() -> None:
+    better, worse = proved("estimate-2-one-correction").says
+    assert (better.holds, worse.holds) == (True, False)
+    assert (better.of.setting["observer"], worse.of.setting["than"]) == ("single_correction",) * 2
+    assert better.readings == worse.readings == ("pmi-one-correction",)
 
 
 def root_of(certificate: dict[str, Any]) -> list[str]:

@@ -24,6 +24,7 @@ from replication.verify.multirate.bounds import (
     unseen_forever,
 )
 from replication.verify.multirate.levels import require_bracket, require_lower
+from replication.verify.multirate.recovered import reading_of
 from replication.verify.multirate.sensing import Sensing, schedule, select
 from replication.verify.theorem import Refused, Theorem
 
@@ -95,7 +96,7 @@ COUNTED = {"common-period", "cyclic-rows", "idle-instants", "idle-instants-case-
     f"selection-{name}" for name in ("case-1", "case-2", "case-3", "eqs-7-8", "eqs-11-12", "sec-4a")
 }
 ONE_MATRIX = {f"gains-{equation}-one-matrix" for equation in ("33", "38", "39", "40")}
-FALSE = ("section-4c-same-setting", "shorter-periods")
+FALSE = ("section-4c-same-setting", "section-4c-second-setting", "shorter-periods")
 NAMES = sorted(path.stem for path in FOLDER.glob("*.json"))
 
 
@@ -579,3 +580,19 @@ def test_what_is_counted_takes_no_witness(name: str, field: str) -> None:
     certificate[field] = {"upper": "9"}
     with pytest.raises(Refused, match=f"{field} has the unknown field upper"):
         check(certificate)
+
+
+def test_what_is_said_of_gains_and_recovered_plants_as_data() -> None:
+    made = load("gains-33")
+    lower, upper = (Fraction(made["bound"][side]) for side in ("lower", "upper"))
+    said = {one.of.quantity: one for one in check(made).says}
+    assert said["stable error system"].holds is True
+    assert said["excess of Theorem 1"].items == (("0", str(upper / lower - 1)),)
+    assert said["level of Theorem 1"].items == said["gain"].items == ((made["bound"]["lower"], made["bound"]["upper"]),)
+    classes = {one.of.estimators for one in check(load("optimum-2-3")).says if one.of.quantity == "smallest gain"}
+    assert classes == {"periodic one-step observers", "one-step predictors", "all estimators"}
+    causal = {one.of.estimators for one in check(load("optimum-case-a")).says if one.of.quantity == "smallest gain"}
+    assert causal == {"periodic one-step observers", "one-step predictors"}
+    for name, reading in (("same", "recovered-diagonal"), ("second", "second-diagonal")):
+        assert check(load(f"section-4c-{name}-setting")).says[0].readings == (reading,)
+    assert reading_of({"diagonal": ["6/5", "1/3", "1"]}) == ("second-diagonal",)

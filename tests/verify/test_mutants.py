@@ -50,7 +50,7 @@ VERIFIER = {
     "nonuniform.theory": ("test_nonuniform_theory",),
     "reading": ("test_reading",),
     "run": ("test_run",),
-    "statement": ("test_statement",),
+    "statement": ("test_statement", "test_predicate"),
     "subjects": ("test_run",),
 }
 """The modules, and the tests that must notice each change of them."""

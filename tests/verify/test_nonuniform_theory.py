@@ -266,10 +266,22 @@ def test_the_ends_that_are_computed_are_sharp(gain: int, mu: fmpq) -> None:
         assert reached.rad() < 1e-10
 
 
+def test_modal_coordinates_have_the_same_eigenvalues() -> None:
+    A = fmpq_mat([[0, 1], [-16, fmpq(-24, 5)]])
+    modal = grid.modal(A)
+    assert modal == fmpq_mat([[fmpq(-12, 5), fmpq(16, 5)], [fmpq(-16, 5), fmpq(-12, 5)]])
+    assert modal.charpoly() == A.charpoly()
+    for other in ([[0, 1], [-15, fmpq(-24, 5)]], [[-1, 0], [0, -2]], [[-1, 0], [0, -1]]):
+        with pytest.raises(Refused, match="not rational, or real"):
+            grid.modal(fmpq_mat(other))
+    with pytest.raises(Refused, match="two states"):
+        grid.modal(fmpq_mat([[-1]]))
+
+
 def test_sentences_say_what_they_are_about() -> None:
     same = check(load("same-level-1")).sentence
-    assert "in the coordinates of the plant" in same
-    assert "0.958133" in same
+    assert "in modal coordinates" in same
+    assert "0.433406" in same
     assert "0.243021" in same
     for name in ("congruence", "recovery", "map-1"):
         assert "any size" in check(load(name)).sentence
@@ -332,15 +344,22 @@ def test_an_identity_that_fails_proves_nothing() -> None:
             setattr(identities, f"require_{proof}", kept)
 
 
-def test_any_cell_may_be_the_one_that_forces_the_level() -> None:
+def test_a_cell_that_does_not_force_the_level_is_refused() -> None:
     certificate = load("same-level-1")
     system, periods = certificates._problem(certificate)
+    system = certificates.in_modal_coordinates(system)
     half = (periods.h_u - periods.h_l) / (2 * certificate["parameters"]["cells"])
-    for cell in (1, 2):
+    refused = []
+    for cell in (0, 1, 2):
         alpha, response = certificates._response(system, periods.h_l + (2 * cell + 1) * half)
         exact = Fraction(alpha) * Fraction(999_999, 1_000_000)
         certificate["witness"] |= {"cell": cell, "alpha": str(exact), "response": response}
-        assert check(certificate).holds
+        try:
+            assert check(certificate).holds
+        except Refused as refusal:
+            assert "of the filter is not below" in str(refusal)
+            refused.append(cell)
+    assert 0 not in refused and refused != []
 
 
 def test_one_interval_needs_a_stable_plant() -> None:

@@ -199,7 +199,12 @@ for name, called in (("A", "state"), ("B", "input")):
     )(partial(undetermined, name))
 
 
-@LEVELS.matrix("filter.output-matrix", PRINTED_FILTER["C_f"], uses="output-matrix")
+@LEVELS.matrix(
+    "filter.output-matrix",
+    PRINTED_FILTER["C_f"],
+    uses="output-matrix",
+    says=term("output matrix", "printed-filter", level=str(GAMMA[2])),
+)
 def output_matrix(results: Results) -> Evidence:
     """C_f of the filter: with the printed A_f and B_f, only a C_f that rounds to it keeps the printed level."""
     r = results["output-matrix"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from papers.okajima2023.experiments.declared import CASES, case, times
 from papers.okajima2023.printed import DATA, PLANT, SCHEDULES, matrix
@@ -15,7 +16,7 @@ EARLIER = Part("Sec. I, size of the earlier design", reading=CYCLIC_FULL)
 FORMULATION = Part("Sec. II, plant, schedules, observer, error system", reading=NO_READING)
 
 TIMES = times(CASES["proposed"])
-SIZES = {
+SIZES: dict[str, Any] = {
     "states": len(PLANT["A"]),
     "sensors": len(PLANT["C"]),
     "disturbances": len(PLANT["B_d"][0]),

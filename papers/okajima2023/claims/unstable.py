@@ -19,13 +19,13 @@ USES = (PRINTED, RECOVERED)
 DIAGONAL, SETTING = "diagonal-of-a", "setting-of-4c"
 AFTER: dict[str, Any] = {"uses": USES, "pinned": "compatible"}
 TIMES = ("periods", "offsets")
-FOUND = theorems("okajima2023")[0]["section-4c-design"].parameters
-"""The plant that the search finds, in exact numbers; the certificates are made only if it finds it again."""
+FOUND, _ = theorems("okajima2023")
+"""With the plants that the search finds, in exact numbers; the certificates are made only if it finds them again."""
 
 
-def recovered(quantity: str, *given: str) -> Term:
+def recovered(quantity: str, *given: str, design: str = "section-4c-design") -> Term:
     """A number of the plant of Sec. IV-C, with these parts of it as the search finds them."""
-    return term(quantity, "section-4c", **{name: FOUND[name] for name in given})
+    return term(quantity, "section-4c", **{name: FOUND[design].parameters[name] for name in given})
 
 
 def _search_of_the_diagonal(results: Results) -> str:
@@ -70,8 +70,8 @@ def _by_stated_order(found: list[list[float]]) -> Numbers:
     pinned="refuted",
     reading=RECOVERED_A,
     says=[
-        Predicate(of=recovered("stable error system", *TIMES, "diagonal"), reading=reading)
-        for reading in (RECOVERED_A, SECOND_A)
+        Predicate(of=recovered("stable error system", *TIMES, "diagonal", design=name), reading=reading)
+        for reading, name in ((RECOVERED_A, "section-4c-design"), (SECOND_A, "section-4c-second-setting"))
     ],
 )
 def same_setting(results: Results) -> Evidence:

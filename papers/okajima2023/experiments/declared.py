@@ -22,6 +22,8 @@ SEEDS, SEED = 2000, 20230302
 IDENTITY_TRIALS = 50
 DIAGONAL_STEP, LARGEST_ENTRY, WIDER = 0.01, 3, 5
 """Grids of the search behind Sec. IV-C: step of the diagonal of A, largest entry of C, and of its possible rivals."""
+SECOND_DECIMALS = 6
+"""Of the second diagonal with the stated poles, in the theorem on it."""
 WORST_HORIZON = 300
 SUMMED_SLACK, SUMMED_DRAWS, SUMMED_LAST = 0.05, 20, 59
 """The steps (26)-(28): level over the smallest one of Theorem 1, relative; random noises; last instant of each."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 
 from papers.shao.claims.outcomes import by_margin
 from papers.shao.printed import DATA
-from papers.shao.problem import APO, FREQUENCIES, HELD, LABELS, PMI, PMI_READINGS, SINGLE, SRC
+from papers.shao.problem import APO, FREQUENCIES, HELD, LABELS, PMI, PMI_READINGS, SINGLE, SLOW_INPUT, SRC
 from papers.shao.readings import INTERPOLATIONS, LITERAL, SLOWEST, STARTS
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results
@@ -54,7 +55,7 @@ POLYNOMIAL = "simulated responses obey the characteristic polynomial of the mono
     uses="table",
     reading=LITERAL,
     pinned="undetermined",
-    says=stable(PMI),
+    says=[replace(stable(observer), reading=reading) for reading, observer in INTERPOLATIONS.items()],
 )
 def stable_interpolation(results: Results) -> Evidence:
     """The loop under DRC-PMI is stable."""
@@ -98,7 +99,14 @@ for figure, sigma in DATA["frequency"].items():
         pinned="undetermined",
         statement=f"At σ = {sigma} rad/s DRC-APO estimates the position better than DRC-PMI.",
         uses="table",
-        says=term("better estimate", "motor", observer=APO, than=PMI, frequency=str(Fraction(str(sigma)))),
+        says=[
+            Predicate(
+                of=term("better estimate", "motor", observer=APO, than=observer, frequency=str(Fraction(str(sigma)))),
+                reading=reading,
+            )
+            for reading, observer in INTERPOLATIONS.items()
+            if observer != SLOW_INPUT
+        ],
     )(partial(better_estimate, float(sigma)))
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from replication.audit.judge.policies import once
-from replication.audit.judge.verdict import NUMERIC
+from replication.audit.judge.proofs import NUMERIC
 from replication.audit.model import NO_READING, Kind, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 

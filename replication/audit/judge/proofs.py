@@ -94,8 +94,8 @@ def sha256(path: Path) -> str:
 
 def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) -> CertificateRecord:
     """The record of a certificate: what `prove.prove` answered, or the error that it ended in."""
-    none = {"sentence": "", "reason": error, "lower": None, "upper": None, "holds": None, "items": [], "says": []}
-    proved = result or none
+    none: dict[str, Any] = {"lower": None, "upper": None, "holds": None, "items": [], "says": []}
+    proved: Mapping[str, Any] = result or {"sentence": "", "reason": error, **none}
     says = msgspec.convert(proved["says"], tuple[Exported, ...])
     return CertificateRecord(
         paper=certificate.paper,

@@ -18,7 +18,7 @@ def prove(path: str, root: str, subject: dict[str, str]) -> dict[str, Any]:
     outcome = verify(Path(root) / path, Path(root))
     theorem = outcome.theorem
     if theorem is None:
-        none = {"lower": None, "upper": None, "holds": None, "items": [], "says": []}
+        none: dict[str, Any] = {"lower": None, "upper": None, "holds": None, "items": [], "says": []}
         return {"sentence": "", "reason": outcome.reason, **none}
     return {
         "sentence": theorem.sentence,

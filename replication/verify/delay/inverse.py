@@ -10,6 +10,7 @@ for any number of states, measurements and delays.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from flint import fmpq
 
@@ -20,11 +21,11 @@ from replication.verify.theorem import require
 
 TAU = number("tau")
 SYMMETRIC = ("P", "Pi", "K", "G", "V")
-EXAMPLE = {"tau": 2, "P": 2, "H": fmpq(1, 2), "K": 2, "G": 1, "Z": 1, "V": 1, "x": 1, "seen": 1, "chi": fmpq(1, 2)}
+HALF = fmpq(1, 2)
+EXAMPLE = {"tau": 2, "P": 2, "H": HALF, "K": 2, "G": 1, "Z": 1, "V": 1, "x": 1, "seen": 1, "chi": HALF}
 """A coercive operator with one state and one delay, of 2, where Z = S = 1; a history, and in `GIVEN` an injection."""
-GIVEN = dict.fromkeys(("Z_0", "Z_2", "W_4", "W_5", "W_6", "y", "end", "y_s"), 1) | dict.fromkeys(
-    ("I_3", "I_6", "I_7"), 2
-)
+ONES = ("Z_0", "Z_2", "W_4", "W_5", "W_6", "y", "end", "y_s")
+GIVEN = {**dict.fromkeys(ONES, 1), "I_3": 2, "I_6": 2, "I_7": 2}
 
 
 def named(names: str) -> tuple[Words, ...]:
@@ -101,7 +102,8 @@ PARTS = {
 
 def example() -> dict[str, fmpq]:
     """All letters of the example as numbers, with the inverses as printed."""
-    at = {name: fmpq(value) for name, value in {**EXAMPLE, **GIVEN}.items()}
+    given: dict[str, Any] = {**EXAMPLE, **GIVEN}
+    at = {name: fmpq(value) for name, value in given.items()}
     seen = at["K"] * at["G"] * at["tau"]
     at |= {"Pi": 1 / at["P"], "X": 1 / (1 + seen)}
     return at | {"W": 1 / (at["K"] * at["H"] ** 2 * at["Pi"] - 1 - seen)}

@@ -13,8 +13,9 @@ from replication.verify.algebra.balls import is_less, largest
 from replication.verify.algebra.decimals import above, below
 from replication.verify.algebra.roots import require_roots_within
 from replication.verify.dualrate import response
-from replication.verify.dualrate.loop import Loop, Observer, monodromy, on_loop, read_observer
+from replication.verify.dualrate.loop import INTERPOLATED, Loop, Observer, monodromy, on_loop, read_observer
 from replication.verify.dualrate.response import Feedforward, Place
+from replication.verify.predicate import NO_READING
 from replication.verify.reading import fields, positive, sequence, several, sized, text
 from replication.verify.statement import Depends, Found, Says
 from replication.verify.theorem import require
@@ -22,15 +23,13 @@ from replication.verify.theorem import require
 MOST = 6
 """Frequencies of a theorem, those of Table I."""
 INSTANTS = {"all": "at all times", "fast": "at the fast instants"}
-READINGS: Mapping[tuple[str, str, str], str] = {
-    ("", "printed", "all"): "literal",
-    ("", "printed", "fast"): "fast-instants",
-    ("", "corrected", "all"): "corrected-feedforward",
-    ("", "corrected", "fast"): "corrected-feedforward-fast-instants",
-    (Observer.HELD, "printed", "all"): "pmi-held",
-    (Observer.SINGLE, "printed", "all"): "pmi-one-correction",
+READINGS: Mapping[tuple[str, str], str] = {
+    ("printed", "all"): "literal",
+    ("printed", "fast"): "fast-instants",
+    ("corrected", "all"): "corrected-feedforward",
+    ("corrected", "fast"): "corrected-feedforward-fast-instants",
 }
-"""Under which reading an observer, a command and instants are those of Table I; "": those of both columns."""
+"""Under which reading a command and instants are those of both columns of Table I."""
 COLUMNS = (Observer.PMI, Observer.APO)
 
 
@@ -66,8 +65,21 @@ def read_error(value: Any, path: str, loop: Loop) -> Error:
 
 def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     observer, rest = parameters["observer"], (parameters["feedforward"], parameters["instants"])
-    found = READINGS.get((observer, *rest), READINGS.get(("", *rest)) if observer in COLUMNS else None)
-    return ("none",) if found is None else (found,)
+    if rest == ("printed", "all") and observer not in (Observer.PMI, Observer.SRC):
+        # Other readings of DRC-PMI leave DRC-APO as it is.
+        other = ("literal", *INTERPOLATED.values()) if observer == Observer.APO else (INTERPOLATED.get(observer, ""),)
+        return tuple(name for name in other if name) or (NO_READING,)
+    return (READINGS[rest],) if observer in COLUMNS else (NO_READING,)
+
+
+def _compared(parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    """The reading under which one of two observers is that of DRC-PMI."""
+    found = [INTERPOLATED[name] for name in (parameters["observer"], parameters["than"]) if name in INTERPOLATED]
+    return tuple(found) or ("literal",)
+
+
+def _swapped(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    return {**parameters, "observer": parameters["than"], "than": parameters["observer"]}
 
 
 def _setting(i: int, parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -149,7 +161,10 @@ def tracking_errors(
     source="shao",
     parameters={"observer": read_observer, "than": read_observer, "frequency": positive},
     holds=True,
-    says=Says(quantity="better estimate", readings=("literal",)),
+    says=(
+        Says(quantity="better estimate", readings=_compared),
+        Says(quantity="better estimate", setting=_swapped, readings=_compared, found=lambda known: Found(holds=False)),
+    ),
 )
 def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency: fmpq) -> Found:
     """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂

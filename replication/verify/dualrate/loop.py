@@ -33,6 +33,7 @@ class Observer(StrEnum):
     PMI = "model_interpolation"
     HELD = "held_measurement"
     SINGLE = "single_correction"
+    SLOW_INPUT = "slow_input_interpolation"
     APO = "alternating_predictive"
     REPAIRED = "running_prediction"
     FAST = "fast_sensor"
@@ -45,10 +46,19 @@ class Observer(StrEnum):
             Observer.PMI: "the loop with model interpolation",
             Observer.HELD: "the loop with the measurement held over the slow period",
             Observer.SINGLE: "the loop with one correction in a slow period",
+            Observer.SLOW_INPUT: "the loop with model interpolation whose observer takes the input of the slow instant",
             Observer.APO: "the loop with the alternating predictive observer",
             Observer.REPAIRED: "the loop with the repaired predictor",
             Observer.FAST: "the loop with a sensor at every fast instant",
         }[self]
+
+
+INTERPOLATED = {
+    Observer.HELD: "pmi-held",
+    Observer.SINGLE: "pmi-one-correction",
+    Observer.SLOW_INPUT: "pmi-slow-input",
+}
+"""Readings of the manuscript under which an observer is that of DRC-PMI; it is PMI under the others."""
 
 
 Command = Callable[[int], acb]
@@ -125,7 +135,7 @@ def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_ma
     x, zeta = state, estimate
     states, estimates, inputs = [], [], []
     measured, used = C * x, zeta
-    u = K * used + _row(command(0), x.ncols())
+    u = first = K * used + _row(command(0), x.ncols())
     for phase in range(loop.M):
         states.append(x)
         estimates.append(used)
@@ -133,14 +143,15 @@ def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_ma
         predicted, carried = A * zeta + B * u, A * used + B * u
         step = C * (predicted - zeta)
         alone = observer is Observer.SINGLE and phase > 0
-        x, zeta = A * x + B * u, predicted if alone else F * zeta + G * u + H * measured
+        known = first if observer is Observer.SLOW_INPUT else u
+        x, zeta = A * x + B * u, predicted if alone else F * zeta + G * known + H * measured
         if observer is Observer.APO:  # (6)
             measured = C * predicted
         elif observer is Observer.REPAIRED:  # (6) as a step on from the last measurement
             measured = measured + step
         elif observer is Observer.FAST:
             measured = C * x
-        used = carried if observer is Observer.PMI else zeta
+        used = carried if observer in (Observer.PMI, Observer.SLOW_INPUT) else zeta
         if observer is not Observer.SRC:
             u = K * used + _row(command(phase + 1), x.ncols())
     return Passage(states=states, used=estimates, inputs=inputs, state=x, estimate=zeta)

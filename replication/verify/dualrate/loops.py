@@ -11,15 +11,21 @@ from replication.verify.algebra.balls import complex_of, is_less
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.roots import require_roots_within, root_near, without_root
 from replication.verify.dualrate import response
-from replication.verify.dualrate.loop import Loop, Observer, monodromy, on_loop, read_loop, read_observer
+from replication.verify.dualrate.loop import INTERPOLATED, Loop, Observer, monodromy, on_loop, read_loop, read_observer
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import positive, rational, sequence, several, sized, text
 from replication.verify.statement import BOTH, Depends, Found, Says
 from replication.verify.theorem import require
 
 RADIUS = "spectral radius over a slow period"
-READINGS = (NO_READING, "literal", "slowest-mode")
-"""Readings of the manuscript under which it speaks of these loops, as they stand, and compares them by that number."""
+
+
+def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    """Readings of the manuscript under which it speaks of this loop, or compares it with others by that number."""
+    observer = parameters["observer"]
+    return (INTERPOLATED[observer],) if observer in INTERPOLATED else (NO_READING, "literal", "slowest-mode")
+
+
 STARTS: Mapping[str, Callable[[Loop], list[fmpq]]] = {
     "zero": lambda loop: [fmpq(0)] * loop.order,
     "output": lambda loop: [(loop.C * loop.start)[0, 0], *[fmpq(0)] * (loop.order - 1)],
@@ -38,7 +44,7 @@ def read_guess(value: Any, path: str) -> acb:
     parameters={"observer": read_observer},
     bound=BOTH,
     witness={"root": read_guess},
-    says=Says(quantity=RADIUS, readings=READINGS),
+    says=Says(quantity=RADIUS, readings=_readings),
 )
 def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb) -> None:
     """Over one slow period {observer.words} has the spectral radius {lower:down} to {upper:up}.
@@ -54,7 +60,7 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     parameters={"observer": read_observer},
     witness={"radius": positive},
     holds=True,
-    says=Says(quantity=RADIUS, readings=READINGS, found=lambda known: Found(upper=known["radius"])),
+    says=Says(quantity=RADIUS, readings=_readings, found=lambda known: Found(upper=known["radius"])),
 )
 def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
     """Without a reference {observer.words} is stable: its spectral radius over one slow period is below {radius:up}.

@@ -53,6 +53,12 @@ def diagonal_of(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
     return {"diagonal": parameters["diagonal"]}
 
 
+def reading_of(parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    """Of the two diagonals with the stated poles, one has two decimals, and the other one has not."""
+    short = all((rational(entry, "diagonal") * 100).q == 1 for entry in parameters["diagonal"])
+    return RECOVERED_A if short else ("second-diagonal",)
+
+
 on_recovered = partial(statement, source="okajima2023", plant=as_written, parameters=RECOVERED)
 
 
@@ -74,7 +80,7 @@ def poles(plant: Plant, diagonal: list[fmpq], **_: Any) -> Found:
     return Found(words=words, items=tuple(ends(part) for part in parts))
 
 
-@on_recovered("multirate.same-setting", holds=False, says=Says(quantity="stable error system", readings=RECOVERED_A))
+@on_recovered("multirate.same-setting", holds=False, says=Says(quantity="stable error system", readings=reading_of))
 def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq]) -> Found:
     """With the diagonal {shown} of A, one for which A has the poles stated in Sec. IV-C, and C = {sensors}, the gains
     (42) leave poles of A_e of modulus {outside:ball 9}, outside the unit circle.

@@ -69,6 +69,16 @@ def logarithmic_norm(A: fmpq_mat) -> arb:
     return arb(mean) + arb(half * half + S[0, 1] * S[0, 1]).sqrt()
 
 
+def modal(A: fmpq_mat) -> fmpq_mat:
+    """[a, b; -b, a] for the eigenvalues a + bi of A of order two; refused unless these are rational and not real."""
+    require(A.nrows() == 2, "modal coordinates are written out for two states")
+    a = (A[0, 0] + A[1, 1]) / 2
+    square = A.det() - a * a
+    b = fmpq(square.p.isqrt(), square.q.isqrt()) if square > 0 else fmpq(0)
+    require(b > 0 and b * b == square, "the eigenvalues of A are not rational, or real")
+    return fmpq_mat([[a, b], [-b, a]])
+
+
 def read_response(value: Any, path: str, n: int) -> Response:
     """{turn, direction}: z = circle_point(turn), and n pairs of real and imaginary part."""
     turn, direction = fields(value, path, "turn", "direction")

@@ -41,10 +41,6 @@ def _range(parameters: Mapping[str, Any]) -> dict[str, Any]:
 STABLE = (NO_READING, "our filter", "one motor constant")
 
 
-def _level(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    return {"level": parameters["level"]}
-
-
 OF_FILTER = Says(quantity=GAIN, estimators=(GIVEN,), setting=_range, readings=_readings)
 OF_ANY = Says(quantity=LEAST, estimators=(EVERY,), setting=_range, readings=_readings)
 AT_PERIOD = Says(
@@ -149,7 +145,7 @@ def optimum_lower(plant: Plant, period: str, lower: fmpq, start: list[fmpq]) -> 
     bound=LOWER,
     witness={"start": sized(sequence, rational)},
     holds=False,
-    says=(AT_PERIOD, WITHIN_RANGE, Says(quantity="solution of (6)", setting=_level, readings=("grid of one element",))),
+    says=(AT_PERIOD, WITHIN_RANGE, Says(quantity="least level of (6)", setting={}, readings=("grid of one element",))),
 )
 def no_filter_keeps_level(plant: Plant, period: str, level: fmpq, lower: fmpq, start: list[fmpq]) -> None:
     """No stable filter of <form (4)|the form x_f(k+1) = A_f x_f(k) + B_f y(k), estimate C_f x_f(k)> has the level

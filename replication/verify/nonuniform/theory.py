@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from flint import arb, arb_mat, fmpq
@@ -142,20 +143,22 @@ def stalls(plant: Plant, witness: grid.Alpha) -> Found:
         "storage": Depends(lambda given: sized(read_storage, given.plant.A.nrows() + given.filter.A.nrows())),
     },
     holds=True,
-    says=Says(quantity="conservative level", readings=("plant coordinates",)),
+    says=Says(quantity="conservative level", readings=("(13) reconstructed",)),
 )
 def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, level: fmpq, **proof: Any) -> Found:
-    """With {cells} cells, in the coordinates of the plant, one level for both channels is at least {forced:down},
+    """With {cells} cells, in modal coordinates, one level for both channels is at least {forced:down},
     whether or not Delta is divided by its norm; a filter of form (4) has the level
     {level:up} for every sequence.
 
-    In the coordinates of the plant: a change of coordinates would change alpha and the norm of Delta.
+    Modal coordinates, in which A is [a, b; -b, a], are those of (13) as it is reconstructed; others would change alpha
+    and the norm of Delta.
     """
     require(cell < cells, "witness.cell is not one of the cells")
     h = seconds(along(plant.h_l, plant.h_u, fmpq(2 * cell + 1, 2 * cells)))
-    grid.require_response(plant.A, grid.state_transition(plant, h), alpha, proof["response"])
+    moved = replace(plant, A=grid.modal(plant.A))
+    grid.require_response(moved.A, grid.state_transition(moved, h), alpha, proof["response"])
     half = (seconds(plant.h_u) - seconds(plant.h_l)) / (2 * cells)
-    grid.require_radius(plant.A, half, radius, proof["direction"])
+    grid.require_radius(moved.A, half, radius, proof["direction"])
     case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level)
     require_level(plant, case, level, proof["storage"])
     forced = min(alpha, alpha * radius)

@@ -60,7 +60,7 @@ def test_matrices_that_rounding_left_indefinite_are_refused(monkeypatch: pytest.
     assert delay.grams(plant, "2", 1)["dissipation"]
     indefinite = exact([["1", "2"], ["2", "1"]])
     monkeypatch.setattr(
-        delay, "exact_grams", lambda *given: dict.fromkeys(("storage", "dissipation"), [indefinite] * 2)
+        delay, "exact_grams", lambda *given, **rule: dict.fromkeys(("storage", "dissipation"), [indefinite] * 2)
     )
     with pytest.raises(InfeasibleError, match="no room for rounding at the level 2"):
         delay.grams(plant, "2", 1)
