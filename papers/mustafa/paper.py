@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from papers.mustafa import common
+from papers.mustafa.brief import BRIEF
 from papers.mustafa.claims.examples import LEVELS, RESPONSE
 from papers.mustafa.claims.extensions import ROBUST_PERFORMANCE
 from papers.mustafa.claims.guarantees import ABSTRACT
@@ -90,6 +91,7 @@ PAPER = paper(
     formulas=FORMULAS,
     readings=READINGS,
     findings=findings,
+    brief=BRIEF,
     common=lambda results: common.common(results["common"], TRIED),
     sensitivity=lambda results: tuple(move for e in EXAMPLES for move in sensitivities(results[f"sensitivity.{e}"])),
 )

@@ -13,6 +13,8 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.brief import Brief, Consequence
+
 Results = Mapping[str, Any]
 """Results of the experiments that a claim, erratum or figure uses, by experiment name; plain JSON values."""
 
@@ -180,6 +182,7 @@ class Claim:
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
     optimum: whether the printed number is the least level that any design reaches.
     repeats: id of the claim whose number or statement this one prints again; totals count it once.
+    consequence: what falls with it, where kind and place do not tell.
     """
 
     id: str
@@ -196,6 +199,7 @@ class Claim:
     reading: str = ""
     optimum: bool = False
     repeats: str = ""
+    consequence: Consequence | None = None
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -304,7 +308,7 @@ class Paper:
 
     `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
     printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
-    notebook: name of its tutorial, if it has one.
+    notebook: name of its tutorial, if it has one. brief: what leads the report on it.
     """
 
     key: str
@@ -327,3 +331,4 @@ class Paper:
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: ()
+    brief: Brief | None = None

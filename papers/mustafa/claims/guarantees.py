@@ -79,6 +79,7 @@ for e, place in ((1, "Sec. VI-A; abstract; Sec. VII"), (2, "abstract; Sec. VII")
         uses=(f"bracket.{e}", f"bracket-duration.{e}", f"curve.{e}"),
         pinned="refuted",
         reading=SAMPLES.name,
+        consequence="theorem",
     )(partial(guaranteed, e))
 
 

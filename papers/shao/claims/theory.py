@@ -135,7 +135,12 @@ def prediction_rate(results: Results) -> Evidence:
 
 
 @THEOREM.feasible(
-    "theory.prediction-bound", place="eq. (15)", uses="theorem", reading="elapsed-period", pinned="refuted"
+    "theory.prediction-bound",
+    place="eq. (15)",
+    uses="theorem",
+    reading="elapsed-period",
+    pinned="refuted",
+    consequence="theorem",
 )
 def prediction_bound(results: Results) -> Evidence:
     """The error of the virtual measurement is at most α₃ times the root of V times the time elapsed."""
@@ -182,7 +187,9 @@ def contraction(results: Results) -> Evidence:
     )
 
 
-@THEOREM.feasible("theory.stability", place="Sec. IV, after eq. (22)", uses="theorem", pinned="refuted")
+@THEOREM.feasible(
+    "theory.stability", place="Sec. IV, after eq. (22)", uses="theorem", pinned="refuted", consequence="theorem"
+)
 def stability_theorem(results: Results) -> Evidence:
     """If A + B K and A − L C are Hurwitz and (18) holds, the control law stabilises the plant globally."""
     scalar, radius = results["theorem"]["scalar"], results["theorem"]["radius"]

@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.brief import Brief, Consequence
 from replication.audit.model import (
     CommonLevel,
     Evidence,
@@ -58,6 +59,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     reading: str
     optimum: bool
     repeats: str
+    consequence: Consequence | None = None
 
 
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -181,6 +183,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     readings: tuple[Reading, ...]
     sensitivity: tuple[Sensitivity, ...]
     common: tuple[CommonLevel, ...]
+    brief: Brief | None = None
 
     @property
     def cited(self) -> str:
