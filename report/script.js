@@ -261,6 +261,9 @@
     const svg = one("svg.figure", button.closest("figure")).cloneNode(true);
     svg.setAttribute("xmlns", "http://www.w3.org/2000/svg");
     svg.setAttribute("style", "background:#fff;color:#1c1f23");
+    const style = document.createElementNS("http://www.w3.org/2000/svg", "style");
+    style.textContent = one("#drawn").textContent;
+    svg.prepend(style);
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([new XMLSerializer().serializeToString(svg)], { type: "image/svg+xml" }));
     link.download = `${button.dataset.save}.svg`;

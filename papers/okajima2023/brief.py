@@ -24,14 +24,15 @@ def _uncertainty() -> Stroke:
 
 BRIEF = Brief(
     topic="Sensors that tick at different rates",
-    card="[Both](+theory.theorem1) [theorems](+theory.theorem2) and every level hold, except [one entry](-table1.n21) of "
-    "Table 1. The unstable example is printed with [the wrong matrix](-unstable.same-setting).",
+    card="[Both](+theory.theorem1) [theorems](+theory.theorem2) and every level hold, except [one entry](-table1.n21) "
+    "of Table 1. The unstable example is printed with [the wrong matrix](-unstable.same-setting).",
     holds="[Theorem 1](theory.theorem1), [Theorem 2](theory.theorem2), the levels of [Sec. IV-A](gamma.proposed) and "
     "[Sec. IV-B](timing.case-2), four sets of [printed gains](gains.eq33), and seven columns of [Table 1](table1.n33).",
-    correct="[Table 1, periods (2, 1)](table1.n21): 1.13, not 1.14. Sec. IV-C [repeats](unstable.same-setting) the stable "
-    "plant. A [shorter period](order.shorter-in-general) does not always help.",
+    correct="In [Table 1](table1.n21) the entry (2, 1) is a unit too high. Sec. IV-C "
+    "[repeats](unstable.same-setting) the stable plant. "
+    "A [shorter period](order.shorter-in-general) does not always help.",
     guess="Which noises [eq. (34)](denominator) divides by, and [the matrices](setting-of-4c) of Sec. IV-C: "
-    "one reading of each fits, neither is certain.",
+    "a reading of each fits, neither is certain.",
     sketch=Sketch(
         alt="Two sensors with periods two and three; the uncertainty of the estimate grows between measurements and "
         "shrinks at each.",

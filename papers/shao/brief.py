@@ -14,7 +14,7 @@ FAST = [x for x in range(14, 303, 12) if x not in SLOW]
 def _virtual(x: float) -> float:
     """The model drifts away from the signal until the sensor measures again."""
     since = (x - 14) % 72
-    return signal(x) - 0.17 * since * math.cos(x / 40)
+    return signal(x) - 0.3 * since * math.cos(x / 40)
 
 
 BRIEF = Brief(
@@ -23,8 +23,8 @@ BRIEF = Brief(
     "[No reading tried](-table.any-reading) gives the numbers of Table I.",
     holds="The motor loop is [stable under DRC-APO](stability.apo) and [unstable under SRC](stability.src); "
     "[both gains](motor.hurwitz-feedback) are as the theorem supposes.",
-    correct="[The stability theorem](theory.stability) is false; its proof breaks at [eq. (15)](theory.prediction-bound). "
-    "[Table I](table.any-reading) does not come out under any reading tried.",
+    correct="[The stability theorem](theory.stability) is false; its proof breaks at "
+    "[eq. (15)](theory.prediction-bound). [Table I](table.any-reading) does not come out under any reading tried.",
     guess="Whether DRC-APO [tracks better](order.apo-below-pmi), or has [the better transient](order.transient), "
     "depends on what the text leaves open.",
     sketch=Sketch(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from replication.audit.report.guard import require_sourced
 from replication.audit.report.opening.field import field
 from replication.audit.report.opening.key import examples
 from replication.audit.report.opening.told import briefs
-from replication.audit.report.paper import paper_view
+from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
 from replication.audit.report.templates import CLAIM_CELL, SOURCES, environment, source, style_sheet
 from replication.audit.store.records import ResultsFile
@@ -92,10 +93,17 @@ def _made(results: ResultsFile, figures: Path, root: str) -> tuple[str, dict[str
         root=root,
         packed=Markup(packed(evidence)),
         style=Markup(style_sheet()),
+        drawn=Markup(_rules(shown["papers"])),
         script=Markup(script),
         script_hash=f"sha256-{digest}",
     )
     return page, evidence, shown
+
+
+def _rules(papers: Sequence[PaperView]) -> str:
+    """The rules of the classes in all figures, each once."""
+    rules = {name: rule for paper in papers for figure in paper.figures for name, rule in figure.styles.items()}
+    return "".join(f".{name}{{{rule}}}\n" for name, rule in sorted(rules.items()))
 
 
 def _require_known(results: ResultsFile) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
@@ -26,11 +26,12 @@ _Record = TypeVar("_Record", ClaimRecord, ErratumRecord, FigureRecord)
 
 @dataclass(frozen=True, kw_only=True)
 class FigureView:
-    """A figure with what its two files hold; `error` in the record means that there are none."""
+    """A figure with its drawing, and the rules of the classes in it; `error` in the record means that there is none."""
 
     record: FigureRecord
     view_box: str = ""
     drawing: str = ""
+    styles: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,8 +106,5 @@ def _figure(record: FigureRecord, directory: Path) -> FigureView:
     if hashlib.sha256(table.read_bytes()).hexdigest() != record.csv_sha256:
         raise AuditError(f"{table} is not the data of these results; run `python -m replication run` again")
     view_box, content = svg.inner(drawing.read_text(encoding="utf-8"))
-    return FigureView(
-        record=record,
-        view_box=view_box,
-        drawing=Markup(content),
-    )
+    classed, styles = svg.with_classes(content)
+    return FigureView(record=record, view_box=view_box, drawing=Markup(classed), styles=styles)

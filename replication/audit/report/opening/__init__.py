@@ -1,1 +1,1 @@
-"""The opening of the report: the answer in a sentence, a picture of all claims, how a verdict is reached, the papers."""
+"""The opening of the report: the answer, a picture of all claims, how a verdict is reached, the papers in brief."""

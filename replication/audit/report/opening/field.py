@@ -11,6 +11,18 @@ from replication.audit.model import Verdict
 from replication.audit.report.claim import ClaimView
 from replication.audit.report.paper import PaperView
 
+ORDER = (
+    Verdict.ERROR,
+    Verdict.REFUTED,
+    Verdict.DIFFERS,
+    Verdict.REPRODUCED_AFTER_ERRATUM,
+    Verdict.COMPATIBLE,
+    Verdict.REPRODUCED,
+    Verdict.CONSISTENT,
+    Verdict.UNDETERMINED,
+)
+"""Order of the marks in a cell: what does not stand, what does, what nobody can tell."""
+
 FAILS = (Verdict.REFUTED, Verdict.DIFFERS)
 MOST_PLACES = 3
 _WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
@@ -101,7 +113,8 @@ def _lane(paper: PaperView) -> Lane:
 
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:
-    marks = tuple(view for view in paper.claims if view.consequence is kind and not view.record.claim.repeats)
+    own = (view for view in paper.claims if view.consequence is kind and not view.record.claim.repeats)
+    marks = tuple(sorted(own, key=lambda view: ORDER.index(view.record.verdict)))
     failing = [view.record.claim.place for view in marks if view.record.verdict in FAILS]
     places = dict.fromkeys(place.partition(";")[0].partition(",")[0].strip() for place in failing)
     return Cell(consequence=kind, marks=marks, places=tuple(places)[:MOST_PLACES])
