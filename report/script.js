@@ -149,9 +149,11 @@
     const data = mark.dataset;
     for (const other of marks) other.classList.toggle("on", other === mark);
     read.hidden = false;
-    one(".verdict", read).replaceChildren(one("svg", mark).cloneNode(true), verdict);
+    const word = document.createElement("span");
+    word.textContent = verdict;
+    one(".verdict", read).replaceChildren(one("svg", mark).cloneNode(true), word);
     one(".verdict", read).className = `verdict v-${data.v}`;
-    one("h3", read).textContent = mark.getAttribute("aria-label").slice(verdict.length + 2);
+    one(".said", read).textContent = mark.getAttribute("aria-label").slice(verdict.length + 2);
     one(".src", read).textContent = `${one(".lane-name a", mark.closest(".lane")).textContent}, ${data.p}`;
     const size = Math.abs(data.d);
     const far = !("d" in data) ? "" : size < 1e-3 ? "none" : `${size >= 100 ? Math.round(size) : Number(size.toPrecision(2))} units of the last place`;

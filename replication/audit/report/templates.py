@@ -51,6 +51,7 @@ def environment() -> Environment:
     )
     made.filters |= {
         "short": numerals.short,
+        "rough": numerals.rough,
         "full": numerals.full,
         "signed": numerals.signed,
         "seconds": numerals.seconds,
