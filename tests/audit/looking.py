@@ -27,3 +27,14 @@ def shown(browser: webdriver.Chrome) -> list[str]:
     seen = "return [...document.querySelectorAll('.claim')].filter((e) => e.checkVisibility()).map((e) => e.id)"
     found: list[str] = browser.execute_script(seen)
     return found
+
+
+def unfold(browser: webdriver.Chrome) -> webdriver.Chrome:
+    """Open all pages and folds, and wait until all evidence is drawn and what scrolls has its stop."""
+    browser.execute_async_script("""const done = arguments[0];
+      document.querySelectorAll('.view').forEach((e) => e.removeAttribute('hidden'));
+      document.querySelectorAll('details').forEach((e) => { e.open = true; });
+      const frame = () => requestAnimationFrame(() => requestAnimationFrame(done));
+      const wait = () => document.querySelector('.claim > .evidence:not([data-drawn])') ? setTimeout(wait, 10) : frame();
+      wait();""")
+    return browser

@@ -370,7 +370,10 @@ def test_hostile_strings_stay_text(tmp_path: Path, tree: Any, drawn: dict[str, A
         assert "".join(statement[0].itertext()) == shown
         assert [child.tag for child in statement] == [f"{HTML}bdi", f"{HTML}small"]
     inside = [html5lib.parse(html) for html in evidence(page).values()]
-    for found, usual in ((hostile.iter(), [tree]), (itertools.chain(*(part.iter() for part in inside)), drawn.values())):
+    for found, usual in (
+        (hostile.iter(), [tree]),
+        (itertools.chain(*(part.iter() for part in inside)), drawn.values()),
+    ):
         elements = list(found)
         assert {str(e.tag) for e in elements} <= {str(e.tag) for part in usual for e in part.iter()}
         assert not [e for e in elements if any(str(key).startswith("on") for key in e.attrib)]
