@@ -35,6 +35,7 @@ def unfold(browser: webdriver.Chrome) -> webdriver.Chrome:
       document.querySelectorAll('.view').forEach((e) => e.removeAttribute('hidden'));
       document.querySelectorAll('details').forEach((e) => { e.open = true; });
       const frame = () => requestAnimationFrame(() => requestAnimationFrame(done));
-      const wait = () => document.querySelector('.claim > .evidence:not([data-drawn])') ? setTimeout(wait, 10) : frame();
+      const open = () => document.querySelector('.claim > .evidence:not([data-drawn])');
+      const wait = () => open() ? setTimeout(wait, 10) : frame();
       wait();""")
     return browser

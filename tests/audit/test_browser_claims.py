@@ -1,4 +1,4 @@
-"""The claims of the report in Chromium: pointed at, arranged, found, linked and opened, by mouse and by keyboard alone."""
+"""The claims of the report in Chromium: pointed at, arranged, found and opened, by mouse and by keyboard alone."""
 
 from __future__ import annotations
 
@@ -110,8 +110,10 @@ def test_marks_are_arranged_by_distance(visit: Any, width: int) -> None:
     """Farther from the print is farther right; what rounds to the print lies left of the line, the rest right of it."""
     page = visit(width)
     page.find_element(By.CSS_SELECTOR, "[data-by=distance]").click()
-    place = """const half = parseFloat(getComputedStyle(document.querySelector('.cells')).getPropertyValue('--half'));
-      return [...document.querySelectorAll('.k[data-d]')].map((e) => [Math.abs(e.dataset.d), parseFloat(e.style.left) - half])"""
+    place = """const cells = getComputedStyle(document.querySelector('.cells'));
+      const half = parseFloat(cells.getPropertyValue('--half'));
+      return [...document.querySelectorAll('.k[data-d]')].map((e) =>
+        [Math.abs(e.dataset.d), parseFloat(e.style.left) - half])"""
     placed = sorted(page.execute_script(place))
     assert len(placed) > 10
     assert [x for _, x in placed] == sorted(x for _, x in placed)

@@ -25,7 +25,9 @@ def _part(stroke: Stroke) -> str:
     if kind in _RADIUS:
         return "".join(f'<circle class="{kind}" cx="{x:g}" cy="{y:g}" r="{_RADIUS[kind]}"/>' for x, y in points)
     if kind in (Draws.LABEL, Draws.LABEL_OURS):
-        return "".join(f'<text class="{kind}" x="{x:g}" y="{y:g}">{escape(seen(stroke.text))}</text>' for x, y in points)
+        return "".join(
+            f'<text class="{kind}" x="{x:g}" y="{y:g}">{escape(seen(stroke.text))}</text>' for x, y in points
+        )
     if kind in _TICK:
         steps = "".join(f"M{x:g} {y:g}v-{_TICK[kind]}" for x, y in points)
         return f'<path class="{kind}" d="{steps}"/>'
