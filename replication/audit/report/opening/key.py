@@ -44,7 +44,7 @@ def _off(example: Example) -> float:
 
 
 def _example(view: ClaimView) -> Example | None:
-    if len(view.entries) != 1 or view.record.unexpected:
+    if len(view.entries) != 1 or view.record.unexpected or view.record.claim.tolerance is not None:
         return None
     (entry,) = view.entries
     if entry.interval is None or not entry.tail or abs(entry.deviation) > FARTHEST or not entry.deviation:
