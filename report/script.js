@@ -43,8 +43,10 @@
       else other.setAttribute("hidden", hidden);
     }
     for (const link of pages) {
-      if (link.hash === `#${view.id}`) link.setAttribute("aria-current", "page");
-      else link.removeAttribute("aria-current");
+      link.removeAttribute("aria-current");
+      if (link.hash !== `#${view.id}`) continue;
+      link.setAttribute("aria-current", "page");
+      link.parentElement.scrollLeft = link.offsetLeft - link.parentElement.offsetLeft - 40;
     }
   }
 
