@@ -38,7 +38,8 @@ def test_fits_the_window_without_complaint(visit: Any, width: int, scheme: str) 
 def test_what_scrolls_can_be_reached_by_keyboard(visit: Any, width: int) -> None:
     page = unfold(visit(width))
     stuck = """return [...document.querySelectorAll('body *')].filter((e) => getComputedStyle(e).overflowX === 'auto'
-      && e.scrollWidth > e.clientWidth && e.tabIndex < 0 && !e.matches('.toc, .pages')).map((e) => e.outerHTML.slice(0, 80))"""
+      && e.scrollWidth > e.clientWidth && e.tabIndex < 0 && !e.matches('.toc, .pages'))
+      .map((e) => e.outerHTML.slice(0, 80))"""
     assert page.execute_script(stuck) == []
     idle = """return [...document.querySelectorAll('.scroll')].filter((e) => e.scrollWidth <= e.clientWidth
       && e.tabIndex >= 0).length"""
@@ -53,7 +54,8 @@ def test_text_has_contrast(visit: Any, scheme: str) -> None:
       const style = (e) => getComputedStyle(e);
       const texts = [...document.querySelectorAll('body *')].filter((e) => e.checkVisibility()
         && [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim()));
-      const papers = ['body', '.raised', '.card', '.wrong'].map((name) => style(document.querySelector(name)).backgroundColor);
+      const papers = ['body', '.raised', '.card', '.wrong'].map((name) =>
+        style(document.querySelector(name)).backgroundColor);
       return [papers, [...new Set(texts.map((e) => style(e).color))]];""")
     papers, inks = ([tuple(map(int, re.findall(r"\d+", colour)[:3])) for colour in group] for group in colours)
     assert len(inks) >= 7 and len(set(papers)) == 4
