@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import itertools
 import json
 import math
@@ -36,13 +37,14 @@ from replication.audit.report.templates import SOURCES, code_link
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
-LARGEST_PAGE = 5_000_000
+LARGEST_PAGE, LARGEST_SCREEN = 400_000, 60_000
 HTML = "{http://www.w3.org/1999/xhtml}"
 
 # Correct CSS that is younger than the checker; it does not know of a variable inside a gradient either.
 NEWER_CSS = re.compile(
     "CSS: .*(text-decoration-thickness|text-underline-offset|text-wrap|color-scheme|text-size-adjust|::details-content"
-    "|scrollbar-width|print-color-adjust|content-visibility|too few values for the property .linear-gradient"
+    "|scrollbar-width|print-color-adjust|content-visibility|contain-intrinsic-size"
+    "|too few values for the property .linear-gradient"
     "|background.: . . is an incorrect operator)"
 )
 
@@ -85,6 +87,11 @@ def by_id(tree: Any, name: str) -> Any:
 def test_same_results_same_bytes(page_path: Path, tmp_path: Path) -> None:
     assert build(tmp_path).read_bytes() == page_path.read_bytes()
     assert page_path.stat().st_size < LARGEST_PAGE
+
+
+def test_the_first_screen_needs_little(page: str) -> None:
+    opening, paper, _ = page.partition(f'<section class="view" id="{anchor("paper", KEY)}"')
+    assert paper and len(gzip.compress(opening.encode())) < LARGEST_SCREEN
 
 
 def test_nothing_is_loaded_from_outside(tree: Any, drawn: dict[str, Any]) -> None:
@@ -310,7 +317,7 @@ def test_tolerances_list_every_allowance_with_its_reason_and_its_claims(
 
 def test_without_allowances_the_report_says_so(made: ResultsFile) -> None:
     plain = tuple(c for c in made.claims if c.claim.kind is Kind.VALUE and c.claim.tolerance is None)
-    papers = tuple(replace(paper, tables=(), scope=()) for paper in made.papers)
+    papers = tuple(replace(paper, tables=(), scope=(), brief=None) for paper in made.papers)
     page = render(replace(made, claims=plain, papers=papers, figures=()), Path())
     assert "there is no other tolerance" in page
 
