@@ -159,12 +159,16 @@
     one(".src", read).textContent = `${one(".lane-name a", mark.closest(".lane")).textContent}, ${data.p}`;
     const size = Math.abs(data.d);
     const far = !("d" in data) ? "" : size < 1e-3 ? "none" : `${size >= 100 ? Math.round(size) : Number(size.toPrecision(2))} units of the last place`;
-    const said = [data.w, data.o, far, "q" in data ? "proved, with a certificate" : "computed", data.i];
+    const said = [data.w, data.o, far, sure(data), data.i];
     all("dd", read).forEach((cell, at) => {
       (cell.firstElementChild ?? cell).textContent = said[at] ?? "";
       cell.parentElement.hidden = !said[at];
     });
     one(".go", read).href = mark.hash;
+  }
+  function sure(data) {
+    if ("q" in data) return "proved, with a certificate";
+    return data.v === "undetermined" ? "not settled by the text" : "computed";
   }
   function rove(mark) { for (const other of marks) other.tabIndex = other === mark ? 0 : -1; }
   function start() {

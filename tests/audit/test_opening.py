@@ -84,8 +84,8 @@ def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFi
     assert {mark.get("href") for mark in marks} == expected and len(marks) == len(expected)
 
 
-def lane(broken: bool, corrected: bool = False) -> Any:
-    return SimpleNamespace(broken=broken, corrected=corrected, cells=[SimpleNamespace(marks=("claim",))])
+def lane(broken: bool, corrected: bool = False, sound: bool = True) -> Any:
+    return SimpleNamespace(broken=broken, corrected=corrected, sound=sound, cells=[SimpleNamespace(marks=("claim",))])
 
 
 @pytest.mark.parametrize(
@@ -93,11 +93,12 @@ def lane(broken: bool, corrected: bool = False) -> Any:
     [
         ([lane(True)], "In the paper a central guarantee fails."),
         ([lane(False)], "In the paper every theorem holds."),
-        ([lane(True), lane(True)], "In all two papers a central guarantee fails."),
+        ([lane(False), lane(False, sound=False)], "In both papers no theorem fails."),
+        ([lane(True), lane(True)], "In both papers a central guarantee fails."),
         (
             [lane(True), lane(False, corrected=True), lane(False)],
-            "In one of three papers a central guarantee fails; in the other two every theorem holds, some only once "
-            "misprints are corrected.",
+            "In one of three papers a central guarantee fails; in the other two every theorem holds, some only "
+            "once misprints are corrected.",
         ),
         ([], "There is no claim to judge."),
     ],
@@ -113,7 +114,7 @@ def paper_of(records: Any) -> Any:
 def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
-    assert field([paper_of([remark])]).answer == "In the paper every theorem holds."
+    assert field([paper_of([remark])]).answer == "In the paper no theorem fails."
     assert field([paper_of([theorem])]).answer == "In the paper a central guarantee fails."
     assert field([paper_of([theorem, remark])]).failing == 2
     failing = sum(record.verdict in FAILS for record in made.claims)

@@ -24,6 +24,7 @@ ORDER = (
 """Order of the marks in a cell: what does not stand, what does, what nobody can tell."""
 
 FAILS = (Verdict.REFUTED, Verdict.DIFFERS)
+STANDS = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.REPRODUCED_AFTER_ERRATUM)
 MOST_PLACES = 3
 _WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
@@ -39,11 +40,15 @@ class Cell:
 
 @dataclass(frozen=True, kw_only=True)
 class Lane:
-    """One paper. broken: whether one of its theorems or guarantees fails."""
+    """One paper. broken: whether a theorem or guarantee of it fails; sound: whether it has some, and all hold.
+
+    corrected: whether one of them holds only once a misprint is corrected.
+    """
 
     paper: PaperView
     cells: tuple[Cell, ...]
     broken: bool
+    sound: bool
     corrected: bool
 
 
@@ -87,14 +92,18 @@ def answer(lanes: Sequence[Lane]) -> str:
         return "There is no claim to judge."
     broken = sum(lane.broken for lane in judged)
     whole, rest = len(judged), len(judged) - broken
-    corrected = any(lane.corrected for lane in judged if not lane.broken)
+    others = [lane for lane in judged if not lane.broken]
+    corrected = any(lane.corrected for lane in others)
     sound = f"every theorem holds{', some only once misprints are corrected' if corrected else ''}"
+    if not all(lane.sound for lane in others):
+        sound = "no theorem fails"
+    whose = "the paper" if whole == 1 else "both papers" if whole == 2 else f"all {_count(whole)} papers"
     if not broken:
-        return f"In {'the paper' if whole == 1 else f'all {_count(whole)} papers'} {sound}."
+        return f"In {whose} {sound}."
     if not rest:
-        return f"In {'the paper' if whole == 1 else f'all {_count(whole)} papers'} a central guarantee fails."
-    others = "the other" if rest == 1 else f"the other {_count(rest)}"
-    return f"In {_count(broken)} of {_count(whole)} papers a central guarantee fails; in {others} {sound}."
+        return f"In {whose} a central guarantee fails."
+    where = "the other" if rest == 1 else f"the other {_count(rest)}"
+    return f"In {_count(broken)} of {_count(whole)} papers a central guarantee fails; in {where} {sound}."
 
 
 def _count(number: int) -> str:
@@ -108,6 +117,7 @@ def _lane(paper: PaperView) -> Lane:
         paper=paper,
         cells=cells,
         broken=any(verdict in FAILS for verdict in theorems),
+        sound=bool(theorems) and all(verdict in STANDS for verdict in theorems),
         corrected=Verdict.REPRODUCED_AFTER_ERRATUM in theorems,
     )
 
