@@ -42,7 +42,18 @@ def test_a_finding_has_25_words_and_two_numbers() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["Theorem 3", "Examples 1-3", "Table 1", "eq. (34)", "degree 2", "periods (2, 1)", "Sec. IV", "L2", "Case 2 and 3"],
+    [
+        "Theorem 3",
+        "Examples 1-3",
+        "Table 1",
+        "eq. (34)",
+        "degree 2",
+        "periods (2, 1)",
+        "offsets [0, 1, 2]",
+        "Sec. IV",
+        "L2",
+        "Case 2 and 3",
+    ],
 )
 def test_what_has_a_number_in_its_name_is_no_number(name: str) -> None:
     assert require_short(f"By {name} the level is 0.5, not 0.7.")

@@ -13,7 +13,7 @@ LINK = re.compile(r"\[([^\[\]]+)\]\(([+\-?]?)([\w.\-]+)\)")
 
 _NAMED = re.compile(
     r"\b(?:Theorem|Lemma|Corollary|Algorithm|Example|Table|Section|Sec|Fig|Case|step|eq|degree|column|period)s?\.?\s+"
-    r"[\dIVX]+(?:(?:\s*[-–,]\s*|\s+(?:and|or)\s+)\d+)*|\([\d,\s]+\)",
+    r"[\dIVX]+(?:(?:\s*[-–,]\s*|\s+(?:and|or)\s+)\d+)*|[(\[][\d,\s]+[)\]]",
     re.IGNORECASE,
 )
 _NUMBER = re.compile(r"(?<![\w.])\d[\d,]*(?:\.\d+)?(?:×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|e[-+]?\d+)?|(?<![\w.])\.\d+")
