@@ -22,6 +22,7 @@ from replication.audit.report.opening.field import FAILS, answer, field
 from replication.audit.report.opening.key import examples
 from replication.audit.report.opening.told import briefs
 from replication.audit.report.page import build_report, render
+from replication.audit.run import assemble
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
@@ -38,6 +39,13 @@ def test_a_finding_has_25_words_and_two_numbers() -> None:
         require_short(f"{words} one word too many")
     with pytest.raises(AuditError, match=r"at most 2 numbers, this one \.5, 3, 17"):
         require_short("It is .5 for 3 of 17.")
+
+
+def test_a_run_refuses_a_finding_that_is_too_long() -> None:
+    checked = vars(assemble)["_sentences"]
+    assert checked(("It holds.",)) == ("It holds.",)
+    with pytest.raises(AuditError, match="at most 25 words"):
+        checked(("It holds.", "word " * 26))
 
 
 @pytest.mark.parametrize(
