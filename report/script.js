@@ -168,6 +168,7 @@
   }
   function sure(data) {
     if ("q" in data) return "proved, with a certificate";
+    if ("s" in data) return "supported by a theorem";
     return data.v === "undetermined" ? "not settled by the text" : "computed";
   }
   function rove(mark) { for (const other of marks) other.tabIndex = other === mark ? 0 : -1; }
