@@ -16,7 +16,7 @@ _NAMED = re.compile(
     r"[\dIVX]+(?:(?:\s*[-–,]\s*|\s+(?:and|or)\s+)\d+)*|[(\[][\d,\s]+[)\]]",
     re.IGNORECASE,
 )
-_NUMBER = re.compile(r"(?<![\w.])\d[\d,]*(?:\.\d+)?(?:×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|e[-+]?\d+)?|(?<![\w.])\.\d+")
+_NUMBER = re.compile(r"(?<![\w.])\d+(?:,\d{3})*(?:\.\d+)?(?:×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|e[-+]?\d+)?|(?<![\w.])\.\d+")
 
 
 def require_short(sentence: str) -> str:

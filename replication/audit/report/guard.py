@@ -122,7 +122,8 @@ class _Reader(HTMLParser):
         self._joins = False
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if not self._closed_by:
+        # What a browser may load is told to it, not to a reader.
+        if not self._closed_by and "http-equiv" not in dict(attrs):
             self.texts.extend(value for name, value in attrs if name in READ_ATTRIBUTES and value)
         if tag in NOT_READ:
             self._closed_by.append(tag)
