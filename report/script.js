@@ -1,121 +1,30 @@
-// Optional: sorts and filters the claims, keeps both in the address, opens what a link or the printer asks for.
+// Optional: one page at a time, the picture of claims, search, evidence drawn on opening, contents that follow.
 "use strict";
 (() => {
-  const forms = [...document.querySelectorAll("form.filter")];
-  const tables = [...document.querySelectorAll("table.claims")];
-  const claims = [...document.querySelectorAll("tbody.claim")];
-  const worst = new Map(claims.map((claim, index) => [claim, index]));
-  const fields = ["verdict", "kind", "search", "proved"];
-  const orders = {
-    verdict: { ascending: "worst first", descending: "best first" },
-    place: { ascending: "in the order of the paper", descending: "from the end of the paper" },
-    deviation: { descending: "largest deviation first", ascending: "smallest deviation first" },
-    seconds: { descending: "slowest first", ascending: "fastest first" },
-  };
-  let state = new URLSearchParams();
+  const all = (selector, root = document) => [...root.querySelectorAll(selector)];
+  const one = (selector, root = document) => root.querySelector(selector);
+  const views = all(".view");
+  const pages = all(".pages a");
+  const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
-  function sorting() {
-    const sort = state.get("sort") ?? "verdict";
-    return [sort, state.get("order") ?? Object.keys(orders[sort])[0]];
+  // Evidence: packed once, unpacked when the browser has time, drawn into what is opened.
+  const bytes = Uint8Array.from(atob(one("#evidence").textContent), (letter) => letter.charCodeAt(0));
+  let evidence = null;
+  const unpacked = new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).json()
+    .then((parts) => { evidence = parts; });
+
+  function draw(details) {
+    const place = one(":scope > .evidence, :scope > .drawn", details);
+    const html = evidence?.[details.dataset.draw ?? details.id];
+    if (!place || !html || place.dataset.drawn) return;
+    place.dataset.drawn = "yes";
+    place.innerHTML = html;
+    watch(place);
   }
 
-  function key(claim, sort) {
-    if (sort === "verdict") return worst.get(claim);
-    return sort in claim.dataset ? Number(claim.dataset[sort]) : null;
-  }
-
-  // What has no key stands last in both directions; equal keys keep the order worst first.
-  function compare(one, other, sort, order) {
-    const [a, b] = [key(one, sort), key(other, sort)];
-    if (a === null || b === null) return (a === null) - (b === null) || worst.get(one) - worst.get(other);
-    return (order === "descending" ? b - a : a - b) || worst.get(one) - worst.get(other);
-  }
-
-  function fits(claim) {
-    const words = (state.get("search") ?? "").toLowerCase().split(/\s+/).filter(Boolean);
-    return ["verdict", "kind", "proved"].every((name) => !state.has(name) || claim.dataset[name] === state.get(name))
-      && (!words.length || words.every((word) => claim.textContent.toLowerCase().includes(word)));
-  }
-
-  function apply() {
-    const [sort, order] = sorting();
-    for (const claim of claims) claim.hidden = !fits(claim);
-    tables.forEach((table, index) => {
-      const own = [...table.tBodies];
-      table.append(...own.toSorted((one, other) => compare(one, other, sort, order)));
-      const shown = own.filter((claim) => !claim.hidden).length;
-      table.nextElementSibling.hidden = shown > 0;
-      forms[index].querySelector(".found").textContent = `${shown} of ${own.length} claims, ${orders[sort][order]}`;
-      for (const header of table.querySelectorAll("th[data-sort]")) {
-        if (header.dataset.sort === sort) header.setAttribute("aria-sort", order);
-        else header.removeAttribute("aria-sort");
-      }
-    });
-  }
-
-  function set(wanted) {
-    state = new URLSearchParams();
-    for (const name of fields) if (wanted.get(name)) state.set(name, wanted.get(name));
-    const [sort, order] = [wanted.get("sort"), wanted.get("order")];
-    if (Object.hasOwn(orders, sort)) state.set("sort", sort);
-    if (Object.hasOwn(orders, sort) && Object.hasOwn(orders[sort], order)) state.set("order", order);
-    for (const form of forms) {
-      for (const name of ["verdict", "kind", "search"]) {
-        const [field, value] = [form.elements[name], state.get(name) ?? ""];
-        // A blank at the end of what is being typed stays.
-        if (field.value.trim() !== value) field.value = value;
-      }
-      form.elements.proved.checked = state.has("proved");
-    }
-    apply();
-  }
-
-  // The address is a place on the page, and behind a question mark what is shown there.
-  function remember(place, wanted) {
-    set(wanted);
-    history.replaceState(null, "", `#${place}${state.size ? `?${state}` : ""}`);
-  }
-
-  function follow() {
-    const [place, query] = location.hash.slice(1).split("?");
-    if (query !== undefined) set(new URLSearchParams(query));
-    const target = document.getElementById(place);
-    if (!target) return;
-    if (target.hidden) set(new URLSearchParams());
-    if (target.classList.contains("claim")) target.querySelector("details").open = true;
-    target.scrollIntoView();
-  }
-
-  function addSorting(table, place) {
-    table.classList.add("sortable");
-    for (const header of table.querySelectorAll("th[data-sort]")) {
-      const button = document.createElement("button");
-      button.type = "button";
-      button.append(...header.childNodes);
-      header.append(button);
-      button.addEventListener("click", () => {
-        const [sort, order] = sorting();
-        const directions = Object.keys(orders[header.dataset.sort]);
-        const next = sort === header.dataset.sort ? directions.find((other) => other !== order) : directions[0];
-        const wanted = new URLSearchParams(state);
-        wanted.set("sort", header.dataset.sort);
-        wanted.set("order", next);
-        remember(place, wanted);
-      });
-    }
-  }
-
-  forms.forEach((form, index) => {
-    const place = form.dataset.place;
-    const changed = () => remember(place, new URLSearchParams([...state].filter(([name]) => !fields.includes(name))
-      .concat([...new FormData(form)].map(([name, value]) => [name, value.trim()]))));
-    form.hidden = false;
-    form.addEventListener("submit", (event) => event.preventDefault());
-    for (const kind of ["input", "change"]) form.addEventListener(kind, changed);
-    form.addEventListener("reset", () => remember(place, new URLSearchParams()));
-    addSorting(tables[index], place);
-  });
-  for (const link of document.querySelectorAll("a[data-filter]")) link.href += `?${link.dataset.filter}`;
+  document.addEventListener("toggle", ({ target }) => {
+    if (target.open && target.matches(".claim, [data-draw]")) unpacked.then(() => draw(target));
+  }, true);
 
   // What does not scroll needs no stop on the way through the page by Tab.
   const stops = new ResizeObserver((boxes) => {
@@ -124,15 +33,265 @@
       else target.removeAttribute("tabindex");
     }
   });
-  for (const box of document.querySelectorAll(".scroll")) stops.observe(box);
+  function watch(root) { for (const box of all(".scroll", root)) stops.observe(box); }
 
-  let closed = [];
-  addEventListener("hashchange", follow);
-  addEventListener("beforeprint", () => {
-    closed = [...document.querySelectorAll("details:not([open])")];
-    for (const details of closed) details.open = true;
+  // One page at a time. The browser's own search opens hidden ones.
+  const hidden = "onbeforematch" in document.body ? "until-found" : "";
+  function show(view) {
+    for (const other of views) {
+      if (other === view) other.removeAttribute("hidden");
+      else other.setAttribute("hidden", hidden);
+    }
+    for (const link of pages) {
+      link.removeAttribute("aria-current");
+      if (link.hash !== `#${view.id}`) continue;
+      link.setAttribute("aria-current", "page");
+      link.parentElement.scrollLeft = link.offsetLeft - link.parentElement.offsetLeft - 40;
+    }
+  }
+
+  function follow(first) {
+    const place = document.getElementById(location.hash.slice(1));
+    const view = place?.closest(".view");
+    if (view || first || !place) show(view ?? views[0]);
+    for (let fold = place?.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
+    if (place && place !== view) place.scrollIntoView();
+    else if (!first || place) scrollTo(0, 0);
+    track();
+  }
+
+  // Contents that follow.
+  const here = one(".here");
+  function track() {
+    const view = views.find((other) => !other.hasAttribute("hidden"));
+    const parts = all(".sec", view);
+    const current = parts.findLast((part) => part.getBoundingClientRect().top <= innerHeight * 0.3);
+    here.hidden = !current;
+    here.textContent = current ? one("h3", current).textContent : "";
+    for (const link of all(".toc a", view)) {
+      const on = current && link.hash === `#${current.id}`;
+      if (on && !link.hasAttribute("aria-current")) {
+        link.setAttribute("aria-current", "true");
+        const bar = link.closest(".toc");
+        if (bar.scrollWidth > bar.clientWidth) bar.scrollTo({ left: link.offsetLeft - 40 });
+      } else if (!on) link.removeAttribute("aria-current");
+    }
+  }
+  let waiting = 0;
+  addEventListener("scroll", () => {
+    waiting ||= requestAnimationFrame(() => { waiting = 0; track(); });
+  }, { passive: true });
+
+  // Search: a place first, then a name, then words of the statement.
+  const form = one(".find");
+  const field = one("input", form);
+  const box = one(".hits", form);
+  let index = null;
+  const plain = (text) => text.toLowerCase().replace(/\s+/g, " ").trim();
+  function entries() {
+    return all(".claim").map((claim) => ({
+      link: claim.id, mark: one(".mark", claim), place: plain(one(".pl", claim).textContent), name: plain(claim.dataset.id),
+      title: plain(one(".st > bdi", claim).textContent), shown: one(".st > bdi", claim).textContent, at: one(".pl", claim).textContent,
+    })).concat(all("figure[id]").map((figure) => {
+      const [place, title] = all("figcaption strong bdi", figure).map((part) => part.textContent);
+      return { link: figure.id, mark: null, place: plain(place), name: plain(figure.id), title: plain(title), shown: title, at: place };
+    }));
+  }
+  function rank(entry, query, words) {
+    if (!words.every((word) => `${entry.place} ${entry.name} ${entry.title}`.includes(word))) return null;
+    const after = entry.place[query.length];
+    if (entry.place.startsWith(query) && (!after || !/[\w.]/.test(after))) return 0;
+    if (entry.place.startsWith(query)) return 1;
+    if (entry.place.includes(query)) return 2;
+    if (words.every((word) => entry.place.includes(word))) return 3;
+    if (entry.name.includes(query)) return 4;
+    return entry.title.includes(query) ? 5 : 6;
+  }
+  function search() {
+    index ??= entries();
+    const query = plain(field.value);
+    const words = query.split(" ").filter(Boolean);
+    const found = words.length ? index.map((entry) => [rank(entry, query, words), entry]).filter(([at]) => at !== null) : [];
+    found.sort(([a], [b]) => a - b);
+    box.hidden = !words.length;
+    one("p", box).textContent = found.length ? `${found.length} found${found.length > 12 ? ", the first ones:" : ""}` : "Nothing found; try a place, such as Table 1.";
+    one("ol", box).replaceChildren(...found.slice(0, 12).map(([, entry]) => {
+      const line = document.createElement("li");
+      const link = document.createElement("a");
+      link.href = `#${entry.link}`;
+      if (entry.mark) link.append(entry.mark.cloneNode(true));
+      const place = document.createElement("b");
+      place.textContent = entry.at;
+      link.append(place, ` ${entry.shown}`);
+      line.append(link);
+      return line;
+    }));
+  }
+  form.hidden = false;
+  field.addEventListener("input", search);
+  form.addEventListener("submit", (event) => { event.preventDefault(); one("a", box)?.click(); });
+  form.addEventListener("click", (event) => { if (event.target.closest("a")) box.hidden = true; });
+  form.addEventListener("focusout", (event) => { if (!form.contains(event.relatedTarget)) box.hidden = true; });
+  field.addEventListener("focus", () => { if (field.value) search(); });
+  form.addEventListener("keydown", (event) => {
+    const links = [field, ...all("a", box)];
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (event.key === "Escape") box.hidden = true;
+    if (!step) return;
+    event.preventDefault();
+    links[links.indexOf(document.activeElement) + step]?.focus();
   });
-  addEventListener("afterprint", () => { for (const details of closed) details.open = false; });
-  apply();
-  follow();
+
+  // The picture of all claims.
+  const picture = one("#field");
+  const marks = all(".k");
+  function point(mark) {
+    const read = one(".read");
+    const [verdict] = mark.getAttribute("aria-label").split(": ", 1);
+    const data = mark.dataset;
+    for (const other of marks) other.classList.toggle("on", other === mark);
+    read.hidden = false;
+    const word = document.createElement("span");
+    word.textContent = verdict;
+    one(".verdict", read).replaceChildren(one("svg", mark).cloneNode(true), word);
+    one(".verdict", read).className = `verdict v-${data.v}`;
+    one(".said", read).textContent = mark.getAttribute("aria-label").slice(verdict.length + 2);
+    one(".src", read).textContent = `${one(".lane-name a", mark.closest(".lane")).textContent}, ${data.p}`;
+    const size = Math.abs(data.d);
+    const far = !("d" in data) ? "" : size < 1e-3 ? "none" : `${size >= 100 ? Math.round(size) : Number(size.toPrecision(2))} units of the last place`;
+    const said = [data.w, data.o, far, sure(data), data.i];
+    all("dd", read).forEach((cell, at) => {
+      (cell.firstElementChild ?? cell).textContent = said[at] ?? "";
+      cell.parentElement.hidden = !said[at];
+    });
+    one(".go", read).href = mark.hash;
+  }
+  function sure(data) {
+    if ("q" in data) return "proved, with a certificate";
+    if ("s" in data) return "supported by a theorem";
+    return data.v === "undetermined" ? "not settled by the text" : "computed";
+  }
+  function rove(mark) { for (const other of marks) other.tabIndex = other === mark ? 0 : -1; }
+  function start() {
+    let touched = false;
+    rove(marks[0]);
+    point(marks[0]);
+    picture.addEventListener("pointerover", ({ target, pointerType }) => {
+      const mark = target.closest(".k");
+      if (mark && pointerType === "mouse") point(mark);
+    });
+    picture.addEventListener("focusin", ({ target }) => {
+      const mark = target.closest(".k");
+      if (mark) { point(mark); rove(mark); }
+    });
+    picture.addEventListener("pointerdown", ({ pointerType }) => { touched = pointerType !== "mouse"; });
+    picture.addEventListener("click", (event) => {
+      const mark = event.target.closest(".k");
+      // A first tap selects; the link of the read-out leads on.
+      if (mark && touched) { event.preventDefault(); picture.classList.add("used"); mark.focus(); }
+    });
+    picture.addEventListener("keydown", (event) => {
+      const mark = event.target.closest(".k");
+      if (!mark) return;
+      const kept = marks.filter((other) => !picture.classList.contains("filtered") || other.classList.contains("keep"));
+      const next = { ArrowRight: kept[kept.indexOf(mark) + 1], ArrowLeft: kept[kept.indexOf(mark) - 1], Home: kept[0],
+        End: kept.at(-1), ArrowDown: beside(mark, kept, 1), ArrowUp: beside(mark, kept, -1) }[event.key];
+      if (/^(Arrow|Home|End)/.test(event.key)) event.preventDefault();
+      next?.focus();
+    });
+    for (const button of all(".legend button")) {
+      button.addEventListener("click", () => {
+        const chosen = button.getAttribute("aria-pressed") !== "true";
+        for (const other of all(".legend button")) other.setAttribute("aria-pressed", chosen && other === button);
+        picture.classList.toggle("filtered", chosen);
+        for (const mark of marks) mark.classList.toggle("keep", mark.dataset.v === button.dataset.v);
+      });
+    }
+    one(".seg").hidden = false;
+    for (const button of all("[data-by]")) button.addEventListener("click", () => arrange(button));
+    addEventListener("resize", lay);
+  }
+  function beside(mark, kept, way) {
+    const from = mark.getBoundingClientRect();
+    const far = (to) => Math.hypot(to.x - from.x, 3 * (to.y - from.y));
+    return kept.map((other) => [other, other.getBoundingClientRect()]).filter(([, to]) => (to.top - from.top) * way > 4)
+      .sort(([, a], [, b]) => far(a) - far(b))[0]?.[0];
+  }
+  function arrange(button) {
+    const before = marks.map((mark) => mark.getBoundingClientRect());
+    for (const other of all("[data-by]")) other.setAttribute("aria-pressed", other === button);
+    picture.classList.toggle("far", button.dataset.by === "distance");
+    for (const mark of marks) mark.style.cssText = "";
+    for (const cells of all(".cells")) cells.style.height = "";
+    lay();
+    if (still) return;
+    marks.forEach((mark, at) => {
+      const to = mark.getBoundingClientRect();
+      mark.animate([{ transform: `translate(${before[at].x - to.x}px,${before[at].y - to.y}px)` }, {}], { duration: 450, easing: "ease-out" });
+    });
+  }
+  // By distance from the print, in units of its last place on a logarithmic scale; statements stand by themselves.
+  function lay() {
+    if (!picture.classList.contains("far")) return;
+    const [low, high, size] = [-2, 4, 16];
+    for (const cells of all(".cells")) {
+      const width = cells.clientWidth;
+      const own = all(".k", cells);
+      const stated = own.filter((mark) => !("d" in mark.dataset));
+      const left = Math.max(4 * size, Math.floor(0.28 * width / size) * size);
+      const at = (units) => left + 2 * size + (width - left - 3 * size) * (Math.log10(Math.min(Math.max(units, 10 ** low), 10 ** high)) - low) / (high - low);
+      const half = at(0.5);
+      const piles = new Map();
+      for (const mark of own.filter((other) => "d" in other.dataset).sort((a, b) => Math.abs(a.dataset.d) - Math.abs(b.dataset.d))) {
+        const units = Math.abs(mark.dataset.d);
+        const column = Math.floor((at(units) - half) / size + (units > 0.5 ? 1e-6 : -1e-6));
+        piles.set(column, [...piles.get(column) ?? [], mark]);
+      }
+      const columns = Math.floor(left / size);
+      const rows = Math.max(Math.ceil(stated.length / columns), ...[...piles.values()].map((pile) => pile.length), 1);
+      const put = (mark, x, row) => { mark.style.left = `${x}px`; mark.style.top = `${(rows - row - 1) * size}px`; };
+      stated.forEach((mark, place) => put(mark, (place % columns) * size, Math.floor(place / columns)));
+      for (const [column, pile] of piles) pile.forEach((mark, row) => put(mark, Math.min(width - size, half + column * size), row));
+      cells.style.height = `${rows * size}px`;
+      cells.style.setProperty("--half", `${half}px`);
+      const label = (units, text) => { const span = document.createElement("span"); span.style.left = `${at(units)}px`; span.textContent = text; return span; };
+      if (cells === one(".cells")) {
+        const ruler = one(".ruler");
+        ruler.replaceChildren(...[[0.01, "0.01"], [0.1, "0.1"], [1, "1"], [10, "10"], [100, "100"], [1000, "1000"]].map(([units, text]) => label(units, text)));
+        ruler.dataset.title = "Left: statements. Right: distance in units of the last printed place; right of the line a number does not round to the print";
+      }
+    }
+  }
+
+  // A drawing as it stands on the page, on its own paper.
+  document.addEventListener("click", ({ target }) => {
+    const button = target.closest("[data-save]");
+    if (!button) return;
+    const svg = one("svg.figure", button.closest("figure")).cloneNode(true);
+    svg.setAttribute("xmlns", "http://www.w3.org/2000/svg");
+    svg.setAttribute("style", "background:#fff;color:#1c1f23");
+    const style = document.createElementNS("http://www.w3.org/2000/svg", "style");
+    style.textContent = one("#drawn").textContent;
+    svg.prepend(style);
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([new XMLSerializer().serializeToString(svg)], { type: "image/svg+xml" }));
+    link.download = `${button.dataset.save}.svg`;
+    link.click();
+    URL.revokeObjectURL(link.href);
+  });
+  for (const part of all(".save")) part.hidden = false;
+
+  // On paper every claim has its line; evidence stays folded unless it was opened.
+  let closed = [];
+  addEventListener("beforeprint", () => {
+    closed = all(".more:not([open])");
+    for (const fold of closed) fold.open = true;
+  });
+  addEventListener("afterprint", () => { for (const fold of closed) fold.open = false; });
+
+  watch(document);
+  addEventListener("hashchange", () => follow(false));
+  for (const view of views) view.addEventListener("beforematch", () => { show(view); track(); });
+  if (marks.length) start();
+  follow(true);
 })();

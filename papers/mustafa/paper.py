@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from papers.mustafa import common
+from papers.mustafa.brief import BRIEF
 from papers.mustafa.claims.examples import LEVELS, RESPONSE
 from papers.mustafa.claims.extensions import ROBUST_PERFORMANCE
 from papers.mustafa.claims.guarantees import ABSTRACT
@@ -92,6 +93,7 @@ PAPER = paper(
     readings=READINGS,
     coverage=tallies(__file__),
     findings=findings,
+    brief=BRIEF,
     common=lambda results: common.common(results["common"], TRIED),
     sensitivity=lambda results: tuple(move for e in EXAMPLES for move in sensitivities(results[f"sensitivity.{e}"])),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from papers._common import MULTIPLES
 from papers.okajima2023 import common
+from papers.okajima2023.brief import BRIEF
 from papers.okajima2023.claims import blog, formulation, levels, simulation, theorems, timing, unstable
 from papers.okajima2023.errata import ERRATA
 from papers.okajima2023.experiments.declared import EXPERIMENTS, table_claim
@@ -138,6 +139,7 @@ PAPER = paper(
     tables=TABLES,
     formulas=FORMULAS,
     findings=findings,
+    brief=BRIEF,
     common=lambda results: common.common(results["common"], list(MULTIPLES)),
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
 )

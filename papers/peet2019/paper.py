@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from papers._common import MULTIPLES
 from papers.peet2019 import common
+from papers.peet2019.brief import BRIEF
 from papers.peet2019.claims.cost import EXAMPLE_4, largest_ratio, minimised, our_seconds, printed_seconds
 from papers.peet2019.claims.examples import COMPARISON, EXAMPLES_1_TO_3, FIG_1
 from papers.peet2019.claims.gains import attained, optimum_of
@@ -125,6 +126,7 @@ PAPER = paper(
     tables=TABLES,
     formulas=FORMULAS,
     findings=findings,
+    brief=BRIEF,
     common=lambda results: common.common(results["common"], list(MULTIPLES)),
     sensitivity=_sensitivity,
 )  # fmt: skip

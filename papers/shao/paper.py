@@ -1,6 +1,7 @@
 """The audit of Shao, Yang, Li and Yi: what it covers, in the order of the manuscript, and what it shows."""
 
 from papers.shao import common
+from papers.shao.brief import BRIEF
 from papers.shao.claims.comparison import RESPONSES, STABILITY
 from papers.shao.claims.introduction import ABSTRACT, INTRODUCTION
 from papers.shao.claims.motor import MOTOR
@@ -119,6 +120,7 @@ PAPER = paper(
         ),
     ),
     findings=findings,
+    brief=BRIEF,
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
     common=common.common,
 )

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
+from replication.audit.brief import Consequence
 from replication.audit.data import PrintedValue
 from replication.audit.model import (
     Claim,
@@ -100,6 +101,7 @@ class Part:
         reading: str = "",
         optimum: bool = False,
         repeats: str = "",
+        consequence: Consequence | str | None = None,
         says: Said | Iterable[Said] = (),
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
@@ -133,6 +135,7 @@ class Part:
                     reading=reading or self.reading,
                     optimum=optimum,
                     repeats=repeats,
+                    consequence=Consequence(consequence) if consequence else None,
                     says=_said(kind, str(printed), reading or self.reading, says),
                 )
             )

@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.brief import Brief, Consequence
 from replication.verify.predicate import NO_READING as NO_READING
 from replication.verify.predicate import Predicate
 
@@ -182,6 +183,7 @@ class Claim:
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
     optimum: whether the printed number is the least level that any design reaches.
     repeats: id of the claim whose number or statement this one prints again; totals count it once.
+    consequence: what falls with it, where kind and place do not tell.
     says: the same statement as data, all of which must be so; a theorem proves the claim only if it says that.
     """
 
@@ -199,6 +201,7 @@ class Claim:
     reading: str = ""
     optimum: bool = False
     repeats: str = ""
+    consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
 
 
@@ -323,7 +326,7 @@ class Paper:
 
     `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
     printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
-    notebook: name of its tutorial, if it has one.
+    notebook: name of its tutorial, if it has one. brief: what leads the report on it.
     """
 
     key: str
@@ -347,3 +350,4 @@ class Paper:
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: ()
+    brief: Brief | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import re
 
@@ -25,6 +26,7 @@ _NUMBER = re.compile(r"-?[0-9]+\.[0-9]+(?:e-?[0-9]+)?")
 _FOREIGN = re.compile(
     r"""<(?:script|foreignObject|image|style|a)\b|\son[a-z]+=|href="(?!#)|url\((?!#)|@import|<[!?]""", re.IGNORECASE
 )
+_PLAIN_STYLE = re.compile(r""" style="([\w\s#:;.,'%()-]+)\"""")
 _GEOMETRY = re.compile(r'(?<![\w-])(?:x|y|x1|y1|x2|y2|width|height|cx|cy|r|points|transform)="[^"]*"')
 
 
@@ -69,6 +71,18 @@ def inner(standalone: str) -> tuple[str, str]:
         raise AuditError("a figure is not an SVG file as `write_figures` makes it; run `python -m replication run`")
     _refuse_foreign(match[2])
     return match[1], match[2].strip()
+
+
+def with_classes(content: str) -> tuple[str, dict[str, str]]:
+    """The content of a drawing with classes for its styles, which repeat a lot, and the rules of the classes."""
+    rules: dict[str, str] = {}
+
+    def named(match: re.Match[str]) -> str:
+        name = "f" + hashlib.sha256(match[1].encode()).hexdigest()[:6]
+        rules[name] = match[1]
+        return f' class="{name}"'
+
+    return _PLAIN_STYLE.sub(named, content), rules
 
 
 def _refuse_foreign(body: str) -> None:

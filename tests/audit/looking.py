@@ -1,11 +1,21 @@
-"""What of the report a reader sees in the browser."""
+"""What of the report a reader sees in the browser, and what is packed into it."""
 
 from __future__ import annotations
+
+import re
 
 from sample import KEY
 from selenium import webdriver
 
 from replication.audit.report.claim import anchor
+from replication.audit.report.evidence import unpacked
+
+
+def evidence(page: str) -> dict[str, str]:
+    """The evidence that is packed into a page, as HTML by the id of its claim or experiment."""
+    found = re.search(r'<script type="text/plain" id="evidence">([A-Za-z0-9+/=]*)</script>', page)
+    assert found is not None
+    return unpacked(found[1])
 
 
 def claim_id(name: str) -> str:
@@ -13,7 +23,19 @@ def claim_id(name: str) -> str:
 
 
 def shown(browser: webdriver.Chrome) -> list[str]:
-    """The ids of the claims that are on the page, in their order."""
-    seen = "return [...document.querySelectorAll('tbody.claim')].filter((e) => e.checkVisibility()).map((e) => e.id)"
+    """The ids of the claims that are on the page that is open, in their order, also those in a fold."""
+    seen = "return [...document.querySelectorAll('.claim')].filter((e) => e.checkVisibility()).map((e) => e.id)"
     found: list[str] = browser.execute_script(seen)
     return found
+
+
+def unfold(browser: webdriver.Chrome) -> webdriver.Chrome:
+    """Open all pages and folds, and wait until all evidence is drawn and what scrolls has its stop."""
+    browser.execute_async_script("""const done = arguments[0];
+      document.querySelectorAll('.view').forEach((e) => e.removeAttribute('hidden'));
+      document.querySelectorAll('details').forEach((e) => { e.open = true; });
+      const frame = () => requestAnimationFrame(() => requestAnimationFrame(done));
+      const open = () => document.querySelector('.claim > .evidence:not([data-drawn])');
+      const wait = () => open() ? setTimeout(wait, 10) : frame();
+      wait();""")
+    return browser

@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import math
+import re
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -15,6 +16,7 @@ from typing import Any, cast
 import msgspec
 from cases import altered
 
+from replication.audit.brief import Brief, Draws, Sketch, Stroke
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import (
     Claim,
@@ -354,6 +356,7 @@ def paper_record(ids: tuple[str, ...]) -> PaperRecord:
         sensitivity=(),
         common=(),
         readings=READINGS,
+        brief=brief(),
         title="Observers for Slow Sensors: An Invented Paper",
         authors=("Jane Doe", "Richard Roe", "Max Mustermann"),
         year=1999,
@@ -387,6 +390,26 @@ def paper_record(ids: tuple[str, ...]) -> PaperRecord:
         coverage=(
             Coverage(text="paper", of="numerals", total=419, bound=412, excused=6, open=1, aside=764),
             Coverage(text="paper", of="items", total=54, bound=46, excused=8, open=0, aside=0),
+        ),
+    )
+
+
+def brief(topic: str = "Sensors that are slow", words: str = "one column") -> Brief:
+    return Brief(
+        topic=topic,
+        card=f"Most levels [agree](+column-2-3), [{words}](-column-5-7) does not.",
+        holds=f"[{words}](column-2-3) of Table 1.",
+        correct=f"[{words}](column-5-7), and the [denominator](denominator) of eq. (34).",
+        guess=f"[{words}](first-seconds), and the [matrix](matrix).",
+        sketch=Sketch(
+            alt=f"A wave with dots: {topic}.",
+            strokes=(
+                Stroke(draws=Draws.TRUTH, points=((0, 75), (100, 20), (320, 90))),
+                Stroke(draws=Draws.BAND, points=((0, 70), (320, 80), (320, 95))),
+                Stroke(draws=Draws.MEASURED, points=((0, 75), (100, 20))),
+                Stroke(draws=Draws.TICK, points=((0, 140), (100, 140))),
+                Stroke(draws=Draws.LABEL, points=((10, 14),), text=topic),
+            ),
         ),
     )
 
@@ -450,6 +473,7 @@ def hostile_results(directory: Path, text: str) -> ResultsFile:
                 doi=text,
                 summary=text,
                 bibtex=text,
+                brief=brief(text, re.sub(r"[][0-9]", "x", text).partition(" ")[0]),
                 findings=(text,),
                 formulas=(Formula(text=text, latex=r"x"),),
                 tables=(Table(place=text, caption=text, header=(text,), rows=((text,),)),),

@@ -1,4 +1,4 @@
-"""The claims of the report in Chromium: sorted, filtered, linked and opened, by mouse and by keyboard alone."""
+"""The claims of the report in Chromium: pointed at, arranged, found and opened, by mouse and by keyboard alone."""
 
 from __future__ import annotations
 
@@ -10,167 +10,195 @@ from sample import KEY, claims
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.wait import WebDriverWait
 
 from replication.audit.model import Verdict
 from replication.audit.report.claim import anchor, targets, views
 
 pytestmark = pytest.mark.browser
 
-PLACE = f"#paper-{KEY}.claims"
+PAPER = f"#paper-{KEY}"
 
 
-def test_evidence_opens_by_keyboard(visit: Any) -> None:
-    page = visit()
-    summary = page.find_element(By.CSS_SELECTOR, "tbody.claim summary")
-    summary.send_keys(" ")
-    assert page.find_element(By.CSS_SELECTOR, "tbody.claim .evidence").is_displayed()
+def drawn(page: Any, name: str) -> Any:
+    """The evidence of a claim once it is drawn."""
+    place = page.find_element(By.CSS_SELECTOR, f"[id='{claim_id(name)}'] > .evidence")
+    WebDriverWait(page, 5).until(lambda _: place.get_attribute("data-drawn"))
+    return place
 
 
-def test_filter_and_its_address(visit: Any) -> None:
-    differing = {anchor("claim", c.id) for c in claims() if c.verdict is Verdict.DIFFERS}
-    page = visit()
-    page.find_element(By.CSS_SELECTOR, ".filter option[value=differs]").click()
-    assert set(shown(page)) == differing
-    assert page.current_url.endswith(f"#paper-{KEY}.claims?verdict=differs")
-    page.find_element(By.NAME, "search").send_keys("case column-5-7")
-    assert shown(page) == [claim_id("column-5-7")]
-    page = visit(fragment=f"#paper-{KEY}.claims?verdict=differs&search=case+column-5-7")
-    assert shown(page) == [claim_id("column-5-7")]
-    page.find_element(By.CSS_SELECTOR, ".filter button").click()
-    assert len(shown(page)) == len(claims())
-    assert page.current_url.endswith(f"#paper-{KEY}.claims")
+def press(page: Any, *keys: str) -> Any:
+    ActionChains(page).send_keys(*keys).perform()
+    return page.switch_to.active_element
 
 
-def test_permalink_opens_its_claim_even_if_it_is_filtered_out(visit: Any) -> None:
+def test_evidence_is_drawn_on_opening_and_by_keyboard(visit: Any) -> None:
+    page = visit(fragment=PAPER)
+    claim = page.find_element(By.ID, claim_id("column-5-7"))
+    assert "in all digits" not in claim.get_attribute("textContent")
+    claim.find_element(By.CSS_SELECTOR, "summary").send_keys(" ")
+    text = drawn(page, "column-5-7").text
+    assert "Printed and computed, in all digits" in text and "Clarabel" in text
+
+
+def test_a_permalink_opens_its_page_its_fold_and_its_evidence(visit: Any) -> None:
     page = visit(fragment=f"#{claim_id('zero')}")
-    evidence = page.find_element(By.CSS_SELECTOR, f"[id='{claim_id('zero')}'] .evidence")
-    assert evidence.is_displayed()
-    page = visit(fragment="#?verdict=differs")
+    assert drawn(page, "zero").is_displayed()
+    assert not page.find_element(By.ID, "answer").is_displayed()
+    page = visit()
     page.execute_script("location.hash = arguments[0]", claim_id("zero"))
-    page.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
-    assert page.find_element(By.ID, claim_id("zero")).is_displayed()
+    assert drawn(page, "zero").is_displayed()
 
 
-def ids(records: Any) -> list[str]:
-    return [anchor("claim", record.id) for record in records]
-
-
-def sort_buttons(page: Any) -> dict[str, Any]:
-    return {b.text: b for b in page.find_elements(By.CSS_SELECTOR, ".claims thead button")}
-
-
-def sorted_by(page: Any) -> list[tuple[str, str]]:
-    return [
-        (header.get_attribute("data-sort"), header.get_attribute("aria-sort"))
-        for header in page.find_elements(By.CSS_SELECTOR, ".claims th[aria-sort]")
-    ]
-
-
-def test_sorts_by_any_of_four_columns_in_both_directions(visit: Any) -> None:
-    worst = [view.record for view in views(claims(), targets(claims()))]
-    known = [record for record in worst if record.judgement.deviation_ulp is not None]
-    unknown = [record for record in worst if record.judgement.deviation_ulp is None]
-    size = {record.id: abs(record.judgement.deviation_ulp or 0) for record in known}
-    orders = {
-        ("place", "ascending"): list(claims()),
-        ("place", "descending"): list(claims())[::-1],
-        ("deviation", "descending"): sorted(known, key=lambda record: -size[record.id]) + unknown,
-        ("deviation", "ascending"): sorted(known, key=lambda record: size[record.id]) + unknown,
-        ("verdict", "ascending"): worst,
-        ("verdict", "descending"): worst[::-1],
-    }
-    page = visit()
-    assert (shown(page), sorted_by(page)) == (ids(worst), [("verdict", "ascending")])
-    buttons = sort_buttons(page)
-    assert list(buttons) == ["Verdict", "Place", "Deviation", "Seconds"]
-    for (column, direction), records in orders.items():
-        buttons[column.capitalize()].click()
-        assert shown(page) == ids(records), (column, direction)
-        assert sorted_by(page) == [(column, direction)]
-        assert page.current_url.endswith(f"{PLACE}?sort={column}&order={direction}")
-
-
-def test_the_address_keeps_sorting_and_filter_together(visit: Any) -> None:
-    page = visit(fragment=f"{PLACE}?kind=value&sort=place&order=descending")
-    wanted = ids(record for record in claims()[::-1] if record.claim.kind == "value")
-    assert shown(page) == wanted
-    found = page.find_element(By.CSS_SELECTOR, ".found").text
-    assert found == f"{len(wanted)} of {len(claims())} claims, from the end of the paper"
-    page.find_element(By.CSS_SELECTOR, ".filter [name=proved]").click()
-    assert shown(page) == ids(
-        record for record in claims()[::-1] if record.claim.kind == "value" and record.judgement.proved
-    )
-    assert page.current_url.endswith(f"{PLACE}?kind=value&proved=yes&sort=place&order=descending")
-
-
-@pytest.mark.parametrize("query", ["sort=price&order=up", "sort=constructor", "verdict=&kind=none", "%%%=&search=%"])
-def test_an_address_that_means_nothing_does_no_harm(visit: Any, query: str) -> None:
-    page = visit(fragment=f"{PLACE}?{query}")
+@pytest.mark.parametrize("fragment", ["#none", "#%%%", "#?verdict=differs", "#"])
+def test_an_address_that_means_nothing_shows_the_answer(visit: Any, fragment: str) -> None:
+    page = visit(fragment=fragment)
     assert page.get_log("browser") == []
-    page.find_element(By.CSS_SELECTOR, ".filter button").click()
-    assert shown(page) == ids(view.record for view in views(claims(), targets(claims())))
+    assert page.find_element(By.ID, "answer").is_displayed()
 
 
-def test_a_count_of_the_summary_leads_to_its_claims(visit: Any) -> None:
+def test_what_does_not_stand_comes_first_and_what_holds_is_folded(visit: Any) -> None:
+    page = visit(fragment=PAPER)
+    folded = {view.record.id for view in views(claims(), targets(claims())) if view.settled}
+    seen = shown(page)
+    assert set(seen) == {anchor("claim", record.id) for record in claims() if record.id not in folded}
+    assert claim_id("column-5-7") in seen and claim_id("far") in seen and claim_id("zero") not in seen
+    for fold in page.find_elements(By.CSS_SELECTOR, ".more > summary"):
+        fold.click()
+    assert len(shown(page)) == len(claims())
+
+
+def test_each_mark_reads_out_its_claim_and_arrows_move(visit: Any) -> None:
     page = visit()
-    page.find_element(By.CSS_SELECTOR, ".counts td[data-label=differs] a").click()
-    assert set(shown(page)) == set(ids(c for c in claims() if c.verdict is Verdict.DIFFERS))
-    visit().find_element(By.CSS_SELECTOR, ".counts td[data-label='of them proved'] a").click()
-    assert set(shown(page)) == set(ids(c for c in claims() if c.judgement.proved))
+    marks = page.find_elements(By.CSS_SELECTOR, ".k")
+    assert len(marks) == len(claims())
+    assert [mark for mark in marks if mark.get_attribute("tabindex") == "0"] == marks[:1]
+    column = page.find_element(By.CSS_SELECTOR, f".k[href='#{claim_id('column-5-7')}']")
+    ActionChains(page).move_to_element(column).perform()
+    said = page.find_element(By.CSS_SELECTOR, ".read").text
+    for part in (
+        "differs",
+        "Guaranteed level",
+        "Table 1, column-5-7",
+        "1.93",
+        "1.917120",
+        f"{KEY}.column-5-7",
+        "1.3 units",
+    ):
+        assert part in said, part
+    page.execute_script("arguments[0].focus()", marks[0])
+    assert press(page, Keys.ARROW_RIGHT) == marks[1]
+    assert press(page, Keys.END) == marks[-1]
+    assert press(page, Keys.HOME) == marks[0]
+    assert press(page, Keys.ARROW_DOWN) != marks[0]
+    press(page, Keys.HOME, Keys.ENTER)
+    assert page.current_url.endswith(marks[0].get_attribute("href").partition("#")[2])
 
 
-def test_says_so_when_no_claim_fits(visit: Any) -> None:
-    page = visit(fragment=f"{PLACE}?search=there+is+no+such+word")
-    assert shown(page) == []
-    assert page.find_element(By.CSS_SELECTOR, ".none").is_displayed()
+def test_a_verdict_is_singled_out_and_nothing_is_removed(visit: Any) -> None:
+    page = visit()
+    page.find_element(By.CSS_SELECTOR, ".legend [data-v=differs]").click()
+    faint = "return [...document.querySelectorAll('.k')].filter((e) => getComputedStyle(e).opacity < 0.5).length"
+    differing = sum(record.verdict is Verdict.DIFFERS for record in claims())
+    assert page.execute_script(faint) == len(claims()) - differing
+    page.find_element(By.CSS_SELECTOR, ".legend [data-v=differs]").click()
+    assert page.execute_script(faint) == 0
+
+
+@pytest.mark.parametrize("width", [390, 1440])
+def test_marks_are_arranged_by_distance(visit: Any, width: int) -> None:
+    """Farther from the print is farther right; what rounds to the print lies left of the line, the rest right of it."""
+    page = visit(width)
+    page.find_element(By.CSS_SELECTOR, "[data-by=distance]").click()
+    place = """const cells = getComputedStyle(document.querySelector('.cells'));
+      const half = parseFloat(cells.getPropertyValue('--half'));
+      return [...document.querySelectorAll('.k[data-d]')].map((e) =>
+        [Math.abs(e.dataset.d), parseFloat(e.style.left) - half])"""
+    placed = sorted(page.execute_script(place))
+    assert len(placed) > 10
+    assert [x for _, x in placed] == sorted(x for _, x in placed)
+    assert all((x < 0) == (units <= 0.5) for units, x in placed)
+    assert page.execute_script("return document.documentElement.scrollWidth") == width
+    page.find_element(By.CSS_SELECTOR, "[data-by=stake]").click()
+    assert not page.find_elements(By.CSS_SELECTOR, ".k[style*=left]")
+
+
+@pytest.mark.parametrize(
+    ("query", "first"),
+    [
+        ("table 1, column-4-5", "column-4-5"),
+        ("column-4-5", "column-4-5"),
+        (f"{KEY}.zero", "zero"),
+        ("shorter", "shorter-is-better"),
+    ],
+)
+def test_search_finds_place_name_and_words(visit: Any, query: str, first: str) -> None:
+    page = visit()
+    page.find_element(By.NAME, "find").send_keys(query)
+    hits = page.find_elements(By.CSS_SELECTOR, "#hits a")
+    assert hits[0].get_attribute("href").endswith(claim_id(first))
+    press(page, Keys.ENTER)
+    assert drawn(page, first).is_displayed()
+    assert not page.find_element(By.CSS_SELECTOR, ".hits").is_displayed()
+
+
+def test_search_puts_the_place_before_the_words(visit: Any) -> None:
+    page = visit()
+    page.find_element(By.NAME, "find").send_keys("fig. 2")
+    (hit, *_) = page.find_elements(By.CSS_SELECTOR, "#hits a")
+    assert hit.text.startswith("Fig. 2")
+    field = page.find_element(By.NAME, "find")
+    field.clear()
+    field.send_keys("there is no such word")
+    assert "Nothing found" in page.find_element(By.CSS_SELECTOR, ".hits p").text
 
 
 def test_everything_is_done_with_the_keyboard_alone(visit: Any) -> None:
-    """Skip link, filter, sort and evidence, reached in the order of the page by Tab and worked by Enter and Space."""
+    """Skip link, page, search, picture, claim and evidence, reached by Tab and worked by Enter and Space."""
     page = visit()
 
-    def press(*keys: str) -> Any:
-        ActionChains(page).send_keys(*keys).perform()
-        return page.switch_to.active_element
-
     def tab_to(selector: str) -> Any:
-        for _ in range(200):
-            focused = press(Keys.TAB)
-            outline = focused.value_of_css_property("outline-style")
-            assert outline != "none", focused.get_attribute("outerHTML")[:80]
+        for _ in range(60):
+            focused = press(page, Keys.TAB)
+            assert focused.value_of_css_property("outline-style") != "none", focused.get_attribute("outerHTML")[:80]
             if page.execute_script("return arguments[0].matches(arguments[1])", focused, selector):
                 return focused
         raise AssertionError(f"Tab does not come to {selector}")
 
-    assert press(Keys.TAB).get_attribute("class") == "skip"
-    press(Keys.ENTER)
-    assert page.current_url.endswith("#main")
-    tab_to(".filter select[name=verdict]")
-    press("d")
-    assert set(shown(page)) == set(ids(c for c in claims() if c.verdict is Verdict.DIFFERS))
-    tab_to(".filter [name=search]")
-    press("case column-5-7")
-    assert shown(page) == [claim_id("column-5-7")]
-    tab_to(".filter button")
-    press(Keys.SPACE)
-    assert len(shown(page)) == len(claims())
-    tab_to("th[data-sort=place] button")
-    press(Keys.ENTER)
-    assert shown(page) == ids(claims())
-    press(Keys.SPACE)
-    assert shown(page) == ids(claims()[::-1])
-    evidence = tab_to("tbody.claim summary").find_element(By.XPATH, "..")
-    press(Keys.ENTER)
-    assert evidence.get_attribute("open") is not None
-    focused = tab_to("tbody.claim .evidence a")
-    assert evidence.find_elements(By.CSS_SELECTOR, ".evidence a")[0] == focused
+    assert press(page, Keys.TAB).get_attribute("class") == "skip"
+    tab_to(".find input")
+    press(page, "column-5-7", Keys.ARROW_DOWN)
+    press(page, Keys.ENTER)
+    assert drawn(page, "column-5-7").is_displayed()
+    page = visit()
+    tab_to(".k")
+    press(page, Keys.END)
+    press(page, Keys.ENTER)
+    assert not page.find_element(By.ID, "answer").is_displayed()
+    page = visit(fragment=PAPER)
+    claim = tab_to(".claim > summary").find_element(By.XPATH, "..")
+    press(page, Keys.ENTER)
+    assert claim.get_attribute("open") is not None
+    tab_to(".claim > .evidence a")
 
 
-def test_tab_follows_the_page(visit: Any) -> None:
-    """No element jumps the queue, and what is sorted is reached in the order in which it is seen."""
-    page = visit(fragment=f"{PLACE}?sort=place&order=descending")
-    positive = "return document.querySelectorAll('[tabindex]:not([tabindex=\"0\"])').length"
-    assert page.execute_script(positive) == 0
-    tops = "return [...document.querySelectorAll('tbody.claim summary')].map((e) => e.getBoundingClientRect().top)"
-    seen = page.execute_script(tops)
-    assert seen == sorted(seen)
+STOPS = """return [...document.querySelectorAll('a[href], button, input, summary, [tabindex="0"]')]
+  .filter((e) => e.tabIndex >= 0 && e.checkVisibility()).length"""
+
+
+def test_few_stops_lead_to_the_last_paper(visit: Any) -> None:
+    """One page at a time, one stop for the whole picture."""
+    page = visit()
+    assert page.execute_script(STOPS) < 45
+    assert (
+        page.execute_script("return document.querySelectorAll('[tabindex]:not([tabindex=\"0\"]):not(.k)').length") == 0
+    )
+
+
+def test_the_contents_follow(visit: Any) -> None:
+    page = visit(fragment=f"{PAPER}.claims")
+    page.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    current = page.find_elements(By.CSS_SELECTOR, ".toc a[aria-current]")
+    assert [link.get_attribute("textContent") for link in current] == ["All claims"]
+    assert page.find_element(By.CSS_SELECTOR, ".here").get_attribute("textContent") == "All claims"
+    assert page.find_element(By.CSS_SELECTOR, ".pages a[aria-current]").get_attribute("hash") == PAPER

@@ -62,6 +62,7 @@ def shows(text: str) -> bool:
         "<p>N₁, H2 and x_17 are names</p>",
         "<code>9f8e 123456</code><pre>4711</pre><svg><text>4711</text></svg><script>4711</script><style>4711</style>",
         "<p>a&nbsp;&lt;&nbsp;0.632</p>",
+        """<meta http-equiv="Content-Security-Policy" content="script-src 'sha256-4711/4711='">""",
     ],
 )
 def test_numbers_of_the_results_may_stand_on_the_page(text: str) -> None:
@@ -82,6 +83,7 @@ def test_numbers_of_the_results_may_stand_on_the_page(text: str) -> None:
         "<p>Table 5</p>",
         '<p><span class="agreed">1.77</span><span class="off">8</span></p>',
         '<figure aria-label="peaks at 4.5"></figure>',
+        '<meta name="description" content="4711 of them">',
         "<svg><text>4711</text></svg><p>4711</p>",
         "<p>1&#46;9</p>",
     ],

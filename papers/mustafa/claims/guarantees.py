@@ -99,6 +99,7 @@ for e, place in ((1, "Sec. VI-A; abstract; Sec. VII"), (2, "abstract; Sec. VII")
         pinned="refuted",
         says=robust_level(e),
         reading=SAMPLES.name,
+        consequence="theorem",
     )(partial(guaranteed, e))
 
 

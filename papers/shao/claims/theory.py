@@ -148,6 +148,7 @@ def prediction_rate(results: Results) -> Evidence:
     uses="theorem",
     reading="elapsed-period",
     pinned="refuted",
+    consequence="theorem",
     says=term("bound (15)"),
 )
 def prediction_bound(results: Results) -> Evidence:
@@ -201,6 +202,7 @@ def contraction(results: Results) -> Evidence:
     uses="theorem",
     pinned="refuted",
     says=term("stability theorem"),
+    consequence="theorem",
 )
 def stability_theorem(results: Results) -> Evidence:
     """If A + B K and A − L C are Hurwitz and (18) holds, the control law stabilises the plant globally."""

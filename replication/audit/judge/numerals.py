@@ -53,6 +53,11 @@ def signed(number: float) -> str:
     return text if number <= 0 else f"+{text}"
 
 
+def rough(number: float) -> str:
+    """`number` to two significant digits, from 10 on to three, with the zeros at the end."""
+    return _typeset(f"{number:#.{2 if abs(number) < 10 else 3}g}".removesuffix("."))
+
+
 def seconds(number: float) -> str:
     """Seconds to two decimals, shorter times to one digit."""
     return f"{number:.2f}" if number >= 0.01 or number == 0 else short(number, 1)

@@ -5,21 +5,30 @@ from __future__ import annotations
 import contextlib
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from markupsafe import Markup
 
+from replication.audit.brief import Consequence
+from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.printed import Printed
-from replication.audit.model import Verdict
+from replication.audit.model import Kind, Verdict
+from replication.audit.report.consequence import consequence
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 
 MOST_ENTRIES = 6
 MOST_COLUMNS = 2
-"""Entries that a row of the claims table lists; a larger list or matrix is shown in full in the evidence."""
+"""Entries that the line of a claim lists; a larger list or matrix is shown in full in the evidence."""
+
+LARGE = 1.5
+"""Ratio of a computed number to its print from which on it is told as such."""
+
+HOLDS = (Verdict.REPRODUCED, Verdict.CONSISTENT)
+"""Verdicts of claims that a reader need not look at first."""
 
 WORST_FIRST = (
     Verdict.ERROR,
@@ -50,6 +59,44 @@ class ClaimView:
     within: int
     residual: float | None
     strip: Markup
+    consequence: Consequence
+    off: tuple[float, str] | None
+
+    @property
+    def settled(self) -> str:
+        """Why the claim may stand folded: it holds, or the text does not settle it; empty if it may not."""
+        if self.record.unexpected:
+            return ""
+        if self.record.claim.kind is Kind.CITED:
+            return "open"
+        return "holds" if self.record.verdict in HOLDS else ""
+
+    @property
+    def printed(self) -> str:
+        """The print in one line, or how many numbers it has."""
+        return self.record.claim.printed if self.in_row or len(self.entries) < 2 else f"{len(self.entries)} numbers"
+
+    @property
+    def ours(self) -> str:
+        """What came out, in one line."""
+        evidence = self.record.evidence
+        if self.in_row:
+            cells = ("".join(e.sign[1] + e.head + e.tail for e in cell) + "i" * (len(cell) == 2) for cell in self.cells)
+            return ", ".join(cells)
+        if self.entries:
+            return f"{self.within} of {len(self.entries)} agree"
+        if evidence.value is not None and self.record.claim.printed:
+            return numerals.layout(evidence.value)
+        if evidence.probability is not None:
+            return f"probability {numerals.short(evidence.probability, 3)}"
+        if evidence.holds is not None:
+            return "holds" if evidence.holds else "does not hold"
+        return f"{len(evidence.outcomes)} readings" if evidence.outcomes else ""
+
+    @property
+    def cells(self) -> Iterator[tuple[EntryView, ...]]:
+        """The cells of the rows, one after the other."""
+        return (cell for row in self.rows for cell in row)
 
     @property
     def in_row(self) -> bool:
@@ -108,7 +155,25 @@ def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
         if evidence.threshold is None or evidence.margin is None
         else evidence.threshold - evidence.margin,
         strip=strip,
+        consequence=consequence(record.claim),
+        off=_off(target, record),
     )
+
+
+def _off(target: Target | None, record: ClaimRecord) -> tuple[float, str] | None:
+    """How far one printed number is from what was computed for it: a factor, below `LARGE` per cent."""
+    computed = record.evidence.value
+    if record.verdict is not Verdict.DIFFERS or target is None or not isinstance(computed, (int, float)):
+        return None
+    (entry,) = target.printed.entries
+    if not entry.value or not computed or (computed < 0) is not (entry.value < 0):
+        return None
+    ratio = computed / float(entry.value)
+    if ratio >= LARGE:
+        return ratio, "times the print"
+    if ratio <= 1 / LARGE:
+        return 1 / ratio, "times smaller than the print"
+    return 100 * abs(1 / ratio - 1), "% below the print" if ratio < 1 else "% above the print"
 
 
 def _rows(printed: Printed, entries: tuple[EntryView, ...]) -> tuple[tuple[tuple[EntryView, ...], ...], ...]:

@@ -4,6 +4,7 @@ A number may stand on the page if it is part of a text of the results (a stateme
 or if it is a number of the results, or one that a builder derived from them and handed over as a number (a count, a
 deviation), written with as many digits as one likes. Names, checksums and inputs (`code`, `pre`) and drawings (`svg`),
 which have a checksum of their own, are not read. A number that was typed into a template or into a sentence is neither.
+Briefs, titles and captions are written by hand: a number in them must stand elsewhere in the results.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.brief import Brief
+from replication.audit.store.records import FigureRecord
 from replication.errors import AuditError
 
 NOT_READ = frozenset({"script", "style", "svg", "code", "pre"})
@@ -69,8 +72,10 @@ def numbers_of(source: Any) -> Iterator[float | Fraction]:
 
 
 def _texts(source: Any) -> Iterator[str]:
+    if isinstance(source, FigureRecord):
+        source = (source.place, source.alt, source.error)
     if not isinstance(source, str):
-        for part in _parts(source):
+        for part in () if isinstance(source, Brief) else _parts(source):
             yield from _texts(part)
     elif not _RATIONAL.fullmatch(source):
         yield source
@@ -117,7 +122,8 @@ class _Reader(HTMLParser):
         self._joins = False
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if not self._closed_by:
+        # What a browser may load is told to it, not to a reader.
+        if not self._closed_by and "http-equiv" not in dict(attrs):
             self.texts.extend(value for name, value in attrs if name in READ_ATTRIBUTES and value)
         if tag in NOT_READ:
             self._closed_by.append(tag)

@@ -1,7 +1,8 @@
 """The report: one HTML file that loads nothing, made from a results file and the figures beside it.
 
 Everything that the page says of a paper comes from the results file; the templates hold words only. The same results
-and figures give the same bytes. The page is the summary, one section per paper (`paper`), then `sections`.
+and figures give the same bytes. The page is the opening, one page per paper (`paper`), then what stands behind the
+verdicts (`sections`). The evidence of the claims is packed, and drawn where a reader opens a claim (`evidence`).
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +19,13 @@ from markupsafe import Markup
 from replication.audit.inspect.headline import headline
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import targets
+from replication.audit.report.consequence import MEANING
+from replication.audit.report.evidence import drawings, packed
 from replication.audit.report.guard import require_sourced
-from replication.audit.report.paper import paper_view
+from replication.audit.report.opening.field import field
+from replication.audit.report.opening.key import examples
+from replication.audit.report.opening.told import briefs
+from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
 from replication.audit.report.templates import CLAIM_CELL, SOURCES, environment, source, style_sheet
 from replication.audit.store.records import ResultsFile
@@ -34,9 +41,8 @@ def build_report(results: ResultsFile, figures: Path, output: Path) -> Path:
     """
     place = output.resolve()
     depth = len(place.relative_to(SOURCES.parent).parts) - 1 if place.is_relative_to(SOURCES.parent) else 1
-    shown = _shown(results, figures)
-    page = _page(shown, "../" * depth)
-    require_sourced(page, results, shown)
+    page, evidence, shown = _made(results, figures, "../" * depth)
+    require_sourced(" ".join([page, *evidence.values()]), results, shown)
     write_atomically(output, page.encode())
     return output
 
@@ -46,7 +52,7 @@ def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
 
     Other arguments and errors as for `build_report`.
     """
-    return _page(_shown(results, figures), root)
+    return _made(results, figures, root)[0]
 
 
 def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
@@ -62,6 +68,10 @@ def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
+        "field": field(papers),
+        "examples": examples(view for paper in papers for view in paper.claims),
+        "briefs": dict.fromkeys((paper.key for paper in results.papers), None) | briefs(results),
+        "meaning": MEANING,
         "linked_data": Markup(_inside_script(summary_graph(results))),
         "inferred": {erratum.id for erratum in results.errata if erratum.inference},
     }
@@ -72,20 +82,28 @@ def _inside_script(content: dict[str, Any]) -> str:
     return json.dumps(content).replace("<", "\\u003c")
 
 
-def _page(shown: dict[str, Any], root: str) -> str:
-    script = source("script.js")
+def _made(results: ResultsFile, figures: Path, root: str) -> tuple[str, dict[str, str], dict[str, Any]]:
+    """The page, the evidence that is packed into it, and what both were made from."""
+    made, script = environment(), source("script.js")
+    shown = _shown(results, figures)
+    evidence = drawings(made, {**shown, "root": root})
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    return (
-        environment()
-        .get_template("template.html.j2")
-        .render(
-            shown,
-            root=root,
-            style=Markup(style_sheet()),
-            script=Markup(script),
-            script_hash=f"sha256-{digest}",
-        )
+    page = made.get_template("template.html.j2").render(
+        shown,
+        root=root,
+        packed=Markup(packed(evidence)),
+        style=Markup(style_sheet()),
+        drawn=Markup(_rules(shown["papers"])),
+        script=Markup(script),
+        script_hash=f"sha256-{digest}",
     )
+    return page, evidence, shown
+
+
+def _rules(papers: Sequence[PaperView]) -> str:
+    """The rules of the classes in all figures, each once."""
+    rules = {name: rule for paper in papers for figure in paper.figures for name, rule in figure.styles.items()}
+    return "".join(f".{name}{{{rule}}}\n" for name, rule in sorted(rules.items()))
 
 
 def _require_known(results: ResultsFile) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
-from urllib.parse import quote
 
 from markupsafe import Markup
 
+from replication.audit.brief import Consequence
 from replication.audit.inspect.headline import counts
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
@@ -26,13 +26,12 @@ _Record = TypeVar("_Record", ClaimRecord, ErratumRecord, FigureRecord)
 
 @dataclass(frozen=True, kw_only=True)
 class FigureView:
-    """A figure with what its two files hold; `error` in the record means that there are none."""
+    """A figure with its drawing, and the rules of the classes in it; `error` in the record means that there is none."""
 
     record: FigureRecord
     view_box: str = ""
     drawing: str = ""
-    csv_link: str = ""
-    svg_link: str = ""
+    styles: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,15 +53,22 @@ class PaperView:
         return {reading.name: reading for reading in self.record.readings}
 
     @property
+    def by_consequence(self) -> tuple[tuple[Consequence, tuple[ClaimView, ...]], ...]:
+        """The claims, repeats included, by what hangs on them, the worst first in each group."""
+        groups = ((kind, tuple(view for view in self.claims if view.consequence is kind)) for kind in Consequence)
+        return tuple(group for group in groups if group[1])
+
+    @property
     def parts(self) -> tuple[tuple[str, str], ...]:
         """Name and heading of each part that this paper has, in the order of the page; the name is its template."""
         present = {
-            ("formulas", "Formulas"): self.formulas,
-            ("tables", "Tables of the paper"): self.record.tables,
-            ("readings", "Readings"): self.record.readings,
-            ("claims", "Claims"): self.claims,
+            ("tables", "As printed, and ours"): self.record.tables,
+            ("errata", "Printed → meant"): self.errata,
+            ("findings", "Findings"): self.record.findings,
+            ("claims", "All claims"): self.claims,
             ("figures", "Figures"): self.figures,
-            ("errata", "Errata"): self.errata,
+            ("readings", "Readings"): self.record.readings,
+            ("formulas", "Formulas"): self.formulas,
             ("scope", "Scope"): self.record.scope,
         }
         return tuple(part for part, content in present.items() if content)
@@ -99,16 +105,6 @@ def _figure(record: FigureRecord, directory: Path) -> FigureView:
             raise AuditError(f"{path} is missing; make the figures with `python -m replication run`")
     if hashlib.sha256(table.read_bytes()).hexdigest() != record.csv_sha256:
         raise AuditError(f"{table} is not the data of these results; run `python -m replication run` again")
-    text = drawing.read_text(encoding="utf-8")
-    view_box, content = svg.inner(text)
-    return FigureView(
-        record=record,
-        view_box=view_box,
-        drawing=Markup(content),
-        csv_link=_data_uri("text/csv", table.read_text(encoding="utf-8")),
-        svg_link=_data_uri("image/svg+xml", text),
-    )
-
-
-def _data_uri(media_type: str, text: str) -> str:
-    return f"data:{media_type};charset=utf-8,{quote(text, safe='!$()*+,-./:;=?@_~')}"
+    view_box, content = svg.inner(drawing.read_text(encoding="utf-8"))
+    classed, styles = svg.with_classes(content)
+    return FigureView(record=record, view_box=view_box, drawing=Markup(classed), styles=styles)

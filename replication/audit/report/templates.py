@@ -52,6 +52,7 @@ def environment() -> Environment:
     )
     made.filters |= {
         "short": numerals.short,
+        "rough": numerals.rough,
         "in_words": in_words,
         "full": numerals.full,
         "signed": numerals.signed,
@@ -70,6 +71,11 @@ def environment() -> Environment:
     return made
 
 
+def seen(text: str) -> str:
+    """`text` without what HTML cannot hold."""
+    return _UNSEEN.sub("\N{REPLACEMENT CHARACTER}", text)
+
+
 def code_link(code: str, root: str) -> str:
     """Address of `file:line` from the folder of the report; empty if `code` is not of that form."""
     match = _CODE.fullmatch(code)
@@ -85,4 +91,4 @@ def _shown(value: Any) -> Any:
     """Refuse a forgotten value, and keep out of the page what HTML cannot hold."""
     if value is None:
         raise AuditError("the template shows a value that is None; give it a condition")
-    return _UNSEEN.sub("\N{REPLACEMENT CHARACTER}", value) if type(value) is str else value
+    return seen(value) if type(value) is str else value

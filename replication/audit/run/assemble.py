@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from replication.audit.inspect.sentences import require_short
 from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
@@ -201,4 +202,4 @@ def _checked(proof: object) -> Proof:
 def _sentences(findings: object) -> tuple[str, ...]:
     if not isinstance(findings, tuple) or not all(isinstance(sentence, str) for sentence in findings):
         raise AuditError(f"findings must be a tuple of sentences, got {findings!r}")
-    return findings
+    return tuple(map(require_short, findings))

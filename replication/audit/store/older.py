@@ -31,7 +31,7 @@ def converted(content: dict[str, Any]) -> dict[str, Any]:
         inferred = {erratum["id"] for erratum in content["errata"] if erratum["inference"]}
         claims = [_claim(record, inferred) for record in content["claims"]]
         papers = [
-            {"notebook": "", "sensitivity": [], "common": [], "readings": [], **_paper(paper)}
+            {"notebook": "", "sensitivity": [], "common": [], "readings": [], "brief": None, **_paper(paper)}
             for paper in content["papers"]
         ]
     except (KeyError, TypeError, ValueError) as error:
@@ -66,6 +66,7 @@ def _claim(record: dict[str, Any], inferred: set[str]) -> dict[str, Any]:
             "reading": NO_READING,
             "optimum": False,
             "repeats": "",
+            "consequence": None,
             "says": [],
         },
         "evidence": {

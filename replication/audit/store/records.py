@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.brief import Brief, Consequence
 from replication.audit.model import (
     CommonLevel,
     Coverage,
@@ -60,6 +61,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     reading: str
     optimum: bool
     repeats: str
+    consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
 
 
@@ -187,6 +189,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     readings: tuple[Reading, ...]
     sensitivity: tuple[Sensitivity, ...]
     common: tuple[CommonLevel, ...]
+    brief: Brief | None = None
 
     @property
     def cited(self) -> str:

@@ -1,0 +1,48 @@
+"""What leads the report on this paper."""
+
+from __future__ import annotations
+
+from papers._sketch import FIRST, LAST, curve, dots, label, signal
+from replication.audit.brief import Brief, Draws, Sketch, Stroke
+
+STEP = 24
+FIRST_SENSOR, SECOND_SENSOR = range(22, LAST, 2 * STEP), range(22, LAST, 3 * STEP)
+
+
+def _uncertainty() -> Stroke:
+    """It grows between measurements and shrinks at each, more if both sensors measure."""
+    upper, lower, width = [], [], 5.0
+    for x in range(FIRST + 14, LAST, 4):
+        width += 1.1
+        for sensor, factor in ((FIRST_SENSOR, 0.65), (SECOND_SENSOR, 0.6)):
+            if x in sensor:
+                width *= factor
+        upper.append((float(x), round(signal(x) - 10 - width, 1)))
+        lower.append((float(x), round(signal(x) - 10 + width, 1)))
+    return Stroke(draws=Draws.BAND, points=(*upper, *reversed(lower)))
+
+
+BRIEF = Brief(
+    topic="Sensors that tick at different rates",
+    card="[Both](+theory.theorem1) [theorems](+theory.theorem2) and every level hold, except [one entry](-table1.n21) "
+    "of Table 1. The unstable example is printed with [the wrong matrix](-unstable.same-setting).",
+    holds="[Theorem 1](theory.theorem1), [Theorem 2](theory.theorem2), the levels of [Sec. IV-A](gamma.proposed) and "
+    "[Sec. IV-B](timing.case-2), four sets of [printed gains](gains.eq33), and seven columns of [Table 1](table1.n33).",
+    correct="In [Table 1](table1.n21) the entry (2, 1) is a unit too high. Sec. IV-C "
+    "[repeats](unstable.same-setting) the stable plant. "
+    "A [shorter period](order.shorter-in-general) does not always help.",
+    guess="Which noises [eq. (34)](denominator) divides by, and [the matrices](setting-of-4c) of Sec. IV-C: "
+    "a reading of each fits, neither is certain.",
+    sketch=Sketch(
+        alt="Two sensors with periods two and three; the uncertainty of the estimate grows between measurements and "
+        "shrinks at each.",
+        strokes=(
+            _uncertainty(),
+            curve(Draws.TRUTH, lambda x: signal(x) - 10),
+            dots(Draws.MEASURED, FIRST_SENSOR, lambda x: 124),
+            dots(Draws.MEASURED, SECOND_SENSOR, lambda x: 142),
+            label("y₁", 0, 129, Draws.LABEL_OURS),
+            label("y₂", 0, 147, Draws.LABEL_OURS),
+        ),
+    ),
+)

@@ -1,0 +1,41 @@
+"""What leads the report on this paper."""
+
+from __future__ import annotations
+
+import math
+
+from papers._sketch import curve, dots, label, signal
+from replication.audit.brief import Brief, Draws, Sketch, Stroke
+
+PAST, NOW = 164, 268
+
+
+def _estimate(x: float) -> float:
+    """The estimate of the history, which errs most in its middle."""
+    return signal(x) + 8 * math.sin(math.pi * (x - PAST) / (NOW - PAST))
+
+
+BRIEF = Brief(
+    topic="A state with memory",
+    card="[Theorem 3](-theory.theorem-3-feasible) and [Theorem 4](-theory.theorem-4) hold once corrected. "
+    "The [optimal gains](+ex1.gamma-d3) are reproduced, except two of [the lowest degree](-ex2.gamma-d1).",
+    holds="[Theorem 1](theory.theorem-1), and the least gains of [Example 1](ex1.gamma-d3), [Example 2](ex2.gamma-d3) "
+    "and [Example 3](ex3.gamma-d3) at degree 3 and by Padé.",
+    correct="[Theorem 3](theory.d-sign) has wrong signs, [Theorem 4](theory.theorem-4) wrong factors; two gains of "
+    "degree 1 differ: [Example 2](ex2.gamma-d1), [Example 3](ex3.gamma-d1).",
+    guess="Whether [Example 4](ex4.unstable) is unstable, and whether [twenty lumped states](observer.lumped-states) "
+    "are enough: the text defines neither. Seconds of [other computers](table1.n1k1) are not judged.",
+    sketch=Sketch(
+        alt="The observer estimates the present state and its history over the delay.",
+        strokes=(
+            Stroke(draws=Draws.BAND, points=((PAST, 8), (NOW, 8), (NOW, 124), (PAST, 124))),
+            curve(Draws.TRUTH),
+            curve(Draws.ESTIMATE, _estimate, PAST, NOW),
+            dots(Draws.MEASURED, [NOW]),
+            label("history", 192, 22),
+            label("estimate", 96, 116, Draws.LABEL_OURS),
+            label("now", 276, 96, Draws.LABEL_OURS),
+            label("delay τ", 192, 142),
+        ),
+    ),
+)

@@ -1,0 +1,1 @@
+"""The opening of the report: the answer, a picture of all claims, how a verdict is reached, the papers in brief."""

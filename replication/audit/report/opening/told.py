@@ -1,0 +1,112 @@
+"""The sentences of a brief: each link leads to a claim or an erratum that says what the sentence says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from replication.audit.brief import Brief
+from replication.audit.inspect.sentences import LINK, require_short
+from replication.audit.model import Verdict
+from replication.audit.report.claim import anchor
+from replication.audit.report.opening.sketch import drawn
+from replication.audit.store.records import ErratumRecord, PaperRecord, ResultsFile
+from replication.errors import AuditError
+
+HOLDS, FAILS, OPEN = "+", "-", "?"
+_SAYS = {
+    Verdict.REPRODUCED: HOLDS,
+    Verdict.CONSISTENT: HOLDS,
+    Verdict.REPRODUCED_AFTER_ERRATUM: HOLDS + FAILS,
+    Verdict.DIFFERS: FAILS,
+    Verdict.REFUTED: FAILS,
+    Verdict.COMPATIBLE: OPEN,
+    Verdict.UNDETERMINED: OPEN,
+    Verdict.ERROR: "",
+}
+"""What a sentence may say of a claim with that verdict: that it holds, that it does not as printed, that it is open."""
+_NAMES = {HOLDS: "holds", FAILS: "does not hold as printed", OPEN: "is a guess"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """What a link leads to. says: what may be said of it; shaken: whether the run found it other than expected."""
+
+    link: str
+    says: str
+    shaken: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Told:
+    """A sentence in parts, each with its link or none; shaken: whether a claim it rests on has changed its verdict."""
+
+    parts: tuple[tuple[str, str], ...]
+    shaken: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class BriefView:
+    """A brief as the report shows it; lines: what holds, what to correct, what remains a guess."""
+
+    topic: str
+    card: Told
+    lines: tuple[tuple[str, str, Told], ...]
+    sketch: Markup
+
+
+def briefs(results: ResultsFile) -> dict[str, BriefView]:
+    """The briefs of the papers that have one, by key; AuditError where one says what the results do not."""
+    known = _targets(results)
+    return {paper.key: _view(paper, paper.brief, known) for paper in results.papers if paper.brief is not None}
+
+
+def _targets(results: ResultsFile) -> dict[str, Target]:
+    claims = {
+        claim.id: Target(link=anchor("claim", claim.id), says=_SAYS[claim.verdict], shaken=claim.unexpected)
+        for claim in results.claims
+    }
+    return {erratum.id: _erratum(erratum) for erratum in results.errata if erratum.id not in claims} | claims
+
+
+def _erratum(erratum: ErratumRecord) -> Target:
+    says = OPEN if erratum.inference else FAILS
+    return Target(link=anchor("erratum", erratum.id), says=says, shaken=not erratum.holds)
+
+
+def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> BriefView:
+    def told(sentence: str, sign: str = "") -> Told:
+        return _told(sentence, sign, paper.key, known)
+
+    return BriefView(
+        topic=brief.topic,
+        card=told(brief.card),
+        lines=(
+            ("reproduced", "What holds", told(brief.holds, HOLDS)),
+            ("differs", "What to correct", told(brief.correct, FAILS)),
+            ("compatible", "What remains a guess", told(brief.guess, OPEN)),
+        ),
+        sketch=drawn(brief.sketch),
+    )
+
+
+def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> Told:
+    parts: list[tuple[str, str]] = []
+    end, shaken = 0, False
+    for match in LINK.finditer(require_short(sentence)):
+        words, sign, name = match.groups()
+        target = known.get(f"{key}.{name}")
+        if target is None:
+            raise AuditError(f"the brief of {key} links {name!r}, which is no claim or erratum of it; correct the name")
+        said = sign or line
+        if not said or (said not in target.says and not target.shaken):
+            raise AuditError(
+                f"the brief of {key} says that {name!r} {_NAMES.get(said, 'is something, without a sign before it')}, "
+                f"and the results do not: correct {sentence!r}"
+            )
+        shaken = shaken or target.shaken
+        parts += [(sentence[end : match.start()], ""), (words, target.link)]
+        end = match.end()
+    return Told(parts=(*parts, (sentence[end:], "")), shaken=shaken)

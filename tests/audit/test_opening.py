@@ -1,0 +1,210 @@
+"""The opening of the report: its sentences are short and true, its picture holds each claim once and ranks by rule."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import html5lib
+import pytest
+from cases import altered
+from looking import evidence
+from msgspec.structs import replace
+from sample import KEY, bracketed, brief, claim, claims, results
+
+from replication.audit.brief import Consequence
+from replication.audit.inspect.sentences import require_short
+from replication.audit.model import Kind, Verdict
+from replication.audit.report.claim import anchor, targets, views
+from replication.audit.report.consequence import consequence
+from replication.audit.report.opening.field import FAILS, answer, field
+from replication.audit.report.opening.key import examples
+from replication.audit.report.opening.told import briefs
+from replication.audit.report.page import build_report, render
+from replication.audit.run import assemble
+from replication.audit.store.records import ResultsFile
+from replication.errors import AuditError
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> ResultsFile:
+    return replace(results(tmp_path_factory.mktemp("figures")), figures=())
+
+
+def test_a_finding_has_25_words_and_two_numbers() -> None:
+    words = " ".join(["word"] * 22)
+    assert require_short(f"{words} 0.5 1.2×10⁻³ end.")
+    with pytest.raises(AuditError, match="at most 25 words, this one 26"):
+        require_short(f"{words} one word too many")
+    with pytest.raises(AuditError, match=r"at most 2 numbers, this one \.5, 3, 17"):
+        require_short("It is .5 for 3 of 17.")
+
+
+def test_a_run_refuses_a_finding_that_is_too_long() -> None:
+    checked = vars(assemble)["_sentences"]
+    assert checked(("It holds.",)) == ("It holds.",)
+    with pytest.raises(AuditError, match="at most 25 words"):
+        checked(("It holds.", "word " * 26))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Theorem 3",
+        "Examples 1-3",
+        "Table 1",
+        "eq. (34)",
+        "degree 2",
+        "periods (2, 1)",
+        "offsets [0, 1, 2]",
+        "Sec. IV",
+        "L2",
+        "Case 2 and 3",
+    ],
+)
+def test_what_has_a_number_in_its_name_is_no_number(name: str) -> None:
+    assert require_short(f"By {name} the level is 0.5, not 0.7.")
+
+
+def test_links_count_as_their_words() -> None:
+    assert require_short("[" + " ".join(["word"] * 25) + "](+gamma.1-2-3-4)")
+
+
+@pytest.mark.parametrize(
+    ("place", "kind", "printed", "expected"),
+    [
+        ("Theorem 1, case U3", Kind.FEASIBLE, "", Consequence.THEOREM),
+        ("Sec. VI-A; Theorem 3; eq. (8)", Kind.FEASIBLE, "", Consequence.THEOREM),
+        ("Sec. I; Sec. III, before Lemma 2", Kind.FEASIBLE, "", Consequence.HEADLINE),
+        ("abstract; Sec. VII", Kind.ORDER, "", Consequence.HEADLINE),
+        ("Sec. VI-B", Kind.VALUE, "0.0952", Consequence.HEADLINE),
+        ("Table I, n = 1", Kind.VALUE, "1.33", Consequence.TABLE),
+        ("Sec. X, Example 2, table", Kind.VALUE, "2.3", Consequence.TABLE),
+        ("Sec. IV-A", Kind.VALUE, "73", Consequence.DIGIT),
+        ("Eq. (33)", Kind.VALUE, "1.33", Consequence.DIGIT),
+        ("Sec. VI-B", Kind.MATRIX, "[0 1]", Consequence.DIGIT),
+        ("Sec. V, parameters", Kind.VALUE, "3.66", Consequence.DIGIT),
+        ("Sec. II", Kind.ORDER, "", Consequence.REMARK),
+        ("Table I, n = 1", Kind.CITED, ".516", Consequence.REMARK),
+    ],
+)
+def test_consequence_by_rule(place: str, kind: Kind, printed: str, expected: Consequence) -> None:
+    stated = altered(claims()[0], place=place, kind=kind, printed=printed).claim
+    assert consequence(stated) is expected
+    assert consequence(replace(stated, consequence=Consequence.THEOREM)) is Consequence.THEOREM
+
+
+def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFile) -> None:
+    again = altered(made.claims[1], repeats=made.claims[0].id)
+    page = html5lib.parse(render(replace(made, claims=(made.claims[0], again, *made.claims[2:])), Path()))
+    marks = [e for e in page.iter() if e.get("class") == "k"]
+    expected = {f"#{anchor('claim', record.id)}" for record in made.claims if record.id != again.id}
+    assert {mark.get("href") for mark in marks} == expected and len(marks) == len(expected)
+
+
+def lane(broken: bool, corrected: bool = False, sound: bool = True) -> Any:
+    return SimpleNamespace(broken=broken, corrected=corrected, sound=sound, cells=[SimpleNamespace(marks=("claim",))])
+
+
+@pytest.mark.parametrize(
+    ("lanes", "sentence"),
+    [
+        ([lane(True)], "In the paper a central guarantee fails."),
+        ([lane(False)], "In the paper every theorem holds."),
+        ([lane(False), lane(False, sound=False)], "In both papers no theorem fails."),
+        ([lane(True), lane(True)], "In both papers a central guarantee fails."),
+        (
+            [lane(True), lane(False, corrected=True), lane(False)],
+            "In one of three papers a central guarantee fails; in the other two every theorem holds, some only "
+            "once misprints are corrected.",
+        ),
+        ([], "There is no claim to judge."),
+    ],
+)
+def test_the_answer(lanes: list[Any], sentence: str) -> None:
+    assert answer(lanes) == sentence
+
+
+def paper_of(records: Any) -> Any:
+    return cast(Any, SimpleNamespace(claims=views(records, targets(records))))
+
+
+def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
+    (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
+    remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
+    assert field([paper_of([remark])]).answer == "In the paper no theorem fails."
+    assert field([paper_of([theorem])]).answer == "In the paper a central guarantee fails."
+    assert field([paper_of([theorem, remark])]).failing == 2
+    failing = sum(record.verdict in FAILS for record in made.claims)
+    assert field([paper_of(made.claims)]).failing == failing
+
+
+def test_the_key_shows_a_number_within_its_box_and_one_outside() -> None:
+    near = claim("near", Kind.VALUE, Verdict.DIFFERS, "1.93", bracketed(1.9244, 1e-8))
+    inside, outside = examples(paper_of([*claims(), near]).claims)
+    assert 24 <= inside.at <= 76 and inside.view.record.verdict is Verdict.REPRODUCED
+    assert not 24 <= outside.at <= 76 and outside.view.record.verdict is Verdict.DIFFERS
+    assert examples([]) == ()
+
+
+def with_brief(made: ResultsFile, **changed: str) -> ResultsFile:
+    return replace(made, papers=(replace(made.papers[0], brief=replace(brief(), **changed)),))
+
+
+@pytest.mark.parametrize(
+    ("changed", "match"),
+    [
+        ({"holds": "[This](absent) holds."}, "links 'absent', which is no claim"),
+        ({"holds": "[This](column-5-7) holds."}, "'column-5-7' holds, and the results do not"),
+        ({"correct": "[This](column-2-3) is wrong."}, "'column-2-3' does not hold as printed"),
+        ({"guess": "[This](column-2-3) is open."}, "'column-2-3' is a guess"),
+        ({"guess": "[This](denominator) is open."}, "'denominator' is a guess"),
+        ({"card": "[This](column-2-3) holds."}, "without a sign"),
+        ({"card": "word " * 26}, "at most 25 words"),
+        ({"card": "1.5, 2.5 and 3.5"}, "at most 2 numbers"),
+    ],
+)
+def test_a_sentence_of_a_brief_that_is_not_so_stops_the_build(
+    made: ResultsFile, tmp_path: Path, changed: dict[str, str], match: str
+) -> None:
+    with pytest.raises(AuditError, match=match):
+        build_report(with_brief(made, **changed), tmp_path, tmp_path / "index.html")
+
+
+def test_a_number_in_a_brief_comes_from_the_results(made: ResultsFile, tmp_path: Path) -> None:
+    assert build_report(with_brief(made, card="The level is 1.9171."), tmp_path, tmp_path / "index.html")
+    with pytest.raises(AuditError, match=r"1\.9391"):
+        build_report(with_brief(made, card="The level is 1.9391."), tmp_path, tmp_path / "index.html")
+
+
+def test_where_a_verdict_has_changed_the_sentence_says_so_and_the_page_is_built(made: ResultsFile) -> None:
+    (wide,) = [record for record in made.claims if record.id == f"{KEY}.far"]
+    assert wide.unexpected
+    changed = with_brief(made, holds="[This](far) holds.")
+    assert briefs(changed)[KEY].lines[0][2].shaken
+    assert "A claim that this rests on has changed its verdict." in render(changed, Path())
+
+
+@pytest.mark.parametrize("text", ["<script>alert(1)</script>", "</style><b>", "a" * 300, "word " * 60])
+def test_a_statement_or_title_of_any_form_stays_text(made: ResultsFile, text: str) -> None:
+    first = altered(made.claims[0], statement=text)
+    paper = replace(made.papers[0], title=text)
+    page = render(replace(made, papers=(paper,), claims=(first, *made.claims[1:])), Path())
+    tree = html5lib.HTMLParser(strict=True).parse(page)
+    assert sum(str(e.tag).endswith("}script") for e in tree.iter()) == 3
+    assert sum(str(e.tag).endswith("}style") for e in tree.iter()) == 2
+    assert text in ["".join(e.itertext()) for e in tree.iter() if str(e.tag).endswith("}bdi")]
+
+
+@pytest.mark.parametrize("number", [0, 300])
+def test_a_paper_with_no_claim_or_with_300_has_a_page(made: ResultsFile, tmp_path: Path, number: int) -> None:
+    base = next(record for record in made.claims if record.verdict is Verdict.CONSISTENT)
+    many = tuple(altered(base, id=f"{KEY}.statement-{index}", certificates=()) for index in range(number))
+    bare = replace(made.papers[0], tables=(), scope=(), brief=None)
+    path = build_report(replace(made, papers=(bare,), claims=many), tmp_path, tmp_path / "index.html")
+    page = path.read_text(encoding="utf-8")
+    html5lib.HTMLParser(strict=True).parse(page)
+    assert page.count('<details class="claim"') == page.count('class="k"') == number
+    assert len(evidence(page)) == number + 1
+    assert ("There is no claim to judge." in page) is (number == 0)
