@@ -63,3 +63,145 @@ rewrite mulNr ler_oppl -mulrN; apply: le_trans (ler_norm _) _.
 by rewrite normrM ler_wpmul2l // ler_norml ler_oppl opprK lo ler_oppl up.
 Qed.
 End Forms.
+
+Section Errors.
+Variables (R : archiFieldType) (n nu m p q z : nat) (G : system R n nu m p q z).
+Hypothesis S_twice : forall k, S G k *m S G k = S G k.
+Implicit Types (L : nat -> 'M[R]_(n, p)) (v : nat -> 'cV[R]_(m + q)).
+
+(* The error system (16): what a step makes of error and disturbances; and what is measured of them. *)
+Definition step L k : 'M_(n, n + (m + q)) := row_mx (A G - L k *m S G k *m C G) (row_mx (Bd G) (- (L k *m S G k *m D G))).
+Definition seen k : 'M_(p, n + (m + q)) := row_mx (S G k *m C G) (row_mx 0 (S G k *m D G)).
+Fixpoint error L e0 v k := if k is t.+1 then step L t *m col_mx (error L e0 v t) (v t) else e0 : 'cV_n.
+
+Lemma stepE L k (e : 'cV_n) d w : step L k *m col_mx e (col_mx d w) =
+  (A G - L k *m S G k *m C G) *m e + (Bd G *m d - L k *m S G k *m D G *m w).
+Proof. by rewrite !mul_row_col mulNmx. Qed.
+
+Lemma error_is x0 x1 L u d w k :
+  state G x0 u d k - observed G L x1 u (output G x0 u d w) k = error L (x0 - x1) (fun t => col_mx (d t) (w t)) k.
+Proof.
+elim: k => //= k <-; rewrite stepE /output mulmxBr (mulmxA (L k *m S G k)) -(mulmxA (L k) (S G k) (S G k)) S_twice.
+move: (observed _ _ _ _ _ _) (state _ _ _ _ _) => xh x; rewrite mulmxDr !mulmxA.
+have -> : A G *m x = (A G - L k *m S G k *m C G) *m x + L k *m S G k *m C G *m x by rewrite -mulmxDl subrK.
+move: (_ *m xh) ((_ - _) *m x) (L k *m S G k *m C G *m x) (_ *m w k) (_ *m u k) (_ *m d k) => b a c e f h.
+have -> : a + c + f + h = a + h + (c + f) by rewrite -(addrA a) addrAC.
+by rewrite [b + f]addrC [_ + (c + e)]addrACA [f + c]addrC addrKA opprD addrACA.
+Qed.
+
+Lemma observer_predicts L : uses the_past (observer G L).
+Proof.
+move=> k u u' y y' same; congr (_ *m _); elim: k same => //= k IH same; have [-> ->] := same k (ltnSn k).
+by rewrite IH // => t past; apply: same; apply: ltnW.
+Qed.
+
+(* From above: matrices P_k and gains L_k for which the matrix (30) with Y_k = P_k L_k has room. *)
+Section Above.
+Variables (P : nat -> 'M[R]_n) (L : nat -> 'M[R]_(n, p)) (g room c : R).
+Hypotheses (N_gt0 : (0 < N G)%N) (P_turns : periodic G P) (L_turns : periodic G L) (S_turns : periodic G (S G)).
+Hypotheses (room_gt0 : 0 < room) (c_ge0 : 0 <= c) (P_sym : forall k, (P k)^T = P k) (P_small : forall k x, form (P k) x <= c * sq x).
+Hypothesis above : forall k x, room * sq x <= form (Theta_hat G P (fun k => P k *m L k) g k) x.
+
+Lemma factored k : row_mx (P k *m A G - P k *m L k *m S G k *m C G)
+  (row_mx (P k *m Bd G) (- (P k *m L k *m S G k *m D G))) = P k *m step L k.
+Proof. by rewrite !mul_mx_row mulmxBr mulmxN !mulmxA. Qed.
+
+Lemma ThetaE k : Theta G P L g k = rest G P g k - (step L k)^T *m P k *m step L k.
+Proof. by []. Qed.
+
+Lemma form_Theta k (x : 'cV[R]_(n + (m + q))) : room * sq x <= form (Theta G P L g k) x.
+Proof.
+have := above k (col_mx (- (step L k *m x)) x).
+suff -> : form (Theta_hat G P (fun k => P k *m L k) g k) (col_mx (- (step L k *m x)) x) = form (Theta G P L g k) x.
+  by apply: le_trans; rewrite sq_col ler_pmul2l // ler_addr sq_ge0.
+rewrite /form /Theta_hat factored tr_col_mx mul_row_block mul_row_col [(- _)^T]linearN /= !trmx_mul P_sym !mulNmx !mulmxA addNr.
+by rewrite mul0mx add0r ThetaE mulmxBr mulmxBl mulmxDl !mulNmx !mulmxA [in LHS]addrC.
+Qed.
+
+Lemma form_P k (x : 'cV[R]_n) : room * sq x <= form (P k) x.
+Proof.
+have := above k (col_mx x 0); rewrite sq_col sq0 addr0.
+by rewrite /form /Theta_hat tr_col_mx mul_row_block mul_row_col mulmx0 addr0 trmx0 mul0mx addr0.
+Qed.
+
+Lemma rest_sym k : (rest G P g k)^T = rest G P g k.
+Proof. by rewrite tr_block_mx !linear0 linearB /= P_sym tr_scalar_mx trmx_mul trmxK. Qed.
+
+Lemma positive j (M : 'M[R]_j) : M^T = M -> (forall x, room * sq x <= form M x) -> posdef M.
+Proof. by move=> sym pos; split=> // x x0; apply: lt_le_trans (pos x); rewrite mulr_gt0 ?sq_gt0. Qed.
+
+Lemma keeps_theorem1 : theorem1 G L g.
+Proof.
+exists P => // k; split; first exact: positive (form_P k).
+by apply: positive (form_Theta k); rewrite ThetaE linearB /= rest_sym !trmx_mul trmxK P_sym mulmxA.
+Qed.
+
+Lemma keeps_theorem2 : theorem2 G g.
+Proof.
+exists P, (fun k => P k *m L k); split=> // [k|k]; first by rewrite P_turns L_turns.
+split; first exact: positive (form_P k).
+by apply: positive (above k); rewrite tr_block_mx rest_sym P_sym trmxK.
+Qed.
+
+(* The storage before the step at k. *)
+Let V k e := form (P (k + (N G).-1)) e.
+
+Lemma falls k e (x : 'cV[R]_(m + q)) :
+  V k.+1 (step L k *m col_mx e x) + sq (W G *m e) + room * sq e <= V k e + g ^+ 2 * sq x.
+Proof.
+have Pk : P (k.+1 + (N G).-1) = P k by rewrite addSnnS prednK // P_turns.
+have : room * sq e <= form (Theta G P L g k) (col_mx e x).
+  by apply: le_trans (form_Theta k (col_mx e x)); rewrite ler_pmul2l // sq_col ler_addl sq_ge0.
+have -> : form (Theta G P L g k) (col_mx e x) =
+    V k e - sq (W G *m e) + g ^+ 2 * sq x - V k.+1 (step L k *m col_mx e x).
+  rewrite ThetaE /V Pk /form mulmxBr mulmxBl mxE [X in _ + X]mxE; congr (_ - _); last by rewrite trmx_mul !mulmxA.
+  rewrite tr_col_mx mul_row_block !mulmx0 addr0 add0r mul_row_col mulmxBr mulmxBl mxE; congr (_ + _).
+    by rewrite mxE [X in _ + X]mxE sqE trmx_mul !mulmxA.
+  by rewrite mul_mx_scalar -scalemxAl mxE sqE.
+by rewrite ler_subr_addr [_ - _ + _]addrAC ler_subr_addr; apply: le_trans; rewrite addrC addrA.
+Qed.
+
+Lemma V_ge0 k e : 0 <= V k e.
+Proof. by apply: le_trans (form_P _ e); rewrite mulr_ge0 ?sq_ge0 ?(ltW room_gt0). Qed.
+
+Lemma energy v T : V T (error L 0 v T) + \sum_(k < T) sq (W G *m error L 0 v k) <= g ^+ 2 * \sum_(k < T) sq (v k).
+Proof.
+elim: T => [|T IH]; first by rewrite !big_ord0 mulr0 addr0 /V /form mulmx0 mxE.
+rewrite !big_ord_recr /= mulrDr [_ + sq _]addrC addrA.
+have h := falls T (error L 0 v T) (v T).
+apply: le_trans (_ : V T (error L 0 v T) + g ^+ 2 * sq (v T) + \sum_(k < T) sq (W G *m error L 0 v k) <= _).
+  by rewrite ler_add2r; apply: le_trans h; rewrite ler_addl mulr_ge0 ?sq_ge0 ?(ltW room_gt0).
+by rewrite addrAC ler_add2r.
+Qed.
+
+Lemma keeps_above : keeps G (observer G L) g.
+Proof.
+move=> u d w T; under eq_bigr => k _ do rewrite -mulmxBr error_is subrr.
+under [X in _ <= _ * X]eq_bigr => k _ do rewrite -sq_col.
+by apply: le_trans (energy (fun t => col_mx (d t) (w t)) T); rewrite ler_addr V_ge0.
+Qed.
+
+Lemma stable_above : stable G L.
+Proof.
+have C_gt0 : 0 < c + room by rewrite ltr_paddl.
+pose r := 1 - room / (c + room); exists ((c + room) / room), r.
+have r_ge0 : 0 <= r by rewrite subr_ge0 ler_pdivr_mulr // mul1r ler_addr.
+split=> // [|x0 x1 u k /=]; first by rewrite ltr_subl_addr ltr_addl divr_gt0.
+rewrite error_is; set e := error _ _ _; set e0 := x0 - x1.
+have V_le j x : V j x <= (c + room) * sq x.
+  by apply: le_trans (P_small _ x) _; rewrite mulrDl ler_addl mulr_ge0 ?sq_ge0 ?(ltW room_gt0).
+have fall j : V j.+1 (e j.+1) <= r * V j (e j).
+  have := falls j (e j) 0; rewrite sq0 mulr0 addr0.
+  rewrite (_ : _ *m _ = e j.+1); last by rewrite -[X in col_mx _ X]col_mx0.
+  rewrite mulrBl mul1r ler_subr_addr; apply: le_trans; rewrite -[_ + sq _ + _]addrA ler_add2l.
+  apply: le_trans (_ : room * sq (e j) <= _); last by rewrite ler_addr sq_ge0.
+  by rewrite -mulrA ler_pmul2l // mulrC ler_pdivr_mulr // mulrC V_le.
+have V_k : V k (e k) <= r ^+ k * V 0 e0.
+  elim: k => [|k IH]; first by rewrite expr0 mul1r.
+  by apply: le_trans (fall k) _; rewrite exprS -mulrA ler_wpmul2l.
+rewrite -(ler_pmul2l room_gt0); apply: le_trans (form_P (k + (N G).-1) (e k)) _; apply: le_trans V_k _.
+rewrite -!mulrA mulrCA mulVKf ?gt_eqF // mulrCA.
+by rewrite ler_wpmul2l ?exprn_ge0.
+Qed.
+End Above.
+End Errors.
