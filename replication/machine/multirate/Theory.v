@@ -67,12 +67,13 @@ End Forms.
 Section Errors.
 Variables (R : archiFieldType) (n nu m p q z : nat) (G : system R n nu m p q z).
 Hypothesis S_twice : forall k, S G k *m S G k = S G k.
-Implicit Types (L : nat -> 'M[R]_(n, p)) (v : nat -> 'cV[R]_(m + q)).
+Implicit Types (L : nat -> 'M[R]_(n, p)).
 
 (* The error system (16): what a step makes of error and disturbances; and what is measured of them. *)
 Definition step L k : 'M_(n, n + (m + q)) := row_mx (A G - L k *m S G k *m C G) (row_mx (Bd G) (- (L k *m S G k *m D G))).
 Definition seen k : 'M_(p, n + (m + q)) := row_mx (S G k *m C G) (row_mx 0 (S G k *m D G)).
-Fixpoint error L e0 v k := if k is t.+1 then step L t *m col_mx (error L e0 v t) (v t) else e0 : 'cV_n.
+Fixpoint error r L (e0 : 'M[R]_(n, r)) (v : nat -> 'M[R]_(m + q, r)) k :=
+  if k is t.+1 then step L t *m col_mx (error L e0 v t) (v t) else e0.
 
 Lemma stepE L k (e : 'cV_n) d w : step L k *m col_mx e (col_mx d w) =
   (A G - L k *m S G k *m C G) *m e + (Bd G *m d - L k *m S G k *m D G *m w).
@@ -164,7 +165,7 @@ Qed.
 Lemma V_ge0 k e : 0 <= V k e.
 Proof. by apply: le_trans (form_P _ e); rewrite mulr_ge0 ?sq_ge0 ?(ltW room_gt0). Qed.
 
-Lemma energy v T : V T (error L 0 v T) + \sum_(k < T) sq (W G *m error L 0 v k) <= g ^+ 2 * \sum_(k < T) sq (v k).
+Lemma energy (v : nat -> 'cV[R]_(m + q)) T : V T (error L 0 v T) + \sum_(k < T) sq (W G *m error L 0 v k) <= g ^+ 2 * \sum_(k < T) sq (v k).
 Proof.
 elim: T => [|T IH]; first by rewrite !big_ord0 mulr0 addr0 /V /form mulmx0 mxE.
 rewrite !big_ord_recr /= mulrDr [_ + sq _]addrC addrA.
@@ -204,4 +205,56 @@ rewrite -!mulrA mulrCA mulVKf ?gt_eqF // mulrCA.
 by rewrite ler_wpmul2l ?exprn_ge0.
 Qed.
 End Above.
+
+(* From below: what every disturbance says of g if it is hidden from the instants that count. *)
+Definition fro a b (X : 'M[R]_(a, b)) := \sum_i \sum_j X i j ^+ 2.
+Definition bounded (sees : rel nat) L g := forall (v : nat -> 'cV[R]_(m + q)) T,
+  (forall k t, (k < T)%N -> sees t k -> seen t *m col_mx (error L 0 v t) (v t) = 0) ->
+  \sum_(k < T) sq (W G *m error L 0 v k) <= g ^+ 2 * \sum_(k < T) sq (v k).
+
+Lemma fro_col a b (X : 'M[R]_(a, b)) : fro X = \sum_j sq (col j X).
+Proof. by rewrite /fro exchange_big; apply: eq_bigr => j _; apply: eq_bigr => i _; rewrite mxE. Qed.
+
+Lemma fro_trace a b (X : 'M[R]_(a, b)) : fro X = \tr (X *m X^T).
+Proof. by apply: eq_bigr => i _; rewrite mxE; apply: eq_bigr => j _; rewrite mxE expr2. Qed.
+
+Lemma eq_error r L (e0 : 'M[R]_(n, r)) (v v' : nat -> 'M[R]_(m + q, r)) k : (forall t, v t = v' t) -> error L e0 v k = error L e0 v' k.
+Proof. by move=> same; elim: k => //= k ->; rewrite same. Qed.
+
+Lemma col_error r L (e0 : 'M[R]_(n, r)) (v : nat -> 'M[R]_(m + q, r)) j k : col j (error L e0 v k) = error L (col j e0) (fun t => col j (v t)) k.
+Proof. by elim: k => //= k <-; rewrite !colE -mulmxA mul_col_mx. Qed.
+
+Lemma keeps_bounded L g : keeps G (observer G L) g -> bounded (fun _ _ => false) L g.
+Proof.
+move=> kept v T _; have := kept (fun=> 0) (fun t => usubmx (v t)) (fun t => dsubmx (v t)) T.
+have same t : col_mx (usubmx (v t)) (dsubmx (v t)) = v t by rewrite vsubmxK.
+under eq_bigr => k _ do rewrite -mulmxBr error_is subrr (eq_error _ _ _ same).
+by under [X in _ <= _ * X]eq_bigr => k _ do rewrite -sq_col same.
+Qed.
+
+Lemma state_is d w k : state G 0 (fun=> 0) d k = error (fun=> 0) 0 (fun t => col_mx (d t) (w t)) k.
+Proof. by elim: k => //= k ->; rewrite stepE !mul0mx mulmx0 !subr0 addr0. Qed.
+
+Lemma stateN d k : state G 0 (fun=> 0) (fun t => - d t) k = - state G 0 (fun=> 0) d k.
+Proof. by elim: k => [|k /= ->]; rewrite /= ?oppr0 // mulmx0 !addr0 !mulmxN opprD. Qed.
+
+Lemma any_bounded sees E g : uses sees E -> keeps G E g -> bounded sees (fun=> 0) g.
+Proof.
+move=> sight kept v T hidden; pose d t := usubmx (v t); pose w t := dsubmx (v t).
+have same t : col_mx (d t) (w t) = v t by rewrite vsubmxK.
+have zero k t : (k < T)%N -> sees t k -> output G 0 (fun=> 0) d w t = 0.
+  move=> kT /(hidden _ _ kT) <-; rewrite /output (state_is d w) (eq_error _ _ _ same) -[in RHS](same t).
+  by rewrite !mul_row_col mul0mx add0r mulmxDr !mulmxA.
+have flip t : output G 0 (fun=> 0) (fun t => - d t) (fun t => - w t) t = - output G 0 (fun=> 0) d w t.
+  by rewrite /output stateN !mulmxN -opprD mulmxN.
+rewrite -(ler_pmuln2r (ltn0Sn 1)) mulr2n [X in _ <= X]mulr2n.
+have := ler_add (kept (fun=> 0) d w T) (kept (fun=> 0) (fun t => - d t) (fun t => - w t) T).
+under [X in _ + _ * X]eq_bigr => k _ do rewrite !sqN -sq_col same.
+under [X in _ * X + _]eq_bigr => k _ do rewrite -sq_col same.
+apply: le_trans; rewrite -!big_split; apply: ler_sum => k _ /=.
+rewrite stateN (state_is d w) (eq_error _ _ _ same) -mulr2n mulmxN.
+rewrite (sight k _ (fun=> 0) _ (fun=> 0)) => [|t st]; last by rewrite (zero _ _ (ltn_ord k)).
+rewrite [E _ (output _ _ _ _ _) k](sight k _ (fun=> 0) _ (fun=> 0)) ?sq_both_ways // => t st.
+by rewrite flip (zero _ _ (ltn_ord k)) // oppr0.
+Qed.
 End Errors.
