@@ -257,4 +257,139 @@ rewrite (sight k _ (fun=> 0) _ (fun=> 0)) => [|t st]; last by rewrite (zero _ _ 
 rewrite [E _ (output _ _ _ _ _) k](sight k _ (fun=> 0) _ (fun=> 0)) ?sq_both_ways // => t st.
 by rewrite flip (zero _ _ (ltn_ord k)) // oppr0.
 Qed.
+
+(* A disturbance with r columns, as error and disturbance Z_t at the live instants, which come before all others. *)
+Section Trajectory.
+Variables (sees : rel nat) (L : nat -> 'M[R]_(n, p)) (g : R) (r : nat) (Z : nat -> 'M[R]_(n + (m + q), r)) (live : pred nat).
+Hypotheses (bound : bounded sees L g) (start : usubmx (Z 0%N) = 0).
+Hypothesis goes_on : forall t, live t.+1 -> live t /\ usubmx (Z t.+1) = step L t *m Z t.
+
+Lemma follows t : live t -> error L 0 (fun t => dsubmx (Z t)) t = usubmx (Z t).
+Proof. by elim: t => [_|t IH /goes_on [/IH /= -> ->]]; rewrite ?start // vsubmxK. Qed.
+
+Lemma below T : (forall t, (t < T)%N -> live t) ->
+  (forall k t, (k < T)%N -> sees t k -> live t /\ seen t *m Z t = 0) ->
+  \sum_(k < T) fro (W G *m usubmx (Z k)) <= g ^+ 2 * \sum_(k < T) fro (dsubmx (Z k)).
+Proof.
+move=> alive hidden; under eq_bigr => k _ do rewrite fro_col; under [X in _ <= _ * X]eq_bigr => k _ do rewrite fro_col.
+rewrite exchange_big [X in _ * X]exchange_big mulr_sumr; apply: ler_sum => j _ /=.
+have col_X t : live t -> error L 0 (fun t => col j (dsubmx (Z t))) t = col j (usubmx (Z t)).
+  by move=> /follows <-; rewrite col_error !colE mul0mx.
+rewrite (eq_bigr (fun k : 'I_T => sq (W G *m error L 0 (fun t => col j (dsubmx (Z t))) k))) => [|k _]; last first.
+  by rewrite col_X ?alive // !colE mulmxA.
+apply: bound => k t kT st; have [lt zt] := hidden k t kT st.
+by rewrite col_X // !colE -mul_col_mx vsubmxK mulmxA zt mul0mx.
+Qed.
+End Trajectory.
+
+Lemma at_least (lo g o v : R) : 0 <= g -> 0 < v -> lo ^+ 2 * v <= o -> o <= g ^+ 2 * v -> lo <= g.
+Proof.
+move=> g0 v0 ov gv; case: lerP => // g_lo; have := le_trans ov gv; rewrite ler_pmul2r // leNgt.
+by rewrite -subr_gt0 subr_sqr mulr_gt0 ?subr_gt0 // ltr_paddr // (le_lt_trans g0).
+Qed.
+
+Lemma at_least_in_time (lo g o v c : R) : 0 <= g -> 0 <= c -> 0 < v -> lo ^+ 2 * v <= o ->
+  (forall T, o *+ T <= g ^+ 2 * (c + v *+ T)) -> lo <= g.
+Proof.
+move=> g0 c0 v0 ov long; apply: at_least ov _ => //; case: lerP => // less; pose e := o - g ^+ 2 * v.
+have e0 : 0 < e by rewrite subr_gt0.
+have := long (Num.bound (g ^+ 2 * c / e)); rewrite mulrDr mulrnAr -ler_subl_addr -mulrnBl leNgt -/e => /negP; case.
+by rewrite -mulr_natl -ltr_pdivr_mulr // archi_boundP // divr_ge0 ?mulr_ge0 ?exprn_ge0 // ltW.
+Qed.
+
+(* A way from rest to a cycle of one period, after which error and disturbance are those before it, turned. *)
+Section Cycle.
+Variables (watched : bool) (L : nat -> 'M[R]_(n, p)) (g : R) (r pre : nat) (turn : 'M[R]_r).
+Variables (way cycle : nat -> 'M[R]_(n + (m + q), r)).
+Hypotheses (bound : bounded (fun _ _ => watched) L g) (N_gt0 : (0 < N G)%N).
+Hypotheses (L_turns : periodic G L) (S_turns : periodic G (S G)) (turn_orthogonal : turn *m turn^T = 1%:M).
+Hypotheses (pre_gt0 : (0 < pre)%N) (whole : (N G %| pre)%N) (start : usubmx (way 0%N) = 0).
+Hypothesis on_way : forall t, (t.+1 < pre)%N -> usubmx (way t.+1) = step L t *m way t.
+Hypothesis arrives : usubmx (cycle 0%N) = step L pre.-1 *m way pre.-1.
+Hypothesis on_cycle : forall t, (t.+1 < N G)%N -> usubmx (cycle t.+1) = step L t *m cycle t.
+Hypothesis turns : usubmx (cycle 0%N) *m turn = step L (N G).-1 *m cycle (N G).-1.
+Hypothesis hidden_way : watched -> forall t, (t < pre)%N -> seen t *m way t = 0.
+Hypothesis hidden_cycle : watched -> forall t, (t < N G)%N -> seen t *m cycle t = 0.
+
+Let turned j a (X : 'M[R]_(a, r)) := iter j (fun X => X *m turn) X.
+Definition lasso t := if (t < pre)%N then way t else turned ((t - pre) %/ N G) (cycle ((t - pre) %% N G)).
+
+Lemma turnedM j a b (X : 'M[R]_(a, b)) Y : turned j (X *m Y) = X *m turned j Y.
+Proof. by elim: j => //= j ->; rewrite mulmxA. Qed.
+
+Lemma turned_up j (Y : 'M[R]_(n + (m + q), r)) : usubmx (turned j Y) = turned j (usubmx Y).
+Proof. by elim: j => //= j <-; rewrite -{1}[turned j Y]vsubmxK mul_col_mx col_mxKu. Qed.
+
+Lemma turned_down j (Y : 'M[R]_(n + (m + q), r)) : dsubmx (turned j Y) = turned j (dsubmx Y).
+Proof. by elim: j => //= j <-; rewrite -{1}[turned j Y]vsubmxK mul_col_mx col_mxKd. Qed.
+
+Lemma fro_turned j a (X : 'M[R]_(a, r)) : fro (turned j X) = fro X.
+Proof. by elim: j => //= j <-; rewrite !fro_trace trmx_mul mulmxA -(mulmxA _ turn) turn_orthogonal mulmx1. Qed.
+
+Lemma lasso_late j k : (k < N G)%N -> lasso (pre + j * N G + k) = turned j (cycle k).
+Proof.
+move=> kN; rewrite /lasso -[(_ + k)%N]addnA ltnNge leq_addr addKn /=.
+by rewrite divnMDl ?(leq_ltn_trans _ kN) // divn_small // addn0 modnMDl modn_small.
+Qed.
+
+Lemma periodic_in T (f : nat -> T) j : periodic G f -> forall k, f (j * N G + k)%N = f k.
+Proof. by move=> turns_f; elim: j => // j IH k; rewrite mulSn -addnA addnC turns_f IH. Qed.
+
+Lemma step_late j k : step L (pre + j * N G + k) = step L k /\ seen (pre + j * N G + k) = seen k.
+Proof.
+have [i ->] := dvdnP whole; rewrite -mulnDl.
+by rewrite /step /seen !(periodic_in _ L_turns) !(periodic_in _ S_turns).
+Qed.
+
+Lemma late t : (t < pre)%N = false -> exists j k, (k < N G)%N /\ t = (pre + j * N G + k)%N.
+Proof.
+move=> early; exists ((t - pre) %/ N G)%N, ((t - pre) %% N G)%N; rewrite ltn_mod N_gt0 -addnA -divn_eq subnKC //.
+by rewrite leqNgt early.
+Qed.
+
+Lemma lasso_goes_on t : usubmx (lasso t.+1) = step L t *m lasso t.
+Proof.
+have [early|] := boolP (t < pre)%N.
+  have [more|] := boolP (t.+1 < pre)%N; first by rewrite /lasso early more on_way.
+  rewrite -leqNgt => last; have t_pre : t.+1 = pre by apply/eqP; rewrite eqn_leq early last.
+  have := lasso_late 0 N_gt0; rewrite mul0n !addn0 -{1}t_pre => -> /=.
+  by rewrite /lasso early arrives -t_pre.
+move=> /negbTE /late [j [k [kN ->]]]; rewrite (lasso_late _ kN) (step_late _ _).1 -turnedM -addnS.
+have [more|] := boolP (k.+1 < N G)%N; first by rewrite lasso_late // turned_up on_cycle.
+rewrite -leqNgt => last; have k_N : k.+1 = N G by apply/eqP; rewrite eqn_leq kN last.
+have -> : (pre + j * N G + k.+1 = pre + j.+1 * N G + 0)%N by rewrite k_N addn0 mulSnr addnA.
+by rewrite (lasso_late j.+1 N_gt0) turned_up /turned iterSr turns -k_N.
+Qed.
+
+Lemma lasso_hidden t : watched -> seen t *m lasso t = 0.
+Proof.
+move=> w; have [early|/negbTE /late [j [k [kN ->]]]] := boolP (t < pre)%N; first by rewrite /lasso early hidden_way.
+by rewrite (lasso_late _ kN) (step_late _ _).2 -turnedM hidden_cycle // /turned; elim: j => //= j ->; rewrite mul0mx.
+Qed.
+
+Lemma sum_lasso (f : nat -> R) f' T : (forall j k, (k < N G)%N -> f (pre + j * N G + k)%N = f' k) ->
+  \sum_(t < pre + T * N G) f t = \sum_(t < pre) f t + (\sum_(k < N G) f' k) *+ T.
+Proof.
+move=> same; elim: T => [|T IH]; first by rewrite mul0n addn0 mulr0n addr0.
+rewrite mulSnr addnA big_split_ord /= IH mulrSr addrA; congr (_ + _).
+by apply: eq_bigr => k _; rewrite same.
+Qed.
+
+Lemma below_cycle lo : let v := \sum_(k < N G) fro (dsubmx (cycle k)) in 0 <= g -> 0 < v ->
+  lo ^+ 2 * v <= \sum_(k < N G) fro (W G *m usubmx (cycle k)) -> lo <= g.
+Proof.
+move=> v g0 v0 ov; apply: (at_least_in_time g0 _ v0 ov (c := \sum_(t < pre) fro (dsubmx (way t)))).
+  by apply: sumr_ge0 => t _; do 2!apply: sumr_ge0 => ? _; rewrite sqr_ge0.
+move=> T; have start' : usubmx (lasso 0) = 0 by rewrite /lasso pre_gt0.
+have := below (live := predT) bound start' (fun t _ => conj isT (lasso_goes_on t)) (T := pre + T * N G) (fun _ _ => isT)
+  (fun k t _ w => conj isT (lasso_hidden t w)).
+rewrite (sum_lasso (f := fun t => fro (W G *m usubmx (lasso t))) (f' := fun k => fro (W G *m usubmx (cycle k)))) => [|j k kN]; last first.
+  by rewrite lasso_late // turned_up -turnedM fro_turned.
+rewrite (sum_lasso (f := fun t => fro (dsubmx (lasso t))) (f' := fun k => fro (dsubmx (cycle k)))) => [|j k kN]; last first.
+  by rewrite lasso_late // turned_down fro_turned.
+have -> : \sum_(t < pre) fro (dsubmx (lasso t)) = \sum_(t < pre) fro (dsubmx (way t)).
+  by apply: eq_bigr => t _; rewrite /lasso ltn_ord.
+apply: le_trans; rewrite ler_addr; apply: sumr_ge0 => t _; do 2!apply: sumr_ge0 => ? _; exact: sqr_ge0.
+Qed.
+End Cycle.
 End Errors.
