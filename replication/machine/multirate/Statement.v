@@ -26,7 +26,8 @@ Definition posdef n (M : 'M[R]_n) := M^T = M /\ forall x : 'cV_n, x != 0 -> 0 < 
 (* A plant in numbers of R under a schedule: S_k as in (5)-(6), which repeats after N instants. *)
 Record system n nu m p q z := System { A : 'M[R]_n; Bu : 'M[R]_(n, nu); Bd : 'M[R]_(n, m); C : 'M[R]_(p, n);
   D : 'M[R]_(p, q); W : 'M[R]_(z, n); S : nat -> 'M[R]_p; N : nat }.
-Definition under (G : plant) (s : schedule) := let wide t := size (nth [::] t 0) in
+Definition wide (t : table) := size (nth [::] t 0).
+Definition under (G : plant) (s : schedule) :=
   @System (size (tA G)) (wide (tBu G)) (wide (tBd G)) (size (tC G)) (wide (tD G)) (size (tW G))
     (mat _ _ (tA G)) (mat _ _ (tBu G)) (mat _ _ (tBd G)) (mat _ _ (tC G)) (mat _ _ (tD G)) (mat _ _ (tW G))
     (fun k => diag_mx (\row_i (measured s k i)%:R)) (period s).

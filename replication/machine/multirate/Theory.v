@@ -232,18 +232,19 @@ under eq_bigr => k _ do rewrite -mulmxBr error_is subrr (eq_error _ _ _ same).
 by under [X in _ <= _ * X]eq_bigr => k _ do rewrite -sq_col same.
 Qed.
 
-Lemma state_is d w k : state G 0 (fun=> 0) d k = error (fun=> 0) 0 (fun t => col_mx (d t) (w t)) k.
-Proof. by elim: k => //= k ->; rewrite stepE !mul0mx mulmx0 !subr0 addr0. Qed.
+Lemma state_is L d w k : (forall t, L t = 0) ->
+  state G 0 (fun=> 0) d k = error L 0 (fun t => col_mx (d t) (w t)) k.
+Proof. by move=> none; elim: k => //= k ->; rewrite stepE none !mul0mx mulmx0 !subr0 addr0. Qed.
 
 Lemma stateN d k : state G 0 (fun=> 0) (fun t => - d t) k = - state G 0 (fun=> 0) d k.
 Proof. by elim: k => [|k /= ->]; rewrite /= ?oppr0 // mulmx0 !addr0 !mulmxN opprD. Qed.
 
-Lemma any_bounded sees E g : uses sees E -> keeps G E g -> bounded sees (fun=> 0) g.
+Lemma any_bounded sees E L g : (forall t, L t = 0) -> uses sees E -> keeps G E g -> bounded sees L g.
 Proof.
-move=> sight kept v T hidden; pose d t := usubmx (v t); pose w t := dsubmx (v t).
+move=> none sight kept v T hidden; pose d t := usubmx (v t); pose w t := dsubmx (v t).
 have same t : col_mx (d t) (w t) = v t by rewrite vsubmxK.
 have zero k t : (k < T)%N -> sees t k -> output G 0 (fun=> 0) d w t = 0.
-  move=> kT /(hidden _ _ kT) <-; rewrite /output (state_is d w) (eq_error _ _ _ same) -[in RHS](same t).
+  move=> kT /(hidden _ _ kT) <-; rewrite /output (state_is d w _ none) (eq_error _ _ _ same) -[in RHS](same t).
   by rewrite !mul_row_col mul0mx add0r mulmxDr !mulmxA.
 have flip t : output G 0 (fun=> 0) (fun t => - d t) (fun t => - w t) t = - output G 0 (fun=> 0) d w t.
   by rewrite /output stateN !mulmxN -opprD mulmxN.
@@ -252,7 +253,7 @@ have := ler_add (kept (fun=> 0) d w T) (kept (fun=> 0) (fun t => - d t) (fun t =
 under [X in _ + _ * X]eq_bigr => k _ do rewrite !sqN -sq_col same.
 under [X in _ * X + _]eq_bigr => k _ do rewrite -sq_col same.
 apply: le_trans; rewrite -!big_split; apply: ler_sum => k _ /=.
-rewrite stateN (state_is d w) (eq_error _ _ _ same) -mulr2n mulmxN.
+rewrite stateN (state_is d w _ none) (eq_error _ _ _ same) -mulr2n mulmxN.
 rewrite (sight k _ (fun=> 0) _ (fun=> 0)) => [|t st]; last by rewrite (zero _ _ (ltn_ord k)).
 rewrite [E _ (output _ _ _ _ _) k](sight k _ (fun=> 0) _ (fun=> 0)) ?sq_both_ways // => t st.
 by rewrite flip (zero _ _ (ltn_ord k)) // oppr0.
