@@ -105,6 +105,12 @@ Qed.
 Lemma number_le a b : Qle_bool a b -> number a <= number b.
 Proof. by move=> /integer_le; rewrite !integerM /number ler_pdivr_mulr // mulrAC ler_pdivl_mulr. Qed.
 
+Lemma number_gt0 a : ~~ Qle_bool a zero -> 0 < number a.
+Proof.
+move=> /negbTE /Z.leb_gt /= a0; have [k ak] : exists k, Qnum a = Zpos k by exists (Z.to_pos (Qnum a)); lia.
+by rewrite /number ak divr_gt0.
+Qed.
+
 Lemma number_unsigned a : number (unsigned a) = `|number a|.
 Proof.
 have ge b : Z.leb 0 (Qnum b) -> number b = `|number b|.
@@ -184,3 +190,117 @@ congr (_ <= _); apply: eq_bigr => j _; rewrite -val_eqE /= mxE.
 by case: eqP; rewrite ?numberN ?number_unsigned.
 Qed.
 End Numbers.
+
+Section Plants.
+Variables (G : plant) (s : schedule).
+Local Notation n := (size (tA G)).
+Local Notation m := (wide (tBd G)).
+Local Notation p := (size (tC G)).
+Local Notation q := (wide (tD G)).
+Local Notation z := (size (tW G)).
+Local Notation all_of := (n + (m + q))%N.
+Implicit Types (P L F : table) (Ps Ls Fs : seq table) (N : nat).
+
+Definition sensing k := tab p p (fun i j => if (i == j) && measured s k i then Qmake 1 1 else zero).
+Definition tstep L k := let LS := tmul n p p L (sensing k) in
+  trow n n (m + q) (tsub n n (tA G) (tmul n p n LS (tC G)))
+    (trow n m q (tBd G) (tsub n q [::] (tmul n p q LS (tD G)))).
+Definition tseen k :=
+  trow p n (m + q) (tmul p p n (sensing k) (tC G)) (trow p m q [::] (tmul p p q (sensing k) (tD G))).
+
+(* The matrix (30) of Theorem 2 with P at k, Q before it and the step at k, less F F' and `room`, is dominant. *)
+Definition theta P Q step g :=
+  let M := tmul n n all_of P step in
+  tcol n all_of (n + all_of) (trow n n all_of P M)
+    (trow all_of n all_of (tturn all_of n M)
+      (tcol n (m + q) all_of (trow n n (m + q) (tsub n n Q (tmul n z n (tturn n z (tW G)) (tW G))) [::])
+        (trow (m + q) n (m + q) [::] (tscalar (m + q) (Qmult g g))))).
+Definition roomy P Q step F g room := let size := (n + all_of)%N in
+  tdominant size (tsub size size (tsub size size (theta P Q step g) (tmul size size size F (tturn size size F))) (tscalar size room)).
+Definition check_above Ls Ps Fs g room c := let N := period s in let at_ ts k := nth [::] ts (k %% N) in
+  [&& [&& (0 < N)%N, size Ps == N & size Ls == N], ~~ Qle_bool room zero, Qle_bool zero c &
+    all (fun k => [&& tsame n n (tturn n n (at_ Ps k)) (at_ Ps k), tdominant n (tsub n n (tscalar n c) (at_ Ps k))
+      & roomy (at_ Ps k) (at_ Ps (k + N.-1)%N) (tstep (at_ Ls k) k) (at_ Fs k) g room]) (iota 0 N)].
+
+Section Sound.
+Variable R : archiFieldType.
+Local Notation number := (@number R).
+Local Notation mat := (mat R).
+Local Notation sys := (under R G s).
+
+Lemma measured_mod k i : measured s k i = measured s (k %% period s) i.
+Proof.
+apply: eq_in_has => e e_in; congr (_ && _); rewrite modn_dvdm //.
+by elim: (s) e_in => //= e' s' IH; rewrite inE => /predU1P [->|/IH h]; rewrite ?dvdn_lcml ?(dvdn_trans h) ?dvdn_lcmr.
+Qed.
+
+Lemma S_mod k : S sys k = S sys (k %% period s).
+Proof. by congr diag_mx; apply/rowP => i; rewrite !mxE measured_mod. Qed.
+
+Lemma S_turns : periodic sys (S sys).
+Proof. by move=> k; rewrite S_mod modnDr -S_mod. Qed.
+
+Lemma S_twice k : S sys k *m S sys k = S sys k.
+Proof. by rewrite mulmx_diag; congr diag_mx; apply/rowP => i; rewrite !mxE -natrM mulnb andbb. Qed.
+
+Lemma mat_sensing k : mat p p (sensing k) = S sys k.
+Proof.
+rewrite mat_tab; apply/matrixP => i j; rewrite !mxE -val_eqE /=.
+by case: eqP => _; [case: measured; rewrite ?number1 ?number0 | rewrite number0].
+Qed.
+
+Lemma mat_step L k : mat n all_of (tstep L k) = step sys (fun=> mat n p L) k.
+Proof. by rewrite !mat_row !mat_sub !mat_mul mat_sensing mat_zero sub0r. Qed.
+
+Lemma mat_seen k : mat p all_of (tseen k) = seen sys k.
+Proof. by rewrite !mat_row !mat_mul mat_sensing mat_zero. Qed.
+
+Lemma mat_theta P Q L g k : let M := mat n n P *m step sys (fun=> mat n p L) k in
+  mat (n + all_of) (n + all_of) (theta P Q (tstep L k) g) =
+  block_mx (mat n n P) M M^T (block_mx (mat n n Q - (W sys)^T *m W sys) 0 0 (number g ^+ 2)%:M).
+Proof.
+move=> M; rewrite /theta mat_col !mat_row mat_col !mat_row.
+rewrite mat_turn mat_mul mat_sub mat_mul mat_turn mat_step !mat_zero mat_scalar.
+by rewrite numberM -expr2.
+Qed.
+
+Lemma cyclic_turns a b (ts : seq table) : size ts = period s -> periodic sys (cyclic R a b ts).
+Proof. by move=> N_ts k; rewrite /cyclic N_ts modnDr. Qed.
+
+Section Above.
+Variables (Ls Ps Fs : seq table) (g room c : Q).
+Hypothesis checked : check_above Ls Ps Fs g room c.
+Let P := cyclic R n n Ps.
+Let L := cyclic R n p Ls.
+
+Lemma above_sound : let G' := sys in
+  [/\ periodic G' L, stable G' L, theorem1 G' L (number g), theorem2 G' (number g) & keeps G' (observer G' L) (number g)].
+Proof.
+have /and4P [/and3P [N0 /eqP sP /eqP sL] /(@number_gt0 R) room0 /(@number_le R) c0 /allP each] := checked.
+rewrite number0 in c0; have Pt := cyclic_turns n n sP; have Lt := cyclic_turns n p sL.
+have at_k k : (k %% period s)%N \in iota 0 (period s) by rewrite mem_iota ltn_mod.
+have P_sym k : (P k)^T = P k.
+  by have /and3P [/(mat_same R)] := each _ (at_k k); rewrite mat_turn modn_mod /P /cyclic sP.
+have P_small k x : form (P k) x <= number c * sq x.
+  have /and3P [_ /(dominant R) [_ /(_ x)]] := each _ (at_k k); rewrite mat_sub mat_scalar modn_mod formB form_scalar subr_ge0 => small _.
+  by rewrite /P /cyclic sP.
+have above k x : number room * sq x <= form (Theta_hat sys P (fun k => P k *m L k) (number g) k) x.
+  have /and3P [_ _ /(dominant R) [_ /(_ x)]] := each _ (at_k k).
+  rewrite !mat_sub mat_scalar mat_mul mat_turn !formB form_scalar subr_ge0 => /le_trans; apply.
+  suff -> : Theta_hat sys P (fun k => P k *m L k) (number g) k = mat (n + all_of) (n + all_of) (theta (nth [::] Ps (k %% period s)%N)
+      (nth [::] Ps ((k %% period s + (period s).-1) %% period s)%N) (tstep (nth [::] Ls (k %% period s)%N) (k %% period s)) g).
+    by rewrite !modn_mod ler_subl_addr ler_addl form_gram.
+  have -> : Theta_hat sys P (fun k => P k *m L k) (number g) k =
+      block_mx (P k) (P k *m step sys L k) (P k *m step sys L k)^T (rest sys P (number g) k) by rewrite -factored.
+  have -> : step sys L k = step sys (fun=> mat n p (nth [::] Ls (k %% period s)%N)) (k %% period s)%N.
+    by rewrite /step S_mod /L /cyclic sL.
+  by rewrite mat_theta /rest /P /cyclic sP modnDml.
+have S2 := S_twice; split=> //.
+- by apply: (stable_above (G := sys) S2 N0 Pt room0 c0 P_sym P_small above).
+- by apply: (keeps_theorem1 (G := sys) Pt room0 P_sym above).
+- by apply: (keeps_theorem2 (G := sys) Pt Lt room0 P_sym above).
+- by apply: (keeps_above (G := sys) S2 N0 Pt room0 P_sym above).
+Qed.
+End Above.
+End Sound.
+End Plants.

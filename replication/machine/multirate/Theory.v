@@ -12,8 +12,17 @@ Definition form n (M : 'M[R]_n) (x : 'cV[R]_n) := (x^T *m M *m x) 0 0.
 Lemma sqE n (x : 'cV[R]_n) : sq x = (x^T *m x) 0 0.
 Proof. by rewrite mxE; apply: eq_bigr => i _; rewrite mxE expr2. Qed.
 
+Lemma formB n (M M' : 'M[R]_n) x : form (M - M') x = form M x - form M' x.
+Proof. by rewrite /form mulmxBr mulmxBl mxE [X in _ + X]mxE. Qed.
+
+Lemma form_scalar n (c : R) (x : 'cV[R]_n) : form c%:M x = c * sq x.
+Proof. by rewrite /form mul_mx_scalar -scalemxAl mxE sqE. Qed.
+
 Lemma sq_ge0 n (x : 'cV[R]_n) : 0 <= sq x.
 Proof. by apply: sumr_ge0 => i _; apply: sqr_ge0. Qed.
+
+Lemma form_gram m n (F : 'M[R]_(m, n)) (x : 'cV[R]_m) : 0 <= form (F *m F^T) x.
+Proof. by rewrite (_ : form _ x = sq (F^T *m x)) ?sq_ge0 // sqE trmx_mul trmxK /form !mulmxA. Qed.
 
 Lemma sq0 n : sq (0 : 'cV[R]_n) = 0.
 Proof. by apply: big1 => i _; rewrite mxE expr0n. Qed.
