@@ -222,6 +222,28 @@ Definition check_above Ls Ps Fs g room c := let N := period s in let at_ ts k :=
     all (fun k => [&& tsame n n (tturn n n (at_ Ps k)) (at_ Ps k), tdominant n (tsub n n (tscalar n c) (at_ Ps k))
       & roomy (at_ Ps k) (at_ Ps (k + N.-1)%N) (tstep (at_ Ls k) k) (at_ Fs k) g room]) (iota 0 N)].
 
+(* Z_t is error above disturbance: the step at k leads from one to the next; no sensor shows what is hidden at k. *)
+Definition leads r step Z Z' := tsame n r (tmul n all_of r step Z) Z'.
+Definition hidden r k Z := tsame p r (tmul p all_of r (tseen k) Z) [::].
+Definition wins lo r (Zs : seq table) :=
+  let sum f := total (size Zs) (fun k => f (nth [::] Zs k)) in let v := sum (fun Z => tfro (m + q) r (drop n Z)) in
+  ~~ Qle_bool v zero && Qle_bool (Qmult (Qmult lo lo) v) (sum (fun Z => tfro z r (tmul z n r (tW G) Z))).
+Definition check_cycle watched Ls r turn way cycle lo := let N := period s in let pre := size way in
+  let steps := mkseq (fun k => tstep (nth [::] Ls k) k) N in let at_ (ts : seq table) k := nth [::] ts k in
+  [&& [&& (0 < N)%N, size Ls == N & size cycle == N], [&& (0 < pre)%N, (pre %% N)%N == 0%N & tsame n r (at_ way 0%N) [::]],
+    [&& tsame r r (tmul r r r turn (tturn r r turn)) (tscalar r (Qmake 1 1)),
+      all (fun t => leads r (at_ steps (t %% N)%N) (at_ way t) (at_ way t.+1)) (iota 0 pre.-1),
+      leads r (at_ steps (pre.-1 %% N)%N) (at_ way pre.-1) (at_ cycle 0%N),
+      all (fun t => leads r (at_ steps t) (at_ cycle t) (at_ cycle t.+1)) (iota 0 N.-1) &
+      leads r (at_ steps N.-1) (at_ cycle N.-1) (tmul n r r (at_ cycle 0%N) turn)],
+    watched ==> all (fun t => hidden r t (at_ way t)) (iota 0 pre) && all (fun t => hidden r t (at_ cycle t)) (iota 0 N) &
+    wins lo r cycle].
+Definition check_finite r way lo := let N := period s in let T := size way in
+  let steps := mkseq (tstep [::]) N in let at_ (ts : seq table) k := nth [::] ts k in
+  [&& (0 < N)%N, (0 < T)%N && tsame n r (at_ way 0%N) [::],
+    all (fun t => leads r (at_ steps (t %% N)%N) (at_ way t) (at_ way t.+1) && hidden r t (at_ way t)) (iota 0 T.-1) &
+    wins lo r way].
+
 Section Sound.
 Variable R : archiFieldType.
 Local Notation number := (@number R).
@@ -302,5 +324,70 @@ have S2 := S_twice; split=> //.
 - by apply: (keeps_above (G := sys) S2 N0 Pt room0 P_sym above).
 Qed.
 End Above.
+
+Lemma step_mod (L : nat -> 'M[R]_(n, p)) k : (forall k, L k = L (k %% period s)%N) -> step sys L k = step sys L (k %% period s)%N.
+Proof. by move=> turns; rewrite /step S_mod turns. Qed.
+
+Lemma leads_sound r L k Z Z' : leads r (tstep L k) Z Z' -> mat n r Z' = step sys (fun=> mat n p L) k *m mat all_of r Z.
+Proof. by move=> /(mat_same R) <-; rewrite mat_mul mat_step. Qed.
+
+Lemma hidden_sound r k Z : hidden r k Z -> seen sys k *m mat all_of r Z = 0.
+Proof. by move=> /(mat_same R); rewrite mat_mul mat_seen mat_zero. Qed.
+
+Lemma wins_sound lo r Zs : wins lo r Zs -> let Z k := mat all_of r (nth [::] Zs k) in
+  (0 < \sum_(k < size Zs) fro (dsubmx (Z k)))%R /\
+  (number lo ^+ 2 * (\sum_(k < size Zs) fro (dsubmx (Z k))) <= \sum_(k < size Zs) fro (W sys *m usubmx (Z k)))%R.
+Proof.
+move=> /andP [/(@number_gt0 R) v0 /(@number_le R)]; rewrite 2!numberM -expr2 => ov Z.
+have -> : \sum_(k < size Zs) fro (dsubmx (Z k)) = number (total (size Zs) (fun k => tfro (m + q) r (drop n (nth [::] Zs k)))).
+  by rewrite number_total; apply: eq_bigr => k _; rewrite number_fro mat_down.
+split=> //; apply: le_trans ov _; rewrite number_total; apply: ler_sum => k _.
+by rewrite number_fro mat_mul mat_up.
+Qed.
+
+Lemma cycle_sound watched Ls r turn way cycle lo g : check_cycle watched Ls r turn way cycle lo ->
+  bounded sys (fun _ _ => watched) (cyclic R n p Ls) g -> 0 <= g -> number lo <= g.
+Proof.
+move=> /and5P [/and3P [N0 /eqP sL /eqP sC] /and3P [pre0 /eqP whole /(mat_same R) start] links watch /wins_sound [v0 ov]].
+case/and5P: links => /(mat_same R) orth on_way arrives on_cycle turns bound g0.
+have L_at k : (k < period s)%N -> step sys (cyclic R n p Ls) k = step sys (fun=> mat n p (nth [::] Ls k)) k.
+  by move=> kN; rewrite /step /cyclic sL modn_small.
+have S_at k Z Z' : leads r (nth [::] (mkseq (fun k => tstep (nth [::] Ls k) k) (period s)) (k %% period s)%N) Z Z' ->
+    mat n r Z' = step sys (cyclic R n p Ls) k *m mat all_of r Z.
+  rewrite nth_mkseq ?ltn_mod // => /leads_sound ->; congr (_ *m _).
+  by rewrite -L_at ?ltn_mod // -step_mod // => j; rewrite /cyclic sL modn_mod.
+have S_in k Z Z' : (k < period s)%N -> leads r (nth [::] (mkseq (fun k => tstep (nth [::] Ls k) k) (period s)) k) Z Z' ->
+    mat n r Z' = step sys (cyclic R n p Ls) k *m mat all_of r Z.
+  by move=> kN; rewrite -{1}(modn_small kN) => /S_at.
+have less k T : (k.+1 < T)%N -> k \in iota 0 T.-1 by rewrite mem_iota; case: T.
+rewrite sC in v0 ov; have up Z : usubmx (mat all_of r Z) = mat n r Z by rewrite mat_up.
+have := below_cycle (G := sys) (turn := mat r r turn) (way := fun t => mat all_of r (nth [::] way t)) (pre := size way)
+  (cycle := fun t => mat all_of r (nth [::] cycle t)) bound N0 (cyclic_turns n p sL) S_turns.
+apply=> //.
+- by rewrite -mat_turn -mat_mul orth mat_scalar number1.
+- by rewrite /dvdn whole.
+- by rewrite up start mat_zero.
+- by move=> t /less /(allP on_way) /S_at; rewrite up.
+- by rewrite up (S_at _ _ _ arrives).
+- by move=> t tN; rewrite up; apply: S_in (ltnW tN) _; apply: (allP on_cycle); apply: less.
+- by rewrite up -mat_mul; apply: S_in turns; rewrite ltn_predL.
+- by move=> w t tN; have /andP [/allP h _] := implyP watch w; apply/hidden_sound/h; rewrite mem_iota.
+- by move=> w t tN; have /andP [_ /allP h] := implyP watch w; apply/hidden_sound/h; rewrite mem_iota.
+Qed.
+
+Lemma finite_sound r way lo g : check_finite r way lo ->
+  bounded sys the_past (cyclic R n p [::]) g -> 0 <= g -> number lo <= g.
+Proof.
+move=> /and4P [N0 /andP [T0 /(mat_same R) start] /allP links /wins_sound [v0 ov]] bound g0.
+apply: at_least g0 v0 ov _.
+have less k : (k.+1 < size way)%N -> k \in iota 0 (size way).-1 by rewrite mem_iota; case: size.
+apply: (below (G := sys) (Z := fun t => mat all_of r (nth [::] way t)) (live := fun t => t < size way)%N bound) => //.
+- by rewrite mat_up start mat_zero.
+- move=> t live; split; first exact: ltnW.
+  have /andP [+ _] := links t (less t live); rewrite nth_mkseq ?ltn_mod // mat_up => /leads_sound ->.
+  by rewrite [in RHS]step_mod => [|j]; rewrite /step /cyclic !nth_nil.
+move=> k t kT tk; have live : (t.+1 < size way)%N := leq_ltn_trans tk kT; split; first exact: ltnW.
+by apply: hidden_sound; have /andP [] := links t (less t live).
+Qed.
 End Sound.
 End Plants.
