@@ -244,6 +244,8 @@ Definition check_finite r way lo := let N := period s in let T := size way in
     all (fun t => leads r (at_ steps (t %% N)%N) (at_ way t) (at_ way t.+1) && hidden r t (at_ way t)) (iota 0 T.-1) &
     wins lo r way].
 
+Definition check_width lo up relative := Qle_bool lo up && Qle_bool up (Qmult lo (add (Qmake 1 1) relative)).
+
 Section Sound.
 Variable R : archiFieldType.
 Local Notation number := (@number R).
@@ -354,8 +356,10 @@ have L_at k : (k < period s)%N -> step sys (cyclic R n p Ls) k = step sys (fun=>
   by move=> kN; rewrite /step /cyclic sL modn_small.
 have S_at k Z Z' : leads r (nth [::] (mkseq (fun k => tstep (nth [::] Ls k) k) (period s)) (k %% period s)%N) Z Z' ->
     mat n r Z' = step sys (cyclic R n p Ls) k *m mat all_of r Z.
-  rewrite nth_mkseq ?ltn_mod // => /leads_sound ->; congr (_ *m _).
-  by rewrite -L_at ?ltn_mod // -step_mod // => j; rewrite /cyclic sL modn_mod.
+  rewrite (nth_mkseq [::]); last by rewrite ltn_mod.
+  move=> linked; apply: (etrans (leads_sound linked)); apply: (congr1 (mulmx^~ _)).
+  have turns' j : cyclic R n p Ls j = cyclic R n p Ls (j %% period s)%N by rewrite /cyclic sL modn_mod.
+  by rewrite [RHS](step_mod k turns') L_at ?ltn_mod.
 have S_in k Z Z' : (k < period s)%N -> leads r (nth [::] (mkseq (fun k => tstep (nth [::] Ls k) k) (period s)) k) Z Z' ->
     mat n r Z' = step sys (cyclic R n p Ls) k *m mat all_of r Z.
   by move=> kN; rewrite -{1}(modn_small kN) => /S_at.
@@ -388,6 +392,49 @@ apply: (below (G := sys) (Z := fun t => mat all_of r (nth [::] way t)) (live := 
   by rewrite [in RHS]step_mod => [|j]; rewrite /step /cyclic !nth_nil.
 move=> k t kT tk; have live : (t.+1 < size way)%N := leq_ltn_trans tk kT; split; first exact: ltnW.
 by apply: hidden_sound; have /andP [] := links t (less t live).
+Qed.
+
+Lemma width_sound lo up relative : check_width lo up relative -> within (number lo) (number up) (number relative).
+Proof.
+by move=> /andP [/(@number_le R) lo_up /(@number_le R)]; rewrite numberM numberD number1 /within lo_up.
+Qed.
+
+Lemma unseen k Ls : all (fun L => nilp L) Ls -> cyclic R n p Ls k = 0.
+Proof.
+move=> /(all_nthP [::]) none; rewrite /cyclic (_ : nth _ _ _ = [::]) ?mat_zero //.
+by have [inside|outside] := ltnP (k %% size Ls) (size Ls); [apply/nilP/none | apply: nth_default].
+Qed.
+
+Variables (Ls Ps Fs : seq table) (room c lo up relative : Q) (r : nat) (turn : table) (way cycle : seq table).
+Hypotheses (width : check_width lo up relative) (upper : check_above Ls Ps Fs up room c).
+Local Notation L := (cyclic R n p Ls).
+
+Theorem gain_proved : check_cycle false Ls r turn way cycle lo ->
+  gain_between sys L (number lo) (number up) (number relative).
+Proof.
+have [? ? ? _ ?] := above_sound upper; move=> lower; split; first exact: width_sound.
+by split=> // g g0 kept; apply: (cycle_sound lower) => //; apply: (keeps_bounded S_twice kept).
+Qed.
+
+Lemma optimum_from sees : (forall E g, uses sees E -> 0 <= g -> keeps sys E g -> number lo <= g) ->
+  optimum_between sys sees (number lo) (number up) (number relative).
+Proof.
+have [? ? _ ? ?] := above_sound upper; split=> //; first exact: width_sound.
+by exists L; split=> //; apply: observer_predicts.
+Qed.
+
+Theorem smoother_proved : check_cycle true (nseq (period s) [::]) r turn way cycle lo ->
+  optimum_between sys everything (number lo) (number up) (number relative).
+Proof.
+move=> lower; apply: optimum_from => E g sight g0 kept; apply: (cycle_sound lower) => //.
+by apply: (any_bounded (sees := everything) _ sight kept) => t; apply: unseen; rewrite all_nseq orbT.
+Qed.
+
+Theorem predictor_proved : check_finite r way lo ->
+  optimum_between sys the_past (number lo) (number up) (number relative).
+Proof.
+move=> lower; apply: optimum_from => E g sight g0 kept; apply: (finite_sound lower) => //.
+by apply: (any_bounded _ sight kept) => t; apply: unseen.
 Qed.
 End Sound.
 End Plants.
