@@ -20,6 +20,10 @@ Definition trow m n1 n2 a b := tab m (n1 + n2) (fun i j => if (j < n1)%N then ge
 Definition tcol m1 m2 n a b := tab (m1 + m2) n (fun i j => if (i < m1)%N then get a i j else get b (i - m1) j).
 Definition tsame m n a b := all (fun i => all (fun j => Qeq_bool (get a i j) (get b i j)) (iota 0 n)) (iota 0 m).
 Definition tfro m n a := total m (fun i => total n (fun j => Qmult (get a i j) (get a i j))).
+(* A table as it is, or with one denominator where that is possible; and integers over one denominator. *)
+Definition level m n den t := tab m n (fun i j => let a := get t i j in
+  let b := Qmake (Z.div (Z.mul (Qnum a) (Zpos den)) (Zpos (Qden a))) den in if Qeq_bool b a then b else a).
+Definition over den (t : seq (seq Z)) : table := map (map (fun a => Qmake a den)) t.
 Definition tdominant n a := tsame n n (tturn n n a) a &&
   all (fun i => Qle_bool zero (total n (fun j => if j == i then get a i j else Qopp (unsigned (get a i j))))) (iota 0 n).
 
@@ -176,6 +180,12 @@ move=> /allP same; apply/matrixP => i j; rewrite !mxE; apply: number_eq.
 by apply: (allP (same _ _)); rewrite mem_iota add0n ltn_ord.
 Qed.
 
+Lemma mat_level m n den a : mat m n (level m n den a) = mat m n a.
+Proof.
+rewrite mat_tab; apply/matrixP => i j; rewrite !mxE /=.
+by case: ifP => // same; apply: number_eq.
+Qed.
+
 Lemma number_fro m n a : number (tfro m n a) = fro (mat m n a).
 Proof.
 rewrite number_total; apply: eq_bigr => i _; rewrite number_total; apply: eq_bigr => j _.
@@ -202,11 +212,12 @@ Local Notation all_of := (n + (m + q))%N.
 Implicit Types (P L F : table) (Ps Ls Fs : seq table) (N : nat).
 
 Definition sensing k := tab p p (fun i j => if (i == j) && measured s k i then Qmake 1 1 else zero).
+Variable den : positive.
 Definition tstep L k := let LS := tmul n p p L (sensing k) in
-  trow n n (m + q) (tsub n n (tA G) (tmul n p n LS (tC G)))
-    (trow n m q (tBd G) (tsub n q [::] (tmul n p q LS (tD G)))).
-Definition tseen k :=
-  trow p n (m + q) (tmul p p n (sensing k) (tC G)) (trow p m q [::] (tmul p p q (sensing k) (tD G))).
+  level n all_of den (trow n n (m + q) (tsub n n (tA G) (tmul n p n LS (tC G)))
+    (trow n m q (tBd G) (tsub n q [::] (tmul n p q LS (tD G))))).
+Definition tseen k := level p all_of den
+  (trow p n (m + q) (tmul p p n (sensing k) (tC G)) (trow p m q [::] (tmul p p q (sensing k) (tD G)))).
 
 (* The matrix (30) of Theorem 2 with P at k, Q before it and the step at k, less F F' and `room`, is dominant. *)
 Definition theta P Q step g :=
@@ -274,10 +285,10 @@ by case: eqP => _; [case: measured; rewrite ?number1 ?number0 | rewrite number0]
 Qed.
 
 Lemma mat_step L k : mat n all_of (tstep L k) = step sys (fun=> mat n p L) k.
-Proof. by rewrite !mat_row !mat_sub !mat_mul mat_sensing mat_zero sub0r. Qed.
+Proof. by rewrite mat_level !mat_row !mat_sub !mat_mul mat_sensing mat_zero sub0r. Qed.
 
 Lemma mat_seen k : mat p all_of (tseen k) = seen sys k.
-Proof. by rewrite !mat_row !mat_mul mat_sensing mat_zero. Qed.
+Proof. by rewrite mat_level !mat_row !mat_mul mat_sensing mat_zero. Qed.
 
 Lemma mat_theta P Q L g k : let M := mat n n P *m step sys (fun=> mat n p L) k in
   mat (n + all_of) (n + all_of) (theta P Q (tstep L k) g) =

@@ -137,20 +137,20 @@ Qed.
 Lemma rest_sym k : (rest G P g k)^T = rest G P g k.
 Proof. by rewrite tr_block_mx !linear0 linearB /= P_sym tr_scalar_mx trmx_mul trmxK. Qed.
 
-Lemma positive j (M : 'M[R]_j) : M^T = M -> (forall x, room * sq x <= form M x) -> posdef M.
+Lemma with_room j (M : 'M[R]_j) : M^T = M -> (forall x, room * sq x <= form M x) -> posdef M.
 Proof. by move=> sym pos; split=> // x x0; apply: lt_le_trans (pos x); rewrite mulr_gt0 ?sq_gt0. Qed.
 
 Lemma keeps_theorem1 : theorem1 G L g.
 Proof.
-exists P => // k; split; first exact: positive (form_P k).
-by apply: positive (form_Theta k); rewrite ThetaE linearB /= rest_sym !trmx_mul trmxK P_sym mulmxA.
+exists P => // k; split; first exact: with_room (form_P k).
+by apply: with_room (form_Theta k); rewrite ThetaE linearB /= rest_sym !trmx_mul trmxK P_sym mulmxA.
 Qed.
 
 Lemma keeps_theorem2 : theorem2 G g.
 Proof.
 exists P, (fun k => P k *m L k); split=> // [k|k]; first by rewrite P_turns L_turns.
-split; first exact: positive (form_P k).
-by apply: positive (above k); rewrite tr_block_mx rest_sym P_sym trmxK.
+split; first exact: with_room (form_P k).
+by apply: with_room (above k); rewrite tr_block_mx rest_sym P_sym trmxK.
 Qed.
 
 (* The storage before the step at k. *)
