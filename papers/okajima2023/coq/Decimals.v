@@ -37,3 +37,9 @@ Definition gains_40 : seq table := [::
   [:: [:: 0.246; 0]; [:: -0.099; 0]; [:: 0.111; 0]];
   unmeasured;
   [:: [:: 0; 0.342]; [:: 0; 0.248]; [:: 0; 0.119]]].
+
+(* The plant that each of these gains is for. *)
+Definition gains_33_plant := stable.
+Definition gains_38_plant := stable.
+Definition gains_39_plant := stable.
+Definition gains_40_plant := stable.
