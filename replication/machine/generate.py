@@ -123,9 +123,11 @@ def _rounded_gains(system: Sensing, P: Sequence[fmpq_mat], Y: Any) -> list[fmpq_
     """P_k^-1 Y_k in multiples of 2^-GAIN_BITS; zero for sensors that are not measured."""
     found, one = [], 1 << GAIN_BITS
     for k, Y_k in enumerate(matrices(Y, "witness.Y", system.order, system.sensors, system.phases)):
+        used = [fmpq(int(i in system.measured[k])) for i in range(system.sensors)]
         L = P[k].solve(Y_k).tolist()
-        rows = [[fmpq(round(x * one), one) if i in system.measured[k] else fmpq(0) for i, x in enumerate(row)] for row in L]
-        found.append(fmpq_mat(rows))
+        found.append(
+            fmpq_mat([[fmpq(round(x * use * one), one) for x, use in zip(row, used, strict=True)] for row in L])
+        )
     return found
 
 

@@ -131,6 +131,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """A certificate as the run verified it. path: below the project; claims: ids of those that it supports.
 
     sentence: the theorem; reason: why it is not proved, else empty. lower, upper, items: proved bounds as rationals.
+    machine: below the project, the statement that Coq proved of this very file; empty if it did not.
     """
 
     paper: Name
@@ -146,6 +147,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     upper: str | None
     holds: bool | None
     items: tuple[tuple[str | None, str | None], ...]
+    machine: str = ""
 
 
 class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
