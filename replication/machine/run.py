@@ -81,6 +81,74 @@ class Coq:
         write_atomically(path, text.encode())
         options = ["-q", "-w", QUIET, "-R", "Multirate", "Multirate", "-R", self.paper, self.paper]
         try:
+            done = subprocess.run(
+                ["coqc", *options, f"{place}.v"],
+                cwd=self.folder, capture_output=True, text=True, timeout=SECONDS, check=False,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            raise ReplicationError(f"Coq took more than {SECONDS} s for {path}") from None
+        if done.returncode:
+            raise ReplicationError(" ".join(done.stderr.split())[-400:] or f"coqc ended with {done.returncode}")
+        write_atomically(printed, (key + done.stdout).encode())
+        return done.stdout
+
+
+def wanted(paper: str, root: Path) -> dict[str, Wanted]:
+    """The theorems of a paper that Coq is to check, by name."""
+    return {name: entry for name, entry in theorems(paper, root)[0].items() if entry.statement in STATEMENTS}
+
+
+def prepared(paper: str, root: Path, folder: Path) -> Coq:
+    """Theory and decimals of a paper, compiled."""
+    coq = Coq(folder, paper)
+    for name in FILES:
+        coq.compile(f"Multirate/{name}", (THEORY / f"{name}.v").read_text(encoding="utf-8"), shared=True)
+    decimals = root / "papers" / paper / "coq" / "Decimals.v"
+    if not decimals.is_file():
+        raise InvalidInputError(f"{decimals} is not there: the decimals of the paper, written by hand")
+    coq.compile(f"{paper}/Decimals", decimals.read_text(encoding="utf-8"), shared=True)
+    return coq
+
+
+def checked(coq: Coq, entry: Wanted, certificate: Any) -> Checked:
+    """Compile one certificate, and ask Coq what it proves."""
+    try:
+        module = f"{coq.paper}.{identifier(entry.name)}"
+        coq.compile(module.replace(".", "/"), source(certificate), shared=False)
+        audited(coq, entry, certificate, module)
+    except (ReplicationError, Refused, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
+        return Checked(coq.paper, entry.name, f"{type(error).__name__}: {error}")
+    return Checked(coq.paper, entry.name)
+
+
+def audited(coq: Coq, entry: Wanted, certificate: Any, module: str) -> None:
+    """Refuse unless `module.proved` is the wanted theorem, with the bounds of the certificate, on no assumption."""
+    stated = proposition(
+        {"statement": entry.statement, "plant": entry.plant, "parameters": entry.parameters}, certificate["bound"]
+    )
+    text = AUDIT.format(paper=coq.paper, modules=module)
+    text += f"Definition wanted : {stated} := {module}.proved.\nPrint Assumptions wanted.\n"
+    # What the audit printed belongs to this certificate.
+    made = (coq.folder / f"{module.replace('.', '/')}.v").read_bytes()
+    text += f"(* {hashlib.sha256(made).hexdigest()} *)\n"
+    printed = coq.compile(f"{coq.paper}/audit_{identifier(entry.name)}", text)
+    if printed.strip() != CLOSED:
+        raise ReplicationError(f"the proof rests on assumptions: {' '.join(printed.split())[:300]}")
+
+
+def check(
+    root: Path, folder: Path, names: Sequence[str] = (), say: Callable[[str], None] = print
+) -> dict[str, list[Checked]]:
+    """Check the named theorems, or all; say a line for each. The record of a paper is written if all were checked."""
+    found: dict[str, list[Checked]] = {}
+    for paper in papers(root):
+        entries = {name: entry for name, entry in wanted(paper, root).items() if not names or name in names}
+        if not entries:
+            continue
+        coq, found[paper] = prepared(paper, root, folder), []
+        for name, entry in entries.items():
+            path = root / "certificates" / paper / f"{name}.json"
+            outcome = verify(path, root)
             done = Checked(paper, name, outcome.reason)
             if outcome.theorem:
                 done = checked(coq, entry, parse(content(path)))

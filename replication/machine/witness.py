@@ -26,7 +26,7 @@ LONGEST_WAY = 50
 
 @dataclass(frozen=True)
 class Storage:
-    """The matrices (30) are positive definite: F_k F_k' + room I is below each; and c I, c = above, is above each P_k."""
+    """The matrices (30) are positive definite: F_k F_k' + room I is below each; and above * I is above each P_k."""
 
     factors: list[fmpq_mat]
     room: fmpq
