@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from replication.errors import InvalidInputError, ReplicationError
+from replication.machine.count import counted, lines
 from replication.machine.generate import identifier, proposition, source
 from replication.machine.run import CLOSED, PACKAGES, Coq, audited, checked, prepared, wanted
 
@@ -208,3 +209,10 @@ def test_what_coq_prints_of_a_proof_without_assumptions(tmp_path: Path) -> None:
     assert coq.compile(f"{PAPER}/a", "Lemma a : True. Proof. exact I. Qed.\nPrint Assumptions a.").strip() == CLOSED
     with pytest.raises(ReplicationError, match="Error"):
         coq.compile(f"{PAPER}/b", "Lemma b : False. Proof. exact I. Qed.")
+
+
+def test_the_documentation_shows_the_count_of_lines_which_is_short() -> None:
+    count = counted(PAPER, "gains-38")
+    assert count in (ROOT / "docs" / "machine-checked.md").read_text(encoding="utf-8")
+    assert int(count.split()[0]) <= 60
+    assert lines("(* one\n two *)\n\nDefinition a := 1. (* three *)\n") == 1
