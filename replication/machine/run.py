@@ -151,9 +151,12 @@ def audited(coq: Coq, entry: Wanted, certificate: Any, module: str) -> None:
 
 
 def check(
-    root: Path, folder: Path, names: Sequence[str] = (), say: Callable[[str], None] = print
+    root: Path, folder: Path, names: Sequence[str] = (), say: Callable[[str], None] = print, *, again: bool = False
 ) -> dict[str, list[Checked]]:
-    """Check the named theorems, or all; say a line for each. The record of a paper is written if all were checked."""
+    """Check the named theorems, or all; say a line for each. The record of a paper is written if all were checked.
+
+    again: have `coqchk` check the theorems too, and not the theory alone.
+    """
     found: dict[str, list[Checked]] = {}
     for paper in papers(root):
         entries = {name: entry for name, entry in wanted(paper, root).items() if not names or name in names}
@@ -169,9 +172,8 @@ def check(
             found[paper].append(done)
             say(done.line())
         if not names:
-            proved = [identifier(one.name) for one in found[paper] if not one.reason]
-            theory = [f"Multirate.{name}" for name in FILES]
-            coq.check_again([*theory, *(f"{paper}.{name}" for name in ("Decimals", *proved))])
+            proved = [f"{paper}.{identifier(one.name)}" for one in found[paper] if again and not one.reason]
+            coq.check_again([*(f"Multirate.{name}" for name in FILES), f"{paper}.Decimals", *proved])
             say(f"{paper}: coqchk has checked the theory and {len(proved)} theorems again")
             _record(root, paper, found[paper], coq)
     if not found:
