@@ -16,7 +16,7 @@ It works in build/coq. When all theorems are checked, papers/PAPER/machine-check
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("names", nargs="*", metavar="NAME", help="theorems (default: all)")
-    parser.add_argument("--again", action="store_true", help="let coqchk check all theorems too (a quarter of an hour)")
+    parser.add_argument("--again", action="store_true", help="let coqchk check all theorems too, which is slow")
 
 
 def command(chosen: argparse.Namespace) -> int:
