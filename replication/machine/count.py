@@ -36,4 +36,5 @@ def counted(paper: str, name: str, root: Path = ROOT) -> str:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(counted(*(sys.argv[1:] or ["okajima2023", "gains-38"])))
+    chosen_paper, chosen_name = sys.argv[1:] or ("okajima2023", "gains-38")
+    sys.stdout.write(counted(chosen_paper, chosen_name))

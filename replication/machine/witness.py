@@ -85,7 +85,8 @@ def cycle(system: Sensing, turn: fmpq_mat, v: Sequence[fmpq_mat], *, hidden: boo
     for k, (step, v_k) in enumerate(zip(steps, v, strict=True)):
         period.append(stacked(system, x, v_k, k, hidden=hidden))
         x = advanced(step, x, v_k)
-    inputs, reach = [], zeros(n, 0)
+    inputs: list[fmpq_mat] = []
+    reach = zeros(n, 0)
     while len(inputs) < LONGEST_WAY * system.phases:
         for step in steps:
             A, B = submatrix(step, range(n), range(n)), submatrix(step, range(n), range(n, n + m))

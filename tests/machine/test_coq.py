@@ -14,10 +14,12 @@ from pathlib import Path
 
 import pytest
 
-from replication.errors import InvalidInputError, ReplicationError
+from replication.audit.judge.proofs import sha256
+from replication.audit.judge.proofs import wanted as proofs
+from replication.errors import AuditError, InvalidInputError, ReplicationError
 from replication.machine.count import counted, lines
 from replication.machine.generate import identifier, proposition, source
-from replication.machine.run import CLOSED, PACKAGES, Coq, audited, checked, prepared, wanted
+from replication.machine.run import CLOSED, PACKAGES, RECORD, Coq, audited, checked, prepared, wanted
 
 ROOT = Path(__file__).parents[2]
 PAPER = "okajima2023"
@@ -216,3 +218,24 @@ def test_the_documentation_shows_the_count_of_lines_which_is_short() -> None:
     assert count in (ROOT / "docs" / "machine-checked.md").read_text(encoding="utf-8")
     assert int(count.split()[0]) <= 60
     assert lines("(* one\n two *)\n\nDefinition a := 1. (* three *)\n") == 1
+
+
+def test_the_report_calls_a_theorem_machine_checked_for_the_very_file_only(tmp_path: Path) -> None:
+    for part in ("papers", "certificates"):
+        shutil.copytree(ROOT / part / PAPER, tmp_path / part / PAPER)
+    path = tmp_path / "certificates" / PAPER / "gains-38.json"
+    record = {"coq": "8", "statement": "Statement.v", "certificates": {"gains-38": sha256(path), "gains-39": "0" * 64}}
+    kept = tmp_path / "papers" / PAPER / RECORD
+    kept.write_text(json.dumps(record), encoding="utf-8")
+
+    def named() -> list[str]:
+        return [entry.name for entry in proofs(tmp_path, [PAPER])[0] if entry.machine]
+
+    assert named() == ["gains-38"]
+    path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert named() == []
+    kept.unlink()
+    assert named() == []
+    kept.write_text("[]", encoding="utf-8")
+    with pytest.raises(AuditError, match="not what `make coq` writes"):
+        named()

@@ -94,8 +94,13 @@ def machine_checked(folder: Path) -> tuple[str, dict[str, str]]:
     path = folder / "machine-checked.json"
     if not path.is_file():
         return "", {}
-    record = json.loads(path.read_text(encoding="utf-8"))
-    return record["statement"], record["certificates"]
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        return record["statement"], record["certificates"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise AuditError(
+            f"{path} is not what `make coq` writes ({error!r}); run it again, or remove the file"
+        ) from None
 
 
 def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bool) -> str:
