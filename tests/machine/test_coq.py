@@ -48,8 +48,8 @@ def first(part: str, change: Callable[[int], int]) -> Callable[[str], str]:
     """Change the first number in the table of a definition."""
 
     def changed(text: str) -> str:
-        pattern = rf"(Definition {part} := (?:map \()?over \d+\)? \[:: \[:: (?:\[:: )?)(-?\d+)"
-        return re.sub(pattern, lambda found: f"{found[1]}{change(int(found[2]))}", text, count=1)
+        pattern = rf"(Definition {part} := (?:map \()?over \d+\)? \[:: \[:: (?:\[:: )?)(-?(?:0x[0-9a-f]+|\d+))"
+        return re.sub(pattern, lambda found: f"{found[1]}{change(int(found[2], 0))}", text, count=1)
 
     return changed
 
@@ -116,7 +116,7 @@ def test_a_changed_certificate_is_refused(coq: Coq, what: str) -> None:
         coq.compile(f"{PAPER}/changed_{identifier(what)}", change(text))
 
 
-DECIMALS = {"A": "0.95", "B_d": "0.3", "C": "2.5", "D": "1]; [:: 0; 0.5", "W": "1; 0; 0]; [:: 0; 1", "gains": "0.276"}
+DECIMALS = {"A": "0.95", "B_d": "0.3", "C": "2.5", "D": "0]; [:: 0; 0.5", "W": "1; 0; 0]; [:: 0; 1", "gains": "0.276"}
 """Which decimal of the plant or the gains (38) is changed, in the words around it; the last number in them is."""
 
 
