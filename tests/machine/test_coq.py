@@ -129,7 +129,7 @@ def test_changed_decimals_are_refused(coq: Coq, what: str) -> None:
     start, last = old[: old.rindex(" ") + 1] if " " in old else "", old.split(" ")[-1]
     assert old in text
     other = Coq(coq.folder, f"other_{what}")
-    other.compile(f"{other.paper}/Decimals", text.replace(old, f"{start}{float(last) * 1.01:.4f}", 1))
+    other.compile(f"{other.paper}/Decimals", text.replace(old, f"{start}{float(last) * 1.01:.4f}", 1), shared=True)
     changed = source({**certificate("gains-38"), "paper": other.paper})
     with pytest.raises(ReplicationError, match="Error"):
         other.compile(f"{other.paper}/gains_38", changed)
