@@ -25,6 +25,7 @@ MODULES = {
     "notebooks": "publish",
     "certify": "certify",
     "verify": "verify",
+    "coq": "coq",
     "export": "publish",
     "artifact": "publish",
     "design": "design",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -36,7 +37,10 @@ Ends = tuple[float | None, float | None]
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
-    """A certificate that a paper wants. path: below the project. subject: checksums of all that its proof reads."""
+    """A certificate that a paper wants. path: below the project. subject: checksums of all that its proof reads.
+
+    machine: the statement that Coq has proved of the file as it is, below the project; empty if none.
+    """
 
     paper: str
     name: str
@@ -44,6 +48,7 @@ class Wanted:
     statement: str
     path: str
     subject: Mapping[str, str]
+    machine: str = ""
 
     @property
     def task(self) -> str:
@@ -65,6 +70,7 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
             raise AuditError(str(refusal)) from None
         folder = root / "papers" / paper
         shared = {f"papers/{paper}/{name}": sha256(folder / name) for name in SUBJECT if (folder / name).is_file()}
+        statement, sums = machine_checked(folder)
         for entry in listed.values():
             path = f"certificates/{paper}/{entry.name}.json"
             subject = {path: sha256(root / path), **shared}
@@ -76,10 +82,25 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
                     statement=entry.statement,
                     path=path,
                     subject=subject,
+                    machine=statement if sums.get(entry.name) == subject[path] else "",
                 )
             )
         reasons |= {claim: entry.reason for entry in unproved for claim in entry.claims}
     return tuple(found), reasons
+
+
+def machine_checked(folder: Path) -> tuple[str, dict[str, str]]:
+    """What the last run of Coq left beside a paper: the statement's file, and the checksum of each certificate."""
+    path = folder / "machine-checked.json"
+    if not path.is_file():
+        return "", {}
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        return record["statement"], record["certificates"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise AuditError(
+            f"{path} is not what `make coq` writes ({error!r}); run it again, or remove the file"
+        ) from None
 
 
 def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bool) -> str:
@@ -105,6 +126,7 @@ def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) ->
         claims=certificate.claims,
         statement=certificate.statement,
         proved=not proved["reason"],
+        machine=certificate.machine,
         **{**proved, "items": tuple((low, high) for low, high in proved["items"]), "says": says},
     )
 

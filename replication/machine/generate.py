@@ -1,0 +1,166 @@
+"""From a certificate on a level of a multi-rate observer to a file for Coq: its theorem, its data, three checks.
+
+The file holds no plant: it names one in the paper's `coq/Decimals.v`, and the gains of `multirate.gain`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+from flint import fmpq, fmpq_mat, fmpz_mat
+
+from replication.errors import InvalidInputError
+from replication.machine.witness import common_denominator, cycle, driven_by, from_rest, storage
+from replication.verify.multirate.sensing import Sensing, read_sensing, schedule
+from replication.verify.reading import matrices, matrix, rational
+
+GAIN, SMOOTHER, PREDICTOR = "multirate.gain", "multirate.optimum-noncausal", "multirate.optimum-causal"
+STATEMENTS = (GAIN, SMOOTHER, PREDICTOR)
+"""The statements of the verifier that Coq checks too."""
+GAIN_BITS = 48
+"""Of the gains P_k^-1 Y_k of an optimum, rounded."""
+HEAD = """From mathcomp Require Import all_ssreflect all_algebra.
+From Coq Require Import QArith_base.
+From Multirate Require Import Statement Checker.
+From {paper} Require Import Decimals.
+
+"""
+Certificate = Mapping[str, Any]
+
+
+def identifier(name: str) -> str:
+    """The name of a plant or theorem as Coq writes it."""
+    found = re.sub(r"[^A-Za-z0-9]", "_", name)
+    if not re.match(r"[A-Za-z]", found):
+        raise InvalidInputError(f"{name!r} cannot be the name of a Coq module; start it with a letter")
+    return found
+
+
+def proposition(wanted: Certificate, bound: Mapping[str, str]) -> str:
+    """What Coq is to prove of a wanted theorem (statement, plant, parameters) with these bounds."""
+    given, plant = wanted["parameters"], identifier(wanted["plant"])
+    lower, upper, relative = (_number(text) for text in (bound["lower"], bound["upper"], given["relative"]))
+    if len(set(given["sensors"])) < len(given["sensors"]):
+        raise InvalidInputError(f"sensors {given['sensors']} name one twice; give each sensor one period")
+    N = len(schedule(given["periods"], given["offsets"]))
+    entries = zip(given["sensors"], given["periods"], (theta % N for theta in given["offsets"]), strict=True)
+    times = "; ".join(f"({sensor}, {period}, {theta})" for sensor, period, theta in entries)
+    on = f"under R {plant}{'_plant' if wanted['statement'] == GAIN else ''} [:: {times}]%nat"
+    bounds = " ".join(f"(number R ({number}))" for number in (lower, upper, relative))
+    if wanted["statement"] == GAIN:
+        return f"forall R, gain_between ({on})\n  (cyclic R _ _ {plant}) {bounds}"
+    sees = "everything" if wanted["statement"] == SMOOTHER else "the_past"
+    return f"forall R, optimum_between ({on})\n  {sees} {bounds}"
+
+
+def source(certificate: Certificate) -> str:
+    """The file for Coq."""
+    kind, given = certificate["statement"], SimpleNamespace(**certificate["parameters"])
+    system = read_sensing(certificate["plant"], "plant", given, *(["L"] if kind == GAIN else []))
+    witness, upper = certificate["witness"], rational(certificate["bound"]["upper"], "bound.upper")
+    P = [matrix(entry, "witness.P") for entry in witness["P"]]
+    gains = system.gains if kind == GAIN else _rounded_gains(system, P, witness["Y"])
+    kept = storage(system, P, gains, upper)
+    loops = [*system.error_system(gains), *(part for k in range(system.phases) for part in system.open_loop(k))]
+    wanted = {"statement": kind, "plant": certificate["plant"]["name"], "parameters": certificate["parameters"]}
+    stated = proposition(wanted, certificate["bound"])
+    plant, times = re.search(r"under R (\w+) (\[::.*?\]%nat)", stated).groups()  # type: ignore[union-attr]
+    sensors = len(certificate["plant"]["C"])
+    widened = [_widened(L, given.sensors, sensors) for L in gains]
+    way, steady, turn = _below(system, kind, witness)
+    lower, upper_, relative = (
+        _number(text) for text in (*(certificate["bound"][side] for side in ("lower", "upper")), given.relative)
+    )
+    turned = f"{turn.nrows()} turn way cycle"
+    check, theorem = {
+        GAIN: (f"check_cycle plant times den false gains {turned} lower", "gain_proved"),
+        SMOOTHER: (f"check_cycle plant times den true (nseq (period times) [::]) {turned} lower", "smoother_proved"),
+        PREDICTOR: ("check_finite plant times den 1 way lower", "predictor_proved"),
+    }[kind]
+    parts = {
+        "plant": plant,
+        "times : schedule": times,
+        "den": f"{common_denominator(loops)}%positive",
+        "gains": identifier(certificate["plant"]["name"]) if kind == GAIN else _tables(widened),
+        "storage": _tables(P),
+        "factors": _tables(kept.factors),
+        "room": f"Qmake {kept.room.p} {kept.room.q}",
+        "above": f"Qmake {kept.above.p} {kept.above.q}",
+        "way": _tables(way),
+        "cycle": _tables(steady),
+        "turn": _table(turn),
+        "lower": lower,
+        "upper": upper_,
+        "relative": relative,
+    }
+    lines = [f"Definition {name} := {value}." for name, value in parts.items()]
+    checks = {
+        "width_holds": "check_width lower upper relative",
+        "upper_holds": "check_above plant times den gains storage factors upper room above",
+        "lower_holds": check,
+    }
+    lines += [f"Lemma {name} : {what}.\nProof. vm_cast_no_check (erefl true). Qed." for name, what in checks.items()]
+    lines += [f"\nTheorem proved : {stated}.\nProof. move=> R; exact: ({theorem} R {' '.join(checks)}). Qed.\n"]
+    return HEAD.format(paper=certificate["paper"]) + "\n".join(lines)
+
+
+def _below(system: Sensing, kind: str, witness: Certificate) -> tuple[list[fmpq_mat], list[fmpq_mat], fmpq_mat]:
+    """The way from rest, the cycle, and how it is turned from period to period; without cycle for a predictor."""
+    if kind == PREDICTOR:
+        d = [matrix(entry, "witness.d") for entry in witness["d"]]
+        start = int(witness["start"]) % system.phases
+        return from_rest(system, driven_by(system, hidden=True), d, start, hidden=True), [], fmpq_mat(0, 0)
+    turn, hidden = matrix(witness["turn"], "witness.turn"), kind == SMOOTHER
+    v = [matrix(entry, "witness.v") for entry in witness["d" if hidden else "v"]]
+    way, steady = cycle(system, turn, v, hidden=hidden)
+    return way, steady, turn
+
+
+def _rounded_gains(system: Sensing, P: Sequence[fmpq_mat], Y: Any) -> list[fmpq_mat]:
+    """P_k^-1 Y_k in multiples of 2^-GAIN_BITS; zero for sensors that are not measured."""
+    found, one = [], 1 << GAIN_BITS
+    for k, Y_k in enumerate(matrices(Y, "witness.Y", system.order, system.sensors, system.phases)):
+        used = [fmpq(int(i in system.measured[k])) for i in range(system.sensors)]
+        L = P[k].solve(Y_k).tolist()
+        found.append(
+            fmpq_mat([[fmpq(round(x * use * one), one) for x, use in zip(row, used, strict=True)] for row in L])
+        )
+    return found
+
+
+def _widened(L: fmpq_mat, sensors: Sequence[int], count: int) -> fmpq_mat:
+    """Gains of all sensors of the plant, from those of the sensors in use."""
+    rows = L.tolist()
+    return fmpq_mat([[row[sensors.index(i)] if i in sensors else fmpq(0) for i in range(count)] for row in rows])
+
+
+def _number(text: str) -> str:
+    number = rational(text, "a bound")
+    return f"Qmake {number.p} {number.q}" if number >= 0 else f"Qmake ({number.p}) {number.q}"
+
+
+def _integer(number: int) -> str:
+    """In hexadecimal, which Coq reads faster, once it is long."""
+    return str(number) if abs(number) < 1 << 64 else hex(number)
+
+
+def _rows(M: fmpq_mat, denominator: int) -> str:
+    integers = (M * denominator).numer_denom()[0] if M.nrows() else fmpz_mat(0, 0)
+    return "; ".join(f"[:: {'; '.join(_integer(int(entry)) for entry in row)}]" for row in integers.tolist())
+
+
+def _table(M: fmpq_mat) -> str:
+    """A table over the least common denominator."""
+    denominator = common_denominator([M])
+    rows = _rows(M, denominator)
+    return f"over {denominator} [:: {rows}]%Z" if rows else "[::] : table"
+
+
+def _tables(parts: Sequence[fmpq_mat]) -> str:
+    """Tables of these matrices, all over one denominator."""
+    denominator = common_denominator(parts)
+    texts = ";\n  ".join(f"[:: {_rows(part, denominator)}]" for part in parts)
+    return f"map (over {denominator}) [:: {texts}]%Z" if texts else "[::] : seq table"
