@@ -183,7 +183,7 @@ def is_schur(polynomial: Sequence[Any], radius: Any = Fraction(1)) -> bool:
         first, last = rest[0], rest[-1]
         if not first * first < last * last:
             return False
-        rest = [last * a - first * b for a, b in zip(rest, rest[::-1], strict=True)][1:]
+        rest = [a - first / last * b for a, b in zip(rest, rest[::-1], strict=True)][1:]
     return True
 
 

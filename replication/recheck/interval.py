@@ -7,7 +7,7 @@ holds for all numbers of both intervals.
 from __future__ import annotations
 
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from math import isqrt
 from typing import Any
 
@@ -211,7 +211,8 @@ def pi() -> Interval:
     return arctan(5) * 16 - arctan(239) * 4
 
 
-def wave(angle: Any) -> tuple[Interval, Interval]:
+@lru_cache(maxsize=1000)
+def wave(angle: Fraction) -> tuple[Interval, Interval]:
     """Cosine and sine."""
     found = exponential([[Fraction(0), -angle], [angle, Fraction(0)]])
     return found[0][0], found[1][0]
