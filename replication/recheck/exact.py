@@ -86,7 +86,10 @@ def solved(matrix: Matrix, right: Matrix) -> Matrix:
         for k in range(size):
             if k != i and rows[k][i] != 0:
                 factor = rows[k][i]
-                rows[k] = [*rows[k][: i + 1], *(a - factor * b for a, b in zip(rows[k][i + 1 :], rows[i][i + 1 :], strict=True))]
+                rows[k] = [
+                    *rows[k][: i + 1],
+                    *(a - factor * b for a, b in zip(rows[k][i + 1 :], rows[i][i + 1 :], strict=True)),
+                ]
     return [row[size:] for row in rows]
 
 

@@ -30,9 +30,7 @@ def wanted(paper: str, name: str, root: Path) -> Plant:
     entries = several(decoded((folder / "theorems.json").read_bytes()), "theorems.json", lambda entry, _: entry)
     found = [entry for entry in entries if entry.get("name") == name]
     need(len(found) == 1, f"the paper {paper} wants {len(found)} theorems named {name!r:.60}")
-    _, claims, statement, plant, parameters = take(
-        found[0], name, "name", "claims", "statement", "plant", "parameters"
-    )
+    _, claims, statement, plant, parameters = take(found[0], name, "name", "claims", "statement", "plant", "parameters")
     described: Plant = {"name": word(plant, "plant")}
     if plant:
         need(paper in PLANTS, f"the plants of {paper} are not known here")
@@ -48,7 +46,9 @@ def printed(path: Path) -> Mapping[str, Any]:
     def no_float(text: str) -> Any:
         need(False, f"printed.toml holds the float {text}")
 
-    return {name: table["value"] for name, table in tomllib.loads(path.read_text("utf-8"), parse_float=no_float).items()}
+    return {
+        name: table["value"] for name, table in tomllib.loads(path.read_text("utf-8"), parse_float=no_float).items()
+    }
 
 
 def written(value: Any) -> Any:
@@ -126,7 +126,9 @@ def peet(data: Mapping[str, Any], folder: Path) -> dict[str, Plant]:
         found[f"ex{example}"] = _delayed(given, [delayed] * number)
         found[f"ex{example}-single"] = {**found[f"ex{example}"], "B": [[Fraction(1)]] * len(delayed)}
     tree = ast.parse((folder / "plants.py").read_text("utf-8"))
-    own = next(node.value for node in tree.body if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "OWN")
+    own = next(
+        node.value for node in tree.body if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "OWN"
+    )
     assert own is not None
     return found | {name: _delayed(one, list(map(table, one["a"]))) for name, one in ast.literal_eval(own).items()}
 
@@ -151,7 +153,11 @@ def shao(data: Mapping[str, Any], _: Path) -> dict[str, Plant]:
     r, psi, l_q, p, b_w, j, k_t = values = [decimal(data[name]) for name in names]
     nought, one = Fraction(0), Fraction(1)
     matrices: Plant = {
-        "A": [[nought, one, nought], [nought, nought, one], [nought, -(r * b_w + k_t * p * psi) / (j * l_q), -r / l_q - b_w / j]],
+        "A": [
+            [nought, one, nought],
+            [nought, nought, one],
+            [nought, -(r * b_w + k_t * p * psi) / (j * l_q), -r / l_q - b_w / j],
+        ],
         "B": [[nought], [nought], [k_t / (j * l_q)]],
         "C": [[one, nought, nought]],
     }

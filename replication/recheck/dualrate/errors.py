@@ -67,18 +67,24 @@ def require_below(moving: Tracked, bound: Fraction, scales: list[Fraction]) -> N
     for _ in range(TERMS - 1):
         rows.append(times([rows[-1]], motion)[0])
     *weights, last = scales
-    sums = [sum(abs(a) * s for a, s in zip(row, weights, strict=True)) / s for row, s in zip(motion, weights, strict=True)]
+    sums = [
+        sum(abs(a) * s for a, s in zip(row, weights, strict=True)) / s for row, s in zip(motion, weights, strict=True)
+    ]
     x = max(*sums, moving.sigma) * half
     need(x < TERMS / 4, "the motion is too fast in these weights")
     series = sum((x**i / factorial(i) for i in range(TERMS)), Fraction(0)) + 2 * x**TERMS / factorial(TERMS)
-    left = (sum(abs(c) * s for c, s in zip(rows[0], weights, strict=True)) + last) * x**TERMS / factorial(TERMS) * series
+    left = (
+        (sum(abs(c) * s for c, s in zip(rows[0], weights, strict=True)) + last) * x**TERMS / factorial(TERMS) * series
+    )
     taylor = enclosed([[c * half**j / factorial(j) for c in row] for j, row in enumerate(rows)])
     turns = [Interval.of((moving.sigma * half) ** j / factorial(j)) for j in range(TERMS)]
     for phase in range(loop.M):
         for piece in range(PIECES):
             state, u, w = moving.signals(phase, (2 * piece + 1) * half)
             vector = [*(Complex.of(entry) for (entry,) in state), Complex.of(u)]
-            sizes = [abs(part) / s for entry, s in zip([*vector, w], scales, strict=True) for part in (entry.re, entry.im)]
+            sizes = [
+                abs(part) / s for entry, s in zip([*vector, w], scales, strict=True) for part in (entry.re, entry.im)
+            ]
             rest = largest(*sizes) * left * 2
             turned = [w, Complex(-w.im, w.re), Complex(-w.re, -w.im), Complex(w.im, -w.re)]
             parts = [
@@ -86,7 +92,9 @@ def require_below(moving: Tracked, bound: Fraction, scales: list[Fraction]) -> N
                 for of in (attrgetter("re"), attrgetter("im"))
                 for column in [list(map(of, vector))]
             ]
-            need(_is_below(parts, Interval.of(bound) - rest), f"the error may reach {float(bound):.9g} in phase {phase}")
+            need(
+                _is_below(parts, Interval.of(bound) - rest), f"the error may reach {float(bound):.9g} in phase {phase}"
+            )
 
 
 def _is_below(parts: list[list[Interval]], bound: Interval) -> bool:
@@ -142,7 +150,9 @@ def errors_ordered(given: Certificate) -> Proof:
 
     compared = several(pairs, "pairs", lambda value, at: several(value, at, setting, 2))
     need(0 < len(compared) <= 20, "no pair, or more than 20")
-    named = several(places, "places", lambda value, at: take(value, at, "level", "phase", "time", "scales"), len(compared))
+    named = several(
+        places, "places", lambda value, at: take(value, at, "level", "phase", "time", "scales"), len(compared)
+    )
     for (smaller, larger), (level, *place) in zip(compared, named, strict=True):
         phase, time, scales = read_place(loop, *place)
         high = positive(level, "level")

@@ -37,13 +37,13 @@ class Loop:
 
 def read_loop(plant: Mapping[str, Any], *more: str) -> Loop:
     """The loop of a certificate."""
-    _, a, b, c, k, gain, period, ratio, *start = take(
-        plant, "plant", "name", "A", "B", "C", "K", "L", "T", "M", *more
-    )
+    _, a, b, c, k, gain, period, ratio, *start = take(plant, "plant", "name", "A", "B", "C", "K", "L", "T", "M", *more)
     state = square(a, "A")
     n = len(state)
     whole = positive(ratio, "M")
-    need(whole.denominator == 1 and whole <= MOST_PERIODS and n <= 10, f"M is no integer up to {MOST_PERIODS}, or n > 10")
+    need(
+        whole.denominator == 1 and whole <= MOST_PERIODS and n <= 10, f"M is no integer up to {MOST_PERIODS}, or n > 10"
+    )
     return Loop(
         state,
         matrix(b, "B", n, 1),
@@ -140,7 +140,7 @@ def _position(loop: Loop) -> Matrix:
     one = Fraction(1)
     need(len(loop.A) == 3, "the command is that of three states")
     need(loop.A[:2] == [[0, one, 0], [0, 0, one]], "the states are no position with its derivatives")
-    need(loop.B[:2] == [[0], [0]] and loop.B[2][0] != 0 and loop.C == [[one, 0, 0]], "B or C is no position form")
+    need(loop.B[:2] == [[0], [0]] and loop.B[2][0] != 0 and [[one, 0, 0]] == loop.C, "B or C is no position form")
     return loop.A
 
 

@@ -40,9 +40,7 @@ def _exactly(value: int) -> Proof:
 def selection(given: Certificate) -> Proof:
     """The diagonals of S_0, S_1, ..."""
     planned = _times(given)
-    shown = [
-        Fraction(i in planned.measured(k)) for k in range(planned.length) for i in range(len(planned.periods))
-    ]
+    shown = [Fraction(i in planned.measured(k)) for k in range(planned.length) for i in range(len(planned.periods))]
     return Proof(items=tuple((one, one) for one in shown))
 
 

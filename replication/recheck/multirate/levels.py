@@ -11,7 +11,6 @@ from typing import Any
 from replication.recheck.exact import (
     blocks,
     characteristic,
-    inverse,
     is_positive,
     is_schur,
     minus,
@@ -104,7 +103,11 @@ def sensed(plant: Any, parameters: Any, *more: str) -> tuple[Sensed, list[Any], 
     need(bool(kept) and all(i < len(c) for i in kept) and len({*kept}) == len(kept), "sensors that are none, or twice")
     planned = schedule(periods, offsets)
     need(len(planned.periods) == len(kept), "a period for each sensor")
-    return Sensed(a, b, [c[i] for i in kept], [d[i] for i in kept], w, planned), matrices[5:], positive(relative, "relative")
+    return (
+        Sensed(a, b, [c[i] for i in kept], [d[i] for i in kept], w, planned),
+        matrices[5:],
+        positive(relative, "relative"),
+    )
 
 
 def gain(given: Certificate) -> Proof:
@@ -125,7 +128,10 @@ def gain(given: Certificate) -> Proof:
         entries = len(both[0])
         supplied = unit(entries, upper**2)
         for i in range(size):
-            supplied[i] = [*minus(storage[k - 1], times(turned(plant.W), plant.W))[i], *([Fraction(0)] * (entries - size))]
+            supplied[i] = [
+                *minus(storage[k - 1], times(turned(plant.W), plant.W))[i],
+                *([Fraction(0)] * (entries - size)),
+            ]
         need(is_positive(storage[k]), f"P[{k}] is not positive")
         need(is_positive(minus(supplied, times(turned(both), storage[k], both))), f"the inequality fails at phase {k}")
     rotation, inputs = _turning(turn, v, len(steps[0][1][0]), length)

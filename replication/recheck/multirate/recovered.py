@@ -7,7 +7,18 @@ from typing import Any
 
 from replication.recheck.exact import Complex, characteristic, minus, times, unit
 from replication.recheck.multirate.levels import Schedule, Sensed, attained, schedule
-from replication.recheck.reading import Certificate, Matrix, Proof, matrix, need, number, positive, several, square, take
+from replication.recheck.reading import (
+    Certificate,
+    Matrix,
+    Proof,
+    matrix,
+    need,
+    number,
+    positive,
+    several,
+    square,
+    take,
+)
 from replication.recheck.roots import roots
 
 Disc = tuple[Complex, Fraction]
