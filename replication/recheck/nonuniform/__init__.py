@@ -1,3 +1,5 @@
-"""x"""
+"""Filters under nonuniform sampling: levels, and what the method rests on."""
 
-CHECKS: dict = {}
+from replication.recheck.nonuniform import levels
+
+CHECKS = levels.CHECKS
