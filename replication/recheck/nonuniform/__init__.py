@@ -1,5 +1,5 @@
 """Filters under nonuniform sampling: levels, and what the method rests on."""
 
-from replication.recheck.nonuniform import levels
+from replication.recheck.nonuniform import grid, levels, theory
 
-CHECKS = levels.CHECKS
+CHECKS = levels.CHECKS | grid.CHECKS | theory.CHECKS

@@ -26,7 +26,8 @@ def surely_positive(middle: Whole, radius: Whole) -> bool:
     far = _both_sides([[abs(entry) for entry in row] for row in change], radius)
     # Triangular with a diagonal that is not zero, the change is invertible.
     return all(
-        row[i] - wide[i] > sum(abs(entry) + more for j, (entry, more) in enumerate(zip(row, wide, strict=True)) if j != i)
+        row[i] - wide[i]
+        > sum(abs(entry) + more for j, (entry, more) in enumerate(zip(row, wide, strict=True)) if j != i)
         for i, (row, wide) in enumerate(zip(near, far, strict=True))
     )
 

@@ -299,11 +299,7 @@ def _summed(step: Matrix, rate: Matrix) -> Matrix:
     """The sum of (step^k)' rate step^k over k >= 0: X = rate + step' X step, entry by entry."""
     n = len(step)
     system = [
-        [
-            Interval.of(int((i, j) == (k, q))) - Interval.of(step[k][i]) * step[q][j]
-            for k in range(n)
-            for q in range(n)
-        ]
+        [Interval.of(int((i, j) == (k, q))) - Interval.of(step[k][i]) * step[q][j] for k in range(n) for q in range(n)]
         for i in range(n)
         for j in range(n)
     ]

@@ -168,6 +168,7 @@ def modulus2(column: Matrix) -> Any:
 def resolved(z: Complex, matrix_: Matrix) -> Matrix:
     """z - matrix, in complex intervals."""
     whole = enclosed(matrix_)
-    return [[z - entry if i == j else Complex(-entry, Interval.of(0)) for j, entry in enumerate(row)] for i, row in enumerate(whole)]
-
-
+    return [
+        [z - entry if i == j else Complex(-entry, Interval.of(0)) for j, entry in enumerate(row)]
+        for i, row in enumerate(whole)
+    ]
