@@ -1,3 +1,5 @@
-"""x"""
+"""Observers of systems with delays: levels from both sides, approximations, roots, and identities."""
 
-CHECKS: dict = {}
+from replication.recheck.delay import levels, squares
+
+CHECKS = levels.CHECKS | squares.CHECKS
