@@ -77,9 +77,7 @@ def gain_lower(given: Certificate) -> Proof:
 
 def pade(order: int) -> list[Fraction]:
     """q of the approximant q(-s)/q(s) of e^-s, from its constant coefficient on."""
-    return [
-        Fraction(factorial(2 * order - k), factorial(k) * factorial(order - k)) for k in range(order + 1)
-    ]
+    return [Fraction(factorial(2 * order - k), factorial(k) * factorial(order - k)) for k in range(order + 1)]
 
 
 def read_order(value: Any) -> int:
@@ -140,7 +138,9 @@ def _section(value: Any, order: int) -> tuple[Matrix, Matrix, Matrix, Fraction]:
     # c adj(s - a) b = det(s - a + b c) - det(s - a).
     closed = characteristic(minus(state, times(drive, seen)))
     top = [through * entry + more - entry for entry, more in zip(denominator, closed, strict=True)]
-    need([entry * q[-1] for entry in top] == [(-1) ** k * entry for k, entry in enumerate(q)], "it has another numerator")
+    need(
+        [entry * q[-1] for entry in top] == [(-1) ** k * entry for k, entry in enumerate(q)], "it has another numerator"
+    )
     return state, drive, seen, through
 
 
@@ -151,10 +151,7 @@ def _model(
     a, b, c, d = section
     order, n = len(a), plant.n
     used = [
-        (i, j)
-        for i in range(len(plant.delays))
-        for j in range(n)
-        if any(row[j] for row in (*plant.A[i], *plant.C1[i]))
+        (i, j) for i in range(len(plant.delays)) for j in range(n) if any(row[j] for row in (*plant.A[i], *plant.C1[i]))
     ]
     size = n + order * len(used)
     state, out = nought(size, size), nought(len(plant.C10), size)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from replication.recheck.exact import blocks, determinant, inverse, nought, times
+from replication.recheck.exact import determinant, inverse, times
 from replication.recheck.reading import Matrix, matrix, need, positive, several, square, take
 
 MOST_STATES = 6
@@ -55,9 +55,9 @@ def read_plant(plant: Mapping[str, Any]) -> Delayed:
 
 
 def changed(plant: Delayed, change: Any) -> Delayed:
-    """The system in coordinates x = T (new x) in which y sees the last of them, by an invertible c."""
-    t = square(change, "change", plant.n)
-    back = inverse(t)
+    """The system in coordinates (new x) = T x in which y sees the last of them, by an invertible c."""
+    back = square(change, "change", plant.n)
+    t = inverse(back)
     c2, first = times(plant.C2, t), plant.unmeasured
     need(first >= 0 and not any(any(row[:first]) for row in c2), "y sees more than the last coordinates")
     need(determinant([row[first:] for row in c2]) != 0, "y does not see all of the last coordinates")
@@ -70,11 +70,3 @@ def changed(plant: Delayed, change: Any) -> Delayed:
         [times(one, t) for one in plant.C1],
         c2,
     )
-
-
-def beside(parts: list[Matrix]) -> Matrix:
-    """Matrices next to each other."""
-    return blocks([parts])
-
-
-__all__ = ["Delayed", "beside", "changed", "nought", "read_plant"]

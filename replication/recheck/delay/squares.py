@@ -30,7 +30,8 @@ from replication.recheck.reading import (
 
 MOST_DEGREE = 4
 
-Form = dict[tuple[Any, ...], Fraction]
+Place = tuple[Any, ...]
+Form = dict[Place, Fraction]
 WEIGHTS: tuple[dict[int, int], ...] = ({0: 1}, {1: -1, 2: -1})
 """1 and -s(s + 1), coefficients by power."""
 
@@ -55,7 +56,7 @@ def entries(us: int, functions: int, degree: int) -> list[Entry]:
     ]
 
 
-def product(weight: int, left: Entry, right: Entry) -> Iterator[tuple[tuple[Any, ...], Fraction]]:
+def product(weight: int, left: Entry, right: Entry) -> Iterator[tuple[Place, Fraction]]:
     """Where the integral of weight * left * right has coefficients, for left before right in zeta.
 
     The term stands once; the one with both exchanged, which the symmetric matrix has too, stands beside it.
@@ -79,14 +80,14 @@ def product(weight: int, left: Entry, right: Entry) -> Iterator[tuple[tuple[Any,
         yield ("R", left[1], right[1], left[3], right[3]), moment(weight, left[2] + right[2])
 
 
-def exchanged(place: tuple[Any, ...]) -> tuple[Any, ...]:
+def exchanged(place: Place) -> Place:
     """The place of the same coefficient with both sides exchanged."""
     if place[0] == "R":
         return ("R", place[2], place[1], place[4], place[3])
     return (place[0], place[2], place[1], *place[3:]) if place[0] != "Q" else place
 
 
-def terms(weight: int, left: Entry, right: Entry) -> Iterator[tuple[tuple[Any, ...], Fraction]]:
+def terms(weight: int, left: Entry, right: Entry) -> Iterator[tuple[Place, Fraction]]:
     """The form of left * right + right * left, halved on the diagonal: what a pair of symmetric entries adds."""
     for place, value in product(weight, left, right):
         if place[0] == "Q":
@@ -123,7 +124,13 @@ class Error:
         self.us = self.l + self.functions
         # By state: the coefficients of its rate in u.
         self.flow = [
-            {k: value for k, value in enumerate([*(-b for b in plant.B[i]), *([0] * self.v), *plant.A0[i], *(x for a in plant.A for x in a[i])]) if value}
+            {
+                k: value
+                for k, value in enumerate(
+                    [*(-b for b in plant.B[i]), *([0] * self.v), *plant.A0[i], *(x for a in plant.A for x in a[i])]
+                )
+                if value
+            }
             for i in range(n)
         ]
 
@@ -131,10 +138,16 @@ class Error:
         """Whether y sees a state, or a history, of this number."""
         return state % self.plant.n >= self.plant.unmeasured
 
-    def rate(self, place: tuple[Any, ...]) -> Iterator[tuple[tuple[Any, ...], Fraction]]:
-        """The rate of the term of V at a place, which stands for itself alone: u of V is e."""
+    def rate(self, place: Place) -> Iterator[tuple[Place, Fraction]]:
+        """The rate of the term of V at a place, which stands for itself alone: u of V is e.
+
+        S of V must not couple two delays; where it does, nothing is counted, and the coupling of a functional stands
+        for any rate.
+        """
         kind, i, j, *powers = place
         one, n = Fraction(1), self.plant.n
+        if kind == "S" and i // n != j // n:
+            return
         if kind == "P":
             for u, value in self.flow[i].items():
                 yield from self._both("P", u, self.e + j, value / 2)
@@ -151,7 +164,7 @@ class Error:
             if k:
                 yield ("Q", self.e + i, j, k - 1), -rate * k
         elif kind == "S":
-            (k,), rate = powers, (self.rates[i] + self.rates[j]) / 2
+            (k,), rate = powers, self.rates[i]
             if k == 0:
                 yield ("P", self.e + i % n, self.e + j % n), rate
             yield ("P", self.l + i, self.l + j), -rate * (-1) ** k
@@ -168,12 +181,12 @@ class Error:
                 yield ("R", i, j, k, m - 1), -self.rates[j] * m
 
     @staticmethod
-    def _both(kind: str, i: int, j: int, value: Any) -> Iterator[tuple[tuple[Any, ...], Fraction]]:
+    def _both(kind: str, i: int, j: int, value: Any) -> Iterator[tuple[Place, Fraction]]:
         """2 value u_i u_j, in a symmetric matrix."""
         yield (kind, i, j), Fraction(value)
         yield (kind, j, i), Fraction(value)
 
-    def cancelled(self, place: tuple[Any, ...]) -> bool:
+    def cancelled(self, place: Place) -> bool:
         """Whether 2 <(e, f), Z C2 (e, f)> reaches a coefficient."""
         kind, i, j, *_ = place
         if kind in ("S", "R"):
@@ -208,9 +221,7 @@ def require_squares(plant: Delayed, degree: int, level: Fraction, value: Any) ->
     change, stored, dissipated = take(value, "sos", "change", "storage", "dissipation")
     need(1 <= degree <= MOST_DEGREE and level > 0, "the degree is too large, or the level not positive")
     system = Error(changed(plant, change))
-    v, n = (
-        several(grams, name, symmetric, 2) for grams, name in ((stored, "storage"), (dissipated, "dissipation"))
-    )
+    v, n = (several(grams, name, symmetric, 2) for grams, name in ((stored, "storage"), (dissipated, "dissipation")))
     for weight in (0, 1):
         for gram, us in ((v[weight], plant.n), (n[weight], system.us)):
             need(len(gram) == len(entries(us, system.functions, degree - weight)), "a Gram matrix has another size")
@@ -257,7 +268,63 @@ def near_optimal(given: Certificate) -> Proof:
     return Proof(holds=True)
 
 
+def degree_lower(given: Certificate) -> Proof:
+    """Theorem 3 is infeasible below a level at one degree, by a functional that is nowhere negative on squares."""
+    (lower,) = given.stated("lower")
+    (degree,) = take(given.parameters, "parameters", "degree")
+    change, functional = take(given.witness, "witness", "change", "functional")
+    need(count(degree, "degree", 1) <= MOST_DEGREE and lower > 0, "the degree is too large, or the bound not positive")
+    system = Error(changed(read_plant(given.plant), change))
+    weights, coupling = _functional(functional, system, 2 * degree + 1)
+    need(not any(system.cancelled(place) for place, one in weights.items() if one), "Z reaches a weight")
+
+    def valued(form: Iterator[tuple[Place, Fraction]]) -> Fraction:
+        return sum((one * weights.get(place, Fraction(0)) for place, one in form), Fraction(0))
+
+    def along(form: Iterator[tuple[Place, Fraction]]) -> Fraction:
+        total = Fraction(0)
+        for place, one in form:
+            total += one * (valued(system.rate(place)) + coupling.get(place, Fraction(0)))
+        return total
+
+    for us, value in ((system.plant.n, along), (system.us, valued)):
+        for weight in (0, 1):
+            zeta = entries(us, system.functions, degree - weight)
+            gram = [[Fraction(0)] * len(zeta) for _ in zeta]
+            for i, left in enumerate(zeta):
+                for j in range(i, len(zeta)):
+                    gram[i][j] = gram[j][i] = value(terms(weight, left, zeta[j])) / (1 if i == j else 2)
+            need(is_semidefinite(gram), "the functional is negative on a square")
+    spent = sum((weights.get(("P", i, i), Fraction(0)) for i in range(system.e)), Fraction(0))
+    need(spent > 0, "the functional does not see w and v")
+    need(valued(iter(system.supplied(Fraction(0)).items())) >= lower * spent, "the functional gives a smaller level")
+    return Proof(lower=lower)
+
+
+def _functional(value: Any, system: Error, powers: int) -> tuple[Form, Form]:
+    """A weight for each coefficient of a form of this many powers; and what is added where S of V couples delays."""
+    p, q, s, r, coupling = take(value, "functional", "P", "Q", "S", "R", "coupling")
+    us, functions = system.us, system.functions
+    found: Form = {("P", i, j): one for i, row in enumerate(symmetric(p, "P", us)) for j, one in enumerate(row)}
+
+    def stacked(given: Any, where: str, rows: int) -> Iterator[tuple[int, int, int, Fraction]]:
+        read = several(given, where, lambda one, at: matrix(one, at, rows, functions), powers)
+        return (
+            (i, j, k, one) for k, block in enumerate(read) for i, row in enumerate(block) for j, one in enumerate(row)
+        )
+
+    found |= {("Q", i, j, k): one for i, j, k, one in stacked(q, "Q", us)}
+    found |= {("S", i, j, k): one for i, j, k, one in stacked(s, "S", functions)}
+    for k, block in enumerate(several(r, "R", lambda one, _: one, powers)):
+        found |= {("R", i, j, k, m): one for i, j, m, one in stacked(block, "R", functions)}
+    n = system.plant.n
+    added = {("S", i, j, k): one for i, j, k, one in stacked(coupling, "coupling", functions)}
+    need(not any(one for (_, i, j, _), one in added.items() if i // n == j // n), "the coupling is within a delay")
+    return found, added
+
+
 CHECKS = {
     "delay.gain-upper": gain_upper,
     "delay.near-optimal": near_optimal,
+    "delay.degree-lower": degree_lower,
 }
