@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme test test-fast mutants docs certificates verify artifact bench lint format lock clean help
+.PHONY: report figures readme test test-fast mutants docs certificates verify verify-both artifact bench lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
@@ -41,6 +41,9 @@ certificates: $(STAMP) ## make the certificates that are wanted and not there, o
 
 verify: $(STAMP) ## check all certificates in exact and ball arithmetic
 	$(BIN)/python verify.py
+
+verify-both: $(STAMP) ## the same by both verifiers, which share no code and must agree
+	$(BIN)/python verify.py --both
 
 artifact: report ## one zip of sources, lock, results, figures, certificates and report in dist/
 	$(BIN)/python -m replication artifact
