@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -67,13 +68,14 @@ def report(paths: Sequence[Path], root: Path = ROOT, check: Callable[..., Proof 
     from replication.verify.run import committed, printable, verify
 
     files = [file for path in paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
+    encoding = sys.stdout.encoding or "ascii"
     failed, conflicts, proved, unchecked = 0, 0, 0, []
     for path in files if paths else committed(root):
         outcome = verify(path, root)
         pair = compared(outcome, check(path, root))
-        print(printable(outcome.line(), "utf-8"), flush=True)
+        print(printable(outcome.line(), encoding), flush=True)
         if pair.conflict:
-            print(printable(f"THE VERIFIERS DIFFER on {path}: {pair.conflict}", "utf-8"), flush=True)
+            print(printable(f"THE VERIFIERS DIFFER on {path}: {pair.conflict}", encoding), flush=True)
         if not pair.checked:
             unchecked.append(path.stem)
         failed += outcome.theorem is None

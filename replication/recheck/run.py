@@ -39,7 +39,7 @@ ABOUT: dict[str, tuple[str, ...]] = {
     "peet2019": ("delay.dissipation-identity", "delay.operator-identity", "delay.not-unstable"),
 }
 """By paper, the statements that speak of it, and stand with its certificates only."""
-SECONDS = 120
+SECONDS = 20
 """Of processor time that a check may take: few bytes can ask for much more."""
 FIELDS = ("format", "paper", "name", "claims", "statement", "plant", "parameters", "bound", "witness")
 
@@ -52,7 +52,11 @@ def check(path: Path, root: Path = ROOT) -> Proof | Unproved:
     """What a certificate file proves, or why nothing is; never raises on account of the file."""
     try:
         with _limited(SECONDS):
-            return proof(load(path), root, _place(path, root))
+            value = load(path)
+            found = proof(value, root, _place(path, root))
+            expected = (value["paper"], f"{value['name']}.json")
+            need(value["paper"] is None or path.resolve().parts[-2:] == expected, "the file should be {}/{}".format(*expected))
+            return found
     except Unproved as reason:
         return reason
     except Exception as failure:  # noqa: BLE001 - whatever ends a check, nothing is proved then, and the reason is told
