@@ -1,7 +1,7 @@
-"""Intervals with dyadic ends that are rounded outwards, and what is enclosed in them: roots, logarithms, exponentials.
+"""Intervals with dyadic ends that are rounded outwards; roots, logarithms and exponentials enclosed in them.
 
-An interval holds two integers and stands for all numbers from low/2^BITS to high/2^BITS. A comparison is true only if it
-holds for all numbers of both intervals.
+An interval holds two integers and stands for all numbers from low/2^BITS to high/2^BITS. A comparison is true only
+if it holds for all numbers of both intervals.
 """
 
 from __future__ import annotations

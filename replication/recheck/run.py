@@ -55,7 +55,10 @@ def check(path: Path, root: Path = ROOT) -> Proof | Unproved:
             value = load(path)
             found = proof(value, root, _place(path, root))
             expected = (value["paper"], f"{value['name']}.json")
-            need(value["paper"] is None or path.resolve().parts[-2:] == expected, "the file should be {}/{}".format(*expected))
+            need(
+                value["paper"] is None or path.resolve().parts[-2:] == expected,
+                "the file should be {}/{}".format(*expected),
+            )
             return found
     except Unproved as reason:
         return reason

@@ -1,4 +1,4 @@
-"""The second verifier proves what the first one proves, refuses what it refuses, and each finds a fault of the other."""
+"""The second verifier proves what the first one proves and refuses what it refuses; each finds faults of the other."""
 
 import ast
 import json
@@ -133,7 +133,7 @@ ALTERED: tuple[tuple[str, Callable[[Certificate], None]], ...] = (
     *(("okajima2023/optimum-2-3", change) for change in (lower_level, higher_floor, other_storage, other_schedule)),
     *(("okajima2023/optimum-case-a", change) for change in (lower_level, higher_floor, other_plant)),
     *(("mustafa/nominal-1-upper", change) for change in (lower_level, other_plant)),
-    *(("mustafa/printed-filter-lower", change) for change in (higher_floor, other_plant)),
+    *(("mustafa/printed-filter-lower", change) for change in (higher_floor,)),
     *(("mustafa/duration-1-lower", change) for change in (higher_floor, other_disturbance)),
     *(("mustafa/floor-1", change) for change in (higher_floor,)),
     *(("peet2019/ex1-upper", change) for change in (lower_level, other_gram, other_delay)),
@@ -223,9 +223,7 @@ def test_a_fault_in_either_is_found_on_true_certificates(
     assert "the lower bound is None for the first, 6 for the second" in capsys.readouterr().out
 
 
-def test_what_has_no_second_check_is_named(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_has_no_second_check_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     kept = {name: check for name, check in second.CHECKS.items() if name != "multirate.common-period"}
     monkeypatch.setattr(second, "CHECKS", kept)
     assert twice.main(["--both", str(FILES["okajima2023/common-period"]), str(FILES["okajima2023/rows"])]) == 0

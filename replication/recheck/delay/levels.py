@@ -19,7 +19,6 @@ from replication.recheck.exact import (
     part,
     plus,
     scaled,
-    solved,
     times,
     turned,
     unit,
@@ -109,7 +108,7 @@ def pade_upper(given: Certificate) -> Proof:
     order = read_order(*take(given.parameters, "parameters", "order"))
     change, section, stored = take(given.witness, "witness", "change", "section", "P")
     plant = changed(read_plant(given.plant), change)
-    a, b, c, out, channels = _model(plant, _section(section, order))
+    a, b, out, channels = _model(plant, _section(section, order))
     p = symmetric(stored, "P", len(a))
     need(is_positive(p), "P is not positive")
     kept = [*range(plant.unmeasured), *range(plant.n, plant.n + channels)]
@@ -144,10 +143,8 @@ def _section(value: Any, order: int) -> tuple[Matrix, Matrix, Matrix, Fraction]:
     return state, drive, seen, through
 
 
-def _model(
-    plant: Delayed, section: tuple[Matrix, Matrix, Matrix, Fraction]
-) -> tuple[Matrix, Matrix, Matrix, Matrix, int]:
-    """A, B, C2, C1 of x and the sections, one for each delay and state that has an effect; and their states."""
+def _model(plant: Delayed, section: tuple[Matrix, Matrix, Matrix, Fraction]) -> tuple[Matrix, Matrix, Matrix, int]:
+    """A, B, C1 of x and the sections, one for each delay and state that has an effect; and their states."""
     a, b, c, d = section
     order, n = len(a), plant.n
     used = [
@@ -168,7 +165,7 @@ def _model(
             state[first + k][j] = b[k][0] / plant.delays[i]
             state[first + k][first : first + order] = [entry / plant.delays[i] for entry in a[k]]
     drive = [*plant.B, *nought(size - n, len(plant.B[0]))]
-    return state, drive, plant.C2, out, size - n
+    return state, drive, out, size - n
 
 
 def unstable(given: Certificate) -> Proof:

@@ -29,7 +29,7 @@ class Tracked:
 
     def error(self, phase: int, time: Fraction) -> Complex:
         """The amplitude of y - y_d so long after the instant of a phase."""
-        state, u, w = self.signals(phase, time)
+        state, _, w = self.signals(phase, time)
         return Complex.of(times(self.loop.C, state)[0][0]) - w
 
     def signals(self, phase: int, time: Fraction) -> tuple[Matrix, Complex, Complex]:

@@ -59,7 +59,7 @@ def hurwitz(given: Certificate) -> Proof:
 
 
 def feedforward(given: Certificate) -> Proof:
-    """Whether (y^(i) + a_2 y^(j) + a_3 y^(k))/b is the input: a polynomial in s, compared at more points than degrees."""
+    """Whether (y^(i) + a_2 y^(j) + a_3 y^(k))/b is the input: polynomials in s, at more points than degrees."""
     given.stated()
     take(given.witness, "witness")
     loop, (listed,) = read_loop(given.plant), take(given.parameters, "parameters", "orders")

@@ -18,7 +18,7 @@ DIGITS = 60
 
 
 def surely_positive(middle: Whole, radius: Whole) -> bool:
-    """Whether every symmetric matrix that differs from the middle by the radius at most, entry by entry, is positive."""
+    """Whether every symmetric matrix within the radius of the middle, entry by entry, is positive definite."""
     change = _change(middle)
     if change is None:
         return _pivots(middle, radius)

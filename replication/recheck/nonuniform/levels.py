@@ -5,19 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from itertools import pairwise
 from math import lcm
 from operator import mul
 from typing import Any
 
 from replication.recheck.exact import (
     Complex,
-    blocks,
     characteristic,
     inverse,
     is_hurwitz,
     is_positive,
     is_schur,
-    minus,
     plus,
     scaled,
     solved,
@@ -72,7 +71,7 @@ def read_storage(value: Any, size: int) -> Storage:
     cells, before, stored = take(value, "storage", "cells", "before", "P")
     cuts = several(cells, "cells", number)
     need(len(cuts) > 1 and cuts[0] == 0 and cuts[-1] == 1, "the cells do not cover the range")
-    need(all(a < b for a, b in zip(cuts, cuts[1:], strict=False)), "the cells do not follow each other")
+    need(all(a < b for a, b in pairwise(cuts)), "the cells do not follow each other")
     p = several(stored, "P", lambda one, at: symmetric(one, at, size))
     states = several(before, "before", lambda row, at: several(row, at, count, len(cuts) - 1), len(p))
     need(bool(p) and all(one < len(p) for row in states for one in row), "a state is none")
@@ -167,7 +166,7 @@ class Inequality:
     def require(self) -> None:
         """Refuse unless it holds for all periods, cell by cell."""
         storage = self.storage
-        for cell, (left, right) in enumerate(zip(storage.cuts, storage.cuts[1:], strict=False)):
+        for cell, (left, right) in enumerate(pairwise(storage.cuts)):
             waiting = [(left, right, [(row[cell], d) for d, row in enumerate(storage.before)], 0)]
             while waiting:
                 start, stop, failed, halvings = waiting.pop()

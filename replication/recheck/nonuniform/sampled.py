@@ -16,7 +16,6 @@ from replication.recheck.reading import (
     need,
     number,
     one_of,
-    positive,
     several,
     square,
     take,

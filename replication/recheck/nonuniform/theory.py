@@ -27,7 +27,7 @@ def _no_plant(given: Certificate) -> None:
 
 
 def lemma_2(given: Certificate) -> Proof:
-    """[Phi, Gamma](h_0 + theta) = [Phi, Gamma](h_0) + Delta [A Phi, A Gamma + B], for functions of A, polynomials in it.
+    """[Phi, Gamma](h_0 + theta) = [Phi, Gamma](h_0) + Delta [A Phi, A Gamma + B], for polynomials in A.
 
     With I_0 and Delta the integrals of e^(At) up to h_0 and theta, e^(A h_0) = 1 + A I_0, e^(A theta) = 1 + A Delta,
     and the integral up to h_0 + theta is Delta + e^(A theta) I_0.
