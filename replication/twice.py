@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -63,7 +63,7 @@ def _meet(one: Sequence[object], other: tuple[Fraction, Fraction]) -> bool:
     return low is not None and high is not None and low <= other[1] and other[0] <= high
 
 
-def report(paths: Sequence[Path], root: Path = ROOT, check: Callable[..., Proof | Unproved] = second.check) -> int:
+def report(paths: Sequence[Path], root: Path = ROOT) -> int:
     """Print a line for each certificate, and one for each on which the verifiers differ; 1 on any failure."""
     from replication.verify.run import committed, printable, verify
 
@@ -72,7 +72,7 @@ def report(paths: Sequence[Path], root: Path = ROOT, check: Callable[..., Proof 
     failed, conflicts, proved, unchecked = 0, 0, 0, []
     for path in files if paths else committed(root):
         outcome = verify(path, root)
-        pair = compared(outcome, check(path, root))
+        pair = compared(outcome, second.check(path, root))
         print(printable(outcome.line(), encoding), flush=True)
         if pair.conflict:
             print(printable(f"THE VERIFIERS DIFFER on {path}: {pair.conflict}", encoding), flush=True)

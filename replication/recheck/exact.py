@@ -239,7 +239,8 @@ class Complex:
     __rmul__ = __mul__
 
     def __rtruediv__(self, other: Any) -> Complex:
-        return Complex(self.re, -self.im) * (1 / self.size2()) * other
+        answer: Complex = Complex(self.re, -self.im) * (1 / self.size2()) * other
+        return answer
 
     def __eq__(self, other: object) -> bool:
         other = Complex.of(other)

@@ -182,7 +182,8 @@ def logarithm(value: Any) -> Interval:
 def _logarithm(value: Fraction) -> Interval:
     halvings = value.numerator.bit_length() - value.denominator.bit_length()
     reduced = value / Fraction(2) ** halvings
-    return _artanh2((reduced - 1) / (reduced + 1)) + _artanh2(Fraction(1, 3)) * halvings
+    answer: Interval = _artanh2((reduced - 1) / (reduced + 1)) + _artanh2(Fraction(1, 3)) * halvings
+    return answer
 
 
 def _artanh2(value: Fraction) -> Interval:
@@ -206,9 +207,11 @@ def pi() -> Interval:
         while over**order < ONE:
             total = total + Interval.of(Fraction((-1) ** (order // 2), order * over**order))
             order += 2
-        return total.widened(Fraction(1, ONE))
+        answer: Interval = total.widened(Fraction(1, ONE))
+        return answer
 
-    return arctan(5) * 16 - arctan(239) * 4
+    machin: Interval = arctan(5) * 16 - arctan(239) * 4
+    return machin
 
 
 @lru_cache(maxsize=1000)

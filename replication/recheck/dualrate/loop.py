@@ -133,7 +133,8 @@ def command(loop: Loop, sigma: Fraction) -> Complex:
     s, square_ = Complex(Fraction(0), sigma), Complex(-sigma * sigma)
     given = (square_ + s * -a2 + Complex(-a3)) * (1 / b)
     k = loop.K[0]
-    return given - (Complex(k[0]) + s * k[1] + square_ * k[2])
+    answer: Complex = given - (Complex(k[0]) + s * k[1] + square_ * k[2])
+    return answer
 
 
 def _position(loop: Loop) -> Matrix:

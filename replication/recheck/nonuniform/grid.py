@@ -41,7 +41,8 @@ def logarithmic_norm(a: Matrix) -> Interval:
     """The larger eigenvalue of (A + A')/2, for two states."""
     need(len(a) == 2, "the logarithmic norm is that of two states")
     (p, q), (_, r) = scaled(Fraction(1, 2), plus(a, turned(a)))
-    return (Interval.of((p - r) ** 2 + 4 * q * q).root() + (p + r)) * Fraction(1, 2)
+    answer: Interval = (Interval.of((p - r) ** 2 + 4 * q * q).root() + (p + r)) * Fraction(1, 2)
+    return answer
 
 
 def before(first: Any, second: Any) -> bool:

@@ -131,7 +131,8 @@ class Inequality:
         whole += [[Fraction(int(i == j - n)) for j in range(n + m)] for i in range(m)]
         bent = times(self.bend, whole)[:n]
         most = max(abs(Interval.of(entry)).ends()[1] for row in bent for entry in row)
-        return length * length / 8 * (most + norm_above(bent) * (x + x * x))
+        answer: Fraction = length * length / 8 * (most + norm_above(bent) * (x + x * x))
+        return answer
 
     def holds(self, end: Fraction, rest: int, c: int, d: int) -> bool:
         """Whether it holds at an end of a chord, with so much in each entry of [Phi, Gamma] beside it."""

@@ -70,7 +70,8 @@ def between(start: Time, stop: Time, share: Fraction) -> Time:
 
 def seconds(time: Time) -> Interval:
     """a + b pi."""
-    return Interval.of(time[0]) + (pi() * time[1] if time[1] else 0)
+    answer: Interval = Interval.of(time[0]) + (pi() * time[1] if time[1] else 0)
+    return answer
 
 
 def read_plant(plant: Mapping[str, Any]) -> Plant:
