@@ -31,7 +31,9 @@ def distance(polynomial: Sequence[Any], point: Complex) -> Interval:
     """How far the nearest root is at most: p'/p is the sum of 1/(z - root), so n |p/p'|."""
     value, change = horner(polynomial, point), horner(slope(polynomial), point)
     degree = len(polynomial) - 1
-    answer: Interval = (Interval.of(Complex.of(value).size2()) / Interval.of(Complex.of(change).size2())).root() * degree
+    answer: Interval = (
+        Interval.of(Complex.of(value).size2()) / Interval.of(Complex.of(change).size2())
+    ).root() * degree
     return answer
 
 

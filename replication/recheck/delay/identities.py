@@ -1,4 +1,4 @@
-"""The identity behind Theorem 3, Theorem 4 and Lemma 5 of Peet and Gu, at random points; each fails as it is printed."""
+"""The identity behind Theorem 3 of Peet and Gu at random points; with any one misprint it fails."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
-from replication.recheck.exact import blocks, inverse, minus, nought, part, plus, scaled, solved, times, turned, unit
+from replication.recheck.exact import blocks, minus, nought, plus, scaled, solved, times, turned
 from replication.recheck.identities import Draw, same
 from replication.recheck.reading import Certificate, Matrix, Proof, need, one_of, several, take
 
@@ -100,10 +100,7 @@ def dissipated(g: Setting, right: set[str]) -> Fraction:
             times(g.Z4[i](s), g.C2, g.e0),
             *(times(g.Z5[i][j](s), g.C2, past[j]) for j in k),
             times(g.Z6[i](s), g.C2, history[i](s)),
-            *(
-                integral(lambda t, j=j: times(g.kernel(g.Z7[i][j], s, t), g.C2, history[j](t)), g.tau[j])
-                for j in k
-            ),
+            *(integral(lambda t, j=j: times(g.kernel(g.Z7[i][j], s, t), g.C2, history[j](t)), g.tau[j]) for j in k),
         )
         return plus(
             scaled(tau, times(turned(polynomial(g.Q[i])(s)), pushed)),
@@ -118,7 +115,9 @@ def dissipated(g: Setting, right: set[str]) -> Fraction:
     )[0][0]
     z = plus(*(times(c, x) for c, x in zip(g.C1, [g.e0, *past], strict=True)))[0][0]
     w, v = g.w[0][0], g.v[0][0]
-    supplied = -g.level * (w * w + v * v) + 2 * v * z if "theorem-1-sign" in right else -g.level * w * w + z * z / g.level
+    supplied = (
+        -g.level * (w * w + v * v) + 2 * v * z if "theorem-1-sign" in right else -g.level * w * w + z * z / g.level
+    )
     return Fraction(2 * whole + supplied)
 
 
