@@ -28,10 +28,10 @@ def _weights() -> list[Fraction]:
 WEIGHTS = _weights()
 
 
-def integral(curve: Curve, delay: Fraction) -> Matrix:
-    """The integral of a polynomial over [-delay, 0]."""
+def integral(curve: Callable[..., Matrix], delay: Fraction, *more: int) -> Matrix:
+    """The integral of a polynomial, in its first argument, over [-delay, 0]."""
     nodes = [delay * (Fraction(k, NODES - 1) - 1) for k in range(NODES)]
-    return plus(*(scaled(weight * delay, curve(node)) for weight, node in zip(WEIGHTS, nodes, strict=True)))
+    return plus(*(scaled(weight * delay, curve(node, *more)) for weight, node in zip(WEIGHTS, nodes, strict=True)))
 
 
 def polynomial(coefficients: list[Matrix]) -> Curve:
@@ -89,10 +89,10 @@ def dissipated(g: Setting, right: set[str]) -> Fraction:
     rates = [sloped(one) for one in g.e]
     first = plus(
         times(g.P, pushed),
-        *(integral(lambda s, i=i: times(polynomial(g.Q[i])(s), rates[i](s)), g.tau[i]) for i in k),
+        *(integral(lambda s, i: times(polynomial(g.Q[i])(s), rates[i](s)), g.tau[i], i) for i in k),
         times(g.Z0, g.C2, g.e0),
         *(times(g.Z2[i], g.C2, past[i]) for i in k),
-        *(integral(lambda s, i=i: times(g.Z3[i](s), g.C2, history[i](s)), g.tau[i]) for i in k),
+        *(integral(lambda s, i: times(g.Z3[i](s), g.C2, history[i](s)), g.tau[i], i) for i in k),
     )
 
     def second(i: int, s: Fraction) -> Matrix:
@@ -100,25 +100,23 @@ def dissipated(g: Setting, right: set[str]) -> Fraction:
             times(g.Z4[i](s), g.C2, g.e0),
             *(times(g.Z5[i][j](s), g.C2, past[j]) for j in k),
             times(g.Z6[i](s), g.C2, history[i](s)),
-            *(integral(lambda t, j=j: times(g.kernel(g.Z7[i][j], s, t), g.C2, history[j](t)), g.tau[j]) for j in k),
+            *(integral(lambda t, j: times(g.kernel(g.Z7[i][j], s, t), g.C2, history[j](t)), g.tau[j], j) for j in k),
         )
         return plus(
             scaled(tau, times(turned(polynomial(g.Q[i])(s)), pushed)),
             scaled(tau, times(polynomial(g.S[i])(s), rates[i](s))),
-            *(integral(lambda t, j=j: times(g.kernel(g.R[i][j], s, t), rates[j](t)), g.tau[j]) for j in k),
+            *(integral(lambda t, j: times(g.kernel(g.R[i][j], s, t), rates[j](t)), g.tau[j], j) for j in k),
             scaled(tau if "eq10-factor" in right else 1, injected),
         )
 
     whole = plus(
         scaled(tau, times(turned(g.e0), first)),
-        *(integral(lambda s, i=i: times(turned(history[i](s)), second(i, s)), g.tau[i]) for i in k),
+        *(integral(lambda s, i: times(turned(history[i](s)), second(i, s)), g.tau[i], i) for i in k),
     )[0][0]
     z = plus(*(times(c, x) for c, x in zip(g.C1, [g.e0, *past], strict=True)))[0][0]
     w, v = g.w[0][0], g.v[0][0]
-    supplied = (
-        -g.level * (w * w + v * v) + 2 * v * z if "theorem-1-sign" in right else -g.level * w * w + z * z / g.level
-    )
-    return Fraction(2 * whole + supplied)
+    signed = 2 * v * z - g.level * v * v if "theorem-1-sign" in right else z * z / g.level
+    return Fraction(2 * whole - g.level * w * w + signed)
 
 
 def form(g: Setting, right: set[str]) -> Fraction:
@@ -172,14 +170,14 @@ def form(g: Setting, right: set[str]) -> Fraction:
         return plus(
             scaled(tau, times(t(beside(i, s)), h0)),
             scaled(tau, times(f, history[i](s))),
-            *(integral(lambda u, j=j: times(kernel(j, u), history[j](u)), g.tau[j]) for j in k),
+            *(integral(lambda u, j: times(kernel(j, u), history[j](u)), g.tau[j], j) for j in k),
         )
 
-    first = plus(times(d, h0), *(integral(lambda s, i=i: times(beside(i, s), history[i](s)), g.tau[i]) for i in k))
+    first = plus(times(d, h0), *(integral(lambda s, i: times(beside(i, s), history[i](s)), g.tau[i], i) for i in k))
     return Fraction(
         plus(
             scaled(tau, times(t(h0), first)),
-            *(integral(lambda s, i=i: times(t(history[i](s)), second(i, s)), g.tau[i]) for i in k),
+            *(integral(lambda s, i: times(t(history[i](s)), second(i, s)), g.tau[i], i) for i in k),
         )[0][0]
     )
 

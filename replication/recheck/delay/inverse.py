@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from replication.recheck.exact import blocks, inverse, minus, nought, plus, scaled, times, turned, unit
@@ -64,11 +65,9 @@ class Setting:
         s = [[draw.symmetric(n) for _ in range(points)] for _ in pairs]
         self.back = [[inverse(one) for one in row] for row in s]
         self.operator = self._operator(p, h, gamma, s)
-        # T_i, the integral of Z S^-1 Z', is K_i.
-        self.t = [
-            self._integral(i, [times(z, b, turned(z)) for z, b in zip(self.z[i], self.back[i], strict=True)])
-            for i in pairs
-        ]
+        # V = Z S^-1 Z'; its integral T_i is K_i.
+        self.v = [[times(a, self.back[i][q], turned(a)) for q, a in enumerate(self.z[i])] for i in pairs]
+        self.t = [self._integral(i, self.v[i]) for i in pairs]
         k = blocks([[self.t[i] if i == j else nought(rows, rows) for j in pairs] for i in pairs])
         one, inner = unit(DELAYS * rows), scaled(1 / self.tau if corrected else 1, gamma)
         again = inverse(p)
@@ -146,13 +145,12 @@ def lemma_5(draw: Draw, size: tuple[int, int, int], corrected: bool) -> Any:
         )
     h = [g.block(g.h, i) for i in k]
     gamma = [[g.block(g.gamma, i, j) for j in k] for i in k]
-    v = [[times(z, b, turned(z)) for z, b in zip(g.z[i], g.back[i], strict=True)] for i in k]
     l0 = plus(times(g.p, z0), *(times(h[i], g.t[i], w4[i]) for i in k))
     l2 = [plus(times(g.p, z2[i]), *(times(h[j], g.t[j], w5[j][i]) for j in k)) for i in k]
 
     def l3(i: int, b: int) -> Matrix:
         inner = plus(*(times(h[j], g.t[j], w7[j][i], zc[i][b]) for j in k))
-        return plus(times(g.p, z3[i][b]), times(h[i], v[i][b], w6[i]), inner)
+        return plus(times(g.p, z3[i][b]), times(h[i], g.v[i][b], w6[i]), inner)
 
     gained = plus(times(l0, y0), *(times(l2[i], past[i]) for i in k), summed(lambda j, b: times(l3(j, b), y[j][b])))
     below = []
@@ -163,7 +161,7 @@ def lemma_5(draw: Draw, size: tuple[int, int, int], corrected: bool) -> Any:
         def l7(j: int, b: int, i: int = i) -> Matrix:
             inner = plus(*(times(gamma[i][q], g.t[q], w7[q][j], zc[j][b]) for q in k))
             own = times(w7[i][j], zc[j][b])
-            return plus(times(turned(h[i]), z3[j][b]), own, times(gamma[i][j], v[j][b], w6[j]), inner)
+            return plus(times(turned(h[i]), z3[j][b]), own, times(gamma[i][j], g.v[j][b], w6[j]), inner)
 
         common = plus(
             times(l4, y0), *(times(l5[j], past[j]) for j in k), summed(lambda j, b, l7=l7: times(l7(j, b), y[j][b]))
@@ -187,8 +185,8 @@ def operator_identity(given: Certificate) -> Proof:
     (name,) = take(given.parameters, "parameters", "part")
     chosen = one_of(name, "part", *PARTS)
     for size in SIZES[chosen]:
-        need(same(lambda draw, size=size: PARTS[chosen](draw, size, True)), f"{chosen} does not hold when corrected")
-        need(not same(lambda draw, size=size: PARTS[chosen](draw, size, False)), f"{chosen} holds as printed")
+        need(same(partial(PARTS[chosen], size=size, corrected=True)), f"{chosen} does not hold when corrected")
+        need(not same(partial(PARTS[chosen], size=size, corrected=False)), f"{chosen} holds as printed")
     return Proof(holds=True)
 
 
