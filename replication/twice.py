@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from replication.recheck import run as second
-from replication.recheck.reading import Proof, Unproved
+from replication.recheck.reading import NoCheck, Proof, Unproved
 
 if TYPE_CHECKING:
     from replication.verify.run import Outcome
@@ -26,7 +26,7 @@ ROOT = Path(__file__).resolve().parents[1]
 class Pair:
     """What both verifiers say of one certificate.
 
-    checked: whether the second one has a check of the statement. conflict: in what they differ; empty if they agree.
+    checked: whether the second one has a check, of the statement and of its size. conflict: in what they differ; empty if they agree.
     """
 
     checked: bool
@@ -35,7 +35,7 @@ class Pair:
 
 def compared(outcome: Outcome, found: Proof | Unproved) -> Pair:
     """Whether both prove the same numbers, or both refuse."""
-    if isinstance(found, second.NoCheck):
+    if isinstance(found, NoCheck):
         return Pair(False, "")
     theorem = outcome.theorem
     if theorem is None or isinstance(found, Unproved):

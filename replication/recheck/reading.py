@@ -26,10 +26,20 @@ class Unproved(Exception):
     """Nothing is proved; the message says why."""
 
 
+class NoCheck(Unproved):
+    """The certificate is not checked here: there is no check of its statement, or it asks for too much work."""
+
+
 def need(condition: bool, why: str) -> None:
     """Raise Unproved with the reason unless the condition holds."""
     if not condition:
         raise Unproved(why)
+
+
+def small(condition: bool, why: str) -> None:
+    """Raise NoCheck unless the condition holds."""
+    if not condition:
+        raise NoCheck(why)
 
 
 @dataclass(frozen=True)

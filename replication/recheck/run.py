@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.recheck import delay, dualrate, multirate, nonuniform
-from replication.recheck.reading import WORD, Certificate, Proof, Unproved, load, need, number, take, word
+from replication.recheck.reading import WORD, Certificate, NoCheck, Proof, Unproved, load, need, number, take, word
 from replication.recheck.subjects import ROOT, wanted
 
 CHECKS: dict[str, Callable[[Certificate], Proof]] = {
@@ -44,10 +44,6 @@ SECONDS = 20
 FIELDS = ("format", "paper", "name", "claims", "statement", "plant", "parameters", "bound", "witness")
 
 
-class NoCheck(Unproved):
-    """The statement has no check here."""
-
-
 def check(path: Path, root: Path = ROOT) -> Proof | Unproved:
     """What a certificate file proves, or why nothing is; never raises on account of the file."""
     try:
@@ -74,7 +70,7 @@ def _limited(seconds: float) -> Iterator[None]:
         return
 
     def stop(*_: Any) -> None:
-        raise Unproved(f"the check takes more than {seconds:g} s")
+        raise NoCheck(f"the check takes more than {seconds:g} s")
 
     before = signal.signal(signal.SIGVTALRM, stop)
     signal.setitimer(signal.ITIMER_VIRTUAL, seconds)

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from replication.recheck.exact import determinant, inverse, times
-from replication.recheck.reading import Matrix, matrix, need, positive, several, square, take
+from replication.recheck.reading import Matrix, matrix, need, positive, several, small, square, take
 
 MOST_STATES = 6
 
@@ -41,7 +41,8 @@ def read_plant(plant: Mapping[str, Any]) -> Delayed:
     _, a0, a, delays, b, c10, c1, c2 = take(plant, "plant", "name", "A0", "A", "delays", "B", "C10", "C1", "C2")
     state = square(a0, "A0")
     n, times_ = len(state), several(delays, "delays", positive)
-    need(n <= MOST_STATES and 0 < len(times_) <= MOST_STATES, "no delay, or too many states or delays")
+    need(bool(times_), "no delay")
+    small(max(n, len(times_)) <= MOST_STATES, f"more than {MOST_STATES} states or delays")
     out = matrix(c10, "C10", None, n)
     return Delayed(
         state,

@@ -10,10 +10,10 @@ from typing import Any
 
 from replication.recheck.exact import Complex, blocks, minus, nought, plus, scaled, solved, times, unit
 from replication.recheck.interval import Interval, exponential, wave
-from replication.recheck.reading import Matrix, matrix, need, one_of, positive, square, take
+from replication.recheck.reading import Matrix, matrix, need, one_of, positive, small, square, take
 
 OBSERVERS = ("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor")
-MOST_PERIODS = 100
+MOST_PERIODS, MOST_STATES = 100, 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +41,8 @@ def read_loop(plant: Mapping[str, Any], *more: str) -> Loop:
     state = square(a, "A")
     n = len(state)
     whole = positive(ratio, "M")
-    need(
-        whole.denominator == 1 and whole <= MOST_PERIODS and n <= 10, f"M is no integer up to {MOST_PERIODS}, or n > 10"
-    )
+    need(whole.denominator == 1, "M is no integer")
+    small(whole <= MOST_PERIODS and n <= MOST_STATES, f"M is above {MOST_PERIODS}, or more than {MOST_STATES} states")
     return Loop(
         state,
         matrix(b, "B", n, 1),

@@ -20,8 +20,8 @@ from replication.recheck.exact import (
     unit,
 )
 from replication.recheck.identities import Draw, same
-from replication.recheck.multirate.levels import Schedule, schedule
-from replication.recheck.reading import Certificate, Matrix, Proof, count, matrix, need, several, square, take
+from replication.recheck.multirate.levels import MOST_STATES, Schedule, schedule
+from replication.recheck.reading import Certificate, Matrix, Proof, count, matrix, need, several, small, square, take
 
 LARGEST = 6
 """Of a size at which an identity is checked."""
@@ -31,6 +31,12 @@ def _times(given: Certificate) -> Schedule:
     given.stated(*given.bound)
     take(given.witness, "witness")
     return schedule(*take(given.parameters, "parameters", "periods", "offsets"))
+
+
+def _states(given: Certificate) -> Matrix:
+    found = square(given.plant["A"], "A")
+    small(len(found) <= MOST_STATES, f"more than {MOST_STATES} states")
+    return found
 
 
 def _exactly(value: int) -> Proof:
@@ -78,7 +84,7 @@ def rows(given: Certificate) -> Proof:
 
 
 def _sizes(given: Certificate) -> tuple[int, int, int]:
-    n = len(square(given.plant["A"], "A"))
+    n = len(_states(given))
     return n, len(matrix(given.plant["B_d"], "B_d", n)[0]), len(matrix(given.plant["C"], "C", None, n))
 
 
@@ -100,7 +106,7 @@ def _gains(given: Certificate) -> list[Matrix]:
 
 def observable(given: Certificate) -> Proof:
     """Whether the observability matrix has full rank."""
-    a = square(given.plant["A"], "A")
+    a = _states(given)
     c = matrix(given.plant["C"], "C", None, len(a))
     seen = [c]
     for _ in a[1:]:
@@ -110,7 +116,7 @@ def observable(given: Certificate) -> Proof:
 
 def order_of_factors(given: Certificate) -> Proof:
     """Whether the poles of A_e depend on the order of its factors, though not on where the period begins."""
-    planned, a = _times(given), square(given.plant["A"], "A")
+    planned, a = _times(given), _states(given)
     c, gains = matrix(given.plant["C"], "C", len(planned.periods), len(a)), _gains(given)
     need(len(gains) == planned.length, "a gain for each phase")
     factors = []

@@ -32,11 +32,13 @@ from replication.recheck.reading import (
     need,
     positive,
     several,
+    small,
     square,
     symmetric,
     take,
 )
 
+MOST_STATES = 12
 LONGEST = 1000
 """Instants after which a schedule must repeat."""
 
@@ -97,6 +99,7 @@ def sensed(plant: Any, parameters: Any, *more: str) -> tuple[Sensed, list[Any], 
     _, *matrices = take(plant, "plant", "name", "A", "B_d", "C", "D", "W", *more)
     chosen, periods, offsets, relative = take(parameters, "parameters", "sensors", "periods", "offsets", "relative")
     a = square(matrices[0], "A")
+    small(len(a) <= MOST_STATES, f"more than {MOST_STATES} states")
     b, c = matrix(matrices[1], "B_d", len(a)), matrix(matrices[2], "C", None, len(a))
     d, w = matrix(matrices[3], "D", len(c)), matrix(matrices[4], "W", None, len(a))
     kept = several(chosen, "sensors", count)

@@ -17,9 +17,12 @@ from replication.recheck.reading import (
     number,
     one_of,
     several,
+    small,
     square,
     take,
 )
+
+MOST_STATES = 10
 
 Time = tuple[Fraction, Fraction]
 """(a, b) stands for a + b pi seconds."""
@@ -79,7 +82,7 @@ def read_plant(plant: Mapping[str, Any]) -> Plant:
     names = ("name", "A", "B", "C", "D", "L", "h_l", "h_u", *(["filter"] if "filter" in plant else []))
     _, a, b, c, d, out, low, high, *_ = take(plant, "plant", *names)
     state = square(a, "A")
-    need(len(state) <= 10, "more than 10 states")
+    small(len(state) <= MOST_STATES, f"more than {MOST_STATES} states")
     drive, seen = matrix(b, "B", len(state)), matrix(c, "C", None, len(state))
     ends = [several(end, "h", number, 2) for end in (low, high)]
     found = Plant(
@@ -99,7 +102,7 @@ def read_filter(value: Any, plant: Plant) -> Filter:
     """A filter that fits the plant."""
     a, b, c = take(value, "filter", "A", "B", "C")
     state = square(a, "A_f")
-    need(len(state) <= 10, "more than 10 states")
+    small(len(state) <= MOST_STATES, f"more than {MOST_STATES} states")
     return Filter(state, matrix(b, "B_f", len(state), len(plant.C)), matrix(c, "C_f", len(plant.L), len(state)))
 
 
