@@ -26,7 +26,8 @@ ROOT = Path(__file__).resolve().parents[1]
 class Pair:
     """What both verifiers say of one certificate.
 
-    checked: whether the second one has a check, of the statement and of its size. conflict: in what they differ; empty if they agree.
+    checked: whether the second one has a check of the statement, and of its size. conflict: in what they differ; empty
+    if they agree.
     """
 
     checked: bool
