@@ -5,12 +5,15 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import nullcontext
 from fractions import Fraction
 from functools import cache
+from importlib import import_module
 from math import e, pi, sin
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import replication.verify.run as first
@@ -303,3 +306,30 @@ def test_roots_are_told_on_both_sides_of_the_circle_and_of_the_axis() -> None:
 def test_an_identity_that_is_none_is_told() -> None:
     assert same(lambda draw: ((x := draw.number()) * x - 1, (x - 1) * (x + 1)))
     assert not same(lambda draw: ((x := draw.number()) * x - 2, (x - 1) * (x + 1)))
+
+
+KINDS = 13
+CASES = 3
+
+
+@pytest.mark.parametrize("kind", range(KINDS))
+def test_no_attack_on_the_first_is_accepted_by_the_second(
+    kind: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The same generator of attacks, but for those that ask for years of work, which need not end alike."""
+    monkeypatch.syspath_prepend(ROOT / "tests" / "verify")
+    attacks, cases = import_module("attacks"), import_module("test_attacks")
+    attack, true, root = attacks.ATTACKS[kind], cases.true(), cases.project(tmp_path)
+    assert attacks.ATTACKS.index(attacks.work_bomb) == KINDS
+    rng, names = np.random.default_rng(21), sorted(true)
+    for _ in range(CASES):
+        name = names[rng.integers(len(names))]
+        content = attack(rng, true[name], true)
+        about = cases.subject_of(content, name) if attack in cases.ELSEWHERE else name
+        path = root / ("own.json" if b'"paper": null' in content else f"certificates/{about}.json")
+        path.write_bytes(content)
+        listed = cases.wanted_as(root, json.loads(content)) if attack is attacks.false_wish else nullcontext()
+        with listed:
+            found = second.check(path, root)
+        assert isinstance(found, Unproved), found
+        assert not str(found).startswith("the check ended in"), found
