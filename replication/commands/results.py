@@ -51,13 +51,18 @@ def check(chosen: argparse.Namespace) -> int:
     """Print each problem found."""
     import papers
     from replication.audit.inspect.check import check
+    from replication.audit.inspect.coverage import faults
     from replication.audit.store.records import read_results
 
     results = read_results(results_path(chosen))
     problems = check(results, papers.load(), project_root())
     say(str(problem) for problem in problems)
     say([f"{len(problems)} problems in {len(results.claims)} claims"])
-    return DIFFERENT if problems else FINE
+    folder = project_root() / "papers"
+    listed = [paper for paper in papers.load() if (folder / paper.key / "coverage.toml").is_file()]
+    wrong = [fault for paper in listed for fault in faults(folder / paper.key, paper)]
+    say(f"coverage: {fault}" for fault in wrong)
+    return DIFFERENT if problems or wrong else FINE
 
 
 def diff(chosen: argparse.Namespace) -> int:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.audit.judge.proofs import Wanted, record, wanted
-from replication.audit.judge.validate import validate_claims
+from replication.audit.judge.validate import validate_claims, validate_theorems
 from replication.audit.model import Experiment, Paper
 from replication.audit.run.assemble import Computed, assemble
 from replication.audit.run.pool import Executor, Processes
@@ -74,6 +74,7 @@ def run(
     packages = packages or default_packages(root)
     sources = SourceTree(packages)
     certificates, unproved = wanted(root, [paper.key for paper in papers])
+    validate_theorems(papers, {claim for certificate in certificates for claim in certificate.claims}, unproved)
     plans = _plan(papers, certificates, root, cache, sources)
     stored = {name: plan.lookup.entry for name, plan in plans.items() if plan.lookup.entry is not None}
     computed = {name: Computed(entry.dependencies, entry, "", entry.seconds) for name, entry in stored.items()}
