@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.recheck.exact import scaled, unit
-from replication.recheck.reading import Matrix, decoded, need, several, take, word
+from replication.recheck.reading import Matrix, Unproved, decoded, need, several, take, word
 
 ROOT = Path(__file__).resolve().parents[2]
 DECIMAL = re.compile(r"-?\d*\.?\d+", re.ASCII)
@@ -100,7 +100,7 @@ def _pole(text: str) -> list[Fraction]:
     return [decimal(real), decimal(imaginary.removesuffix("i")) if imaginary else Fraction(0)]
 
 
-def mustafa(data: Mapping[str, Any], _: Path) -> dict[str, Plant]:
+def mustafa(data: Mapping[str, Any], folder: Path) -> dict[str, Plant]:
     """Both examples, times as a + b pi, and the second one with the printed filter."""
     first, second = (_matrices(data[f"example-{i}"]) for i in (1, 2))
     b, inertia, k, resistance, inductance = (decimal(data[name]) for name in ("b", "J", "K", "R_a", "L_a"))
@@ -109,7 +109,22 @@ def mustafa(data: Mapping[str, Any], _: Path) -> dict[str, Plant]:
     second |= {end: [decimal(data[f"{end}-2"]), nought] for end in ("h_l", "h_u")}
     second["A"] = [[-b / inertia, k / inertia], [-k / inductance, -resistance / inductance]]
     given = {name: table(data["filter"][f"{name}_f"]) for name in "ABC"}
-    return {"example-1": first, "example-2": second, "printed-filter": {**second, "filter": given}}
+    names = {"fmpq": Fraction, "fmpq_mat": lambda rows: [list(map(Fraction, row)) for row in rows]}
+    ours = eval(
+        compile(ast.Expression(_assigned(folder, "OUR_FILTER")), "plants.py", "eval"), {"__builtins__": {}}, names
+    )
+    filtered = {"our-filter": {**first, "filter": ours}, "printed-filter": {**second, "filter": given}}
+    return {"example-1": first, "example-2": second, **filtered}
+
+
+def _assigned(folder: Path, name: str) -> ast.expr:
+    """The expression that stands for a name in plants.py, which is not run."""
+    for node in ast.parse((folder / "plants.py").read_text("utf-8")).body:
+        targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
+        value = getattr(node, "value", None)
+        if isinstance(value, ast.expr) and name in map(ast.unparse, targets):
+            return value
+    raise Unproved(f"plants.py has no {name}")
 
 
 def _matrices(data: Mapping[str, str]) -> Plant:
@@ -125,11 +140,7 @@ def peet(data: Mapping[str, Any], folder: Path) -> dict[str, Plant]:
         delayed = scaled(Fraction(1, number), table(given["a"]))
         found[f"ex{example}"] = _delayed(given, [delayed] * number)
         found[f"ex{example}-single"] = {**found[f"ex{example}"], "B": [[Fraction(1)]] * len(delayed)}
-    tree = ast.parse((folder / "plants.py").read_text("utf-8"))
-    own = next(
-        node.value for node in tree.body if isinstance(node, ast.AnnAssign) and ast.unparse(node.target) == "OWN"
-    )
-    assert own is not None
+    own = _assigned(folder, "OWN")
     return found | {name: _delayed(one, list(map(table, one["a"]))) for name, one in ast.literal_eval(own).items()}
 
 

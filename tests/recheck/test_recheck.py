@@ -31,11 +31,15 @@ LONG = {
     *("mustafa/range-1-upper", "mustafa/range-2-upper", "mustafa/range-2-lower", "mustafa/same-level-1"),
     *("mustafa/duration-1-upper", "mustafa/duration-2-upper", "mustafa/robust-design-1", "mustafa/robust-design-2"),
     *("peet2019/theorem-3-identity", "peet2019/ex3-pade-upper", "peet2019/own-3-near-optimal", "peet2019/ex3-d1-lower"),
-    *(f"shao/table-{name}-{i}" for name in ("pmi", "apo") for i in range(1, 7)),
-    *("shao/apo-below-pmi", "shao/growth-pmi", "shao/growth-apo"),
+    *(name for name in FILES if name.startswith("shao/errors-")),
 }
 """What takes a verifier more than a few tenths of a second."""
-SAMPLED = ("mustafa/robust-design-2", "mustafa/range-1-upper", "shao/table-apo-6", "peet2019/own-3-near-optimal")
+SAMPLED = (
+    "mustafa/robust-design-2",
+    "mustafa/range-1-upper",
+    "shao/errors-apo-corrected-fast-instants",
+    "peet2019/own-3-near-optimal",
+)
 
 
 @cache

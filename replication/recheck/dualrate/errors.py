@@ -12,7 +12,19 @@ from replication.recheck.dualrate.loop import Loop, Passage, held, read_loop, re
 from replication.recheck.dualrate.stability import require_within
 from replication.recheck.exact import Complex, blocks, minus, nought, times
 from replication.recheck.interval import BITS, Interval, enclosed, largest
-from replication.recheck.reading import Certificate, Matrix, Proof, count, need, number, positive, several, take
+from replication.recheck.reading import (
+    Certificate,
+    Matrix,
+    Proof,
+    count,
+    need,
+    number,
+    one_of,
+    positive,
+    several,
+    small,
+    take,
+)
 from replication.recheck.roots import horner, slope
 
 PIECES, TERMS = 32, 30
@@ -40,10 +52,10 @@ class Tracked:
         return state, u[0][0], turn(self.sigma, phase * self.loop.T) * turn(self.sigma, time)
 
 
-def tracked(loop: Loop, observer: str, sigma: Fraction) -> Tracked:
+def tracked(loop: Loop, observer: str, sigma: Fraction, corrected: bool = False) -> Tracked:
     """The steady state; refused unless the loop is stable, so that there is one."""
     require_within(loop, observer, Fraction(1))
-    return Tracked(loop, sigma, steady_passage(loop, observer, sigma))
+    return Tracked(loop, sigma, steady_passage(loop, observer, sigma, corrected))
 
 
 def read_place(loop: Loop, phase: Any, time: Any, scales: Any) -> tuple[int, Fraction, list[Fraction]]:
@@ -125,40 +137,34 @@ def _is_below(parts: list[list[Interval]], bound: Interval) -> bool:
     return True
 
 
-def tracking_error(given: Certificate) -> Proof:
-    """The largest |y - y_d| over all times, in percent of the amplitude, between two numbers."""
-    loop = read_loop(given.plant)
-    name, frequency = take(given.parameters, "parameters", "observer", "frequency")
-    lower, upper = given.stated("lower", "upper")
-    need(0 < lower <= upper, "the bounds are not positive, or crossed")
-    phase, time, scales = read_place(loop, *take(given.witness, "witness", "phase", "time", "scales"))
-    moving = tracked(loop, read_observer(name), positive(frequency, "frequency"))
-    need(moving.error(phase, time).size2() >= (lower / 100) ** 2, "the error is smaller at the place that is named")
-    require_below(moving, upper / 100, scales)
-    return Proof(lower, upper)
-
-
-def errors_ordered(given: Certificate) -> Proof:
-    """In each pair of observer and frequency the first error stays below a level that the second one exceeds."""
+def tracking_errors(given: Certificate) -> Proof:
+    """The largest |y - y_d| for each frequency, in percent of the amplitude, between two numbers."""
     given.stated()
     loop = read_loop(given.plant)
-    (pairs,), (places,) = take(given.parameters, "parameters", "pairs"), take(given.witness, "witness", "places")
-
-    def setting(value: Any, where: str) -> tuple[str, Fraction]:
-        name, frequency = take(value, where, "observer", "frequency")
-        return read_observer(name), positive(frequency, where)
-
-    compared = several(pairs, "pairs", lambda value, at: several(value, at, setting, 2))
-    need(0 < len(compared) <= 20, "no pair, or more than 20")
-    named = several(
-        places, "places", lambda value, at: take(value, at, "level", "phase", "time", "scales"), len(compared)
-    )
-    for (smaller, larger), (level, *place) in zip(compared, named, strict=True):
-        phase, time, scales = read_place(loop, *place)
-        high = positive(level, "level")
-        need(tracked(loop, *larger).error(phase, time).size2() > high * high, "the second error is below the level")
-        require_below(tracked(loop, *smaller), high, scales)
-    return Proof(holds=True)
+    names = ("observer", "feedforward", "instants", "frequencies")
+    name, feedforward, instants, listed = take(given.parameters, "parameters", *names)
+    observer = read_observer(name)
+    corrected = one_of(feedforward, "feedforward", "printed", "corrected") == "corrected"
+    everywhere = one_of(instants, "instants", "all", "fast") == "all"
+    frequencies = several(listed, "frequencies", positive)
+    small(0 < len(frequencies) <= 20, "no frequency, or more than 20")
+    fields = ("lower", "upper", "phase", "time", "scales")
+    (errors,) = take(given.witness, "witness", "errors")
+    places = several(errors, "errors", lambda one, at: take(one, at, *fields), len(frequencies))
+    items = []
+    for sigma, one in zip(frequencies, places, strict=True):
+        lower, upper = (positive(end, "a bound") for end in one[:2])
+        phase, time, scales = read_place(loop, *one[2:])
+        need(everywhere or time == 0, "the place is no fast instant")
+        moving = tracked(loop, observer, sigma, corrected)
+        need(moving.error(phase, time).size2() >= (lower / 100) ** 2, "the error is smaller at the place that is named")
+        if everywhere:
+            require_below(moving, upper / 100, scales)
+        else:
+            sizes = [moving.error(k, Fraction(0)).size2() for k in range(loop.M)]
+            need(all(size <= (upper / 100) ** 2 for size in sizes), "the error is larger at an instant")
+        items.append((lower, upper))
+    return Proof(items=tuple(items))
 
 
 def estimates_ordered(given: Certificate) -> Proof:
@@ -177,7 +183,6 @@ def estimates_ordered(given: Certificate) -> Proof:
 
 
 CHECKS = {
-    "dualrate.tracking-error": tracking_error,
-    "dualrate.errors-ordered": errors_ordered,
+    "dualrate.tracking-errors": tracking_errors,
     "dualrate.estimates-ordered": estimates_ordered,
 }

@@ -12,7 +12,10 @@ from replication.recheck.exact import Complex, blocks, minus, nought, plus, scal
 from replication.recheck.interval import Interval, exponential, wave
 from replication.recheck.reading import Matrix, matrix, need, one_of, positive, small, square, take
 
-OBSERVERS = ("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor")
+OBSERVERS = (
+    *("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor"),
+    *("held_measurement", "single_correction"),
+)
 MOST_PERIODS, MOST_STATES = 100, 10
 
 
@@ -90,7 +93,8 @@ def passed(loop: Loop, observer: str, state: Matrix, own: Matrix, commands: list
     single_rate: (2) with the first input and measurement held over M T. model_interpolation: (2) with the measurement
     held over M T and the input over T, while the model alone carries the estimate that K acts on. fast_sensor: (7) with
     a measurement at each instant. alternating_predictive: (7) with (6). running_prediction: (7), where the virtual
-    measurement is the one before plus C ((Abar - I) zeta + Bbar u).
+    measurement is the one before plus C ((Abar - I) zeta + Bbar u). held_measurement: (2) with the measurement held over
+    M T. single_correction: (7) at the slow instant, then the model alone.
     """
     free, driven = held(loop.A, loop.B, loop.T)
     f, gh = held(loop.guided, blocks([[loop.B, loop.L]]), loop.T)
@@ -108,7 +112,8 @@ def passed(loop: Loop, observer: str, state: Matrix, own: Matrix, commands: list
         inputs.append(u)
         state = plus(times(free, state), times(driven, u))
         ahead = plus(times(free, estimate), times(driven, u))
-        before, own = own, plus(times(f, own), times(gh, [*u, *measured]))
+        corrected = k == 0 or observer != "single_correction"
+        before, own = own, plus(times(f, own), times(gh, [*u, *measured])) if corrected else ahead
         if observer == "alternating_predictive":
             measured = times(loop.C, ahead)
         elif observer == "running_prediction":
@@ -124,13 +129,18 @@ def monodromy(loop: Loop, observer: str) -> Matrix:
     return passed(loop, observer, both[:n], both[n:]).end
 
 
-def command(loop: Loop, sigma: Fraction) -> Complex:
-    """The amplitude of ybar_d - K (y_d, y_d', y_d'') as it is printed, for y_d of amplitude one at s = j sigma."""
+def command(loop: Loop, sigma: Fraction, corrected: bool) -> Complex:
+    """The amplitude of ybar_d - K (y_d, y_d', y_d'') for y_d of amplitude one at s = j sigma.
+
+    As printed b ybar_d is y_d'' + a2 y_d' + a3 y_d; corrected, so that it inverts the plant, each term has one more
+    derivative, in another order: (s^3 + a3 s^2 + a2 s) y_d.
+    """
     (_, _, _), (_, _, _), (zero, a2, a3) = _position(loop)
     need(zero == 0, "the plant has no integrator")
     b = loop.B[2][0]
     s, square_ = Complex(Fraction(0), sigma), Complex(-sigma * sigma)
-    given = (square_ + s * -a2 + Complex(-a3)) * (1 / b)
+    printed = square_ + s * -a2 + Complex(-a3)
+    given = (s * square_ + square_ * -a3 + s * -a2 if corrected else printed) * (1 / b)
     k = loop.K[0]
     answer: Complex = given - (Complex(k[0]) + s * k[1] + square_ * k[2])
     return answer
@@ -149,10 +159,10 @@ def turn(sigma: Fraction, time: Any) -> Complex:
     return Complex(*wave(sigma * time))
 
 
-def steady(loop: Loop, observer: str, sigma: Fraction) -> tuple[Matrix, list[Matrix]]:
+def steady(loop: Loop, observer: str, sigma: Fraction, corrected: bool = False) -> tuple[Matrix, list[Matrix]]:
     """The amplitude of (x, zeta) at the slow instants in the steady state, and the commands by phase."""
     n = len(loop.A)
-    amplitude = command(loop, sigma)
+    amplitude = command(loop, sigma, corrected)
     commands = [[[amplitude * turn(sigma, k * loop.T)]] for k in range(loop.M)]
     rest: Matrix = [[Complex(Interval.of(0))] for _ in range(n)]
     forced = passed(loop, observer, rest, rest, commands).end
@@ -160,8 +170,8 @@ def steady(loop: Loop, observer: str, sigma: Fraction) -> tuple[Matrix, list[Mat
     return solved(system, forced), commands
 
 
-def steady_passage(loop: Loop, observer: str, sigma: Fraction) -> Passage:
+def steady_passage(loop: Loop, observer: str, sigma: Fraction, corrected: bool = False) -> Passage:
     """The amplitudes over a slow period in the steady state."""
-    first, commands = steady(loop, observer, sigma)
+    first, commands = steady(loop, observer, sigma, corrected)
     n = len(loop.A)
     return passed(loop, observer, first[:n], first[n:], commands)
