@@ -50,7 +50,9 @@ def compared(outcome: Outcome, found: Proof | Unproved) -> Pair:
     if theorem.holds != found.holds:
         return Pair(True, f"whether it holds is {theorem.holds} for the first, {found.holds} for the second")
     # Each encloses the same numbers by itself, so that their ends differ.
-    if len(theorem.items) != len(found.items) or not all(map(_meet, theorem.items, found.items)):
+    exported = tuple(item for said in theorem.says for item in said.items) if found.items else ()
+    items = theorem.items or exported
+    if len(items) != len(found.items) or not all(map(_meet, items, found.items)):
         return Pair(True, "the enclosures of the listed numbers do not meet")
     return Pair(True, "")
 

@@ -93,7 +93,7 @@ def passed(loop: Loop, observer: str, state: Matrix, own: Matrix, commands: list
     single_rate: (2) with the first input and measurement held over M T. model_interpolation: (2) with the measurement
     held over M T and the input over T, while the model alone carries the estimate that K acts on. fast_sensor: (7) with
     a measurement at each instant. alternating_predictive: (7) with (6). running_prediction: (7), where the virtual
-    measurement is the one before plus C ((Abar - I) zeta + Bbar u). held_measurement: (2) with the measurement held over
+    measurement is the one before plus C ((Abar - I) zeta + Bbar u). held_measurement: (2), its measurement held over
     M T. single_correction: (7) at the slow instant, then the model alone.
     """
     free, driven = held(loop.A, loop.B, loop.T)
