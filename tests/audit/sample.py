@@ -18,6 +18,7 @@ from cases import altered
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import (
     Claim,
+    Coverage,
     Evidence,
     Figure,
     FigureData,
@@ -382,6 +383,10 @@ def paper_record(ids: tuple[str, ...]) -> PaperRecord:
         scope=(
             ScopeItem(part="Table 1", claims=ids, figures=("doe1999-fig2",)),
             ScopeItem(part="Section V", reason="It describes hardware."),
+        ),
+        coverage=(
+            Coverage(text="paper", of="numerals", total=419, bound=412, excused=6, open=1, aside=764),
+            Coverage(text="paper", of="items", total=54, bound=46, excused=8, open=0, aside=0),
         ),
     )
 

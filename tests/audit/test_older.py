@@ -19,7 +19,7 @@ from replication.audit.model import Proof
 from replication.audit.store.records import SCHEMA_VERSION, read_results
 from replication.errors import AuditError
 
-FILE = replace(results_file(*RECORDS), papers=(replace(paper_record(()), readings=()),))
+FILE = replace(results_file(*RECORDS), papers=(replace(paper_record(()), readings=(), coverage=()),))
 
 
 def flat(record: dict[str, Any]) -> dict[str, Any]:
@@ -49,7 +49,7 @@ def older() -> dict[str, Any]:
     for paper in content["papers"]:
         paper["formulas"] = [[formula["text"], formula["latex"]] for formula in paper["formulas"]]
         # These came later in that schema, and may be absent.
-        del paper["notebook"], paper["sensitivity"], paper["common"], paper["readings"]
+        del paper["notebook"], paper["sensitivity"], paper["common"], paper["readings"], paper["coverage"]
     return content
 
 

@@ -97,6 +97,13 @@ def test_nothing_is_loaded_from_outside(tree: Any) -> None:
             assert address == "" or address.startswith("#")
 
 
+def test_the_scope_says_how_much_of_the_text_is_bound(tree: Any) -> None:
+    said = [text for element in tree.iter(f"{HTML}p") if "bound to a claim" in (text := text_of(element))]
+    assert len(said) == 2
+    assert "419 numerals: 412 bound" in said[0] and "6 excused with a reason, 1 open; 764 more" in said[0]
+    assert "54 items: 46 bound" in said[1] and "more" not in said[1] and said[1].endswith("The list.")
+
+
 def test_every_reference_within_the_page_is_met_and_ids_are_unique(tree: Any) -> None:
     ids = [element.get("id") for element in tree.iter() if element.get("id")]
     assert len(ids) == len(set(ids))

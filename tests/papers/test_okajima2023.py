@@ -6,7 +6,6 @@ import copy
 import dataclasses
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
 
@@ -19,8 +18,7 @@ from papers.okajima2023.experiments.identities import summation
 from papers.okajima2023.experiments.problem import build
 from papers.okajima2023.experiments.simulations import distribution, draws, tail_probability, timing_draws
 from papers.okajima2023.printed import GAINS, PLANT, TABLE_1
-from replication.audit.judge.verdict import rejudge
-from replication.audit.model import Kind, ScopeItem, Verdict
+from replication.audit.model import ScopeItem, Verdict
 from replication.audit.run.pool import Processes
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
@@ -31,14 +29,6 @@ ROOT = Path(__file__).resolve().parents[2]
 KEY = PAPER.key
 AGREEMENT = 1e-8
 NORM_OF_GAINS = 1e-7
-
-
-@pytest.mark.slow
-def test_every_claim_has_its_pinned_verdict(fresh_run: Outcome) -> None:
-    claims = [claim for claim in fresh_run.results.claims if claim.paper == KEY]
-    assert len(claims) == len(PAPER.claims)
-    assert {claim.id: claim.judgement.reason for claim in claims if claim.unexpected} == {}
-    assert fresh_run.failures == ()
 
 
 SUPPORTED = {"unstable.same-setting": "second-diagonal", "unstable.error-poles": "unrounded-gains"}
@@ -55,13 +45,6 @@ def test_theorems_say_every_claim_that_they_are_about(fresh_run: Outcome) -> Non
 
 
 @pytest.mark.slow
-def test_every_erratum_is_proved(fresh_run: Outcome) -> None:
-    errata = [erratum for erratum in fresh_run.results.errata if erratum.paper == KEY]
-    assert len(errata) == len(PAPER.errata)
-    assert [erratum.id for erratum in errata if not erratum.holds or erratum.error] == []
-
-
-@pytest.mark.slow
 def test_three_routes_agree(fresh_run: Outcome) -> None:
     designs = {n: r for n, r in fresh_run.results_by_experiment.items() if n.startswith(f"{KEY}.design.")}
     assert len(designs) == 13
@@ -70,23 +53,6 @@ def test_three_routes_agree(fresh_run: Outcome) -> None:
         assert result["reduced_lmi"]["level"] == pytest.approx(result["optimum"], rel=AGREEMENT), name
         for norm in (result["lmi"]["norm"], result["reduced_lmi"]["norm"], result["norm_central"]["value"]):
             assert result["lower"] * (1 - 1e-12) <= norm <= result["optimum"] * (1 + NORM_OF_GAINS), name
-
-
-@pytest.mark.slow
-def test_one_unit_in_the_last_place_flips_the_verdict(fresh_run: Outcome) -> None:
-    errata = {erratum.id: erratum for erratum in fresh_run.results.errata}
-    flipped = 0
-    for record in fresh_run.results.claims:
-        if record.paper != KEY or record.claim.kind is not Kind.VALUE or record.verdict is not Verdict.REPRODUCED:
-            continue
-        places = len(record.claim.printed.partition(".")[2])
-        for sign in (1, -1):
-            other = f"{float(record.claim.printed) + sign * 10.0**-places:.{places}f}"
-            reprinted = msgspec.structs.replace(record.claim, printed=other)
-            moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata, readings=PAPER.readings)
-            assert moved.verdict is Verdict.DIFFERS, (record.id, other, moved.reason)
-            flipped += 1
-    assert flipped >= 50
 
 
 @pytest.mark.slow

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flint import fmpq
 
-from replication.verify.dualrate import identities, lyapunov
+from replication.verify.dualrate import errors, identities, lyapunov
 from replication.verify.dualrate.loop import Observer, monodromy, read_loop
 from replication.verify.run import STATEMENTS, check
 from replication.verify.subjects import theorems
@@ -367,3 +368,13 @@ def test_sentences_hold_the_numbers() -> None:
 
 def test_derivatives_of_order_20_are_allowed() -> None:
     assert check(own("feedforward", parameters__orders=[20, 1, 2])).holds is False
+
+
+def test_of_fewer_frequencies_the_last_one_is_said_again() -> None:
+    place: Any = None
+    frequencies = ["1/2", "1"]
+    found = [errors.Error(fmpq(1), fmpq(2), place), errors.Error(fmpq(3), fmpq(4), place)]
+    settings = [errors._setting(i, {"frequencies": frequencies}) for i in range(errors.MOST)]
+    assert [setting["frequency"] for setting in settings] == ["1/2", *["1"] * (errors.MOST - 1)]
+    bounds = [errors._bounds(i, {"errors": found}) for i in range(errors.MOST)]
+    assert [bound.upper for bound in bounds] == [2, *[4] * (errors.MOST - 1)]

@@ -37,19 +37,17 @@ def draws(
     part: int,
     parts: int,
 ) -> Json:
-    """||e|| / ||w|| of the printed filter for w_k = size exp(-decay k) sin(frequency pi k) over every `parts`-th of
+    """||e|| / ||w|| of the printed filter for `_disturbance` over every `parts`-th of
     `seeds` sequences of uniform random periods, from number `part` on, and the band of their errors.
 
     The random numbers of all sequences are drawn each time, which costs little: none depends on the number of parts.
     """
     system, span = problem(plant, periods)
-    filter_ = subject(system, span, printed)
-    k = np.arange(steps)
-    w = (size * np.exp(-decay * k) * np.sin(frequency * np.pi * k))[:, None]
+    filter_, w = subject(system, span, printed), _disturbance(size, decay, frequency, steps)
     sequences = np.random.default_rng(seed).uniform(span.h_l, span.h_u, (seeds, steps))[part::parts]
     errors = np.array([simulate_error(system, filter_, h, w)[:, 0] for h in sequences])
     return {
-        "k": k.tolist(),
+        "k": list(range(steps)),
         "w": w[:, 0].tolist(),
         "e": errors[0, :steps].tolist(),
         "periods": sequences[0].tolist(),
@@ -73,10 +71,8 @@ def laws(
     """||e|| / ||w|| of the printed filter for `seeds` sequences under each law, and ||z|| / ||w||, which the error has
     with no filter."""
     system, span = problem(plant, periods)
-    filter_ = subject(system, span, printed)
+    filter_, w = subject(system, span, printed), _disturbance(size, decay, frequency, steps)
     none = Filter(filter_.A, filter_.B, 0 * filter_.C)
-    k = np.arange(steps)
-    w = (size * np.exp(-decay * k) * np.sin(frequency * np.pi * k))[:, None]
     rng = np.random.default_rng(seed)
     found: Json = {}
     for law in LAWS:
@@ -86,6 +82,12 @@ def laws(
             for name, used in (("filter", filter_), ("none", none))
         }
     return found
+
+
+def _disturbance(size: float, decay: float, frequency: float, steps: int) -> Array:
+    """w_k = size exp(-decay k) sin(frequency pi k), as a column."""
+    k = np.arange(steps)
+    return np.asarray((size * np.exp(-decay * k) * np.sin(frequency * np.pi * k))[:, None])
 
 
 def _sequence(law: str, span: PeriodRange, steps: int, rng: np.random.Generator) -> Array:

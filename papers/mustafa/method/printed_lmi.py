@@ -4,12 +4,11 @@ modeller."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib.metadata import version
 
 import cvxpy
 import numpy as np
 
-from replication.estimation.conic.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved, solve_modelled
+from replication.estimation.conic.solvers import minimise_modelled
 from replication.estimation.nonuniform.filter_lmi import FilterDesign, LmiSolution, LmiVariables, normalise, with_filter
 from replication.estimation.nonuniform.plant import SampledPlant, as_periods
 
@@ -28,7 +27,7 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesig
     Z, Y = (cvxpy.Variable((n, n), symmetric=True) for _ in range(2))
     F, G, Q = cvxpy.Variable((n, r)), cvxpy.Variable((s, n)), cvxpy.Variable((n, n))
     delta = cvxpy.Variable((1, 1))
-    constraints = []
+    matrices = []
     for h in grid:
         Phi, Gamma = p.discretise(h)
         o_s, o_m = np.zeros((n, s)), np.zeros((n, m))
@@ -42,17 +41,8 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesig
             [Phi.T @ Z, b.T, p.L.T, -Z, -Y, o_m],
             [Gamma.T @ Z, c.T, np.zeros((m, s)), o_m.T, o_m.T, -cvxpy.kron(np.eye(m), delta)],
         ]
-        matrix = cvxpy.bmat(rows)
-        constraints.append((matrix + matrix.T) / 2 << 0)
-    problem = cvxpy.Problem(cvxpy.Minimize(delta[0, 0]), constraints)
-    report = SolverReport(
-        name="Clarabel through cvxpy",
-        version=version("clarabel"),
-        status=solve_modelled(problem),
-        options=dict(CLARABEL_OPTIONS),
-        iterations=problem.solver_stats.num_iters,
-    )
-    raise_unless_solved(report, accept=ACCEPTED)
+        matrices.append(-cvxpy.bmat(rows))
+    report, constraints = minimise_modelled(delta[0, 0], matrices, ACCEPTED)
     values = {name: np.asarray(x.value) for name, x in zip("ZYFGQ", (Z, Y, F, G, Q), strict=True)}
     v = LmiVariables(**values, delta=np.asarray(delta.value[0, 0]))
     level = normalised.scale * float(np.sqrt(max(float(delta.value[0, 0]), 0.0)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.metadata import version
 from typing import Any
 
 import cvxpy
@@ -10,7 +9,7 @@ import numpy as np
 
 from papers.okajima2023.method.reduced_lmi import LmiDesign
 from replication.errors import InfeasibleError
-from replication.estimation.conic.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved, solve_modelled
+from replication.estimation.conic.solvers import SolverReport, minimise_modelled
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.validation import Array
@@ -156,22 +155,5 @@ def _root(gamma_squared: Any) -> float:
 
 def _minimise(gamma_squared: Any, blocks: list[list[list[Any]]], accept: tuple[str, ...]) -> SolverReport:
     """Minimise gamma^2 with every block matrix positive semidefinite; raises unless the status is accepted."""
-    constraints = []
-    for rows in blocks:
-        matrix = cvxpy.bmat(rows) if len(rows) > 1 or len(rows[0]) > 1 else rows[0][0]
-        constraints.append((matrix + matrix.T) / 2 >> 0)
-    task = cvxpy.Problem(cvxpy.Minimize(gamma_squared), constraints)
-    status = solve_modelled(task)
-    stats = task.solver_stats
-    report = SolverReport(
-        name=f"Clarabel {version('clarabel')} through cvxpy",
-        version=version("cvxpy"),
-        status=status,
-        options=dict(CLARABEL_OPTIONS),
-        residuals={"largest violation": max(float(np.max(c.violation())) for c in constraints)}
-        if gamma_squared.value is not None
-        else {},
-        iterations=int(stats.num_iters) if stats and stats.num_iters is not None else None,
-    )
-    raise_unless_solved(report, accept=accept)
-    return report
+    matrices = (cvxpy.bmat(rows) if len(rows) > 1 or len(rows[0]) > 1 else rows[0][0] for rows in blocks)
+    return minimise_modelled(gamma_squared, matrices, accept)[0]

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay.sos import bessel, lie, synthesis
-from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks
+from replication.estimation.delay.sos.cone import ConeBlock, DegreeRule, cone_blocks
+from replication.estimation.delay.sos.forms import FormSpace
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.system import DelaySystem, delay_system, transformed
+from replication.estimation.validation import Array
 
 Json = dict[str, Any]
 
@@ -75,7 +79,7 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
     first = 1 + 2 * small.system.delay_count
     parts = zip((solution.blocks[:first], solution.blocks[first:]), spaces, strict=True)
     target = cone_blocks(1, DegreeRule.TOTAL)
-    matrices = [matrix for part, space in parts for matrix in bessel.lifted(part, space, 1, target)]
+    matrices = [matrix for part, space in parts for matrix in lifted(part, space, 1, target)]
     full = cost_program(states, delays, level)
     residual = np.abs(full.a @ np.concatenate([matrix.ravel() for matrix in matrices]) - full.b).max()
     found["full"] = {
@@ -84,6 +88,35 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
         "least_eigenvalue": min(float(np.linalg.eigvalsh(matrix)[0]) for matrix in matrices),
     }
     return found
+
+
+def lifted(
+    blocks: Sequence[Array], space: FormSpace, moments: int, target: tuple[ConeBlock, ConeBlock]
+) -> tuple[Array, Array]:
+    """The two matrices M_g of Corollary 2 that give the same form; positive semidefinite if the blocks are.
+
+    `target`: a plain and a weighted block with members (c, c), c < moments, in Z_2 and degree >= 1.
+    """
+    plain, weighted = target
+    width, z2 = space.functions, space.points + (plain.degree + 1) * space.functions
+    inner, outer = plain.kernel_basis()
+    member = {(int(a), int(b)): i for i, (a, b) in enumerate(zip(inner, outer, strict=True))}
+    functionals = np.zeros((space.points + moments * width, plain.size(space)))
+    functionals[: space.points, : space.points] = np.eye(space.points)
+    beyond, risen = np.zeros((2, width, plain.size(space)))  # φ - Σp_cμ_c, and (1+η)φ
+    function = np.arange(width)
+    for c in range(moments):
+        functionals[space.points + c * width + function, z2 + member[0, c] * width + function] = 1.0
+        beyond[function, z2 + member[c, c] * width + function] = -1.0
+    beyond[function, space.points + function] = 1.0
+    for a, coefficient in enumerate(bessel.RAMP):
+        risen[function, space.points + a * width + function] = coefficient
+    diagonals = (blocks[1 + i * space.delays : 1 + (i + 1) * space.delays] for i in range(2))
+    rest = [block_diag(*parts) if len(parts) else np.zeros((width, width)) for parts in diagonals]
+    first = functionals.T @ blocks[0] @ functionals + beyond.T @ rest[0] @ beyond + risen.T @ rest[1] @ risen
+    second = np.zeros((weighted.size(space), weighted.size(space)))
+    second[space.points : space.points + width, space.points : space.points + width] = rest[1]  # 1+η = (1+η)² - η(1+η)
+    return first, second
 
 
 def sizes(states: list[int], delays: list[int]) -> Json:

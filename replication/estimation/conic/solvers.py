@@ -5,10 +5,13 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
+from importlib.metadata import version
 from typing import Any
+
+import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
 
@@ -77,6 +80,33 @@ def solve_modelled(problem: Any, options: Options = CLARABEL_OPTIONS) -> str:
             f"Clarabel through cvxpy failed: {error}; rescale the plant, or use the Riccati route"
         ) from None
     return str(problem.status)
+
+
+def minimise_modelled(
+    objective: Any, matrices: Iterable[Any], accept: tuple[str, ...]
+) -> tuple[SolverReport, list[Any]]:
+    """Minimise a variable of cvxpy with every matrix positive semidefinite; the report, and the constraints.
+
+    Raises InfeasibleError or SolverError unless the status is one of `accept`.
+    """
+    import cvxpy
+
+    constraints = [(matrix + matrix.T) / 2 >> 0 for matrix in matrices]
+    problem = cvxpy.Problem(cvxpy.Minimize(objective), constraints)
+    status = solve_modelled(problem)
+    stats = problem.solver_stats
+    report = SolverReport(
+        name=f"Clarabel {version('clarabel')} through cvxpy",
+        version=version("cvxpy"),
+        status=status,
+        options=dict(CLARABEL_OPTIONS),
+        residuals={"largest violation": max(float(np.max(c.violation())) for c in constraints)}
+        if objective.value is not None
+        else {},
+        iterations=int(stats.num_iters) if stats and stats.num_iters is not None else None,
+    )
+    raise_unless_solved(report, accept=accept)
+    return report, constraints
 
 
 @contextmanager

@@ -1,0 +1,33 @@
+"""What a test has computed of an experiment is what a run takes for its result, and nothing else is."""
+
+import dataclasses
+
+from computed import ROOT, STORE, result
+
+from papers.shao import PAPER
+from replication.audit.model import Paper
+from replication.audit.run.runner import _plan
+from replication.audit.store.cache import Lookup
+from replication.audit.store.sources import SourceTree, default_packages
+
+NAME = "shao.motor"
+
+
+def lookup(paper: Paper) -> Lookup:
+    return _plan([paper], [], ROOT, STORE[0], SourceTree(default_packages(ROOT)))[NAME].lookup
+
+
+def test_a_run_reuses_what_a_test_has_computed() -> None:
+    found = result(NAME)
+    entry = lookup(PAPER).entry
+    assert entry is not None and entry.result == found
+    changed = tuple(
+        dataclasses.replace(one, inputs={**one.inputs, "seed": 2}) if one.name == NAME else one
+        for one in PAPER.experiments
+    )
+    assert lookup(dataclasses.replace(PAPER, experiments=changed)).reason == "changed: inputs"
+
+
+def test_nobody_changes_the_result_of_another() -> None:
+    result(NAME).clear()
+    assert result(NAME)

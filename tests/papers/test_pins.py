@@ -1,0 +1,51 @@
+"""The verdicts of a fresh run, paper by paper: each is the pinned one, and a print that is one unit off has another."""
+
+from __future__ import annotations
+
+import msgspec
+import pytest
+
+import papers
+from papers import KEYS
+from replication.audit.judge.verdict import rejudge
+from replication.audit.model import Kind, Verdict
+from replication.audit.run.runner import Outcome
+
+PAPERS = {paper.key: paper for paper in papers.load()}
+FLIPPED = {"mustafa": 4, "okajima2023": 50}
+"""Prints of one number that come out, moved up and down: at least so many."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", KEYS)
+def test_every_claim_has_its_pinned_verdict(key: str, fresh_run: Outcome) -> None:
+    claims = [claim for claim in fresh_run.results.claims if claim.paper == key]
+    assert len(claims) == len(PAPERS[key].claims) >= 30
+    assert {claim.id: claim.judgement.reason for claim in claims if claim.unexpected} == {}
+    assert fresh_run.failures == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", KEYS)
+def test_every_erratum_is_proved(key: str, fresh_run: Outcome) -> None:
+    errata = [erratum for erratum in fresh_run.results.errata if erratum.paper == key]
+    assert len(errata) == len(PAPERS[key].errata)
+    assert [erratum.id for erratum in errata if not erratum.holds or erratum.error] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", FLIPPED)
+def test_one_unit_in_the_last_place_flips_the_verdict(key: str, fresh_run: Outcome) -> None:
+    errata = {erratum.id: erratum for erratum in fresh_run.results.errata}
+    flipped = 0
+    for record in fresh_run.results.claims:
+        if record.paper != key or record.claim.kind is not Kind.VALUE or record.verdict is not Verdict.REPRODUCED:
+            continue
+        places = len(record.claim.printed.partition(".")[2])
+        for sign in (1, -1):
+            other = f"{float(record.claim.printed) + sign * 10.0**-places:.{places}f}"
+            reprinted = msgspec.structs.replace(record.claim, printed=other)
+            moved = rejudge(msgspec.structs.replace(record, claim=reprinted), errata, readings=PAPERS[key].readings)
+            assert moved.verdict is Verdict.DIFFERS, (record.id, other, moved.reason)
+            flipped += 1
+    assert flipped >= FLIPPED[key]
