@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme test test-fast mutants docs certificates verify coq artifact bench lint format lock clean help
+.PHONY: report figures readme test test-fast mutants docs certificates verify verify-both coq artifact bench lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
@@ -44,6 +44,9 @@ verify: $(STAMP) ## check all certificates in exact and ball arithmetic
 
 coq: $(STAMP) ## Coq checks the theorems on multi-rate levels (needs coq and libcoq-mathcomp-algebra)
 	$(BIN)/python -m replication coq
+
+verify-both: $(STAMP) ## the same by both verifiers, which share no code and must agree
+	$(BIN)/python verify.py --both
 
 artifact: report ## one zip of sources, lock, results, figures, certificates and report in dist/
 	$(BIN)/python -m replication artifact

@@ -1,5 +1,5 @@
-"""Check the certificates with python-flint only: `python verify.py [PATH...]`."""
+"""Check the certificates with python-flint only: `python verify.py [--both] [PATH...]`."""
 
-from replication.verify.run import main
+from replication.twice import main
 
 raise SystemExit(main())

@@ -17,10 +17,14 @@ holds nothing else.
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
+    parser.add_argument("--both", action="store_true", help="by the second verifier too; they must agree")
 
 
 def command(chosen: argparse.Namespace) -> int:
     """Print one line for each certificate."""
-    from replication.verify.run import report
+    if chosen.both:
+        from replication.twice import report
+    else:
+        from replication.verify.run import report
 
     return report(chosen.paths, project_root() if chosen.paths else checkout())

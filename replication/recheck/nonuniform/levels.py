@@ -1,0 +1,214 @@
+"""Gains over sampling sequences from above: storage functions that read the periods to come; and stability."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from itertools import pairwise
+from math import lcm
+from operator import mul
+from typing import Any
+
+from replication.recheck.exact import (
+    is_positive,
+    times,
+    turned,
+)
+from replication.recheck.interval import BITS, Interval, norm_above
+from replication.recheck.nonuniform.definite import Whole, surely_positive
+from replication.recheck.nonuniform.sampled import (
+    Case,
+    between,
+    read_case,
+    seconds,
+)
+from replication.recheck.reading import (
+    Certificate,
+    Matrix,
+    Proof,
+    count,
+    need,
+    number,
+    positive,
+    several,
+    symmetric,
+    take,
+)
+
+HALVINGS = 24
+PLACES = 160
+
+
+@dataclass(frozen=True)
+class Storage:
+    """Shares at which the range is cut into cells; for each state and cell the state before it; the matrices."""
+
+    cuts: list[Fraction]
+    before: list[list[int]]
+    P: list[Matrix]
+
+
+def read_storage(value: Any, size: int) -> Storage:
+    """An automaton that reads the periods from the last one on, with a positive matrix for each of its states."""
+    cells, before, stored = take(value, "storage", "cells", "before", "P")
+    cuts = several(cells, "cells", number)
+    need(len(cuts) > 1 and cuts[0] == 0 and cuts[-1] == 1, "the cells do not cover the range")
+    need(all(a < b for a, b in pairwise(cuts)), "the cells do not follow each other")
+    p = several(stored, "P", lambda one, at: symmetric(one, at, size))
+    states = several(before, "before", lambda row, at: several(row, at, count, len(cuts) - 1), len(p))
+    need(bool(p) and all(one < len(p) for row in states for one in row), "a state is none")
+    need(all(map(is_positive, p)), "a matrix is not positive")
+    return Storage(cuts, states, p)
+
+
+class Inequality:
+    """w |e|^2 + x+' P_d x+ <= x' P_c x + w g^2 |w|^2, strictly, on pieces of the range.
+
+    In integers: M and w at an end of a chord times 2^PLACES, with a radius for all that they are off; everything else
+    times a common denominator.
+    """
+
+    def __init__(self, case: Case, level: Fraction, storage: Storage) -> None:
+        self.case, self.storage = case, storage
+        generator, seen = case.plant.generator, times(turned(case.output), case.output)
+        self.n, self.size = len(case.plant.A), len(seen)
+        self.rate, self.bend = norm_above(generator), times(generator, generator)
+        rationals = [entry for block in (*storage.P, seen, [[level * level]]) for row in block for entry in row]
+        self.common = lcm(*(entry.denominator for entry in rationals))
+        self.P = [self._whole(one) for one in storage.P]
+        self.seen, ((self.level2,),) = self._whole(seen), self._whole([[level * level]])
+        self.at, self.steps = cache(self._at), cache(self._steps)
+
+    def _whole(self, matrix_: Matrix) -> Whole:
+        return [[int(entry * self.common) for entry in row] for row in matrix_]
+
+    def _at(self, share: Fraction) -> tuple[Interval, Matrix]:
+        h = seconds(between(self.case.start, self.case.stop, share))
+        return h, self.case.plant.step(h)
+
+    def _steps(self, share: Fraction) -> tuple[Whole, int, int]:
+        """The columns of M, w, and how far entries of either are off at most."""
+        h, step = self.at(share)
+        entries = [[Interval.of(entry) for entry in row] for row in self.case.error_step(step)]
+        weight = Interval.of(self.case.weight(h))
+        off = max(max(entry.high - entry.low for row in entries for entry in row), weight.high - weight.low)
+        spare = BITS - PLACES
+        rows = [[entry.low >> spare for entry in row] for row in entries]
+        return turned(rows), weight.low >> spare, (off >> spare) + 2
+
+    def remainder(self, left: Fraction, right: Fraction) -> Fraction | None:
+        """At least the largest entry by which [Phi, Gamma] differs from its chord; None on pieces that are too long.
+
+        On the piece exp(hN) = exp(aN) (1 + X), |X| < x + x^2 in norm for x = |N| times the length, if x is below one.
+        """
+        if self.case.start == self.case.stop:
+            return Fraction(0)
+        (a, step), (b, _) = self.at(left), self.at(right)
+        length = (b - a).ends()[1]
+        x = length * self.rate
+        if x >= 1:
+            return None
+        n, whole = self.n, [list(row) for row in step]
+        m = len(whole[0]) - n
+        whole += [[Fraction(int(i == j - n)) for j in range(n + m)] for i in range(m)]
+        bent = times(self.bend, whole)[:n]
+        most = max(abs(Interval.of(entry)).ends()[1] for row in bent for entry in row)
+        answer: Fraction = length * length / 8 * (most + norm_above(bent) * (x + x * x))
+        return answer
+
+    def holds(self, end: Fraction, rest: int, c: int, d: int) -> bool:
+        """Whether it holds at an end of a chord, with so much in each entry of [Phi, Gamma] beside it."""
+        columns, weight, off = self.steps(end)
+        p, size = self.P[d], self.size
+        pushed = [[sum(map(mul, column, row)) for row in p] for column in columns]
+        n, count_ = self.n, len(columns)
+        # Only the rows of Phi and Gamma are off by more than rounding, and only in the columns of x and w.
+        moved = [rest + off if j < n or j >= size else off for j in range(count_)]
+        sums = [sum(map(abs, one[:n])) for one in pushed]
+        others = [off * sum(map(abs, one[n:])) for one in pushed]
+        whole = sum(abs(entry) for row in p[:n] for entry in row[:n])
+        slight = off * (2 * (rest + off) + off) * sum(abs(entry) for row in p for entry in row)
+        middle, radius = [], []
+        for i in range(count_):
+            row, wide = [], []
+            for j in range(count_):
+                entry = -sum(map(mul, pushed[i], columns[j]))
+                far = moved[j] * (sums[i] + moved[i] * whole) + moved[i] * sums[j] + others[i] + others[j] + slight
+                if i < size and j < size:
+                    entry += (self.P[c][i][j] << 2 * PLACES) - (weight * self.seen[i][j] << PLACES)
+                    far += off * abs(self.seen[i][j]) << PLACES
+                elif i == j:
+                    entry += weight * self.level2 << PLACES
+                    far += off * self.level2 << PLACES
+                row.append(entry)
+                wide.append(far)
+            middle.append(row)
+            radius.append(wide)
+        return surely_positive(middle, radius)
+
+    def require(self) -> None:
+        """Refuse unless it holds for all periods, cell by cell."""
+        storage = self.storage
+        for cell, (left, right) in enumerate(pairwise(storage.cuts)):
+            waiting = [(left, right, [(row[cell], d) for d, row in enumerate(storage.before)], 0)]
+            while waiting:
+                start, stop, failed, halvings = waiting.pop()
+                rest = self.remainder(start, stop)
+                if rest is not None:
+                    ends = {start, stop} if self.case.start != self.case.stop else {start}
+                    whole = -int(-rest * (1 << PLACES) // 1)
+                    failed = [pair for pair in failed if not all(self.holds(end, whole, *pair) for end in ends)]
+                    need(not failed or len(ends) == 2, "the inequality fails")
+                need(not failed or halvings < HALVINGS, "the inequality fails, or is not decided")
+                if failed:
+                    middle = (start + stop) / 2
+                    waiting += [(start, middle, failed, halvings + 1), (middle, stop, failed, halvings + 1)]
+
+
+def require_level(case: Case, level: Fraction, storage: Any) -> None:
+    """Refuse unless the storage proves the level for all sequences."""
+    need(level > 0, "the level is not positive")
+    Inequality(case, level, read_storage(storage, len(case.plant.A) + len(case.filter.A))).require()
+
+
+def gain_upper(given: Certificate) -> Proof:
+    """The gain of a filter is at most so large."""
+    (upper,) = given.stated("upper")
+    (storage,) = take(given.witness, "witness", "storage")
+    require_level(read_case(given)[0], upper, storage)
+    return Proof(upper=upper)
+
+
+def keeps_level(given: Certificate) -> Proof:
+    """A filter has a level."""
+    (upper,) = given.stated("upper")
+    (storage,) = take(given.witness, "witness", "storage")
+    case, (level,) = read_case(given, "level")
+    need(upper <= positive(level, "level"), "the bound is above the level")
+    require_level(case, upper, storage)
+    return Proof(upper=upper, holds=True)
+
+
+def optimum_upper(given: Certificate) -> Proof:
+    """Some filter has a level."""
+    (upper,) = given.stated("upper")
+    filter_, storage = take(given.witness, "witness", "filter", "storage")
+    require_level(read_case(given, filter_=filter_)[0], upper, storage)
+    return Proof(upper=upper)
+
+
+def stable(given: Certificate) -> Proof:
+    """The error system is stable for every sequence."""
+    given.stated()
+    take(given.witness, "witness")
+    read_case(given)[0].require_stable()
+    return Proof(holds=True)
+
+
+CHECKS = {
+    "nonuniform.gain-upper": gain_upper,
+    "nonuniform.keeps-level": keeps_level,
+    "nonuniform.optimum-upper": optimum_upper,
+    "nonuniform.stable": stable,
+}

@@ -1,0 +1,106 @@
+"""Both verifiers on the same certificates: they share no code, and must say the same of each.
+
+`python verify.py --both`. The first one needs python-flint, the second one the standard library alone.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from replication.recheck import run as second
+from replication.recheck.reading import NoCheck, Proof, Unproved
+
+if TYPE_CHECKING:
+    from replication.verify.run import Outcome
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """What both verifiers say of one certificate.
+
+    checked: whether the second one has a check of the statement, and of its size. conflict: in what they differ; empty
+    if they agree.
+    """
+
+    checked: bool
+    conflict: str
+
+
+def compared(outcome: Outcome, found: Proof | Unproved) -> Pair:
+    """Whether both prove the same numbers, or both refuse."""
+    if isinstance(found, NoCheck):
+        return Pair(False, "")
+    theorem = outcome.theorem
+    if theorem is None or isinstance(found, Unproved):
+        if theorem is None and isinstance(found, Unproved):
+            return Pair(True, "")
+        return Pair(True, f"the second refuses: {found}" if theorem else "the second proves what the first refuses")
+    for side in ("lower", "upper"):
+        one, other = _exact(getattr(theorem, side)), getattr(found, side)
+        if one != other:
+            return Pair(True, f"the {side} bound is {one} for the first, {other} for the second")
+    if theorem.holds != found.holds:
+        return Pair(True, f"whether it holds is {theorem.holds} for the first, {found.holds} for the second")
+    # Each encloses the same numbers by itself, so that their ends differ.
+    exported = tuple(item for said in theorem.says for item in said.items) if found.items else ()
+    items = theorem.items or exported
+    if len(items) != len(found.items) or not all(map(_meet, items, found.items)):
+        return Pair(True, "the enclosures of the listed numbers do not meet")
+    return Pair(True, "")
+
+
+def _exact(value: object) -> Fraction | None:
+    return None if value is None else Fraction(str(value))
+
+
+def _meet(one: Sequence[object], other: tuple[Fraction, Fraction]) -> bool:
+    low, high = (_exact(end) for end in one)
+    return low is not None and high is not None and low <= other[1] and other[0] <= high
+
+
+def report(paths: Sequence[Path], root: Path = ROOT) -> int:
+    """Print a line for each certificate, and one for each on which the verifiers differ; 1 on any failure."""
+    from replication.verify.run import committed, printable, verify
+
+    files = [file for path in paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
+    encoding = sys.stdout.encoding or "ascii"
+    failed, conflicts, proved, unchecked = 0, 0, 0, []
+    for path in files if paths else committed(root):
+        outcome = verify(path, root)
+        pair = compared(outcome, second.check(path, root))
+        print(printable(outcome.line(), encoding), flush=True)
+        if pair.conflict:
+            print(printable(f"THE VERIFIERS DIFFER on {path}: {pair.conflict}", encoding), flush=True)
+        if not pair.checked:
+            unchecked.append(path.stem)
+        failed += outcome.theorem is None
+        conflicts += bool(pair.conflict)
+        proved += outcome.theorem is not None and pair.checked and not pair.conflict
+    number = len(files) if paths else len(committed(root))
+    print(f"{number - failed} of {number} certificates proved; {proved} of them by both verifiers")
+    if unchecked:
+        print(f"not rechecked: {printable(', '.join(unchecked), 'utf-8')}")
+    return 1 if failed or conflicts or not number else 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command line of `verify.py`."""
+    parser = argparse.ArgumentParser(
+        prog="verify.py", description="Check certificates in exact and ball arithmetic, and say what each proves."
+    )
+    parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
+    parser.add_argument("--both", action="store_true", help="by the second verifier too; they must agree")
+    chosen = parser.parse_args(arguments)
+    if chosen.both:
+        return report(chosen.paths)
+    from replication.verify import run as first
+
+    return first.report(chosen.paths)
