@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -12,6 +14,7 @@ import time
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import html5lib
 import numpy as np
@@ -251,6 +254,50 @@ def test_a_search_that_ended_early_goes_on_with_what_is_left(tmp_path: Path) -> 
     assert [len((tmp_path / f"called-{item}").read_text()) for item in items] == [1, 1, 2]
 
 
+class Bomb:
+    """Whoever reads its pickle makes a file."""
+
+    def __init__(self, target: Path) -> None:
+        self.target = target
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os.mkdir, (str(self.target),)
+
+
+def test_what_lies_in_the_folder_of_a_search_is_never_run_nor_trusted(here: Path) -> None:
+    asked = ["design", "multirate", str(EXAMPLES / "cart.toml"), "--periods", "2,2", "--offsets", "best"]
+    assert main([*asked, "--output", "honest"]) == 0
+    store, function, items = here / "store", partial(noted, here), [1, 2, 3, 4]
+    assert list(every_core(function, items, store=store)) == [10, 20, 30, 40]
+    one, two, three, four = sorted((store / "kept").iterdir())
+    poison = pickle.dumps(Bomb(here / "exploded"))
+    one.write_bytes(poison)  # as joblib kept them
+    two.write_bytes(hashlib.sha256(two.stem.encode() + poison).hexdigest().encode() + b"\n" + poison)
+    three.write_bytes(three.read_bytes()[:-1] + b"9")
+    four.write_bytes(two.read_bytes())
+    old = here / "cart-multirate.timings" / "kept" / "joblib" / "replication"
+    old.mkdir(parents=True)
+    (old / "output.pkl").write_bytes(poison)
+    assert list(every_core(function, items, store=store)) == [10, 20, 30, 40]
+    assert [len((here / f"called-{item}").read_text()) for item in items] == [2, 2, 2, 2]
+    assert main(asked) == 0
+    assert (here / "cart-multirate/gains.json").read_bytes() == (here / "honest/gains.json").read_bytes()
+    assert not (here / "exploded").exists()
+    pickle.loads(poison)
+    assert (here / "exploded").exists()
+
+
+def test_a_kept_optimum_is_the_computed_one(here: Path) -> None:
+    values = read_plant(EXAMPLES / "cart.toml", "multirate").values
+    apply = partial(every_core, store=here / "store")
+    first, again = (search_timing(MultiratePlant(**values), (2, 4), apply=apply) for _ in range(2))
+    assert first == again == search_timing(MultiratePlant(**values), (2, 4))
+    kept = len(list((here / "store" / "kept").iterdir()))
+    assert kept == len(first.optima)
+    search_timing(MultiratePlant(**{**values, "dt": 0.25}), (2, 4), apply=apply)
+    assert len(list((here / "store" / "kept").iterdir())) == 2 * kept
+
+
 @pytest.mark.parametrize("offsets", ["best", "0,0"])
 def test_a_folder_of_the_users_beside_the_design_stays(offsets: str, here: Path) -> None:
     own = here / "cart-multirate.timings" / "mine.txt"
@@ -267,7 +314,7 @@ def test_a_killed_search_for_timings_is_taken_up(here: Path, capsys: pytest.Capt
     store = Path("cart-multirate.timings")
     environment = {**os.environ, "PYTHONPATH": str(EXAMPLES.parents[1])}
     running = subprocess.Popen([sys.executable, "-m", "replication", *asked], start_new_session=True, env=environment)
-    while sum(1 for _ in store.rglob("output.pkl")) < FEW:
+    while sum(1 for _ in store.rglob("*.json")) < FEW:
         assert running.poll() is None
         time.sleep(0.02)
     os.killpg(running.pid, signal.SIGKILL)
