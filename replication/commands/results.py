@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from replication.commands import Command
-from replication.commands.shared import DIFFERENT, FINE, add_output, project_root, results_path, say
+from replication.commands.shared import DIFFERENT, FINE, add_figures, add_output, project_root, results_path, say
 
 
 def list_claims(chosen: argparse.Namespace) -> int:
@@ -51,11 +51,22 @@ def check(chosen: argparse.Namespace) -> int:
     """Print each problem found."""
     import papers
     from replication.audit.inspect.check import check
+    from replication.audit.inspect.derive import differences, kept, unfounded
+    from replication.audit.publish.readme import is_stale
+    from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
 
-    results = read_results(results_path(chosen))
-    problems = check(results, papers.load(), project_root())
-    say(str(problem) for problem in problems)
+    results, root = read_results(results_path(chosen)), project_root()
+    problems = [str(problem) for problem in check(results, papers.load(), root)]
+    here = [paper.key for paper in results.papers if paper.key in papers.KEYS]
+    again = kept(papers.load(here), root, Cache(root / ".cache" / "replication"))
+    found = differences(results, again, chosen.figures or root / "figures")
+    problems += [f"{where}: not derived: {message}" for where, message in found]
+    if {paper.key for paper in results.papers} == set(papers.KEYS) and is_stale(root / "README.md", results):
+        problems.append("README.md: stale: its results are not those of the file; write it anew with `make readme`")
+    say(problems)
+    if note := unfounded(results, again):
+        say([f"note: {note}"])
     say([f"{len(problems)} problems in {len(results.claims)} claims"])
     return DIFFERENT if problems else FINE
 
@@ -92,6 +103,7 @@ def _for_show(parser: argparse.ArgumentParser) -> None:
 
 def _for_check(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "where results.json is")
+    add_figures(parser, "where the SVG and CSV files are")
 
 
 def _for_diff(parser: argparse.ArgumentParser) -> None:
@@ -102,8 +114,9 @@ def _for_diff(parser: argparse.ArgumentParser) -> None:
     form.add_argument("--html", type=Path, metavar="FILE", help="write a page that loads nothing, as the report does")
 
 
-_CHECK_NOTES = """The verdicts must follow from the numbers of the file; the numbers are taken as they stand. Whether
-they are what the computations give is for a new run: `replication run --no-cache`, then `replication diff`.
+_CHECK_NOTES = """The verdicts must follow from the numbers of the file; and its evidence, findings, errata, proofs and
+figures from the results of the experiments, as far as .cache/ holds those of this run. Whether these come out again is
+for a new run: `replication run --no-cache`, then `replication diff`.
 
 """
 

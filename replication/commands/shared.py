@@ -13,7 +13,7 @@ from replication.errors import AuditError
 if TYPE_CHECKING:
     from replication.audit.store.records import ResultsFile
 
-FINE, DIFFERENT, BAD_INPUT, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+FINE, DIFFERENT, BAD_INPUT, FAILED, FAULT, INTERRUPTED = 0, 1, 2, 3, 70, 130
 
 
 def project_root() -> Path:

@@ -9,7 +9,7 @@ import csv
 import hashlib
 import io
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,8 @@ from replication.drawing import svg
 from replication.drawing.style import house_style
 from replication.errors import AuditError
 from replication.files import write_atomically
+
+Kept = tuple[FigureRecord, list[str]]
 
 
 def write_figures(
@@ -56,21 +58,26 @@ def draw_figures(
     A figure depends on all files of its paper and of the drawing, on its texts, and on the results that it uses.
     root, packages: as for `runner.run`.
     """
-    sources = SourceTree(packages or default_packages(root))
-    environment = read_environment(root)
     records = []
-    for paper, figure in [(each, figure) for each in papers for figure in each.figures]:
-        name, dependencies = f"figure.{figure.name}", _dependencies(figure, paper, results, sources, environment)
-        entry = cache.lookup(name, dependencies).entry
-        if entry is not None and entry.result["files"] == _checksums(directory, figure.name):
-            record = msgspec.convert(entry.result["record"], FigureRecord)
+    for paper, figure, dependencies in _asked(papers, results, root, packages):
+        entry = _kept(cache, figure, dependencies)
+        if entry is not None and entry[1] == checksums(directory, figure.name):
+            record = entry[0]
         else:
             record = _write_figure(figure, paper.key, results, directory)
             if not record.error:
-                result = {"record": msgspec.to_builtins(record), "files": _checksums(directory, figure.name)}
-                cache.store(name, Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=result))
+                result = {"record": msgspec.to_builtins(record), "files": checksums(directory, figure.name)}
+                cache.store(_entry(figure), Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=result))
         records.append(record)
     return tuple(records)
+
+
+def kept_figures(
+    papers: Sequence[Paper], results: Mapping[str, Any], *, cache: Cache, root: Path
+) -> Iterator[tuple[str, Kept | None]]:
+    """By name of the figure its record, and the checksums with which its files were left; None if it is out of date."""
+    for _, figure, dependencies in _asked(papers, results, root, None):
+        yield figure.name, _kept(cache, figure, dependencies)
 
 
 def to_csv(data: FigureData) -> bytes:
@@ -123,7 +130,25 @@ def _dependencies(
     return Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs)
 
 
-def _checksums(directory: Path, name: str) -> list[str]:
+def _asked(
+    papers: Sequence[Paper], results: Mapping[str, Any], root: Path, packages: Mapping[str, Path] | None
+) -> Iterator[tuple[Paper, Figure, Dependencies]]:
+    sources, environment = SourceTree(packages or default_packages(root)), read_environment(root)
+    for paper in papers:
+        for figure in paper.figures:
+            yield paper, figure, _dependencies(figure, paper, results, sources, environment)
+
+
+def _entry(figure: Figure) -> str:
+    return f"figure.{figure.name}"
+
+
+def _kept(cache: Cache, figure: Figure, dependencies: Dependencies) -> Kept | None:
+    entry = cache.lookup(_entry(figure), dependencies).entry
+    return None if entry is None else (msgspec.convert(entry.result["record"], FigureRecord), entry.result["files"])
+
+
+def checksums(directory: Path, name: str) -> list[str]:
     """SHA-256 of the two files of a figure, empty for one that is missing."""
     paths = [directory / f"{name}{suffix}" for suffix in (".csv", ".svg")]
     return [_sha256(path.read_bytes()) if path.is_file() else "" for path in paths]
