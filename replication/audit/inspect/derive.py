@@ -26,6 +26,18 @@ from replication.audit.store.records import ResultsFile, RunRecord
 PARTS = {"papers": "key", "claims": "id", "errata": "id", "figures": "name", "experiments": "name"}
 """Parts of a file whose records belong to a paper, with what names a record."""
 
+TAKEN = {
+    "run.date": "the time of the run",
+    "run.commit": "the sources have this state or not whatever a commit is called; the keys hold their checksums",
+    "run.dirty": "as the commit",
+    "run.cpu": "a fact of the machine; what it changes, the kernel, is in the keys",
+    "run.platform": "a fact of the machine",
+    "run.python": "its last place, which is not in the keys",
+    "run.blas": "versions of libraries, which those of the packages imply; the kernel must stand in it",
+    "experiments.seconds": "measured; another number makes a note, for then the kept result is of another run",
+}
+"""Fields of a file that a change by hand leaves without a problem, with the reason; all others are derived."""
+
 
 @dataclass(frozen=True)
 class Kept:

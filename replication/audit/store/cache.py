@@ -131,7 +131,7 @@ class Cache:
         content = msgspec.to_builtins(entry)
         text = encode(name, {"key": entry.key, "sha256": _checksum(content), **content})
         if not self.write:
-            return NOT_KEPT
+            return ""
         try:
             write_atomically(self._path(name), text.encode() + b"\n")
         except OSError as error:
