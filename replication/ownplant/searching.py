@@ -25,14 +25,16 @@ def every_core(function: Callable[[T], U], items: Sequence[T], *, store: Path | 
     """The values of `function` in the order of `items`, as `map` gives them, by one process per core.
 
     store: a directory in which each value is kept as soon as it is there; what an earlier run with the same version of
-    this package left there is not computed again. The function is then a partial one, whose return type is declared.
+    this package left there is not computed again. Those of a partial function are kept, whose return type is declared.
     On a terminal a bar on standard error shows how many are done, and an estimate of the time left.
     """
     import joblib
     from rich.console import Console
     from rich.progress import track
 
-    value = function if store is None else partial(_kept, store / KEPT, function)
+    value: Callable[[T], U] = function
+    if store is not None and isinstance(function, partial):
+        value = partial(_kept, store / KEPT, function)
     with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
         yield from track(
             joblib.Parallel(-1 if len(items) > FEW else 1, return_as="generator")(

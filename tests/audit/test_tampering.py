@@ -137,37 +137,30 @@ def test_every_field_is_derived_or_on_the_list(ran: Lab) -> None:
 
 
 @pytest.mark.parametrize(
-    ("file", "words"),
+    "words",
     [
-        (
-            "figures/toy2020-fig1.svg",
-            "toy2020-fig1: not derived: .*fig1.csv and .svg are not as the run left them",
-        ),
-        ("figures/toy2020-fig1.csv", "toy2020-fig1: not derived: .*not as the run left them"),
-        ("certificates/toy2020/stable.json", "stable.json: certificate: the file is not the one"),
-        ("papers/toy2020/squares.py", "toy2020.square: not derived: its sources, inputs or data are others now"),
+        {
+            "figures/toy2020-fig1.svg": "toy2020-fig1: not derived: .*fig1.csv and .svg are not as the run left them",
+            "certificates/toy2020/stable.json": "stable.json: certificate: the file is not the one",
+            "README.md": "README.md: stale",
+        },
+        {"papers/toy2020/squares.py": "toy2020.square: not derived: sources, inputs or data are others now"},
     ],
 )
-def test_what_lies_beside_the_file_must_be_of_its_run(ran: Lab, file: str, words: str) -> None:
-    path = ran.root / file
-    content = path.read_bytes()
+def test_what_lies_beside_the_file_must_be_of_its_run(ran: Lab, words: dict[str, str]) -> None:
+    (ran.root / "README.md").write_text("\n", encoding="utf-8")
+    before = {ran.root / file: (ran.root / file).read_bytes() for file in words}
     try:
-        path.write_bytes(content + b"\n")
+        for path, content in before.items():
+            path.write_bytes(
+                content + f"{BEGIN}\nold\n{END}\n".encode() if path.name == "README.md" else content + b"\n"
+            )
         done = ran.cli("check")
     finally:
-        path.write_bytes(content)
+        for path, content in before.items():
+            path.write_bytes(content)
     assert done.returncode == 1
-    assert re.search(words, done.stdout), done.stdout
-
-
-def test_a_readme_of_another_run_is_found(ran: Lab) -> None:
-    readme = ran.root / "README.md"
-    readme.write_text(f"{BEGIN}\nold\n{END}\n", encoding="utf-8")
-    try:
-        done = ran.cli("check")
-    finally:
-        readme.unlink()
-    assert done.returncode == 1 and "README.md: stale" in done.stdout
+    assert all(re.search(text, done.stdout) for text in words.values()), done.stdout
 
 
 def test_without_the_results_that_it_was_made_of_this_is_said(ran: Lab, tmp_path: Path) -> None:

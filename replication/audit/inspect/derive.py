@@ -77,9 +77,10 @@ def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[tu
     if not _here(results, again):
         return
     keys = {record.name: record.key for record in results.experiments}
-    for record in again.results.experiments:
-        if record.name in keys and keys[record.name] != record.key:
-            yield record.name, "its sources, inputs or data are others now, or the key was edited; run the audit again"
+    others = [record.name for record in again.results.experiments if keys.get(record.name, record.key) != record.key]
+    if others:
+        more = f" (and of {len(others) - 1} more)" if others[1:] else ""
+        yield others[0], f"sources, inputs or data{more} are others now, or the key was edited; run the audit again"
     unknown = _unknown(results, again)
     for part, name in PARTS.items():
         stored = {getattr(record, name): record for record in getattr(results, part)}
@@ -131,8 +132,8 @@ def _unknown(results: ResultsFile, again: Kept) -> set[str]:
     """The papers of which something is not kept, or kept of another run: what is measured in seconds differs then."""
     seconds = {record.name: record.seconds for record in again.results.experiments}
     found = {record.paper for record in results.experiments if seconds.get(record.name) != record.seconds}
-    named = (*again.results.experiments, *results.figures)
-    return found | {record.paper for record in named if record.name in again.absent}
+    found |= {record.paper for record in again.results.experiments if record.name in again.absent}
+    return found | {record.paper for record in results.figures if record.name in again.absent}
 
 
 def _plain(record: Any) -> Any:

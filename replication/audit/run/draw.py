@@ -10,6 +10,7 @@ import hashlib
 import io
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Figure, FigureData, Paper
+from replication.audit.run.worker import describe
 from replication.audit.store.cache import Cache, Dependencies, Entry
 from replication.audit.store.jsonvalues import encode
 from replication.audit.store.provenance import Environment, read_environment
@@ -31,14 +33,17 @@ Kept = tuple[FigureRecord, list[str]]
 
 
 def write_figures(
-    papers: Iterable[Paper], results_by_experiment: Mapping[str, Any], directory: Path
+    papers: Iterable[Paper],
+    results_by_experiment: Mapping[str, Any],
+    directory: Path,
+    packages: Mapping[str, Path] | None = None,
 ) -> tuple[FigureRecord, ...]:
     """Write NAME.csv and NAME.svg of every figure into `directory` and return their records.
 
     A figure that fails, or whose experiment has no result, gives a record with the error and no files.
     """
     return tuple(
-        _write_figure(figure, paper.key, results_by_experiment, directory)
+        _write_figure(figure, paper.key, results_by_experiment, directory, packages or {})
         for paper in papers
         for figure in paper.figures
     )
@@ -64,7 +69,7 @@ def draw_figures(
         if entry is not None and entry[1] == checksums(directory, figure.name):
             record = entry[0]
         else:
-            record = _write_figure(figure, paper.key, results, directory)
+            record = _write_figure(figure, paper.key, results, directory, packages or default_packages(root))
             if not record.error:
                 result = {"record": msgspec.to_builtins(record), "files": checksums(directory, figure.name)}
                 cache.store(_entry(figure), Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=result))
@@ -95,17 +100,19 @@ def to_csv(data: FigureData) -> bytes:
     return stream.getvalue().encode()
 
 
-def _write_figure(figure: Figure, paper: str, results: Mapping[str, Any], directory: Path) -> FigureRecord:
+def _write_figure(
+    figure: Figure, paper: str, results: Mapping[str, Any], directory: Path, packages: Mapping[str, Path]
+) -> FigureRecord:
     targets = directory / f"{figure.name}.csv", directory / f"{figure.name}.svg"
     table, drawing, alt, failure = b"", b"", "", ""
     try:
         missing = [name for name in figure.uses if name not in results]
         if missing:
             raise AuditError(f"no result of {', '.join(missing)}; see the error of that experiment")
-        data = figure.data({name: results[name] for name in figure.uses})
+        data = _data(figure, results)
         table, drawing, alt = to_csv(data), _draw(figure, data), _described(figure, data)
     except Exception as error:  # noqa: BLE001 - whatever one figure does, the report of the others is still written
-        failure = f"{type(error).__name__}: {error}"
+        failure = describe(error, SourceTree(packages))
     for path, content in zip(targets, (table, drawing), strict=True):
         if failure:
             path.unlink(missing_ok=True)  # a figure of an earlier run would pass for one of this run
@@ -118,6 +125,21 @@ def _write_figure(figure: Figure, paper: str, results: Mapping[str, Any], direct
         csv_sha256="" if failure else _sha256(table),
         error=failure,
     )
+
+
+def _data(figure: Figure, results: Mapping[str, Any]) -> FigureData:
+    """What a figure draws; AuditError for anything else than columns of numbers."""
+    data = figure.data({name: results[name] for name in figure.uses})
+    if not isinstance(data, FigureData):
+        raise AuditError(f"its function gave {data!r:.80}; give FigureData(columns={{name: numbers}})")
+    return replace(data, columns=_Columns(data.columns))
+
+
+class _Columns(dict[str, Any]):
+    """Columns by name; asking for one that is not there says which there are."""
+
+    def __missing__(self, name: str) -> Any:
+        raise AuditError(f"there is no column {name!r}; the data has {', '.join(map(repr, self))}")
 
 
 def _dependencies(

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.audit.judge.proofs import Wanted, record, wanted
+from replication.audit.judge.typed import require_typed
 from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Experiment, Paper
 from replication.audit.run.assemble import Computed, assemble
@@ -73,9 +74,10 @@ def run(
     packages: name and directory of the packages that count as sources; `default_packages(root)` unless given.
     Raises AuditError for mistakes in the papers, before anything is computed.
     """
-    validate_claims(papers)
     packages = packages or default_packages(root)
     sources, data = SourceTree(packages), data_tree(packages)
+    require_typed(papers, sources)
+    validate_claims(papers)
     certificates, unproved = wanted(root, [paper.key for paper in papers])
     plans = _plan(papers, certificates, root, partial(cache.lookup, now=data.now), sources)
     stored = {name: plan.lookup.entry for name, plan in plans.items() if plan.lookup.entry is not None}

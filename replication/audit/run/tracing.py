@@ -31,7 +31,8 @@ def opened_files() -> Iterator[list[str]]:
     """The paths that are opened for reading meanwhile."""
     global _opened
     _listen()
-    _opened = found = []
+    found: list[str] = []
+    _opened = found
     try:
         yield found
     finally:
