@@ -16,7 +16,7 @@ from pathlib import Path
 
 from replication import commands
 from replication.commands.shared import BAD_INPUT, FAULT, INTERRUPTED
-from replication.errors import ReplicationError
+from replication.errors import InvalidInputError, ReplicationError
 
 DESCRIPTION = "Recompute what the papers print and set it beside the print, with a verdict for each claim."
 EXIT_CODES = """exit codes:
@@ -47,6 +47,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; errors of this package go to stderr without a traceback."""
     chosen = _parser().parse_args(arguments)
     try:
+        if not (epoch := os.environ.get("SOURCE_DATE_EPOCH", "0")).isdecimal():
+            raise InvalidInputError(f"SOURCE_DATE_EPOCH must be whole seconds since 1970, got {epoch!r}; correct it")
+        if any("\0" in word for word in arguments or ()):
+            raise InvalidInputError("an argument holds a null character, which no name of a file can; leave it out")
         code: int = chosen.command(chosen)
     except ReplicationError as error:
         print(f"replication: {error}", file=sys.stderr)

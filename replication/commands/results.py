@@ -75,20 +75,20 @@ def diff(chosen: argparse.Namespace) -> int:
     """Print the changes as text or JSON, or write them as a page."""
     import msgspec
 
-    from replication.audit.inspect.compare import compare, render
+    from replication.audit.inspect.compare import beside, compare, render, render_beside
     from replication.audit.store.records import read_results
 
     old, new = (read_results(path, also_older=True) for path in (chosen.old, chosen.new))
-    changes = compare(old, new)
+    changes, others = compare(old, new), beside(old, new)
     if chosen.html is not None:
         from replication.audit.report.diff import build_page
 
         say([f"page: {build_page(old, new, changes, chosen.html)}"])
     elif chosen.json:
-        say([msgspec.json.format(msgspec.json.encode(changes), indent=2).decode()])
+        say([msgspec.json.format(msgspec.json.encode([*changes, *others]), indent=2).decode()])
     else:
-        say(render(changes))
-    return DIFFERENT if changes else FINE
+        say([*render(changes), *render_beside(others)])
+    return DIFFERENT if changes or others else FINE
 
 
 def _for_list(parser: argparse.ArgumentParser) -> None:

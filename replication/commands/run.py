@@ -9,7 +9,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.commands.shared import DIFFERENT, FAILED, FINE, add_figures, add_output, checkout, say, say_report
+from replication.commands.shared import (
+    DIFFERENT,
+    FAILED,
+    FINE,
+    add_figures,
+    add_output,
+    checkout,
+    jobs,
+    say,
+    say_report,
+)
 
 if TYPE_CHECKING:
     from replication.audit.run.pool import Executor
@@ -30,7 +40,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to audit (default: all)")
     parser.add_argument(
-        "--jobs", type=_jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"
+        "--jobs", type=jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"
     )
     parser.add_argument(
         "--no-cache", action="store_true", help="compute everything again; results are stored all the same"
@@ -138,9 +148,3 @@ def _progress() -> Silent:
     from rich.console import Console
 
     return Bar(Console())
-
-
-def _jobs(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
-    return int(text)

@@ -59,6 +59,13 @@ def say_report(results: ResultsFile, figures: Path, output: Path) -> None:
         say([f"tutorials not built yet, to which it links: {', '.join(absent)}; `replication notebooks` writes them"])
 
 
+def jobs(text: str) -> int:
+    """A number of processes, for a parser of arguments."""
+    if not text.isdecimal() or len(text) > 9 or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a whole number of at least 1")
+    return int(text)
+
+
 def add_output(parser: argparse.ArgumentParser, text: str) -> None:
     """Add the option `--output` of the commands that read or write results.json."""
     parser.add_argument("--output", type=Path, metavar="DIR", help=f"{text} (default: report/ of the project)")

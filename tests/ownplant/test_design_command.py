@@ -194,6 +194,9 @@ def test_a_plant_that_cannot_be_observed_is_exit_code_2(here: Path, capsys: pyte
         (["nonuniform", "x.toml", "--periods", "0.1"], "'0.1' must be two numbers"),
         (["nonuniform", "x.toml", "--periods", "0.1,inf"], "'inf' is not a positive number"),
         (["dualrate", "x.toml", "--period", "1"], "required: --ratio"),
+        (["dualrate", "x.toml", "--period", "1e-300", "--ratio", "2"], "'1e-300' is not from 1e-60 to 1e+60"),
+        (["dualrate", "x.toml", "--period", "1", "--ratio", "999999999"], "'999999999' is more than 2000; the library"),
+        (["nonuniform", "x.toml", "--periods", "1,2", "--leaves", "500"], "'500' is more than 200"),
         (["kalman", "x.toml"], "invalid choice: 'kalman'"),
         ([], "the following arguments are required: METHOD"),
     ],
@@ -203,6 +206,62 @@ def test_usage_is_checked(words: list[str], message: str, capsys: pytest.Capture
         main(["design", *words])
     assert end.value.code == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("method", "old", "new", "message"),
+    [
+        ("multirate", "[[1.0, 0.1]", "[[1e200, 0.1]", "A[0][0]: 1e+200 is beyond 1e+60 in size; choose other units"),
+        ("delay", "delays = [", "delays = [1e-300, ", "delays[0]: 1e-300 is below 1e-60; choose another unit of time"),
+    ],
+)
+def test_numbers_out_of_all_proportion_are_refused_by_name(
+    method: str, old: str, new: str, message: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (EXAMPLES / CASES[method][0]).read_text(encoding="utf-8")
+    assert old in text
+    (here / "odd.toml").write_text(text.replace(old, new), encoding="utf-8")
+    assert main(["design", method, "odd.toml", *CASES[method][1:]]) == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("error", [np.linalg.LinAlgError("singular"), OverflowError("too large")])
+def test_a_design_that_fails_numerically_is_exit_code_3_without_a_warning(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        np.float64(1e300) * np.float64(1e300)
+        raise error
+
+    monkeypatch.setitem(METHODS, "dualrate", replace(METHODS["dualrate"], design=fail))
+    assert run("dualrate") == 3
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no design" in line and "choose units in which they are near 1" in line
+
+
+@pytest.mark.parametrize(
+    ("words", "variables", "message"),
+    [
+        (["design", "multirate", "a\0b", "--periods", "1"], {}, "a null character"),
+        (["check", "--output", "a\0b"], {}, "a null character"),
+        (["list"], {"SOURCE_DATE_EPOCH": "soon"}, "SOURCE_DATE_EPOCH must be whole seconds since 1970, got 'soon'"),
+        (["design", "dualrate", str(EXAMPLES / "servo.toml"), *CASES["dualrate"][1:], "--output", "/"], {}, "/ exists"),
+        (["show", "x" * 100_000], {}, "unknown claim 'xxx"),
+    ],
+)
+def test_odd_surroundings_are_bad_input(
+    words: list[str],
+    variables: dict[str, str],
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    assert main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line or "results.json does not exist" in line
+    assert len(line) < 500
 
 
 @pytest.mark.parametrize("path", ["no.toml", "a\0b", "x" * 300, "."])
