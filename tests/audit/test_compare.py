@@ -114,7 +114,7 @@ def test_what_changed_beside_the_claims_is_listed() -> None:
     assert beside(HONEST, replace(HONEST, errata=(replace(erratum, code="elsewhere:9"),))) == []
     (page,) = HONEST.papers
     lines = render_beside(beside(HONEST, replace(HONEST, papers=(replace(page, findings=("long " * 99,)),))))
-    assert lines[0] == "paper toy changed" and lines[1].startswith("    findings: [] → ['long ") and len(lines[1]) < 250
+    assert lines[0] == "paper toy changed" and lines[1].startswith("    findings: () → ('long ") and len(lines[1]) < 250
     (gone,) = beside(HONEST, replace(HONEST, errata=()))
     assert gone.record == "erratum toy.e1" and all(field.new is None for field in gone.fields)
 

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import difflib
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from replication.audit.judge.printed import parse
 from replication.audit.model import Paper, Verdict
-from replication.audit.store.records import ResultsFile
+from replication.audit.store.records import ClaimRecord, ResultsFile
+from replication.errors import AuditError
 
 SHOWN = 3
 """Names that a note lists; it counts the others."""
 LIKENESS = 0.75
 """Of two words, from which one may be the other with a slip; `Tabel` and `Table` have 0.8."""
+
+FACTORS = {
+    **{f"10^{power}": 10.0**power for power in (*range(-9, 0), *range(1, 10))},
+    **{"2π": 2 * math.pi, "1/(2π)": 1 / (2 * math.pi), "180/π": 180 / math.pi, "π/180": math.pi / 180, "60": 60.0},
+}
+"""By which a number in another unit is off."""
 
 
 def notes(papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], figures: Path) -> Iterator[str]:
@@ -32,12 +41,32 @@ def notes(papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], 
     ]
     if unchecked:
         yield f"neither a check by a second method nor a proof: {_listed(unchecked)}"
+    for claim in results.claims:
+        if claim.verdict is Verdict.DIFFERS and (words := factor(claim)):
+            yield f"{claim.id}: the computed number is {words} times the print; another unit, or a decimal comma?"
     for paper in papers:
         yield from (f"{where}: {slip}" for where, slip in slips(paper))
         drawn = {figure.name for figure in paper.figures}
         files = sorted({path for path in figures.glob(f"{paper.key}-*") if path.stem not in drawn})
         if files:
             yield f"no figure is called {_listed([path.name for path in files])}; remove what is left in {figures}"
+
+
+def factor(claim: ClaimRecord) -> str:
+    """The usual factor by which all numbers of a claim are off, as another unit or place of the point leaves it."""
+    value = claim.evidence.value
+    try:
+        printed = parse(claim.claim.printed)
+        pairs = [] if value is None else list(zip(printed.align("value", value), printed.entries, strict=True))
+    except AuditError:
+        return ""
+    for words, times in FACTORS.items():
+        # As far off as the last printed place allows, and no zero, of which each number is a multiple.
+        if pairs and all(
+            entry.value and abs(number / times - float(entry.value)) <= float(entry.unit) / 2 for number, entry in pairs
+        ):
+            return words
+    return ""
 
 
 def slips(paper: Paper) -> Iterator[tuple[str, str]]:

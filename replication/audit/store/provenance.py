@@ -20,6 +20,7 @@ import replication
 from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
 
+DISTRIBUTION = "slow-sensor-replication"
 LOCK, COMMIT_FILE = "requirements.lock", "COMMIT"
 THREADS = 1
 """Threads of the linear algebra in each process; one, so that sums are always taken in the same order."""
@@ -108,13 +109,22 @@ def git(root: Path, *arguments: str) -> str | None:
 
 
 def _package_versions(root: Path) -> dict[str, str]:
-    """Installed versions of the packages that pyproject.toml declares; none if there is no such file."""
+    """Installed versions of the packages that pyproject.toml declares; without it, of those that this one needs."""
     project = root / "pyproject.toml"
-    if not project.is_file():
-        return {}
-    declared = tomllib.loads(project.read_text(encoding="utf-8")).get("project", {}).get("dependencies", [])
+    if project.is_file():
+        declared = tomllib.loads(project.read_text(encoding="utf-8")).get("project", {}).get("dependencies", [])
+    else:
+        declared = [text for text in _required() if "extra ==" not in text]
     names = sorted(re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0] for requirement in declared)
     return read_packages(names)
+
+
+def _required() -> list[str]:
+    """What the installed distribution of this package requires; nothing where it runs from its sources alone."""
+    try:
+        return importlib.metadata.requires(DISTRIBUTION) or []
+    except importlib.metadata.PackageNotFoundError:
+        return []
 
 
 def read_packages(names: Iterable[str]) -> dict[str, str]:

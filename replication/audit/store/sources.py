@@ -15,7 +15,7 @@ from typing import Any
 import replication
 from replication.errors import AuditError
 
-CALLERS = ("replication/audit/run/worker.py", "replication/audit/run/assemble.py")
+CALLERS = tuple(f"replication/audit/run/{name}.py" for name in ("worker", "assemble", "draw"))
 """Where the functions of papers are called, which is never the cause of an error."""
 
 _FILE = re.compile(r"[\w./-]{1,100}\.(?!py$)[a-z0-9]{1,5}")
