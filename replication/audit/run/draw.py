@@ -10,7 +10,6 @@ import hashlib
 import io
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Figure, FigureData, Paper
+from replication.audit.run.settled import settled
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Cache, Dependencies, Entry
 from replication.audit.store.jsonvalues import encode
@@ -109,7 +109,7 @@ def _write_figure(
         missing = [name for name in figure.uses if name not in results]
         if missing:
             raise AuditError(f"no result of {', '.join(missing)}; see the error of that experiment")
-        data = _data(figure, results)
+        data = _data(figure, results, targets[0])
         table, drawing, alt = to_csv(data), _draw(figure, data), _described(figure, data)
     except Exception as error:  # noqa: BLE001 - whatever one figure does, the report of the others is still written
         failure = describe(error, SourceTree(packages))
@@ -127,12 +127,13 @@ def _write_figure(
     )
 
 
-def _data(figure: Figure, results: Mapping[str, Any]) -> FigureData:
-    """What a figure draws; AuditError for anything else than columns of numbers."""
+def _data(figure: Figure, results: Mapping[str, Any], path: Path) -> FigureData:
+    """What a figure draws, `path` being where its CSV lies; AuditError for anything else than columns of numbers."""
     data = figure.data({name: results[name] for name in figure.uses})
     if not isinstance(data, FigureData):
         raise AuditError(f"its function gave {data!r:.80}; give FigureData(columns={{name: numbers}})")
-    return replace(data, columns=_Columns(data.columns))
+    to_csv(data)  # what cannot be written must not be compared either
+    return FigureData(columns=_Columns(settled(data, path).columns))
 
 
 class _Columns(dict[str, Any]):
