@@ -41,27 +41,37 @@ def to_c_header(name: str, arrays: Mapping[str, Array], axes: Mapping[str, str],
 
     Raises InvalidInputError if `name` is no C identifier of at most 31 characters or is a keyword of the language.
     """
+    guard = f"{c_name(name).upper()}_H"
+    lines = [f"/* {comment_text(comment)} */", f"#ifndef {guard}", f"#define {guard}", ""]
+    for key, array in arrays.items():
+        symbol = f"{name}_{key}"
+        lines.append(f"/* {key}: {comment_text(axes[key])}, row-major */")
+        lines += [f"#define {symbol.upper()}_DIM{i} {size}" for i, size in enumerate(array.shape)]
+        lines.append(c_array(symbol, array))
+    return "\n".join([*lines, f"#endif /* {guard} */", ""])
+
+
+def c_name(name: str) -> str:
+    """The name itself; raises InvalidInputError unless it is a C identifier of at most 31 characters."""
     if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or C_KEYWORD.fullmatch(name):
         raise InvalidInputError(
             f"name must be a C identifier (letters, digits and _, at most 31, not a word of the language), got {name!r}"
         )
-    guard = f"{name.upper()}_H"
-    lines = [f"/* {_harmless(comment)} */", f"#ifndef {guard}", f"#define {guard}", ""]
-    for key, array in arrays.items():
-        symbol = f"{name}_{key}"
-        lines.append(f"/* {key}: {_harmless(axes[key])}, row-major */")
-        lines += [f"#define {symbol.upper()}_DIM{i} {size}" for i, size in enumerate(array.shape)]
-        shape = "".join(f"[{size}]" for size in array.shape)
-        lines += [f"static const double {symbol}{shape} = {_initialiser(array)};", ""]
-    return "\n".join([*lines, f"#endif /* {guard} */", ""])
+    return name
+
+
+def c_array(symbol: str, array: Array, kind: str = "double") -> str:
+    """A constant array in row-major order, and an empty line."""
+    shape = "".join(f"[{size}]" for size in array.shape)
+    return f"static const {kind} {symbol}{shape} = {_initialiser(array)};\n"
 
 
 def _initialiser(array: Array) -> str:
     if array.ndim == 0:
-        return repr(float(array))
+        return repr(float(array)) if array.dtype == float else str(int(array))
     return "{" + ", ".join(_initialiser(part) for part in array) + "}"
 
 
-def _harmless(comment: str) -> str:
+def comment_text(comment: str) -> str:
     """Text that cannot end the comment that it stands in, on one line."""
     return " ".join(comment.split()).replace("*/", "* /").replace("/*", "/ *")

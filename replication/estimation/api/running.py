@@ -13,12 +13,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.c_code import c_source
+from replication.estimation.api.phase import Phase
 from replication.estimation.validation import Array, as_array
 
 
@@ -100,36 +101,35 @@ class RunningObserver(ABC):
     @abstractmethod
     def _advance(self, u: Array, y: Array) -> None: ...
 
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """The observer as one C99 file that compiles by itself; see `c_code`.
+
+        Parameters
+        ----------
+        name : str
+            C identifier of at most 31 characters with which every name begins.
+        comment : str
+            What it is, for the top of the file.
+
+        Returns
+        -------
+        str
+            `NAME_init`, `NAME_step` and all matrices; it does what `reset` and `step` do.
+
+        Raises
+        ------
+        InvalidInputError
+            `name` is no C identifier, or the observer keeps a history, for which there is no C form.
+        """
+        raise InvalidInputError(
+            f"a {type(self).__name__} keeps a history of measurements, for which there is no C form; run it by `step`"
+        )
+
     def _completed(self, y: Array, expected: Array, due: Array) -> Array:
         """y with what is not due or missing replaced by what is expected; counts what is missing."""
         given = due & ~np.isnan(y)
         self.missed += int(np.sum(due & ~given))
         return np.where(given, y, expected)
-
-
-@dataclass(frozen=True, eq=False)
-class Phase:
-    """One instant of a periodic observer: o+ = transition o + input u + injection y, x^ = readout o.
-
-    Attributes
-    ----------
-    transition : array (N, N)
-        Of the observer's own state o.
-    input : array (N, m)
-        Effect of the known inputs u.
-    injection : array (N, q)
-        Effect of the measurements y.
-    readout : array (n, N)
-        The estimate in the state.
-    due : array of bool (q,)
-        Which sensors measure.
-    """
-
-    transition: Array
-    input: Array
-    injection: Array
-    readout: Array
-    due: Array
 
 
 class PeriodicObserver(RunningObserver):
@@ -151,6 +151,10 @@ class PeriodicObserver(RunningObserver):
     def estimate(self) -> Array:
         """x^(k), (n,)."""
         return np.asarray(self.phases[self.instant % len(self.phases)].readout @ self._state)
+
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """As in `RunningObserver`; a missing measurement is replaced there, too."""
+        return c_source(name, comment, self.phases, self.output, self.states)
 
     def _begin(self, start: Array) -> None:
         # The observer's own state comes first; what it holds or has predicted so far is nothing.

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from replication.drawing.panel import Panel
+from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import GainResult
-from replication.estimation.api.running import PeriodicObserver, Phase
+from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.signals import each_instant
 from replication.estimation.dualrate.loop import (
     DualRateLoop,

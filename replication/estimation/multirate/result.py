@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.drawing.panel import Panel
+from replication.estimation.api.baselines import baselines
+from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult
-from replication.estimation.api.running import PeriodicObserver, Phase
+from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals, each_instant
 from replication.estimation.linear.norms import gain_curve, l2_gain
-from replication.estimation.linear.periodic import lifted_statespace
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
+from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.optimum import Optimum
 from replication.estimation.multirate.problem import MultirateProblem, observer_system
 from replication.estimation.multirate.simulation import white_noise_variance
@@ -93,6 +96,13 @@ def result_of(problem: MultirateProblem, signals: Signals, gains: Any, best: Opt
         Evidence("mean error variance", white_noise_variance(error), "periodic Lyapunov equation, white unit noise"),
         Evidence("schedule", f"periods {problem.schedule.periods}, offsets {problem.schedule.offsets}", "as given"),
         Evidence("base period", problem.plant.dt, "as given", "s"),
+        *baselines(
+            exact.upper,
+            "exact gain",
+            without=_without_sensors(problem),
+            kalman=l2_gain(problem.error_system(kalman_design(problem).gains)).upper,
+            limit=best.noncausal.upper,
+        ),
     )
     return MultirateResult(
         bracket=Bracket(exact.lower, exact.upper, EXACT_GAIN),
@@ -101,3 +111,10 @@ def result_of(problem: MultirateProblem, signals: Signals, gains: Any, best: Opt
         signals=signals,
         problem=problem,
     )
+
+
+def _without_sensors(problem: MultirateProblem) -> float | None:
+    """The gain from d to W x of the plant alone, None if it is not stable."""
+    plant = problem.plant
+    alone = PeriodicSystem((Stage(plant.A, plant.B_d, plant.W, np.zeros((len(plant.W), plant.B_d.shape[1]))),))
+    return l2_gain(alone).upper if alone.spectral_radius() < 1 else None

@@ -11,12 +11,15 @@ from scipy.sparse.linalg import ArpackNoConvergence
 
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError, SolverError
+from replication.estimation.api.baselines import baselines
+from replication.estimation.api.c_code import c_source
+from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
 from replication.estimation.nonuniform.bracket import WorstCaseGain, worst_case_gain
-from replication.estimation.nonuniform.filters import Filter, periodic_gain
+from replication.estimation.nonuniform.filters import Filter, kalman_filter, periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array
 
@@ -28,6 +31,10 @@ QUANTITY = "l2 gain from the disturbance w (held between samples) to the error z
 AXES = {"A_f": "(state, state)", "B_f": "(state, measurement)", "C_f": "(output, state)"}
 NODES = 60
 """Points of the plot over the sampling period."""
+BASELINE_NODES = 9
+"""Constant periods at which other estimators are compared."""
+KNOWN = 1.5
+"""Where knowing the period is worth such a factor at constant periods, that is told."""
 
 
 class RunningFilter(RunningObserver):
@@ -50,6 +57,12 @@ class RunningFilter(RunningObserver):
     def estimate(self) -> Array:
         """z^(k), (s,)."""
         return np.asarray(self.filter.C @ self._state)
+
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """As in `RunningObserver`; where no sample comes the filter waits, and a part of one is refused."""
+        inputs, due = np.zeros((self.states, 0)), np.ones(self.measurements, dtype=bool)
+        phase = Phase(self.filter.A, inputs, self.filter.B, self.filter.C, due)
+        return c_source(name, comment, [phase], None, self.states)
 
     def _begin(self, start: Array) -> None:
         self._state = start
@@ -151,6 +164,7 @@ def result_of(
         ),
         Evidence("spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"),
         Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
+        *_baselines(plant, filter_, periods),
     )
     return NonuniformResult(
         bracket=Bracket(gain.lower, gain.upper, BOTH_ENDS),
@@ -162,3 +176,24 @@ def result_of(
         periods=periods,
         gain=gain,
     )
+
+
+def _baselines(plant: SampledPlant, filter_: Filter, periods: PeriodRange) -> tuple[Evidence, ...]:
+    """Largest gains at constant periods of the range: of this filter, of the estimate zero, and of Kalman filters."""
+    nodes = [float(h) for h in periods.nodes(BASELINE_NODES if periods.h_l < periods.h_u else 1)]
+    zero = Filter(np.zeros((1, 1)), np.zeros((1, len(plant.C))), np.zeros((len(plant.L), 1)))
+
+    def largest(filters: list[Filter]) -> float:
+        return max(periodic_gain(plant, one, [h]).value for one, h in zip(filters, nodes, strict=True))
+
+    own, without = (largest([one] * len(nodes)) for one in (filter_, zero))
+    known = [kalman_filter(plant, h) for h in nodes]
+    filters = [one for one in known if one is not None]
+    kalman = largest(filters) if len(filters) == len(nodes) else None
+    how = f"largest of {len(nodes)} constant periods"
+    facts = [Evidence("level at constant periods", own, f"this filter; {how}")]
+    facts += baselines(own, how, without=without, kalman=kalman)
+    if kalman is not None and kalman < own / KNOWN:
+        told = f"{own / kalman:.2g} times the level of Kalman filters that know the period"
+        facts.append(Evidence("advice", told, "if each sample has a time stamp, use a filter that takes it"))
+    return tuple(facts)

@@ -12,6 +12,7 @@ from flint import arb, arb_mat, fmpq
 from replication.verify.algebra.balls import energy, hold, require_positive_definite
 from replication.verify.algebra.linear import identity, solved
 from replication.verify.algebra.roots import require_hurwitz
+from replication.verify.algebra.work import BALL, spend
 from replication.verify.nonuniform.gain import require_ratio
 from replication.verify.nonuniform.system import Plant, Time, seconds
 from replication.verify.theorem import require
@@ -54,6 +55,8 @@ def require_schur(J: arb_mat) -> None:
 
 def energy_before(J: arb_mat, Q: arb_mat) -> arb_mat:
     """X = Q + J'XJ, for a Schur J the sum of (J^k)'Q J^k over k >= 0, by the linear equation for its entries."""
+    # Before the equation is set up: its entries alone, the fourth power of the states, fill the memory first.
+    spend(J.nrows() ** 6 * BALL, "the energy of a motion")
     places = [(i, j) for i in range(J.nrows()) for j in range(J.nrows())]
     equation = [[arb(int(p == q)) - J[q[0], p[0]] * J[q[1], p[1]] for q in places] for p in places]
     X = solved(arb_mat(equation), arb_mat([[entry] for entry in Q.entries()]), "the energy is not proved finite")

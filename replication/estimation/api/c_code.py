@@ -1,0 +1,165 @@
+"""A running observer as one C99 file: `NAME_init` and `NAME_step`, with all matrices, without allocation or globals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from string import Template
+
+import numpy as np
+
+from replication.estimation.api.export import c_array, c_name, comment_text
+from replication.estimation.api.phase import Phase
+from replication.estimation.validation import Array
+
+COMPLETED = """\
+    for (i = 0; i < ${M}_MEASUREMENTS; i++) {
+        completed[i] = isnan(y[i]) ? 0.0 : y[i];
+        if (${n}_due[k][i] && isnan(y[i])) {
+            missed++;
+            for (j = 0; j < ${M}_ESTIMATES; j++)
+                completed[i] += ${n}_output[i][j] * before[j];
+        }
+    }
+"""
+"""A measurement that should be there and is not is replaced by the one that is expected."""
+WAITING = """\
+    for (i = 0; i < ${M}_MEASUREMENTS; i++) {
+        completed[i] = y[i];
+        missed += isnan(y[i]) ? 1u : 0u;
+    }
+    if (missed == ${M}_MEASUREMENTS) {
+        memcpy(estimate, before, sizeof before);
+        s->missed += missed;
+        s->instant++;
+        return 0;
+    }
+    if (missed > 0)
+        return 1;
+"""
+"""A sample that does not come only makes the interval longer; one that is not complete is refused."""
+SOURCE = Template(
+    """\
+/* $comment
+
+   ${n}_init(&s, NULL) or, with a start of ${M}_STARTS numbers, ${n}_init(&s, start); then at every instant
+   ${n}_step(&s, u, y, estimate): u holds ${M}_INPUTS known inputs, y holds ${M}_MEASUREMENTS measurements (NAN where
+   one did not come), and estimate receives ${M}_ESTIMATES numbers. It returns 0, or 1 and changes nothing if a number
+   is infinite, an input is missing, or the sample is one that the observer refuses. C99; link with -lm. */
+#include <math.h>
+#include <string.h>
+
+enum {
+    ${M}_ORDER = $order, ${M}_STARTS = $starts, ${M}_ESTIMATES = $states,
+    ${M}_INPUTS = $inputs, ${M}_MEASUREMENTS = $measurements, ${M}_PHASES = $count
+};
+typedef struct {
+    double state[${M}_ORDER];
+    unsigned long instant, missed;
+} ${n}_t;
+void ${n}_init(${n}_t *s, const double *start);
+void ${n}_estimate(const ${n}_t *s, double *estimate);
+int ${n}_step(${n}_t *s, const double *u, const double *y, double *estimate);
+
+$arrays
+void ${n}_init(${n}_t *s, const double *start)
+{
+    memset(s, 0, sizeof *s);
+    if (start != NULL)
+        memcpy(s->state, start, ${M}_STARTS * sizeof *start);
+}
+
+void ${n}_estimate(const ${n}_t *s, double *estimate)
+{
+    const unsigned long k = s->instant % ${M}_PHASES;
+    int i, j;
+    for (i = 0; i < ${M}_ESTIMATES; i++) {
+        estimate[i] = 0.0;
+        for (j = 0; j < ${M}_ORDER; j++)
+            estimate[i] += ${n}_readout[k][i][j] * s->state[j];
+    }
+}
+
+int ${n}_step(${n}_t *s, const double *u, const double *y, double *estimate)
+{
+    const unsigned long k = s->instant % ${M}_PHASES;
+    double before[${M}_ESTIMATES], completed[${M}_MEASUREMENTS], next[${M}_ORDER];
+    unsigned long missed = 0;
+    int i, j;
+$checks    for (i = 0; i < ${M}_MEASUREMENTS; i++)
+        if (isinf(y[i]))
+            return 1;
+    ${n}_estimate(s, before);
+$measured    for (i = 0; i < ${M}_ORDER; i++) {
+        next[i] = 0.0;
+        for (j = 0; j < ${M}_ORDER; j++)
+            next[i] += ${n}_transition[k][i][j] * s->state[j];
+$known        for (j = 0; j < ${M}_MEASUREMENTS; j++)
+            next[i] += ${n}_injection[k][i][j] * completed[j];
+    }
+    memcpy(s->state, next, sizeof next);
+    s->missed += missed;
+    s->instant++;
+    ${n}_estimate(s, estimate);
+    return 0;
+}
+"""
+)
+CHECKS = """\
+    for (i = 0; i < ${M}_INPUTS; i++)
+        if (!isfinite(u[i]))
+            return 1;
+"""
+NO_INPUTS = "    (void)u;\n"
+KNOWN = """\
+        for (j = 0; j < ${M}_INPUTS; j++)
+            next[i] += ${n}_input[k][i][j] * u[j];
+"""
+
+
+def c_source(name: str, comment: str, phases: Sequence[Phase], output: Array | None, starts: int) -> str:
+    """The recursion o+ = transition o + input u + injection y, x^ = readout o, phase after phase.
+
+    Parameters
+    ----------
+    name : str
+        C identifier with which every name begins.
+    comment : str
+        What it is, for the top of the file.
+    phases : sequence of Phase
+        One for each instant of the period.
+    output : array (q, n), optional
+        C, which says what a missing measurement is replaced by; without it the observer waits for the next sample.
+    starts : int
+        Length of the start; the other entries of o begin at zero.
+
+    Raises
+    ------
+    InvalidInputError
+        `name` is no C identifier, too long, or a keyword.
+    """
+    arrays = {
+        key: np.stack([getattr(phase, key) for phase in phases])
+        for key in ("transition", "input", "injection", "readout")
+    }
+    inputs, due = arrays["input"].shape[2], np.stack([phase.due for phase in phases])
+    if not inputs:
+        del arrays["input"]
+    tables: Mapping[str, Array] = arrays if output is None else {**arrays, "output": output}
+    written = [c_array(f"{name}_{key}", array) for key, array in tables.items()]
+    if output is not None:
+        written.append(c_array(f"{name}_due", due, "unsigned char"))
+    names = {"n": c_name(name), "M": name.upper()}
+    return SOURCE.substitute(
+        **names,
+        comment=comment_text(comment),
+        order=arrays["transition"].shape[1],
+        starts=starts,
+        states=arrays["readout"].shape[1],
+        inputs=inputs,
+        measurements=arrays["injection"].shape[2],
+        count=len(phases),
+        arrays="\n".join(written),
+        checks=Template(CHECKS if inputs else NO_INPUTS).substitute(names),
+        known=Template(KNOWN if inputs else "").substitute(names),
+        measured=Template(WAITING if output is None else COMPLETED).substitute(names),
+    )

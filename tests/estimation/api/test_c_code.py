@@ -1,0 +1,112 @@
+"""The C form of an observer does what `reset` and `step` do, over many steps, and compiles without a warning."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from replication.errors import InvalidInputError
+from replication.estimation.api.running import RunningObserver
+from tests.estimation.api.api_plants import result_of
+
+STEPS = 10_000
+EXACT = 1e-12
+FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
+SANITIZER = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
+"""Stops the process at undefined behaviour, such as an index beyond an array."""
+WITH_C = ("dualrate", "multirate", "nonuniform")
+
+
+class Compiled:
+    """The C form, called with the arguments of `reset` and `step`."""
+
+    def __init__(self, observer: RunningObserver, folder: Path) -> None:
+        if shutil.which("cc") is None and not os.environ.get("CI"):
+            pytest.skip("no C compiler: apt-get install gcc libc6-dev")
+        source, library = folder / "observer.c", folder / "observer.so"
+        source.write_text(observer.to_c("own", "An observer */ of the tests."), encoding="utf-8")
+        subprocess.run(["cc", *FLAGS, *SANITIZER, source, "-o", library, "-lm"], check=True, capture_output=True)
+        self.library = ctypes.CDLL(str(library))
+        self.state = (ctypes.c_double * 4096)()  # more than the struct of any observer here
+        self.estimates = len(observer.estimate)
+
+    def reset(self, start: Any) -> None:
+        self.library.own_init(self.state, _doubles(start))
+
+    def step(self, u: Any, y: Any) -> tuple[int, np.ndarray[Any, Any]]:
+        estimate = (ctypes.c_double * self.estimates)(*[math.nan] * self.estimates)
+        answer = self.library.own_step(self.state, _doubles(u), _doubles(y), estimate)
+        return answer, np.array(estimate)
+
+
+def _doubles(values: Any) -> Any:
+    return (ctypes.c_double * len(values))(*values)
+
+
+def measurements(method: str, rng: np.random.Generator, size: int) -> np.ndarray[Any, Any]:
+    """Some do not come: single ones where the observer completes them, else whole samples."""
+    y = rng.standard_normal(size)
+    lost = rng.random(1 if method == "nonuniform" else size) < 0.2
+    return np.where(lost, np.nan, y)
+
+
+@pytest.mark.parametrize("method", WITH_C)
+def test_it_is_equal_over_many_steps(method: str, tmp_path: Path) -> None:
+    observer, rng = result_of(method).observer(), np.random.default_rng(9)
+    compiled, start = Compiled(observer, tmp_path), rng.standard_normal(observer.states)
+    observer.reset(start)
+    compiled.reset(start)
+    for _ in range(STEPS):
+        u, y = rng.standard_normal(observer.inputs), measurements(method, rng, observer.measurements)
+        answer, found = compiled.step(u, y)
+        assert answer == 0
+        assert np.allclose(found, observer.step(u if observer.inputs else None, y), rtol=EXACT, atol=EXACT)
+    assert observer.missed > STEPS / 100
+
+
+@pytest.mark.parametrize("method", WITH_C)
+def test_another_gain_is_noticed(method: str, tmp_path: Path) -> None:
+    observer, rng = result_of(method).observer(), np.random.default_rng(9)
+    compiled, other = Compiled(observer, tmp_path), result_of(method).observer()
+    if method == "nonuniform":
+        other.filter = type(other.filter)(other.filter.A, other.filter.B * 1.01, other.filter.C)
+    else:
+        phase = other.phases[0]
+        other.phases = (type(phase)(**{**vars(phase), "injection": phase.injection * 1.01}), *other.phases[1:])
+    start, y = np.zeros(observer.states), rng.standard_normal(observer.measurements)
+    compiled.reset(start)
+    found = compiled.step(np.zeros(observer.inputs), y)[1]
+    assert np.allclose(found, observer.step(np.zeros(observer.inputs), y), atol=EXACT)
+    assert not np.allclose(found, other.step(np.zeros(observer.inputs), y), atol=EXACT)
+
+
+@pytest.mark.parametrize("method", WITH_C)
+def test_what_python_refuses_changes_nothing(method: str, tmp_path: Path) -> None:
+    observer = result_of(method).observer()
+    compiled = Compiled(observer, tmp_path)
+    compiled.reset(np.ones(observer.states))
+    known, y = np.ones(observer.inputs), np.ones(observer.measurements)
+    kept = bytes(compiled.state)
+    assert compiled.step(known, [math.inf, *y[1:]])[0] == 1
+    if observer.inputs:
+        assert compiled.step([math.nan, *known[1:]], y)[0] == 1
+    if method == "nonuniform" and observer.measurements > 1:
+        assert compiled.step(known, [math.nan, *y[1:]])[0] == 1
+    assert bytes(compiled.state) == kept
+    assert compiled.step(known, y)[0] == 0
+    assert bytes(compiled.state) != kept
+
+
+def test_a_bad_name_and_a_history_have_messages() -> None:
+    with pytest.raises(InvalidInputError, match="C identifier"):
+        result_of("multirate").observer().to_c("int")
+    with pytest.raises(InvalidInputError, match="keeps a history of measurements"):
+        result_of("delay").observer(0.01).to_c()
