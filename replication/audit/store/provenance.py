@@ -46,7 +46,7 @@ def read_environment(root: Path) -> Environment:
     """The environment of the project at `root`; raises AuditError if a package that it declares is not installed."""
     lock = root / LOCK
     sha256 = hashlib.sha256(lock.read_bytes()).hexdigest() if lock.is_file() else "no lock"
-    return Environment(sha256, python_minor(platform.python_version()), _package_versions(root), _kernel())
+    return Environment(sha256, python_minor(platform.python_version()), _package_versions(root), kernel())
 
 
 def python_minor(version: str) -> str:
@@ -141,7 +141,7 @@ def _blas() -> str:
     return "; ".join(sorted(names)) or "unknown"
 
 
-def _kernel() -> str:
+def kernel() -> str:
     """The instruction set of numpy's and scipy's linear algebra; what else is loaded hangs on what ran before."""
     own = [pool for pool in _pools() if {"numpy", "scipy"} & set(re.split(r"[^a-z]+", pool["filepath"]))]
     return "; ".join(sorted({pool.get("architecture", "unknown") for pool in own or _pools()})) or "unknown"
