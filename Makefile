@@ -25,7 +25,7 @@ readme: report ## write the results of the run into README.md
 	$(BIN)/python -m replication.audit.publish.readme
 
 test: lint ## all checks: lint, types, every test
-	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile
+	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile --no-loadscope-reorder
 
 test-fast: $(STAMP) ## the tests that take no more than a few seconds and need no browser
 	$(BIN)/python -m pytest -m "not slow and not browser"

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from replication.estimation.nonuniform.exchange import dense_design, robust_design
+from papers.mustafa.method.comparisons import dense_design
+from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 
 SAME = 1e-6

@@ -1,8 +1,8 @@
 """The command line: `python -m replication` or `replication`, with the commands of `replication.commands`.
 
-Exit codes: 0 all is well · 1 a verdict is not the pinned one, a certificate is not proved, or `check` or `diff` found
-something · 2 bad usage or input · 3 an experiment, claim, erratum or figure ended in an error, or no design was found ·
-70 a fault of this program · 130 interrupted.
+Exit codes: 0 all is well · 1 a verdict is not the pinned one, a certificate is not proved, or `check`, `coverage` or
+`diff` found something · 2 bad usage or input · 3 an experiment, claim, erratum or figure ended in an error, or no
+design was found · 70 a fault of this program · 130 interrupted.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from replication.errors import InvalidInputError, ReplicationError
 DESCRIPTION = "Recompute what the papers print and set it beside the print, with a verdict for each claim."
 EXIT_CODES = """exit codes:
   0    all is well
-  1    a verdict is not the pinned one, a certificate is not proved, or `check` or `diff` found something
+  1    a verdict is not the pinned one, a certificate is not proved, or `check`, `coverage` or `diff` found something
   2    bad usage or input
   3    an experiment, claim, erratum or figure ended in an error, or no design was found
   70   a fault of this program, which does not depend on what the papers print

@@ -246,6 +246,19 @@ def test_check_finds_a_verdict_set_by_hand(ran: Lab) -> None:
     assert "toy2020.square.wrong" in done.stdout
 
 
+def test_check_and_coverage_find_a_binding_to_nothing(ran: Lab) -> None:
+    listed = ran.path("toy2020/coverage.toml")
+    ran.path("toy2020/printed.toml").write_text("", encoding="utf-8")
+    listed.write_text(
+        '[paper]\nruns = 1\nplaces = [{place = "Sec. I", numerals = [["2", "claim:square.lost"]]}]', encoding="utf-8"
+    )
+    for command in ("check", "coverage"):
+        done = ran.cli(command)
+        assert done.returncode == 1, done.stderr
+        assert "toy2020: paper, Sec. I: '2': unknown claim 'square.lost'" in done.stdout
+    assert "other2021" in done.stdout and "does not exist; list there what the text" in done.stdout
+
+
 def test_diff_of_two_runs(ran: Lab) -> None:
     old = ran.root / "old.json"
     old.write_bytes((ran.root / "report" / "results.json").read_bytes())

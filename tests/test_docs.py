@@ -85,6 +85,7 @@ def test_a_new_paper_runs_as_it_is(lab: Lab) -> None:
     done = lab.cli("run", "fresh2030", "--jobs", "1")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "1 reproduced" in done.stdout
+    assert lab.cli("coverage", "fresh2030").returncode == 0
     assert lab.python("-m", "pytest", "-q", "tests/papers/test_fresh2030.py").returncode == 0
 
 
@@ -93,7 +94,7 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     assert lab.cli("new", "randomwalk").returncode == 0
     blocks = BLOCK.findall(GUIDE)
     assert [name.rpartition("/")[2] for name, _ in blocks] == [
-        "printed.toml", "experiments.py", "claims.py", "figures.py", "paper.py",
+        "printed.toml", "experiments.py", "claims.py", "figures.py", "paper.py", "coverage.toml",
     ]  # fmt: skip
     for name, text in blocks:
         (lab.root / name).write_text(text, encoding="utf-8")
@@ -102,6 +103,7 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     assert (lab.root / "report" / "randomwalk" / "index.html").is_file()
     (show,) = re.findall(r"^python -m replication (show .+)$", GUIDE, re.MULTILINE)
     assert "P / (P + 1) = 0.618033989" in lab.cli(*show.split()).stdout
+    assert "5 numerals: 5 bound" in lab.cli("coverage", "randomwalk").stdout
     assert lab.python("-m", "pytest", "-q", "tests/papers/test_randomwalk.py").returncode == 0
 
 

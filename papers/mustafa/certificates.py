@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from typing import Any
 
+import cvxpy
 import numpy as np
 
 from papers.mustafa.experiments.declared import EXPERIMENTS
 from papers.mustafa.experiments.levels import Json
-from papers.mustafa.method.algorithm1 import gaps
+from papers.mustafa.method.algorithm1 import build_grid, gaps
 from papers.mustafa.method.stability import covered_interval, delta_block
 from replication.certify.multirate.levels import lyapunov_matrices
 from replication.certify.nonuniform import gain as nonuniform
 from replication.certify.rounding import rounded, rounded_array, rounded_down, rounded_up
+from replication.estimation.conic.solvers import solve_modelled
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
+from replication.estimation.nonuniform.filter_lmi import design_for_periods
+from replication.estimation.nonuniform.filters import Filter, error_system
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.validation import Array
 from replication.verify.subjects import subject
 
 BRACKETS = {"range": "bracket", "duration": "bracket-duration"}
@@ -26,6 +32,10 @@ FIRST_MARGIN, GROWTH = 1e-9, 100.0
 SLACK = 1e-3
 """Room in the state block of the bounded real lemma, relative to that width."""
 BITS = 44
+ROOM, HORIZON = 1.02, 200
+"""Level over that of step 2; samples of a sequence."""
+PIECES = 32
+"""Of the range, each with a storage matrix of its own."""
 COARSE_BITS = 20
 """Of vectors, which need not be exact."""
 
@@ -54,6 +64,10 @@ def _made(theorem: Mapping[str, Any]) -> Json:
             return {**grid(theorem), "bound": {}}
         case "stalls":
             return stall(theorem)
+        case "grid-solution-fails":
+            return grid_solution(theorem)
+        case "meets-condition-8":
+            return one_element(theorem)
         case "same-level":
             return same_level(theorem)
         case _:
@@ -79,6 +93,58 @@ def stall(theorem: Mapping[str, Any]) -> Json:
     """A bracket of alpha in the middle of the range."""
     system, periods = _problem(theorem)
     return {"bound": {}, "witness": _bracket(system, periods.middle, FIRST_MARGIN)[1]}
+
+
+def grid_solution(theorem: Mapping[str, Any]) -> Json:
+    """The filter of step 2 on the grid with a level a little above its own, a matrix for it, and a worst sequence."""
+    system, periods = _problem(theorem)
+    design = design_for_periods(system, list(build_grid(system, periods).periods))
+    filter_ = {name: rounded_array(matrix, BITS) for name, matrix in modal(design.filter).items()}
+    level = rounded_up(design.level * ROOM, BITS)
+    stages = [error_system(system, nonuniform.filter_of(filter_), h) for h in design.periods]
+    P = common_storage(stages, float(Fraction(level)))
+    over = {"from": "h_l", "to": "h_u", "weight": "samples", "filter": filter_}
+    found = nonuniform.gain_lower({**theorem, "parameters": over}, horizon=HORIZON, final_horizon=HORIZON)
+    witness = {"passes": _passes(system, periods)[1], "level": level, "filter": filter_, "P": rounded_array(P, BITS)}
+    return {"bound": {}, "witness": {**witness, **found["witness"]}}
+
+
+def modal(filter_: Filter) -> dict[str, Array]:
+    """The same filter in coordinates in which A_f is made of its eigenvalues: products of many steps stay exact."""
+    values, vectors = np.linalg.eig(filter_.A)
+    real = np.where(values.imag < 0, vectors.imag, vectors.real)
+    return {"A": np.linalg.solve(real, filter_.A @ real), "B": np.linalg.solve(real, filter_.B), "C": filter_.C @ real}
+
+
+def common_storage(stages: Sequence[Stage], level: float) -> Array:
+    """One matrix P for which [P - C'C, 0; 0, g^2 I] - M'P M is largest, M = [A, B] of each of the stages."""
+    n, m = stages[0].B.shape
+    P, least = cvxpy.Variable((n, n), symmetric=True), cvxpy.Variable()
+    supplied = np.zeros((n + m, n + m))
+    supplied[n:, n:] = level**2 * np.eye(m)
+    kept = np.eye(n, n + m)
+    constraints = []
+    for stage in stages:
+        M, seen = np.hstack([stage.A, stage.B]), np.hstack([stage.C, np.zeros((len(stage.C), m))])
+        room = kept.T @ P @ kept + supplied - seen.T @ seen - M.T @ P @ M
+        constraints.append((room + room.T) / 2 - least * np.eye(n + m) >> 0)
+    solve_modelled(cvxpy.Problem(cvxpy.Maximize(least), constraints))
+    return np.asarray(P.value)
+
+
+def one_element(theorem: Mapping[str, Any]) -> Json:
+    """A storage matrix for each piece of the range, at the end with the larger norm in (8), for a level below one."""
+    system, periods = _problem(theorem)
+    Phi, _ = system.discretise(periods.middle)
+    zero = np.zeros_like(Phi)
+    matrices = []
+    for k in range(PIECES):
+        share = (k if 2 * k < PIECES else k + 1) / PIECES
+        change = periods.h_l + share * (periods.h_u - periods.h_l) - periods.middle
+        system_of_8 = PeriodicSystem((Stage(Phi, delta_block(system, change), system.A @ Phi, zero),))
+        level = (1 + l2_gain(system_of_8).lower) / 2
+        matrices.append(lyapunov_matrices(system_of_8, level, SLACK)[0])
+    return {"bound": {}, "witness": {"P": [rounded_array(P, BITS) for P in matrices]}}
 
 
 def same_level(theorem: Mapping[str, Any]) -> Json:

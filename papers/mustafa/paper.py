@@ -15,6 +15,7 @@ from papers.mustafa.findings import findings
 from papers.mustafa.printed import EXAMPLES
 from papers.mustafa.readings import READINGS
 from replication.audit.declare import Part, paper
+from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Formula, Table
 
@@ -89,6 +90,7 @@ PAPER = paper(
     tables=(LEVELS_TABLE,),
     formulas=FORMULAS,
     readings=READINGS,
+    coverage=tallies(__file__),
     findings=findings,
     common=lambda results: common.common(results["common"], TRIED),
     sensitivity=lambda results: tuple(move for e in EXAMPLES for move in sensitivities(results[f"sensitivity.{e}"])),

@@ -12,9 +12,16 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.decimals import decimal, printed_matrix
 
+OUR_FILTER = {
+    "A": fmpq_mat([[fmpq(-555129, 2**24), fmpq(959481, 2**24)], [fmpq(-6722817, 2**24), fmpq(5809691, 2**23)]]),
+    "B": fmpq_mat([[fmpq(16780017, 2**24)], [fmpq(-4314437, 2**23)]]),
+    "C": fmpq_mat([[1, 0]]),
+}
+"""Our filter next to the nominal optimum of the first example, which prints none; rounded to 24 bits."""
+
 
 def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """`example-1`, `example-2`, and `printed-filter`: the second one with the filter that is printed for it.
+    """`example-1`, `example-2`; `our-filter`, `printed-filter`: each with a filter, ours and the one that is printed.
 
     h_u of the first is pi over a printed number; A of the second is [-b/J, K/J; -K/L_a, -R_a/L_a].
     """
@@ -24,7 +31,8 @@ def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     second |= {"A": fmpq_mat([[-b / J, K / J], [-K / L_a, -R_a / L_a]])}
     second |= {end: [decimal(data[f"{end}-2"]), fmpq(0)] for end in ("h_l", "h_u")}
     filter_ = {name: printed_matrix(data["filter"][f"{name}_f"]) for name in "ABC"}
-    return {"example-1": first, "example-2": second, "printed-filter": {**second, "filter": filter_}}
+    filtered = {"our-filter": {**first, "filter": OUR_FILTER}, "printed-filter": {**second, "filter": filter_}}
+    return {"example-1": first, "example-2": second, **filtered}
 
 
 def _matrices(printed: Mapping[str, str]) -> dict[str, Any]:

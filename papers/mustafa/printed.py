@@ -6,6 +6,7 @@ inertia and the two names of its motor constant are not consistent (see the erra
 
 from __future__ import annotations
 
+from fractions import Fraction
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -29,10 +30,15 @@ def matrix(printed: str) -> Matrix:
     return [values[i : i + columns] for i in range(0, len(values), columns)]
 
 
-def upper_end(printed: str) -> float:
+def largest(printed: str) -> Fraction:
     """The largest number that rounds to a printed one."""
     (entry,) = parse(printed).entries
-    return float(entry.value + entry.unit / 2)
+    return entry.value + entry.unit / 2
+
+
+def upper_end(printed: str) -> float:
+    """The same in floating point."""
+    return float(largest(printed))
 
 
 def example(e: int) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from papers.okajima2023.method.input_recovery import recover_inputs
 from papers.okajima2023.method.recovery import recover_outputs, recover_poles
 from papers.okajima2023.printed import DATA, GAINS, matrix, poles
 from replication.certify.multirate import levels as multirate
+from replication.certify.multirate import orders
 from replication.certify.rounding import decimals
 from replication.errors import AuditError
 from replication.verify.subjects import subject
@@ -70,6 +71,8 @@ MAKERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "multirate.gain": multirate.gain,
     "multirate.optimum-noncausal": multirate.optimum_noncausal,
     "multirate.optimum-causal": multirate.optimum_causal,
+    "multirate.shorter-periods": orders.shorter_periods,
+    "multirate.one-matrix": orders.one_matrix,
     "multirate.recovered-poles": recovered,
     "multirate.same-setting": recovered,
     "multirate.recovered-error-poles": recovered,

@@ -12,6 +12,7 @@ from papers.okajima2023.findings import findings
 from papers.okajima2023.printed import TABLE_1
 from papers.okajima2023.readings import READINGS
 from replication.audit.declare import Part, paper
+from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Formula, Table
 
@@ -130,6 +131,7 @@ PAPER = paper(
 }""",
     parts=PARTS,
     readings=READINGS,
+    coverage=tallies(__file__),
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=FIGURES,

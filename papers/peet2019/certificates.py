@@ -14,6 +14,7 @@ KEY = "peet2019"
 MAKERS = {
     "delay.gain-upper": delay.gain_upper,
     "delay.gain-lower": delay.gain_lower,
+    "delay.total-upper": delay.total_upper,
     "delay.degree-lower": delay_dual.degree_lower,
     "delay.near-optimal": delay.near_optimal,
     "delay.pade-upper": delay_pade.pade_upper,
@@ -22,6 +23,8 @@ MAKERS = {
     "delay.not-unstable": delay.no_witness,
     "delay.dissipation-identity": delay.no_witness,
     "delay.operator-identity": delay.no_witness,
+    "delay.observer-bound": delay.no_witness,
+    "delay.present-only": delay.no_witness,
 }
 
 

@@ -16,6 +16,7 @@ from papers.peet2019.figures import FIGURES
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, seconds
 from papers.peet2019.readings import JORDAN, READINGS
 from replication.audit.declare import Part, paper
+from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Formula, Results, Sensitivity, Table
 
@@ -117,6 +118,7 @@ PAPER = paper(
         COMPARISON, CLOSED_LOOPS, EXAMPLES_1_TO_3, FIG_1, EXAMPLE_4,
     ),
     readings=READINGS,
+    coverage=tallies(__file__),
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=FIGURES,

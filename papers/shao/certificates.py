@@ -6,10 +6,13 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
-from papers.shao.problem import COUNTEREXAMPLE, DESIGN, literal_loop
+from papers.shao.method.motor import Feedforward
+from papers.shao.method.readings import Structure
+from papers.shao.problem import COUNTEREXAMPLE, DESIGN, READINGS, literal_loop
 from replication.certify import dualrate
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.tracking import Points
 from replication.verify.subjects import subject
 
 KEY = "shao"
@@ -17,6 +20,8 @@ DESIGNS = {"motor": DESIGN, "motor-from-start": DESIGN, "scalar": COUNTEREXAMPLE
 BARE = (
     "sampled-observer",
     "error-equations",
+    "second-case",
+    "collected-constant",
     "contraction",
     "estimates-ordered",
     "step-bound",
@@ -35,12 +40,12 @@ def make(name: str) -> dict[str, Any]:
     return {**theorem, "bound": {}, "witness": {}, **MAKERS[theorem["statement"].removeprefix("dualrate.")](theorem)}
 
 
-def _loop(theorem: Theorem, setting: Mapping[str, Any] | None = None) -> DualRateLoop:
-    """The loop that a theorem is about, or one of its settings; with its reference if there is one."""
-    setting = setting or theorem["parameters"]
-    design, observer = DESIGNS[theorem["plant"]["name"]], setting["observer"]
-    if "frequency" in setting:
-        return literal_loop(observer, float(Fraction(setting["frequency"])), design)
+def _loop(theorem: Theorem) -> DualRateLoop:
+    """The loop that a theorem is about; with its reference if there is one."""
+    parameters = theorem["parameters"]
+    design, observer = DESIGNS[theorem["plant"]["name"]], parameters["observer"]
+    if "frequency" in parameters:
+        return literal_loop(observer, float(Fraction(parameters["frequency"])), design)
     return close_loop(design, OBSERVERS[observer])
 
 
@@ -49,14 +54,12 @@ def _exactly(value: Fraction) -> dict[str, Any]:
     return {"bound": {"lower": str(value), "upper": str(value)}}
 
 
-def _ordered(theorem: Theorem) -> dict[str, Any]:
-    pairs = [[_loop(theorem, setting) for setting in pair] for pair in theorem["parameters"]["pairs"]]
-    return {"witness": {"places": [dualrate.between_errors(*pair) for pair in pairs]}}
-
-
-def _slower(theorem: Theorem) -> dict[str, Any]:
-    other = _loop(theorem, {"observer": theorem["parameters"]["than"]})
-    return {"witness": dualrate.between_radii(_loop(theorem), other)}
+def _errors(theorem: Theorem) -> dict[str, Any]:
+    given = theorem["parameters"]
+    structure = Structure(feedforward=Feedforward(given["feedforward"]))
+    points = {"all": Points.BETWEEN, "fast": Points.FAST}[given["instants"]]
+    loops = (READINGS.loop(given["observer"], structure, float(Fraction(each))) for each in given["frequencies"])
+    return {"witness": {"errors": [dualrate.tracking_error(loop, points) for loop in loops]}}
 
 
 def _constants(theorem: Theorem) -> dict[str, Any]:
@@ -82,9 +85,6 @@ MAKERS: Mapping[str, Callable[[Theorem], dict[str, Any]]] = {
     "prediction-bound": _prediction,
     "radius": lambda theorem: dualrate.spectral_radius(_loop(theorem)),
     "stable": lambda theorem: dualrate.stable(_loop(theorem)),
-    "unstable": lambda theorem: dualrate.unstable(_loop(theorem)),
     "no-bounded-error": lambda theorem: dualrate.excited(_loop(theorem)),
-    "errors-ordered": _ordered,
-    "as-fast": _slower,
-    "tracking-error": lambda theorem: dualrate.tracking_error(_loop(theorem)),
+    "tracking-errors": _errors,
 }

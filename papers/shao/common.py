@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers._common import INPUTS, MULTIPLES
+from papers._common import MULTIPLES
 from papers.shao.problem import APO, REPAIRED
-from replication.audit.declare import experiment
 from replication.audit.model import CommonLevel, Results
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
@@ -41,6 +40,3 @@ def common(results: Results) -> tuple[CommonLevel, ...]:
         for m, value in zip(MULTIPLES, results["common"][name], strict=True)
         if value is not None
     )
-
-
-EXPERIMENT = experiment("common", levels, **INPUTS)

@@ -1,13 +1,13 @@
 """The audit of Shao, Yang, Li and Yi: what it covers, in the order of the manuscript, and what it shows."""
 
-from papers.shao import common, sensitivity
+from papers.shao import common
 from papers.shao.claims.comparison import RESPONSES, STABILITY
 from papers.shao.claims.introduction import ABSTRACT, INTRODUCTION
 from papers.shao.claims.motor import MOTOR
 from papers.shao.claims.table import TABLE
 from papers.shao.claims.theory import OBSERVER, THEOREM
 from papers.shao.errata import ERRATA
-from papers.shao.experiments import motor, readings, theorem, tracking
+from papers.shao.experiments.declared import EXPERIMENTS
 from papers.shao.figures import readings as reading_figures
 from papers.shao.figures import stability as stability_figures
 from papers.shao.figures import tracking as tracking_figures
@@ -15,6 +15,7 @@ from papers.shao.findings import findings
 from papers.shao.printed import REFERENCES
 from papers.shao.readings import READINGS
 from replication.audit.declare import Part, paper
+from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Formula, Table
 
@@ -84,14 +85,8 @@ PAPER = paper(
         ),
     ),
     readings=READINGS,
-    experiments=(
-        common.EXPERIMENT,
-        sensitivity.EXPERIMENT,
-        *motor.EXPERIMENTS,
-        *tracking.EXPERIMENTS,
-        *theorem.EXPERIMENTS,
-        *readings.EXPERIMENTS,
-    ),
+    coverage=tallies(__file__),
+    experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=(*tracking_figures.FIGURES, *stability_figures.FIGURES, *reading_figures.FIGURES),
     tables=(

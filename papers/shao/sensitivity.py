@@ -7,8 +7,7 @@ from typing import Any
 
 from papers.shao.method.motor import Motor
 from papers.shao.printed import DATA, PARAMETERS
-from papers.shao.problem import COLUMNS, FREQUENCIES, literal_loop
-from replication.audit.declare import experiment
+from papers.shao.problem import literal_loop
 from replication.audit.judge.perturb import Parameters, spread
 from replication.estimation.dualrate.problem import dual_rate_design
 from replication.estimation.dualrate.tracking import tracking_error_ratio
@@ -33,17 +32,3 @@ def table(prints: Mapping[str, str], pole_pairs: int, ratio: int, cells: list[di
         return {claim: 100 * tracking_error_ratio(loop) for claim, loop in loops.items()}
 
     return spread(prints, compute)
-
-
-EXPERIMENT = experiment(
-    "sensitivity",
-    table,
-    prints=PRINTS,
-    pole_pairs=int(DATA["pole_pairs"]),
-    ratio=int(DATA["ratio"]),
-    cells=[
-        {"observer": observer, "frequency": sigma, "claim": f"table.{column}-{index}"}
-        for column, observer in COLUMNS.items()
-        for index, sigma in enumerate(FREQUENCIES, 1)
-    ],
-)

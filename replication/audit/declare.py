@@ -31,9 +31,21 @@ from replication.audit.model import (
     Verdict,
 )
 from replication.errors import AuditError
+from replication.verify.predicate import Predicate, Relation, Term
+from replication.verify.quantities import unit_of
 
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
+Said = Term | Predicate
 CELL = "claim:"
+MARKS: Mapping[str, Relation] = {
+    "<=": "at most",
+    ">=": "at least",
+    "<": "less than",
+    "≤": "at most",
+    ">": "more than",
+    "≥": "at least",
+}
+"""The relations before a printed bound."""
 
 USUAL = {
     Kind.VALUE: Verdict.REPRODUCED,
@@ -88,12 +100,14 @@ class Part:
         reading: str = "",
         optimum: bool = False,
         repeats: str = "",
+        says: Said | Iterable[Said] = (),
     ) -> Callable[[Answer], Answer]:
         """Declare a claim on the function that answers it, as a decorator or on a function made for the purpose.
 
         name: its id without the key of the paper. printed: the printed string; one of a data file brings its place.
         statement: in plain words, the docstring of the function unless given. pinned: the expected verdict, that of
-        agreement unless given. uses: experiments whose results the function receives. The rest is that of `Claim`.
+        agreement unless given. uses: experiments whose results the function receives. says: predicates, or terms of
+        which the claim says that they are as printed, or hold if nothing is. The rest is that of `Claim`.
         Raises AuditError if there is no place, no statement, or no such verdict.
         """
 
@@ -121,6 +135,7 @@ class Part:
                     reading=reading or self.reading,
                     optimum=optimum,
                     repeats=repeats,
+                    says=_said(kind, str(printed), reading or self.reading, says),
                 )
             )
             return answer
@@ -268,6 +283,19 @@ class _Short(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
+
+
+def _said(kind: Kind, printed: str, reading: str, says: Said | Iterable[Said]) -> tuple[Predicate, ...]:
+    """The predicates in full: relation and number as printed, unit of the quantity, reading of the claim."""
+    found = []
+    for one in (says,) if isinstance(says, Term | Predicate) else says:
+        if isinstance(one, Term):
+            mark = next((mark for mark in MARKS if printed.startswith(mark)), "")
+            relation = MARKS[mark] if mark else "is" if kind in (Kind.VALUE, Kind.MATRIX) else "holds"
+            to = None if relation == "holds" else printed.removeprefix(mark).strip()
+            one = Predicate(of=one, relation=relation, to=to)
+        found.append(replace(one, unit=one.unit or unit_of(one.of.quantity), reading=one.reading or reading))
+    return tuple(found)
 
 
 def _names(names: str | Iterable[str]) -> tuple[str, ...]:

@@ -13,11 +13,11 @@ from typing import Any
 
 import msgspec
 
+from replication.verify.predicate import NO_READING as NO_READING
+from replication.verify.predicate import Predicate
+
 Results = Mapping[str, Any]
 """Results of the experiments that a claim, erratum or figure uses, by experiment name; plain JSON values."""
-
-NO_READING = "none"
-"""The reading of a claim where the text leaves no choice."""
 
 Numbers = float | tuple[float | tuple[float, ...], ...]
 """A computed quantity in the layout of its print: scalar, list or matrix; a complex entry is (real, imaginary)."""
@@ -145,7 +145,8 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     reason: why this verdict, in one sentence.
     deviation_ulp: (computed − printed) in units of the last printed place, the largest in size over the entries.
     intervals: ends of what each printed number stands for, as exact fractions; none beside a relation.
-    proved: whether the bracket, or the statement, is a theorem. unproved: why no theorem is possible, if that is so.
+    proved: whether a theorem says what the claim says. supported: else, if there are theorems beside it, what they do
+    not say. unproved: why there is none.
     """
 
     verdict: Verdict
@@ -153,6 +154,7 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     deviation_ulp: float | None = None
     intervals: tuple[tuple[str, str], ...] = ()
     proved: bool = False
+    supported: str = ""
     unproved: str = ""
 
 
@@ -180,6 +182,7 @@ class Claim:
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
     optimum: whether the printed number is the least level that any design reaches.
     repeats: id of the claim whose number or statement this one prints again; totals count it once.
+    says: the same statement as data, all of which must be so; a theorem proves the claim only if it says that.
     """
 
     id: str
@@ -196,6 +199,7 @@ class Claim:
     reading: str = ""
     optimum: bool = False
     repeats: str = ""
+    says: tuple[Predicate, ...] = ()
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -254,6 +258,21 @@ class ScopeItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     reason: str = ""
 
 
+class Coverage(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How many numerals, or numbered items, of a text are bound, excused with a reason, or neither.
+
+    aside: those that only number, name or furnish the text, and are not in the total; see `inspect.coverage`.
+    """
+
+    text: str
+    of: str
+    total: int
+    bound: int
+    excused: int
+    open: int
+    aside: int
+
+
 class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of the paper in its own shape: each cell is text or, as `claim:ID`, stands for that claim."""
 
@@ -300,7 +319,7 @@ class CommonLevel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 @dataclass(frozen=True, kw_only=True)
 class Paper:
-    """A source paper as this package audits it; year is None if the text gives none.
+    """A source paper as this package audits it; year is None if the text gives none, coverage is of each of its texts.
 
     `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
     printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
@@ -323,6 +342,7 @@ class Paper:
     tables: tuple[Table, ...] = ()
     formulas: tuple[Formula, ...] = ()
     scope: tuple[ScopeItem, ...] = ()
+    coverage: tuple[Coverage, ...] = ()
     readings: tuple[Reading, ...] = ()
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()

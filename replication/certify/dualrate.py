@@ -11,7 +11,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.certify.rounding import as_floats, bracket, exact, rounded, rounded_array, rounded_down
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy
-from replication.estimation.dualrate.tracking import reference, tracking_error_peak
+from replication.estimation.dualrate.tracking import Points, fast_errors, reference, tracking_error_peak
 
 MARGIN = 2e-7
 """Relative distance of a bound to the number found in floating point."""
@@ -29,34 +29,22 @@ def stable(loop: DualRateLoop) -> dict[str, Any]:
     return {"bound": {}, "witness": {"radius": _around(abs(_largest_eigenvalue(loop)))["upper"]}}
 
 
-def unstable(loop: DualRateLoop) -> dict[str, Any]:
-    """An eigenvalue outside the unit circle, and a radius above one that it exceeds."""
-    root = _largest_eigenvalue(loop)
-    return {"bound": {}, "witness": {"root": _pair(root), "radius": _around(abs(root))["lower"]}}
-
-
 def excited(loop: DualRateLoop) -> dict[str, Any]:
     """The eigenvalue outside the unit circle that the reference excites."""
     return {"bound": {}, "witness": {"root": _pair(_largest_eigenvalue(loop))}}
 
 
-def tracking_error(loop: DualRateLoop) -> dict[str, Any]:
+def tracking_error(loop: DualRateLoop, points: Points) -> dict[str, Any]:
     """Both bounds of the largest steady-state error in percent, where it is met, weights that balance the motion."""
-    ratio, place = _peak(loop)
-    return {"bound": _around(100 * ratio), "witness": place}
-
-
-def between_errors(smaller: DualRateLoop, larger: DualRateLoop) -> dict[str, Any]:
-    """A level between the largest errors of two loops, and where the second exceeds it."""
-    ratio, place = _peak(larger)
-    return {"level": rounded((tracking_error_peak(smaller)[0] + ratio) / 2, LEVEL_BITS), **place}
-
-
-def between_radii(slower: DualRateLoop, faster: DualRateLoop) -> dict[str, Any]:
-    """The largest eigenvalue of the first loop, and a radius between it and those of the second."""
-    root = _largest_eigenvalue(slower)
-    radius = (abs(root) + abs(_largest_eigenvalue(faster))) / 2
-    return {"root": _pair(root), "radius": rounded(radius, LEVEL_BITS)}
+    if points is Points.BETWEEN:
+        ratio, time = tracking_error_peak(loop)
+        phase = min(int(time // loop.design.period), loop.design.ratio - 1)
+        after = rounded_down(max(0.0, time - phase * loop.design.period), TIME_BITS)
+    else:
+        sizes = fast_errors(loop)
+        phase, after = int(np.argmax(sizes)), "0"
+        ratio = float(sizes[phase])
+    return {**_around(100 * ratio), "phase": phase, "time": after, "scales": _weights(loop)}
 
 
 def lyapunov_solution(plant: Mapping[str, Any]) -> list[list[str]]:
@@ -96,14 +84,6 @@ def worst_error(plant: Mapping[str, Any]) -> list[list[str]]:
     chi = np.linalg.solve(P, np.hstack([0 * C, C]).T)
     found: list[list[str]] = rounded_array(chi / np.linalg.norm(chi), VECTOR_BITS)
     return found
-
-
-def _peak(loop: DualRateLoop) -> tuple[float, dict[str, Any]]:
-    """The largest error, its phase and the time after that, and weights that balance the motion."""
-    ratio, time = tracking_error_peak(loop)
-    phase = min(int(time // loop.design.period), loop.design.ratio - 1)
-    after = rounded_down(max(0.0, time - phase * loop.design.period), TIME_BITS)
-    return ratio, {"phase": phase, "time": after, "scales": _weights(loop)}
 
 
 def _largest_eigenvalue(loop: DualRateLoop) -> complex:

@@ -18,6 +18,7 @@ MODULES = {
     "list": "results",
     "show": "results",
     "check": "results",
+    "coverage": "coverage",
     "report": "publish",
     "diff": "results",
     "new": "new",

@@ -51,6 +51,7 @@ def check(chosen: argparse.Namespace) -> int:
     """Print each problem found."""
     import papers
     from replication.audit.inspect.check import check
+    from replication.audit.inspect.coverage import faults
     from replication.audit.inspect.derive import differences, kept, unfounded
     from replication.audit.publish.readme import is_stale
     from replication.audit.store.cache import Cache
@@ -68,7 +69,11 @@ def check(chosen: argparse.Namespace) -> int:
     if note := unfounded(results, again):
         say([f"note: {note}"])
     say([f"{len(problems)} problems in {len(results.claims)} claims"])
-    return DIFFERENT if problems else FINE
+    folder = root / "papers"
+    listed = [paper for paper in papers.load() if (folder / paper.key / "coverage.toml").is_file()]
+    wrong = [fault for paper in listed for fault in faults(folder / paper.key, paper)]
+    say(f"coverage: {fault}" for fault in wrong)
+    return DIFFERENT if problems or wrong else FINE
 
 
 def diff(chosen: argparse.Namespace) -> int:

@@ -20,18 +20,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from keyword import iskeyword
 from string import Formatter
 from types import ModuleType, SimpleNamespace
-from typing import Any
+from typing import Any, TypeVar
 
 from flint import arb, ctx, fmpq
 
 from replication.verify.algebra.decimals import above, below
 from replication.verify.algebra.work import budget
-from replication.verify.reading import Reader, fields, positive
+from replication.verify.predicate import NO_READING, YES_NO, Exported, Term
+from replication.verify.quantities import unit_of
+from replication.verify.reading import Reader, fields, positive, written
 from replication.verify.theorem import Side, Theorem, require
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,53 @@ class Found:
     items: tuple[tuple[Side, Side], ...] = ()
 
 
+Parameters = Mapping[str, Any]
+Chosen = T | Callable[[Parameters], T]
+"""A value, or what gives it from the parameters of a certificate."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Says:
+    """A term of which a theorem speaks, as data: see `predicate.Term`; one for each class of estimators, if several.
+
+    setting: the parameters but `relative`, unless given. readings: of the paper `source`, under which its text speaks
+    of this term. found: what is proved of it, from all that was read, proved and worded; that of the theorem unless
+    given. universal: it is about all plants, though the certificate has one.
+    """
+
+    quantity: Chosen[str]
+    estimators: Chosen[tuple[str, ...]] = ("",)
+    readings: Chosen[tuple[str, ...]] = (NO_READING,)
+    setting: Chosen[Mapping[str, Any]] | None = None
+    found: Callable[[Mapping[str, Any]], Found] | None = None
+    universal: bool = False
+
+    def exported(self, certificate: Mapping[str, Any], given: Mapping[str, Any], whole: Found) -> list[Exported]:
+        """The terms with what is proved of them; the plant of a certificate of one's own is called so."""
+        parameters, plant = certificate["parameters"], certificate["plant"]
+        name = str(plant.get("name", "")) if isinstance(plant, Mapping) else ""
+        name = name if certificate.get("paper") is not None else f"own plant {name}"
+        found = whole if self.found is None else self.found(given)
+        quantity = _chosen(self.quantity, parameters)
+        statement, one = unit_of(quantity) == YES_NO, (found.lower, found.upper)
+        usual = {key: value for key, value in parameters.items() if key != "relative"}
+        return [
+            Exported(
+                of=Term(
+                    quantity=quantity,
+                    plant="" if self.universal else name,
+                    setting=usual if self.setting is None else _chosen(self.setting, parameters),
+                    estimators=estimators,
+                ),
+                unit=unit_of(quantity),
+                readings=_chosen(self.readings, parameters),
+                items=() if statement else tuple((_end(low), _end(high)) for low, high in found.items or (one,)),
+                holds=found.holds if statement else None,
+            )
+            for estimators in _chosen(self.estimators, parameters)
+        ]
+
+
 @dataclass(frozen=True, eq=False)
 class Statement:
     """One declared statement; called with the fields of a certificate it gives the theorem, or raises Refused."""
@@ -74,6 +125,7 @@ class Statement:
     groups: Mapping[str, Group]
     holds: bool | None
     bits: int
+    says: tuple[Says, ...]
     prove: Callable[..., Found | None]
 
     def __call__(self, certificate: Mapping[str, Any], bounds: Mapping[str, fmpq] | None = None) -> Theorem:
@@ -86,12 +138,21 @@ class Statement:
             sides = {side: given[side] if side in stated else getattr(found, side) for side in ("lower", "upper")}
             for side, number in (bounds or {}).items():
                 require(sides[side] == number, f"the {side} bound that is proved is {sides[side]}, not {number}")
+            whole = Found(holds=self.holds if found.holds is None else found.holds, items=found.items, **sides)
+            known = {**given, **found.words, **sides}
             return Theorem(
-                sentence=_Words().vformat(self.wording(certificate.get("paper")), (), {**given, **found.words}),
-                holds=self.holds if found.holds is None else found.holds,
-                items=found.items,
+                sentence=_Words().vformat(self.wording(certificate.get("paper")), (), known),
+                holds=whole.holds,
+                items=whole.items,
+                says=tuple(one for says in self._says(certificate) for one in says.exported(certificate, known, whole)),
                 **sides,
             )
+
+    def _says(self, certificate: Mapping[str, Any]) -> tuple[Says, ...]:
+        """What is exported; the readings of another paper are not those of this one."""
+        if self.source in ("", certificate.get("paper")):
+            return self.says
+        return tuple(replace(one, readings=(NO_READING,)) for one in self.says)
 
     def wording(self, paper: str | None) -> str:
         """The sentence for a certificate of this paper, to be filled in; refused if it would borrow another's words."""
@@ -118,19 +179,29 @@ class Statement:
 
 
 def statement(
-    name: str, *, source: str = "", holds: bool | None = None, bits: int = DOUBLE, **groups: Group
+    name: str,
+    *,
+    source: str = "",
+    holds: bool | None = None,
+    bits: int = DOUBLE,
+    says: str | Says | tuple[str | Says, ...] = (),
+    **groups: Group,
 ) -> Callable[[Callable[..., Found | None]], Statement]:
     """Declare a statement; the function that is decorated proves it, or raises Refused.
 
     source: the paper whose places the sentence names. holds: whether a yes/no statement is true, unless the proof finds
-    that out. bits: of all balls.
+    that out. bits: of all balls. says: the quantities of which the theorem speaks, as data; a name is one with all
+    parameters in its setting.
     """
+    told = says if isinstance(says, tuple) else (says,)
+    terms = tuple(Says(quantity=one) if isinstance(one, str) else one for one in told)
     ordered = {**groups, **{group: empty for group, empty in GROUPS.items() if group not in groups}}
 
     def declared(prove: Callable[..., Found | None]) -> Statement:
         if prove.__doc__ is None:
             raise RuntimeError("the sentences of the theorems are docstrings: run Python without -OO")
-        return Statement(name, " ".join(prove.__doc__.split("\n\n")[0].split()), source, ordered, holds, bits, prove)
+        sentence = " ".join(prove.__doc__.split("\n\n")[0].split())
+        return Statement(name, sentence, source, ordered, holds, bits, terms, prove)
 
     return declared
 
@@ -144,6 +215,14 @@ def collected(*families: ModuleType) -> dict[str, Statement]:
         if found.setdefault(one.name, one) is not one:
             raise ValueError(f"two statements are named {one.name}")
     return found
+
+
+def _chosen(value: Chosen[T], parameters: Parameters) -> T:
+    return value(parameters) if callable(value) else value
+
+
+def _end(side: Side) -> str | None:
+    return None if side is None else str(written(side))
 
 
 class _Words(Formatter):

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from flint import fmpq
 
+from replication.verify.predicate import Exported
+
 Side = fmpq | None
 """One end of a proved interval; None if the certificate says nothing on that side."""
 
@@ -20,7 +22,7 @@ class Theorem:
 
     sentence: the theorem with its numbers. lower, upper: proved closed bounds of the quantity it is about. holds: for a
     yes/no statement, whether it is true. items: for a list of quantities, a pair (lower, upper) of each, in the order
-    in which the paper prints them.
+    in which the paper prints them. says: the same as data, for each term that the theorem speaks of.
     """
 
     sentence: str
@@ -28,6 +30,7 @@ class Theorem:
     upper: Side = None
     holds: bool | None = None
     items: tuple[tuple[Side, Side], ...] = ()
+    says: tuple[Exported, ...] = ()
 
 
 def require(condition: bool, message: str) -> None:

@@ -5,6 +5,7 @@ The paper does not exist and its numbers are made up.
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import math
 from pathlib import Path
@@ -45,6 +46,7 @@ from replication.audit.store.records import (
     RunRecord,
 )
 from replication.drawing.style import line, new_axes
+from replication.verify.predicate import Exported, Predicate, term
 
 KEY = "doe1999"
 READINGS = (
@@ -78,6 +80,9 @@ def claim(
         **fields,
     )
     proofs = [certificate for certificate in certificates() if made.id in certificate.claims]
+    if proofs:
+        said = Predicate(of=term("gain", name), relation="is", to=printed, unit="1", reading=made.reading)
+        made = dataclasses.replace(made, says=(said,))
     return make_record(
         made,
         evidence,
@@ -327,12 +332,13 @@ def certificate(name: str, **more: Any) -> CertificateRecord:
         "upper": None,
         "holds": None,
         "items": (),
-    }
-    return CertificateRecord(**(fields | more))
+    } | more
+    said = Exported(of=term("gain", name), unit="1", readings=("none", ""), items=((fields["lower"], fields["upper"]),))
+    return CertificateRecord(**fields, says=(said,) if fields["proved"] else ())
 
 
 def certificates() -> tuple[CertificateRecord, ...]:
-    """Two theorems behind claims, and a certificate that was refused."""
+    """A theorem whose bounds do not decide a claim, one that says a claim, and a certificate that was refused."""
     return (
         certificate("column-4-5", lower="15441/10000", upper="15481/10000"),
         certificate("column-8-9", lower="26351/10000", upper="26357/10000"),

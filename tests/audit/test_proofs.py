@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from dataclasses import replace as replace_data
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -12,17 +14,21 @@ from cases import altered, claim, results_file
 from msgspec.structs import replace
 
 from replication.audit.inspect.check import Cause, against_files, check
-from replication.audit.judge.proofs import proved_ends, wanted, with_proofs
+from replication.audit.judge.match import NO_PREDICATE
+from replication.audit.judge.proofs import wanted, with_proofs
 from replication.audit.judge.verdict import make_record
-from replication.audit.model import Evidence, Kind, Verdict
-from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord
+from replication.audit.model import Claim, Evidence, Kind, Outcome, Verdict
+from replication.audit.store.records import CertificateRecord, ClaimRecord, PaperRecord, StatedClaim, shared
 from replication.errors import AuditError
+from replication.verify.predicate import Exported, Predicate, Relation, Term, term
 
 LEVEL = Evidence(method="m", value=1.3258, lower=1.3, upper=1.4)
+GAIN, STABLE = term("gain", "toy"), term("stable error system", "toy")
 PAIR = Evidence(method="m", value=(1.0, (2.0, -0.5)))
 
 
-def certificate(**more: Any) -> CertificateRecord:
+def certificate(*, of: Term | None = None, readings: tuple[str, ...] = ("none",), **more: Any) -> CertificateRecord:
+    """A theorem on the gain, or if it only says yes or no on the stability, of the plant of the paper."""
     fields: dict[str, Any] = {
         "paper": "toy",
         "name": "c",
@@ -37,13 +43,37 @@ def certificate(**more: Any) -> CertificateRecord:
         "upper": None,
         "holds": None,
         "items": (),
-    }
-    return CertificateRecord(**(fields | more))
+    } | more
+    items = fields["items"] or ((fields["lower"], fields["upper"]),)
+    bounds = any(end for pair in items for end in pair)
+    gain = Exported(of=of or GAIN, unit="1", readings=readings, items=items)
+    stable = Exported(of=of or STABLE, unit="yes or no", readings=readings, holds=fields["holds"])
+    says = ([gain] if bounds else []) + ([stable] if fields["holds"] is not None else [])
+    return CertificateRecord(**fields, says=tuple(says))
 
 
-def judged(kind: Kind, evidence: Evidence, *certificates: CertificateRecord, printed: str = "1.33") -> ClaimRecord:
-    made = claim(id="toy.c1", kind=kind, printed=printed)
+def stated(kind: Kind, *says: Predicate, printed: str = "1.33", reading: str = "none") -> Claim:
+    """A claim on the gain, or where its kind is a statement on the stability, of the plant of the paper."""
+    numeric = kind in (Kind.VALUE, Kind.MATRIX)
+    usual = Predicate(of=GAIN, relation="is", to=printed, unit="1", reading=reading)
+    if kind is Kind.BOUND:
+        usual = replace_data(usual, relation="less than", to=printed.removeprefix("<"))
+    elif not numeric:
+        usual = Predicate(of=STABLE, unit="yes or no", reading=reading)
+    return claim(id="toy.c1", kind=kind, printed=printed, says=says or (usual,), reading=reading)
+
+
+def judged(kind: Kind, evidence: Evidence, *certificates: CertificateRecord, **more: Any) -> ClaimRecord:
+    made = stated(kind, **more)
     return make_record(made, evidence, code="papers/toy.py:1", seconds=0.5, certificates=certificates)
+
+
+def joined_with(
+    kind: Kind, evidence: Evidence, certificates: Sequence[CertificateRecord], *says: Predicate, **more: Any
+) -> tuple[Evidence, bool]:
+    stands = StatedClaim(**shared(StatedClaim, stated(kind, *says, **more)))
+    joined, standing = with_proofs(stands, evidence, certificates)
+    return joined, standing.proved
 
 
 def test_the_proved_bracket_takes_the_place_of_the_computed_one_and_decides() -> None:
@@ -57,41 +87,48 @@ def test_the_proved_bracket_takes_the_place_of_the_computed_one_and_decides() ->
     assert record.evidence.certificates == ("certificates/toy/c.json",)
     assert record.verdict is Verdict.REPRODUCED
     wide = judged(Kind.VALUE, LEVEL, certificate(lower="13/10", upper="14/10"))
-    assert wide.verdict is Verdict.UNDETERMINED and "straddles" in wide.judgement.reason
+    assert wide.verdict is Verdict.UNDETERMINED and not wide.judgement.proved
+    assert "do not decide whether the worst-case gain of given gains" in wide.judgement.supported
 
 
 def test_two_theorems_give_the_narrowest_bracket_and_ends_are_rounded_outwards() -> None:
     third = certificate(lower="1/3", upper="2/3")
-    ((low, high),) = proved_ends([third, certificate(lower="0", upper="1/2")])
-    assert low is not None and high is not None
-    assert Fraction(low) <= Fraction(1, 3) < Fraction(low) + Fraction(1, 2**53)
-    assert high == 0.5
-    ((_, above),) = proved_ends([third])
-    assert above is not None and Fraction(above) >= Fraction(2, 3)
+    wide = Evidence(method="m", value=0.4)
+    joined, proved = joined_with(Kind.VALUE, wide, [third, certificate(lower="0", upper="1/2")], printed="0.4")
+    assert not proved and joined == wide, "it straddles what the print stands for"
+    narrow = certificate(lower="5/14", upper="5/13")
+    joined, proved = joined_with(Kind.VALUE, Evidence(method="m", value=0.36), [third, narrow], printed="0.4")
+    assert proved and isinstance(joined.lower, float) and isinstance(joined.upper, float)
+    low, high = joined.lower, joined.upper
+    assert Fraction(low) <= Fraction(5, 14) < Fraction(low) + Fraction(1, 2**53)
+    assert Fraction(high) >= Fraction(5, 13) > Fraction(high) - Fraction(1, 2**53)
 
 
 def test_lists_of_numbers_keep_the_layout_of_the_value() -> None:
     items = (("1", "1"), ("7/4", "9/4"), ("-1/2", "-1/2"))
-    joined, _ = with_proofs(Kind.VALUE, PAIR, [certificate(items=items)])
+    joined, _ = joined_with(Kind.VALUE, PAIR, [certificate(items=items)], printed="(1, 2-0.5i)")
     assert (joined.lower, joined.upper) == ((1.0, (1.75, -0.5)), (1.0, (2.25, -0.5)))
 
 
 def test_a_bracket_narrower_than_rounding_moves_the_value_to_its_end() -> None:
-    joined, _ = with_proofs(Kind.VALUE, Evidence(method="m", value=1.0 + 1e-12), [certificate(lower="1", upper="1")])
+    exact = certificate(lower="1", upper="1")
+    joined, _ = joined_with(Kind.VALUE, Evidence(method="m", value=1.0 + 1e-12), [exact], printed="1")
     assert joined.value == 1.0
 
 
 def test_a_bound_may_have_one_side() -> None:
-    joined, proved = with_proofs(Kind.BOUND, Evidence(method="m", value=0.5, lower=0.4), [certificate(upper="5/8")])
+    evidence, proof = Evidence(method="m", value=0.5, lower=0.4), certificate(upper="5/8")
+    joined, proved = joined_with(Kind.BOUND, evidence, [proof], printed="<0.7")
     assert (joined.lower, joined.upper, proved) == (None, 0.625, True)
 
 
 def test_a_statement_is_proved_by_what_its_theorems_say() -> None:
     evidence = Evidence(method="m", holds=True, margin=0.1)
-    assert with_proofs(Kind.FEASIBLE, evidence, [certificate(holds=True)]) == (evidence, True)
+    assert joined_with(Kind.FEASIBLE, evidence, [certificate(holds=True)]) == (evidence, True)
 
 
 ENDS = ("4958645/10000000", "4999442/10000000")
+ABOVE = Predicate(of=GAIN, relation="at most", to="0.4", unit="1", reading="none")
 FLOATING = Evidence(method="m", holds=False, margin=-0.1, value=0.4958160, lower=0.4958160, upper=0.4999411)
 
 
@@ -102,27 +139,27 @@ def test_a_proved_statement_shows_the_bracket_of_its_certificates_rounded_outwar
         certificate(lower=ENDS[0], holds=False),
         certificate(lower="1/10", holds=False),
     ]
-    joined, proved = with_proofs(kind, FLOATING, proofs)
+    joined, proved = joined_with(kind, FLOATING, proofs, ABOVE)
     assert proved and isinstance(joined.lower, float) and isinstance(joined.upper, float)
     assert Fraction(joined.lower) <= Fraction(ENDS[0]) < Fraction(joined.lower) + Fraction(1, 2**54)
     assert Fraction(joined.upper) >= Fraction(ENDS[1]) > Fraction(joined.upper) - Fraction(1, 2**54)
     assert joined.value == joined.lower
-    assert with_proofs(kind, joined, proofs) == (joined, True)
-    one_sided, _ = with_proofs(kind, FLOATING, proofs[1:])
+    assert joined_with(kind, joined, proofs, ABOVE) == (joined, True)
+    one_sided, _ = joined_with(kind, FLOATING, proofs[1:], ABOVE)
     assert (one_sided.lower, one_sided.upper) == (joined.lower, None)
 
 
 @pytest.mark.parametrize("proof", [{}, {"items": (("0", "1"), ("0", "1"))}])
 def test_a_proved_statement_shows_no_bracket_that_its_certificates_do_not_give(proof: dict[str, Any]) -> None:
-    joined, _ = with_proofs(Kind.FEASIBLE, FLOATING, [certificate(holds=False, **proof)])
+    joined, _ = joined_with(Kind.FEASIBLE, FLOATING, [certificate(holds=False, **proof)])
     assert (joined.value, joined.lower, joined.upper) == (FLOATING.value, None, None)
-    unproved, proved = with_proofs(Kind.FEASIBLE, FLOATING, [certificate(holds=False, proved=False)])
+    unproved, proved = joined_with(Kind.FEASIBLE, FLOATING, [certificate(holds=False, proved=False)])
     assert (unproved, proved) == (FLOATING, False)
 
 
 def test_brackets_of_a_statement_that_have_nothing_in_common_are_an_error() -> None:
     with pytest.raises(AuditError, match=r"prove \[0\.6, 0\.7.*\], and the computed value is 0\.4999411"):
-        with_proofs(Kind.FEASIBLE, FLOATING, [certificate(lower="6/10", upper="7/10", holds=False)])
+        joined_with(Kind.FEASIBLE, FLOATING, [certificate(lower="6/10", upper="7/10", holds=False)], ABOVE)
 
 
 @pytest.mark.parametrize(
@@ -130,7 +167,8 @@ def test_brackets_of_a_statement_that_have_nothing_in_common_are_an_error() -> N
 )
 def test_a_stored_bracket_of_a_proved_statement_that_is_not_the_certificates_is_found(change: dict[str, Any]) -> None:
     proof = certificate(lower=ENDS[0], upper=ENDS[1], holds=False)
-    record = judged(Kind.FEASIBLE, FLOATING, proof, printed="")
+    made = stated(Kind.FEASIBLE, ABOVE, printed="")
+    record = make_record(made, FLOATING, code="papers/toy.py:1", seconds=0.5, certificates=[proof])
     file = replace(results_file(altered(record, expected=record.verdict)), certificates=(proof,))
     assert check(file, None) == []
     forged = replace(file, claims=(altered(file.claims[0], **change),))
@@ -141,19 +179,144 @@ def test_a_stored_bracket_of_a_proved_statement_that_is_not_the_certificates_is_
     ("kind", "evidence", "proof", "message"),
     [
         (Kind.VALUE, LEVEL, {"lower": "2", "upper": "3"}, "prove .2.0, 3.0., and the computed value is 1.3258"),
-        (Kind.VALUE, LEVEL, {"upper": "3"}, "leave a side open"),
-        (Kind.VALUE, LEVEL, {"items": (("1", "2"), ("1", "2"))}, "bound 2 numbers, the evidence has 1"),
+        (
+            Kind.VALUE,
+            LEVEL,
+            {"lower": "133/100", "upper": "3"},
+            r"prove .1\.32999\d*, 3\.0., and the computed value is 1",
+        ),
         (Kind.FEASIBLE, Evidence(method="m", holds=True), {"holds": False}, "contradict the evidence"),
-        (Kind.FEASIBLE, Evidence(method="m", holds=True), {"upper": "1"}, "do not say whether"),
-        (Kind.VALUE, Evidence(method="m", holds=True), {"lower": "1", "upper": "1"}, "the evidence has none"),
+        (
+            Kind.VALUE,
+            Evidence(method="m", holds=True),
+            {"lower": "133/100", "upper": "133/100"},
+            "the evidence has none",
+        ),
     ],
 )
 def test_a_theorem_that_contradicts_the_evidence_is_an_error(
     kind: Kind, evidence: Evidence, proof: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(AuditError, match=message):
-        with_proofs(kind, evidence, [certificate(**proof)])
+        joined_with(kind, evidence, [certificate(**proof)])
     assert judged(kind, evidence, certificate(**proof)).verdict is Verdict.ERROR
+
+
+ATTACKS: dict[str, tuple[Kind, Evidence, CertificateRecord, str]] = {
+    "an unrelated theorem": (
+        Kind.FEASIBLE,
+        Evidence(method="m", holds=True),
+        certificate(of=term("observability", "toy"), holds=True),
+        "it is about the observability of (C, A), not the stability of the error system",
+    ),
+    "another plant": (
+        Kind.VALUE,
+        LEVEL,
+        certificate(of=term("gain", "other"), lower="133/100", upper="133/100"),
+        "another plant: other, not toy",
+    ),
+    "an own plant of the same name": (
+        Kind.VALUE,
+        LEVEL,
+        certificate(of=term("gain", "own plant toy"), lower="133/100", upper="133/100"),
+        "another plant: own plant toy, not toy",
+    ),
+    "an instance": (
+        Kind.VALUE,
+        LEVEL,
+        certificate(of=term("gain", "toy", periods=[2, 3]), lower="133/100", upper="133/100"),
+        "for periods [2, 3] of all",
+    ),
+    "another class of estimators": (
+        Kind.VALUE,
+        LEVEL,
+        certificate(of=term("gain", "toy", "one-step predictors"), lower="133/100", upper="133/100"),
+        "for one-step predictors, not for none",
+    ),
+    "another reading": (
+        Kind.VALUE,
+        LEVEL,
+        certificate(readings=("seconds",), lower="133/100", upper="133/100"),
+        "under the reading seconds only, not none",
+    ),
+    "the wrong side": (Kind.VALUE, LEVEL, certificate(lower="131/100"), "do not decide whether"),
+    "bounds for a statement": (
+        Kind.FEASIBLE,
+        Evidence(method="m", holds=True),
+        certificate(upper="1"),
+        "it is about the worst-case gain of given gains, not the stability",
+    ),
+}
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_a_true_theorem_that_says_something_else_supports_and_does_not_prove(attack: str) -> None:
+    kind, evidence, proof, difference = ATTACKS[attack]
+    record = judged(kind, evidence, proof)
+    assert not record.judgement.proved and difference in record.judgement.supported
+    assert (record.evidence.value, record.evidence.lower) == (evidence.value, evidence.lower)
+    file = replace(results_file(altered(record, expected=record.verdict)), certificates=(proof,))
+    assert check(file, None) == []
+    for forged in ({"proved": True}, {"supported": "Nothing is missing."}):
+        assert Cause.FORGED in {
+            problem.cause for problem in check(replace(file, claims=(altered(record, **forged),)), None)
+        }
+
+
+def test_a_theorem_of_another_paper_proves_nothing() -> None:
+    foreign = certificate(paper="other", lower="133/100", upper="133/100")
+    assert judged(Kind.VALUE, LEVEL, foreign).judgement.proved is False
+
+
+def test_a_claim_without_predicate_is_supported() -> None:
+    made = claim(id="toy.c1", kind=Kind.FEASIBLE, printed="")
+    record = make_record(made, Evidence(method="m", holds=True), certificates=[certificate(holds=True)])
+    assert (record.judgement.proved, record.judgement.supported) == (False, NO_PREDICATE)
+
+
+SMALL, LARGE = term("gain", "toy", N=1), term("gain", "toy", N=2)
+
+
+@pytest.mark.parametrize(
+    ("relation", "upper", "proved", "holds"),
+    [
+        ("less than", "1", True, True),
+        ("at most", "2", True, True),
+        ("less than", "5/2", False, None),
+        ("more than", "1", True, False),
+        ("is not", "1", True, True),
+        ("is", "1", True, False),
+        ("is", "2", False, None),
+    ],
+)
+def test_the_order_of_two_terms_follows_from_their_brackets(
+    relation: Relation, upper: str, proved: bool, holds: bool | None
+) -> None:
+    both = [certificate(of=SMALL, lower="0", upper=upper), certificate(of=LARGE, lower="2", upper="3")]
+    said = Predicate(of=SMALL, relation=relation, to=LARGE, unit="1", reading="none")
+    evidence = Evidence(method="m", holds=holds is not False)
+    assert joined_with(Kind.ORDER, evidence, both, said) == (evidence, proved)
+    assert joined_with(Kind.ORDER, evidence, both[:1], said) == (evidence, False)
+
+
+def test_every_part_of_a_claim_must_be_said_and_one_false_part_refutes_it() -> None:
+    second = Predicate(of=term("observability", "toy"), unit="yes or no", reading="none")
+    says = (Predicate(of=STABLE, unit="yes or no", reading="none"), second)
+    one, true, false = certificate(holds=True), *(certificate(of=second.of, holds=holds) for holds in (True, False))
+    holding, failing = (Evidence(method="m", holds=holds) for holds in (True, False))
+    assert joined_with(Kind.FEASIBLE, holding, [one], *says) == (holding, False)
+    assert joined_with(Kind.FEASIBLE, holding, [one, true], *says) == (holding, True)
+    assert joined_with(Kind.FEASIBLE, failing, [one, false], *says) == (failing, True)
+
+
+def test_a_claim_that_rests_on_several_readings_needs_a_theorem_under_each() -> None:
+    outcomes = tuple(Outcome(reading=name, holds=True) for name in ("a", "b"))
+    evidence = Evidence(method="m", holds=True, outcomes=outcomes)
+    says = [Predicate(of=STABLE, unit="yes or no", reading=name) for name in ("a", "b")]
+    first, second = (certificate(readings=(name,), holds=True) for name in ("a", "b"))
+    assert joined_with(Kind.FEASIBLE, evidence, [first, second], *says) == (evidence, True)
+    assert joined_with(Kind.FEASIBLE, evidence, [first], *says) == (evidence, False)
+    assert joined_with(Kind.FEASIBLE, evidence, [first, second], says[0]) == (evidence, False)
 
 
 def test_a_certificate_that_is_not_proved_proves_nothing() -> None:

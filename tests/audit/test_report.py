@@ -22,6 +22,7 @@ from sample import HOSTILE, KEY, build, claims, hostile_results, results
 from replication.audit.inspect.headline import caveats, sentence
 from replication.audit.judge import numerals
 from replication.audit.judge.numerals import BEYOND, CROWDED
+from replication.audit.judge.policies import once
 from replication.audit.judge.printed import parse
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.model import Evidence, How, Kind, OverInputs, Table, Verdict
@@ -271,8 +272,10 @@ def test_sentence_counts_what_is_there() -> None:
     text = sentence(made)
     assert text.startswith(f"Of {len(made)} claims, ")
     counted = [int(number) for number in re.findall(r"\d+", re.sub(r"\(.*?\)", "", text))]
-    assert sum(counted[1:-2]) == len(made)
-    assert counted[-2:] == [sum(c.unexpected for c in made), sum(c.judgement.proved for c in made)]
+    assert sum(counted[1:-3]) == len(made)
+    proved, supported = sum(c.judgement.proved for c in made), sum(bool(c.judgement.supported) for c in made)
+    assert counted[-3:] == [sum(c.unexpected for c in made), proved, supported]
+    assert "1 claim proved: a theorem says the claim; 1 more supported by theorems." in text
     one = [c for c in made if c.verdict is Verdict.REPRODUCED and not c.unexpected][:1]
     assert (
         sentence(one) == "Of 1 claim, 1 agrees with the print (1 in printed digits). Every verdict is the expected one."
@@ -382,16 +385,17 @@ def test_hostile_strings_stay_text(tmp_path: Path, tree: Any, text: str) -> None
 def test_proofs_list_theorems_refusals_and_what_is_open(made: ResultsFile, tree: Any, tmp_path: Path) -> None:
     shown = proofs(made)
     assert shown is not None
-    kinds = (Kind.VALUE, Kind.BOUND, Kind.FEASIBLE)
-    asked = [claim for claim in made.claims if claim.claim.kind in kinds]
-    assert (shown.asked, shown.proved) == (len(asked), 2)
-    assert {claim.id for _, group in shown.open for claim in group} == {c.id for c in asked if not c.judgement.proved}
+    asked = once(made.claims)
+    assert (shown.asked, shown.proved, shown.supported) == (len(asked), 1, 1)
+    bare_ones = {c.id for c in asked if not c.judgement.proved and not c.judgement.supported}
+    assert {claim.id for _, group in shown.open for claim in group} == bare_ones
     section = text_of(by_id(tree, "proofs"))
     for certificate in made.certificates:
         assert certificate.path.split("/")[-1] in section
         assert certificate.sentence in section if certificate.proved else f"Not proved: {certificate.reason}" in section
     evidence = text_of(by_id(tree, anchor("claim", f"{KEY}.column-4-5")))
     assert "The level of column-4-5 lies within its bounds. certificates/doe1999/column-4-5.json" in evidence
+    assert "Supported, not provedThe proved bounds do not decide whether the worst-case gain" in evidence
     bare = replace(made, certificates=(), figures=(), claims=tuple(altered(c, certificates=()) for c in made.claims))
     assert proofs(bare) is None
     assert 'id="proofs"' not in render(bare, tmp_path)

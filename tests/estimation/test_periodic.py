@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from papers.okajima2023.method.lmi import cyclic
 from replication.errors import InvalidInputError
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal, frequency_response
 from tests.tolerances import ROUNDING
@@ -44,11 +45,11 @@ def test_the_lifted_system_is_the_recursion_over_one_period() -> None:
 
 def test_the_cyclic_system_moves_one_state_copy_per_phase() -> None:
     system = varying_system(3)
-    cyclic, n, N = system.cyclic(), system.order, system.period
-    power = np.linalg.matrix_power(cyclic.A, N)
+    turned, n, N = cyclic(system), system.order, system.period
+    power = np.linalg.matrix_power(turned.A, N)
     np.testing.assert_allclose(power[:n, :n], system.monodromy(), rtol=ROUNDING)
     # Its eigenvalues are all N-th roots of the characteristic multipliers.
-    roots = np.linalg.eigvals(cyclic.A) ** N
+    roots = np.linalg.eigvals(turned.A) ** N
     multipliers = np.linalg.eigvals(system.monodromy())
     for multiplier in multipliers:
         assert np.sum(np.abs(roots - multiplier) < 1e-8) == N

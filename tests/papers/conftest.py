@@ -6,23 +6,29 @@ import fcntl
 import os
 from pathlib import Path
 
+import computed
 import pytest
 
 import papers
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache
 
-ROOT = Path(__file__).resolve().parents[2]
+
+@pytest.fixture(scope="session", autouse=True)
+def store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of all results that the tests compute; processes that share the tests share it."""
+    own = tmp_path_factory.getbasetemp()
+    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    computed.STORE[:] = [Cache(shared / "fresh-run")]
+    return shared
 
 
 @pytest.fixture(scope="session")
-def fresh_run(tmp_path_factory: pytest.TempPathFactory) -> Outcome:
+def fresh_run(store: Path) -> Outcome:
     """The outcome of a run of all papers that reads nothing from an earlier one.
 
-    Processes that share the tests share its cache: the first one computes, the others wait and read what it left.
+    The first process that asks computes it, the others wait and read what it left.
     """
-    own = tmp_path_factory.getbasetemp()
-    shared = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
-    with (shared / "fresh-run.lock").open("w") as lock:
+    with (store / "fresh-run.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        return run(papers.load(), cache=Cache(shared / "fresh-run"), root=ROOT)
+        return run(papers.load(), cache=computed.STORE[0], root=computed.ROOT)

@@ -7,12 +7,12 @@ verdict, to another one than an error.
 from __future__ import annotations
 
 import copy
-import json
 import re
 from collections.abc import Callable
 from typing import Any
 
 import pytest
+from computed import result
 
 from papers.okajima2023 import PAPER, errata
 from papers.okajima2023.claims import levels
@@ -29,12 +29,10 @@ MOST_WORDS, MOST_NUMBERS = 25, 2
 
 
 class Computed(dict[str, Any]):
-    """Results of the experiments by full name, each computed when it is first asked for."""
+    """Results of the experiments by full name, each asked for when it is first needed."""
 
     def __missing__(self, name: str) -> Any:
-        (found,) = (experiment for experiment in PAPER.experiments if experiment.name == name)
-        # Through JSON, as in a run.
-        self[name] = json.loads(json.dumps(found.function(**found.inputs)))
+        self[name] = result(name)
         return self[name]
 
 

@@ -271,14 +271,14 @@ FALSE: list[tuple[str, dict[str, Any]]] = [
     ("peet2019/ex1-near-optimal", {"degree": 2}),
     ("peet2019/ex1-pade-upper", {"order": 1}),
     ("peet2019/ex4-not-unstable", {"eigenvalues": ["2"]}),
-    ("shao/apo-below-pmi", {"pairs": [[{"observer": "model_interpolation", "frequency": "1"}] * 2] * 6}),
+    ("shao/errors-apo", {"observer": "model_interpolation"}),
     ("shao/counterexample", {"longest": "1"}),
     ("shao/estimate-bound", {"longest": "2"}),
     ("shao/output-bounds", {"weights": {"CA": "1", "CBK": "7/5"}}),
     ("shao/prediction-bound", {"longest": "1"}),
     ("shao/stable-apo", {"observer": "single_rate"}),
-    ("shao/transient", {"observer": "fast_sensor"}),
-    ("shao/unstable-src", {"observer": "fast_sensor"}),
+    ("shao/radius-motor-apo", {"observer": "fast_sensor"}),
+    ("shao/radius-motor-src", {"observer": "fast_sensor"}),
 ]
 """Theorems made false by other parameters."""
 

@@ -21,10 +21,11 @@ import signal
 import sys
 import tempfile
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType, ModuleType
+from types import CodeType, FrameType, ModuleType
 from typing import Any
 
 from replication.verify.statement import Statement
@@ -32,6 +33,8 @@ from replication.verify.statement import Statement
 ROOM = "replication.verify"
 SECONDS = 20
 """Of the processor, after which a mutant counts as noticed: it runs for ever."""
+STRANGER = 8
+"""How many times its seconds a check costs in the order if it calls nothing of the module."""
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.Gt),
     ast.LtE: (ast.Lt, ast.GtE),
@@ -107,12 +110,15 @@ def _function_at(tree: ast.Module, node: ast.AST) -> range:
 def survivors(module: str, mutants: Sequence[Mutant], tests: Sequence[str]) -> list[Mutant]:
     """Those mutants of a module that none of the checks of these test modules notices."""
     importlib.import_module(module)
-    checks = [check for name in tests for check in checks_of(importlib.import_module(name))]
-    runs = [_run(check, module) for check in checks]
-    left, found = [], [1] * len(checks)
+    runs = [run for name in tests for run in runs_of(name)]
+    left, found = [], [1] * len(runs)
     for mutant in mutants:
-        # The quick checks first, and those that noticed much so far: a mutant then dies soon.
-        order = sorted(range(len(checks)), key=lambda i: runs[i].seconds / found[i])
+        # The quick checks first, and those that noticed much so far: a mutant then dies soon. What is done at import
+        # reaches all of them, but one that calls nothing of the module seldom notices it.
+        order = sorted(
+            range(len(runs)),
+            key=lambda i: runs[i].seconds / found[i] * (1 if runs[i].entered[module] else STRANGER),
+        )
         noticed = _noticed_by(mutant, tests, [i for i in order if runs[i].reaches(mutant)])
         if noticed is None:
             left.append(mutant)
@@ -123,22 +129,35 @@ def survivors(module: str, mutants: Sequence[Mutant], tests: Sequence[str]) -> l
 
 @dataclass(frozen=True)
 class Run:
-    """One check without any mutant. seconds: of the processor; entered: first lines of what it called in the module."""
+    """One check without any mutant. seconds: of the processor; entered: by module of the verifier, the first lines of
+    what it called there.
+    """
 
     seconds: float
-    entered: frozenset[int]
+    entered: Mapping[str, set[int]]
 
     def reaches(self, mutant: Mutant) -> bool:
         """Whether it called the function that changed; whatever is done at import reaches every check."""
-        return not mutant.function or any(line in mutant.function for line in self.entered)
+        return not mutant.function or not self.entered[mutant.module].isdisjoint(mutant.function)
 
 
-def _run(check: Callable[[], None], module: str) -> Run:
-    file, entered = sys.modules[module].__file__, set()
+RUNS: dict[str, list[Run]] = {}
+"""By test module; no cache of functools, which `_forget` would empty."""
+
+
+def runs_of(test: str) -> list[Run]:
+    """Each check of a test module, run once for the mutants of all modules; none finds what another one computed."""
+    if test not in RUNS:
+        RUNS[test] = [_run(check) for check in checks_of(importlib.import_module(test))]
+    return RUNS[test]
+
+
+def _run(check: Callable[[], None]) -> Run:
+    called: set[CodeType] = set()
 
     def note(frame: FrameType, event: str, _: object) -> None:
-        if event == "call" and frame.f_code.co_filename == file:
-            entered.add(frame.f_code.co_firstlineno)
+        if event == "call":
+            called.add(frame.f_code)
 
     _forget(_own_modules())
     begin, before = time.process_time(), sys.getprofile()
@@ -147,7 +166,13 @@ def _run(check: Callable[[], None], module: str) -> Run:
         check()
     finally:
         sys.setprofile(before)
-    return Run(time.process_time() - begin, frozenset(entered))
+    seconds = time.process_time() - begin
+    files = {module.__file__: name for name, module in list(sys.modules.items()) if name.startswith(ROOM)}
+    entered: defaultdict[str, set[int]] = defaultdict(set)
+    for code in called:
+        if code.co_filename in files:
+            entered[files[code.co_filename]].add(code.co_firstlineno)
+    return Run(seconds, entered)
 
 
 def checks_of(module: ModuleType) -> list[Callable[[], None]]:
@@ -277,9 +302,9 @@ def _take_the_place(mutant: Mutant) -> None:
 
 def _own_modules() -> list[ModuleType]:
     """The verifier and its tests."""
-    here = Path(__file__).parent
+    here = os.path.dirname(__file__)  # noqa: PTH120 - asked of every module before each check
     named = list(sys.modules.items())
-    return [m for name, m in named if name.startswith(ROOM) or Path(getattr(m, "__file__", None) or "").parent == here]
+    return [m for name, m in named if name.startswith(ROOM) or (getattr(m, "__file__", None) or "").startswith(here)]
 
 
 def _forget(modules: Iterable[ModuleType]) -> None:

@@ -380,7 +380,7 @@ def test_the_level_of_an_observer_is_close_to_what_any_observer_has() -> None:
     assert theorem.holds is True
     assert theorem.lower is None and theorem.upper is None
     given = certificate("ex1-near-optimal")
-    given["parameters"]["factor"] = "100001/100000"
+    given["parameters"]["factor"] = "10000001/10000000"
     assert "not proved to reach" in refusal(given, delay.near_optimal)
     given = certificate("ex1-near-optimal")
     given["witness"]["level"] = times(given["witness"]["level"], 1 - SMALL)

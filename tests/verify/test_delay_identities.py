@@ -1,4 +1,4 @@
-"""Identities of the delay paper in symbols: those that hold, and the misprints with which they do not."""
+"""Identities of the delay paper in letters: those that hold, and the misprints with which they do not."""
 
 from __future__ import annotations
 
@@ -6,99 +6,84 @@ from unittest import mock
 
 import pytest
 from delay_cases import certificate
+from flint import fmpq
 
-from replication.verify.algebra.symbolic import Symbolic, symbols, unit
+from replication.verify.algebra.words import Words, letter, number, one
 from replication.verify.delay import identity as delay_identity
 from replication.verify.delay import inverse as delay_inverse
+from replication.verify.delay.identity import a, canonical
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 
-
-def test_the_adjugate_times_the_matrix_is_the_determinant() -> None:
-    for size in (1, 2):
-        M = symbols({"M": (size, size)})["M"]
-        adjugate, determinant = delay_inverse.adjugate(M)
-        assert (adjugate @ M - unit(size, determinant)).vanishes()
+BOTH = range(1, 3)
 
 
-@pytest.mark.slow
 def test_the_dissipation_is_the_form_of_theorem_3_only_as_corrected() -> None:
     theorem = check(certificate("theorem-3-identity"))
     assert theorem.holds is True
+    assert "any number of states, signals and delays" in theorem.sentence
     assert all(words in theorem.sentence for words in delay_identity.MISPRINTS.values())
+    for count in range(4):
+        assert delay_identity.residual(range(1, count + 1), "").is_zero()
 
 
-def test_with_one_state_all_misprints_but_the_transposes_show() -> None:
-    given = certificate("theorem-3-identity")
-    with mock.patch.object(delay_identity, "STATES", 1):
-        given["parameters"] = {"misprints": [name for name in delay_identity.MISPRINTS if name != "e-transposes"]}
-        assert delay_identity.dissipation_identity(given).holds is True
-        given["parameters"] = {"misprints": ["e-transposes"]}
-        with pytest.raises(Refused, match="holds with the transposes in E_i as printed"):
-            delay_identity.dissipation_identity(given)
-
-
-def test_the_polynomials_of_a_case_hold_every_power_once() -> None:
-    x = delay_identity.Case(1)
-    m, s, t = x.m, x.s, x.t
-    assert x.of_s("Q1") == m["Q10"] + m["Q11"] * s
-    assert x.e(2) == m["e"] + m["e21"] * s + m["e22"] * (s * s)
-    assert x.kernel("R12") == m["R1200"] + m["R1201"] * t + m["R1210"] * s + m["R1211"] * (s * t)
-    assert x.R(2, 1) == x.swapped(x.R(1, 2)).T
-    assert (delay_identity.STATES, delay_identity.DELAYS) == (2, (1, 2))
-
-
-def test_the_output_is_that_of_the_delayed_history() -> None:
-    x = delay_identity.Case(1)
-    (e, C0, tau1, tau2), m = ((x.m[name].entry for name in ("e", "C0", "tau1", "tau2")), x.m)
-    history = {i: (m[f"e{i}1"].entry, m[f"e{i}2"].entry) for i in (1, 2)}
-    late = [e - slope * tau + bend * tau**2 for (slope, bend), tau in zip(history.values(), (tau1, tau2), strict=True)]
-    assert delay_identity.output(x).entry == C0 * e + m["C1"].entry * late[0] + m["C2"].entry * late[1]
+def test_a_number_is_its_transpose_and_variables_of_a_double_integral_may_be_exchanged() -> None:
+    e, f, late = a("e1(s)"), a("e2(t)"), a("e1(-tau)")
+    assert canonical(e.T * a("Q1(s)").T * late - late.T * a("Q1(s)") * e).is_zero()
+    assert canonical(late.T * a("S1(0)") * late - (late.T * a("S1(0)") * late).T).is_zero()
+    assert not canonical(late.T * a("Q1(0)") * a("e0") - a("e0").T * a("Q1(0)") * late).is_zero()
+    other = a("e2(s)").T * a("R21_t(s,t)") * a("e1(t)")
+    assert canonical(e.T * a("R12_s(s,t)") * f - other).is_zero()
+    assert not canonical(e.T * a("R12_t(s,t)") * f - other).is_zero()
+    swapped = a("e2(s)").T * a("C_2").T * a("Z712(s,t)").T * a("e1(t)")
+    assert canonical(e.T * a("Z712(s,t)") * a("C_2") * f - swapped).is_zero()
 
 
 def test_each_misprint_is_what_is_printed() -> None:
-    x = delay_identity.Case(1)
-    m, last, delays = x.m, x.tau[2], delay_identity.DELAYS
-    z, v = delay_identity.output(x), m["v"]
-    names = ("theorem-1-sign", "eq10-factor", "d-sign", "f-sign")
-    corrected, square, factor, ends, slopes = delay_identity.residuals(x, names)
-    assert corrected.is_zero()
-    assert square == ((z - v * x.gamma).T @ (z - v * x.gamma)).entry
-    assert factor.subs({str(last): 1}).is_zero() and not factor.is_zero()
-    late = [(x.put(x.e(i), s=-x.tau[i]), x.put(x.of_s(f"S{i}"), s=-x.tau[i])) for i in delays]
-    assert ends == sum((e.T @ S @ e * (-2 * last)).entry for e, S in late)
-    steep = [x.integral(x.e(i).T @ x.slope(x.of_s(f"S{i}")) @ x.e(i), i) for i in delays]
-    assert slopes == sum((part * (-2 * last)).entry for part in steep)
+    tau, gamma = number("tau"), number("gamma")
+    z, v = delay_identity.output(BOTH), a("v")
+    square = delay_identity.residual(BOTH, "theorem-1-sign")
+    assert (square - canonical((z - v * gamma).T * (z - v * gamma))).is_zero()
+    late = [(a(f"e{i}(-tau)"), a(f"S{i}(-tau)")) for i in BOTH]
+    ends = delay_identity.total(e.T * S * e * tau * -2 for e, S in late)
+    assert (delay_identity.residual(BOTH, "d-sign") - canonical(ends)).is_zero()
+    steep = delay_identity.total(a(f"e{i}(s)").T * a(f"S{i}_s(s)") * a(f"e{i}(s)") * tau * -2 for i in BOTH)
+    assert (delay_identity.residual(BOTH, "f-sign") - canonical(steep)).is_zero()
+    factor = delay_identity.residual(BOTH, "eq10-factor")
+    assert all(("Z" in str(word)) for _, word in factor.terms)
 
 
-def test_the_printed_transposes_are_those_of_the_blocks_of_e() -> None:
-    x = delay_identity.Case(2)
-    m, C2, last, Q = x.m, x.m["C_2"], x.tau[2], x.of_s("Q1")
-    Z3, Z4, Z5 = (x.of_s(name) @ C2 for name in ("Z31", "Z41", "Z512"))
-    at_now = [x.put(x.R(1, k), t=0 * x.s).T for k in (1, 2)]
-    block = (m["A0"].T @ Q - x.slope(Q)) * last + at_now[0] + at_now[1]
-    assert delay_identity._phi_0(x, 1, "") == block + (Z3 + Z4.T) * last
-    assert delay_identity._phi_0(x, 1, "e-transposes") == (block + (Z4 + Z3.T) * last).T
-    block = m["A2"].T @ Q * last - x.put(x.R(1, 2), t=-x.tau[2]).T
-    assert delay_identity._phi(x, 1, 2, "") == block + Z5.T * last
-    assert delay_identity._phi(x, 1, 2, "e-transposes") == (block + Z5 * last).T
+def test_with_scalars_all_misprints_but_the_transposes_show() -> None:
+    values = {name: fmpq(1, k + 2) for k, name in enumerate(sorted(_letters("e-transposes")))}
+    # R_12(s, t) and R_21(t, s) are one number, and so are the two histories of a double integral.
+    assert delay_identity.residual(BOTH, "d-sign").at(values | dict.fromkeys(_letters("d-sign"), fmpq(1))) != 0
 
 
-def test_an_identity_that_fails_is_refused() -> None:
-    given = certificate("theorem-3-identity")
-    one = symbols({"g": (1, 1)})["g"].entry ** 0
-    given["parameters"] = {"misprints": ["d-sign", "f-sign"]}
-    for residuals, reason in (
-        ((one, one, one), "the corrected identity fails"),
-        ((one - one, one, one - one), "the identity holds with the derivative of S_i in F_i as printed"),
+def _letters(misprint: str) -> set[str]:
+    found = delay_identity.residual(BOTH, misprint).terms
+    return {name for numbers, word in found for name in (*numbers, *(name for name, _ in word))}
+
+
+@pytest.mark.parametrize("spoiled", ["dissipation", "quadratic_form"])
+def test_an_identity_that_fails_is_refused(spoiled: str) -> None:
+    whole = getattr(delay_identity, spoiled)
+    extra = a("e0").T * a("P") * a("e0")
+    with (
+        mock.patch.object(delay_identity, spoiled, lambda *given: whole(*given) + extra),
+        pytest.raises(Refused, match="the corrected identity fails with 0 delays"),
     ):
-        patched = mock.patch.object(delay_identity, "residuals", lambda *_, found=residuals: iter(found))
-        with patched, pytest.raises(Refused, match=reason):
-            delay_identity.dissipation_identity(given)
-    every = [*delay_identity.MISPRINTS]
-    given["parameters"] = {"misprints": every}
-    with mock.patch.object(delay_identity, "residuals", lambda *_: iter([one - one, *[one] * len(every)])):
-        assert delay_identity.dissipation_identity(given).holds is True
+        delay_identity.require_identity([])
+
+
+def test_a_misprint_that_does_not_matter_is_refused() -> None:
+    with (
+        mock.patch.object(delay_identity, "quadratic_form", lambda delays, _: RIGHT(delays, "")),
+        pytest.raises(Refused, match="the identity holds with the derivative of S_i in F_i as printed"),
+    ):
+        delay_identity.require_identity(["f-sign"])
+
+
+RIGHT = delay_identity.quadratic_form
 
 
 def test_no_other_misprints_are_accepted() -> None:
@@ -109,60 +94,63 @@ def test_no_other_misprints_are_accepted() -> None:
             delay_identity.dissipation_identity(given)
 
 
+def test_the_bound_of_theorem_1_completes_a_square() -> None:
+    assert check(certificate("observer-bound")).holds is True
+    with (
+        mock.patch.object(delay_identity, "GAMMA", number("gamma") * 2),
+        mock.patch.object(delay_identity, "canonical", lambda form: form),
+        pytest.raises(Refused, match="the supply is not"),
+    ):
+        check(certificate("observer-bound"))
+
+
 @pytest.mark.parametrize("part", delay_inverse.PARTS)
 def test_inverse_and_gains_hold_only_as_corrected(part: str) -> None:
     theorem = check(certificate(part))
     assert theorem.holds is True
-    sizes = {"theorem-4": "2, 2, 1; 1, 2, 3; 2, 2, 2", "lemma-5": "2, 4, 4"}
-    assert f"(states, rows of Z, points): {sizes[part]}; as printed it does not, even so." in theorem.sentence
+    assert "for any number of states, measurements and delays; as printed it does not" in theorem.sentence
+    residuals = delay_inverse.PARTS[part][1]
+    assert [residual.reduced(delay_inverse.rules()).is_zero() for residual in residuals(printed=False)] == [True] * 2
 
 
-def test_a_part_that_fails_is_refused() -> None:
-    g = symbols({"g": (1, 1)})["g"]
-    words, _, cases = delay_inverse.PARTS["lemma-5"]
-    failing = {"lemma-5": (words, lambda case, *, printed: [g], cases)}
-    with mock.patch.dict(delay_inverse.PARTS, failing), pytest.raises(Refused, match="as corrected fails in row 0"):
-        delay_inverse.operator_identity(certificate("lemma-5"))
+def test_each_rule_is_needed_for_the_inverse_and_true_of_numbers() -> None:
+    at = delay_inverse.example()
+    at |= {"X": 1 / (1 + at["K"] * at["G"]), "W": 1 / (at["K"] * at["H"] ** 2 / at["P"] - 1 - at["K"] * at["G"])}
+    rules = delay_inverse.rules()
+    for left, right in rules.items():
+        assert Words({((), left): fmpq(1)}).at(at) == right.at(at)
+    for left in [left for left in rules if left != delay_inverse.word("P Pi")]:
+        fewer = {word: right for word, right in rules.items() if word != left}
+        assert not all(one.reduced(fewer).is_zero() for one in delay_inverse.inverse_residuals(printed=False))
 
 
-def test_every_delay_of_a_case_has_its_points() -> None:
-    for _, widths, delays in delay_inverse.SMALL:
-        assert set(delays) == set(range(len(widths)))
-    for _, widths, delays in delay_inverse.LARGE:
-        assert [delays.count(delay) for delay in range(len(widths))] == [2, 2]
+def test_with_a_delay_of_one_the_inverse_holds_as_printed() -> None:
+    at = delay_inverse.example() | {"tau": fmpq(1)}
+    at |= {"X": 1 / (1 + at["K"] * at["G"]), "W": 1 / (at["K"] * at["H"] ** 2 / at["P"] - 1 - at["K"] * at["G"])}
+    for _, residuals in delay_inverse.PARTS.values():
+        assert [residual.at(at) for residual in residuals(printed=True)] == [0, 0]
 
 
 def test_only_a_correction_that_is_needed_is_accepted() -> None:
-    g = symbols({"g": (1, 1)})["g"]
+    g, at = letter("g"), {"g": fmpq(2)}
     zero = g - g
-    delay_inverse.require_correction([zero, zero], [zero, g], "it")
+    delay_inverse.require_correction([zero, zero], [zero, g], at, "it")
     with pytest.raises(Refused, match="it as corrected fails in row 1"):
-        delay_inverse.require_correction([zero, g], [g], "it")
+        delay_inverse.require_correction([zero, g], [g], at, "it")
     with pytest.raises(Refused, match="it holds as printed"):
-        delay_inverse.require_correction([zero], [zero, zero], "it")
+        delay_inverse.require_correction([zero], [zero, g - one() * 2], at, "it")
+
+
+def test_the_present_alone_is_corrected() -> None:
+    assert check(certificate("present-only")).holds is True
+    for spoiled, reason in (("L_0", "L_0 is another gain"), ("L_4", "the history is corrected")):
+        found = delay_inverse.gains(*delay_inverse.inverse(printed=False))
+        found[spoiled] += letter("y")
+        with mock.patch.object(delay_inverse, "gains", return_value=found), pytest.raises(Refused, match=reason):
+            check(certificate("present-only"))
 
 
 def test_no_other_part_is_accepted() -> None:
     given = certificate("theorem-4") | {"parameters": {"part": "theorem-5"}}
     with pytest.raises(Refused, match=r"parameters\.part must be one of"):
         delay_inverse.operator_identity(given)
-
-
-def test_with_a_delay_of_one_the_inverse_holds_as_printed() -> None:
-    case = (1, (1, 1), (0, 1))
-    for residual in (
-        *delay_inverse.inverse_residuals(case, printed=True),
-        *delay_inverse.gain_residuals(case, printed=True),
-    ):
-        at_one = residual.each(lambda entry: entry.subs({"tau_0_0": 1}))
-        assert at_one.vanishes() and not residual.vanishes()
-
-
-def test_points_keep_the_rows_of_other_delays_at_zero() -> None:
-    q = delay_inverse.points(2, (1, 2), (0, 1), {})
-    zero = q.tau - q.tau
-    assert q.Z[0].rows[1:] == ((zero, zero), (zero, zero))
-    assert q.Z[1].rows[:1] == ((zero, zero),)
-    assert q.Z[1].rows[1:] == q.m["Z1"].rows
-    integral = q.total(lambda k: Symbolic(((q.tau,),)))
-    assert integral.entry == q.tau * (q.weights[0] + q.weights[1])

@@ -369,6 +369,8 @@ def test_identities_that_are_checked() -> None:
         dualrate_identities.require_sampled_observer()
         dualrate_identities.require_rates()
         dualrate_identities.require_contraction()
+        dualrate_identities.require_second_case()
+        dualrate_identities.require_collected()
     assert checked == [
         *["the first row of (9) = (10)", "the second row of (9) = (10)"] * 2,
         "(3) = (7) in the first derivative",
@@ -376,11 +378,9 @@ def test_identities_that_are_checked() -> None:
         "the rate of y in (12)",
         "the rate of K ζ in (14)",
         "1 − φ = (1 − E)(1 − c)",
+        *["the first row of Case 2", "the second row of Case 2"],
+        "(16) = (17)",
     ]
-
-
-def test_identities_are_of_the_size_of_the_example() -> None:
-    assert len(DESIGN.model.state) == dualrate_identities.STATES
 
 
 def test_the_estimate_is_the_state_less_its_error() -> None:

@@ -89,7 +89,7 @@ REFUSED = [
     ("floor-2", put([["1/10"]], "plant", "D"), "witness.start must be a state"),
     ("stable-1", put({"upper": "1"}, "bound"), "bound has the unknown field upper"),
     ("stable-1", put({"P": []}, "witness"), "witness has the unknown field P"),
-    ("stable-1", remove("parameters", "filter"), "parameters lacks the field filter"),
+    ("stable-1", remove("plant", "filter"), "parameters lacks the field filter"),
     ("stable-2", put({}, "plant", "filter"), "plant.filter lacks the field A, B, C"),
     ("stable-2", put([["1", "0"], ["0", "1/2"]], "plant", "filter", "A"), "the filter is not Schur"),
     ("stable-2", put([["1/2", "0"]], "plant", "filter", "A"), "plant.filter.A must be square"),

@@ -13,6 +13,7 @@ from papers.mustafa.printed import DATA, GAMMA, matrix
 from papers.mustafa.readings import DRAWN, MOTOR, NOMINAL, OUR_FILTER
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
+from replication.verify.predicate import Predicate, term
 
 LEVELS = Part(
     "Sec. VI, levels, filter, comparison",
@@ -22,6 +23,9 @@ LEVELS = Part(
 )
 RESPONSE = Part("Figs. 2 and 3", figures=("fig2", "fig3"))
 
+MIDDLE = {"from": "middle", "to": "middle"}
+"""The one period of the printed grids."""
+OF_PRINTED = term("gain over sequences", "printed-filter", "the given filter", **MIDDLE)
 PRINTED_FILTER, COLUMNS = DATA["filter"], DATA["columns-of-A_f"]
 
 
@@ -70,7 +74,13 @@ def compared(e: int, reference: int, others: str, statement: str, remark: str) -
     )(partial(beside, e, others, remark))
 
 
-@LEVELS.value("gamma.1", GAMMA[1], uses=("nominal.1", "curve.1"), reading=NOMINAL.name)
+@LEVELS.value(
+    "gamma.1",
+    GAMMA[1],
+    uses=("nominal.1", "curve.1"),
+    reading=NOMINAL.name,
+    says=term("least gain over sequences", "example-1", "filters of form (4)", **MIDDLE),
+)
 def nominal_optimum(results: Results) -> Evidence:
     """A filter with the printed level is found in Example 1; to its digits it is the least nominal level."""
     r = results["nominal.1"]
@@ -110,7 +120,12 @@ LEVELS.cited(
 )
 
 
-@LEVELS.feasible("gamma.2", GAMMA[2], uses=("nominal.2", "bracket.2", "curve.2"))
+@LEVELS.feasible(
+    "gamma.2",
+    GAMMA[2],
+    uses=("nominal.2", "bracket.2", "curve.2"),
+    says=Predicate(of=OF_PRINTED, relation="at most", to=str(GAMMA[2])),
+)
 def level_is_found(results: Results) -> Evidence:
     """A filter with the printed level, called nominal, is found in Example 2."""
     r, norm, printed = results["nominal.2"], results["bracket.2"]["nominal"], float(GAMMA[2])
@@ -141,7 +156,7 @@ compared(
 )
 
 
-@LEVELS.value("filter.norm", GAMMA[2], uses=("bracket.2", "nominal.2"))
+@LEVELS.value("filter.norm", GAMMA[2], uses=("bracket.2", "nominal.2"), says=OF_PRINTED)
 def norm_of_printed_filter(results: Results) -> Evidence:
     """The printed filter attains the printed level at the printed grid period."""
     norm, best = results["bracket.2"]["nominal"], results["nominal.2"]["formula"]
@@ -198,7 +213,12 @@ def output_matrix(results: Results) -> Evidence:
     )
 
 
-@LEVELS.matrix("filter.second-column", COLUMNS["second"], uses="nominal.2")
+@LEVELS.matrix(
+    "filter.second-column",
+    COLUMNS["second"],
+    uses="nominal.2",
+    says=term("column of the observer", "printed-filter", column=1),
+)
 def second_column(results: Results) -> Evidence:
     """The second column of A_f is that of Phi(0.05), as in an observer whose sensor sees the first state."""
     # C does not see the second state, so A_f = Phi - B_f C keeps that column.
@@ -212,6 +232,7 @@ def second_column(results: Results) -> Evidence:
     uses="nominal.2",
     tolerance="0.0001",
     tolerance_reason="B_f is printed to half a unit as well, and enters the difference.",
+    says=term("column of the observer", "printed-filter", column=0),
 )
 def first_column(results: Results) -> Evidence:
     """The first column of A_f is that of Phi(0.05) - B_f C: the filter is an observer."""

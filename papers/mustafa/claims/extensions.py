@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.mustafa.claims.preliminaries import reordered_map
+from papers.mustafa.claims.preliminaries import for_both, reordered_map
 from papers.mustafa.printed import EXAMPLES
 from papers.mustafa.readings import MULTIPLIERS
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord
+from replication.verify.predicate import term
 
 ROBUST_PERFORMANCE = Part("Sec. V-A, eq. (12) and the remark on one level", reading=NO_READING)
 
@@ -19,7 +20,12 @@ def solvers(result: dict[str, Any]) -> tuple[SolverRecord, ...]:
 
 
 @ROBUST_PERFORMANCE.feasible(
-    "map-12", place="Eq. (12)", uses="identities", erratum="map-12", pinned="reproduced after erratum"
+    "map-12",
+    place="Eq. (12)",
+    uses="identities",
+    erratum="map-12",
+    pinned="reproduced after erratum",
+    says=for_both("map of the error system"),
 )
 def map_12(results: Results) -> Evidence:
     """The map from w to e in the condition for robust performance."""
@@ -30,7 +36,13 @@ def map_12(results: Results) -> Evidence:
     )
 
 
-@ROBUST_PERFORMANCE.feasible("same-level", place="Sec. V-A", uses=("robust.1", "robust.2"), reading=MULTIPLIERS.name)
+@ROBUST_PERFORMANCE.feasible(
+    "same-level",
+    place="Sec. V-A",
+    uses=("robust.1", "robust.2"),
+    reading=MULTIPLIERS.name,
+    says=term("conservative level", "example-1", cells=16),
+)
 def same_level_for_both(results: Results) -> Evidence:
     """Asking the same level of both channels may lead to conservative results; in Example 1 it does."""
     # With one level gamma for both channels, gamma is at least the norm of the uncertainty channel: alpha_i, or

@@ -6,12 +6,31 @@ from functools import partial
 
 from papers.mustafa.claims.extensions import solvers
 from papers.mustafa.claims.preliminaries import FILTER, down, up
-from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
+from papers.mustafa.printed import EXAMPLES, GAMMA, largest, upper_end
 from papers.mustafa.readings import CORRECTED_GRID, DURATION, ONE_ELEMENT, SAMPLES
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Outcome, Results
+from replication.verify.predicate import Predicate, term
 
 ABSTRACT = Part("Abstract, Secs. I and VII: what the filter guarantees")
+
+
+RANGE = {"from": "h_l", "to": "h_u"}
+FILTERED = {1: "our-filter", 2: "printed-filter"}
+"""The plant of an example with the filter that the bracket is of."""
+
+
+def robust_level(e: int) -> list[Predicate]:
+    """That the level, to its digits, is kept by the filter that the bracket is of, and by some filter."""
+    gains = (
+        term("gain over sequences", FILTERED[e], "the given filter", **RANGE),
+        term("least gain over sequences", f"example-{e}", "filters of form (4)", **RANGE),
+    )
+    return [
+        Predicate(of=gain, relation="at most", to=str(largest(GAMMA[e])), reading=reading.name)
+        for reading in (SAMPLES, DURATION)
+        for gain in gains
+    ]
 
 
 def where_it_holds(e: int, results: Results) -> str:
@@ -78,6 +97,7 @@ for e, place in ((1, "Sec. VI-A; abstract; Sec. VII"), (2, "abstract; Sec. VII")
         "period.",
         uses=(f"bracket.{e}", f"bracket-duration.{e}", f"curve.{e}"),
         pinned="refuted",
+        says=robust_level(e),
         reading=SAMPLES.name,
     )(partial(guaranteed, e))
 
@@ -143,6 +163,7 @@ for e in EXAMPLES:
         "period of the grid, holds for all periods of the range.",
         uses=f"curve.{e}",
         pinned="refuted",
+        says=term("solution of (6)", f"example-{e}", level=str(largest(GAMMA[e]))),
         reading=ONE_ELEMENT.name,
     )(partial(solution_is_valid, e))
     ABSTRACT.feasible(
@@ -153,4 +174,5 @@ for e in EXAMPLES:
         uses=f"own-grid.{e}",
         pinned="refuted",
         reading=CORRECTED_GRID.name,
+        says=term("grid solutions of (6) are valid", f"example-{e}"),
     )(partial(own_solution_is_valid, e))

@@ -6,7 +6,8 @@ from functools import partial
 
 from msgspec.structs import replace
 
-from papers.mustafa.claims.preliminaries import FILTER, identity, up, up_to_rounding
+from papers.mustafa.claims.guarantees import FILTERED, RANGE
+from papers.mustafa.claims.preliminaries import FILTER, for_both, identity, up, up_to_rounding
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, sizes
 from papers.mustafa.readings import (
@@ -22,6 +23,7 @@ from papers.mustafa.readings import (
 )
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
+from replication.verify.predicate import Predicate, term
 
 THEOREM_1 = Part("Theorem 1, eq. (9), cases L3 and U3; its conservatism", reading=NO_READING)
 THEOREM_2 = Part("Theorem 2, what it concludes")
@@ -47,20 +49,32 @@ def reached(results: Results, end: str) -> Evidence:
     )
 
 
-@THEOREM_1.feasible("l3", place="Theorem 1, case L3", uses=CONDITIONS)
+@THEOREM_1.feasible("l3", place="Theorem 1, case L3", uses=CONDITIONS, says=for_both("sharp lower end (9)"))
 def lower_end_is_sharp(results: Results) -> Evidence:
     """Down to the lower end in case L3, and no further, the bound of Lemma 3 gives (8)."""
     return reached(results, "lower")
 
 
-@THEOREM_1.feasible("u3", place="Theorem 1, case U3", uses=CONDITIONS, erratum="u3", pinned="reproduced after erratum")
+@THEOREM_1.feasible(
+    "u3",
+    place="Theorem 1, case U3",
+    uses=CONDITIONS,
+    erratum="u3",
+    pinned="reproduced after erratum",
+    says=for_both("sharp upper end (9)"),
+)
 def u3_covers(results: Results) -> Evidence:
     """Up to the upper end in case U3, and no further, the bound of Lemma 3 gives (8)."""
     corrected, printed = (reached(results, f"upper, {reading}") for reading in ("corrected", "printed"))
     return replace(corrected, as_printed=printed)
 
 
-@THEOREM_1.feasible("conservative", place="Sec. IV-A, after Theorem 1", uses=(*GRIDS, *BRACKETS, *CONDITIONS))
+@THEOREM_1.feasible(
+    "conservative",
+    place="Sec. IV-A, after Theorem 1",
+    uses=(*GRIDS, *BRACKETS, *CONDITIONS),
+    says=for_both("conservative element"),
+)
 def one_interval_is_conservative(results: Results) -> Evidence:
     """A direct use of Theorem 1 could be conservative, and several elements reduce that."""
     # (9) around the middle leaves part of the range out in both examples, although all of it is stable.
@@ -105,10 +119,17 @@ for e in EXAMPLES:
         statement=f"The error system of Example {e} is robustly stable over the whole range.",
         uses=f"bracket.{e}",
         reading={1: OUR_FILTER, 2: MOTOR}[e].name,
+        says=term("stable for every sequence", FILTERED[e], "the given filter", **RANGE),
     )(partial(robustly_stable, e))
 
 
-@THEOREM_3.feasible("theorem-3.sizes", place="Theorem 3", erratum="size-of-F", pinned="reproduced after erratum")
+@THEOREM_3.feasible(
+    "theorem-3.sizes",
+    place="Theorem 3",
+    erratum="size-of-F",
+    pinned="reproduced after erratum",
+    says=term("size of F", "printed-filter"),
+)
 def lmi_size_of_f(results: Results) -> Evidence:
     """The size of F in (10)."""
     # F C is added to an n by n block in (10), and B_f = -Y^-1 F has the size of F.
@@ -120,13 +141,13 @@ def lmi_size_of_f(results: Results) -> Evidence:
     )
 
 
-@THEOREM_3.feasible("recovery", place="Eq. (11)", uses="identities")
+@THEOREM_3.feasible("recovery", place="Eq. (11)", uses="identities", says=term("recovery (11)"))
 def recovery(results: Results) -> Evidence:
     """The filter by (11) from the unknowns of (10) is the one behind them."""
     return identity(results, "recovery", "Transfer matrices of random filters at one point, before and after (11).")
 
 
-@THEOREM_3.feasible("congruence", place="Theorem 3, proof", uses="identities")
+@THEOREM_3.feasible("congruence", place="Theorem 3, proof", uses="identities", says=term("congruence (10)"))
 def congruence(results: Results) -> Evidence:
     """(10) is the congruence of (6) by diag(J_1, I, J_1, I)."""
     return identity(results, "congruence", "J'(6)J against (10) for random storage matrices and filters.")
@@ -226,6 +247,7 @@ for e in EXAMPLES:
         uses=f"grids.{e}",
         pinned="refuted",
         reading=UNION.name,
+        says=[Predicate(of=term("Algorithm 1 ends", f"example-{e}"), reading=one.name) for one in (UNION, SET_MINUS)],
     )(partial(literal_run, e))
     ALGORITHM_1.value(
         f"grid.{e}",
@@ -234,6 +256,7 @@ for e in EXAMPLES:
         uses=(f"grids.{e}", f"condition.{e}", "identities"),
         pinned="compatible",
         reading=BOUND_9.name,
+        says=term("elements of the grid", f"example-{e}"),
     )(partial(grid_size, e))
     ALGORITHM_1.feasible(
         f"condition-8.{e}",
@@ -242,4 +265,8 @@ for e in EXAMPLES:
         uses=f"condition.{e}",
         pinned={1: "refuted", 2: "consistent"}[e],
         reading=CONSTANT_CHANGE.name,
+        says=[
+            Predicate(of=term("condition (8)", f"example-{e}"), reading=one.name)
+            for one in (CONSTANT_CHANGE, ANY_CHANGE)
+        ],
     )(partial(condition_8, e))

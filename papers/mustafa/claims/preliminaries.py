@@ -6,8 +6,10 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import Any
 
 from papers.mustafa.experiments.identities import EXACT
+from papers.mustafa.printed import EXAMPLES
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Results
+from replication.verify.predicate import Term, term
 
 LEMMAS = Part("Sec. III, Lemmas 2 and 3, the map below (7)", reading=NO_READING)
 
@@ -16,6 +18,11 @@ FILTER = {
     2: "the printed filter",
 }
 """The filter that an example is about."""
+
+
+def for_both(quantity: str) -> list[Term]:
+    """Of the plants of both examples."""
+    return [term(quantity, f"example-{e}") for e in EXAMPLES]
 
 
 def down(number: float, places: int = 4) -> Decimal:
@@ -57,7 +64,7 @@ def reordered_map(results: Results, readings: tuple[str, ...], method: str) -> E
     )
 
 
-@LEMMAS.feasible("lemma-2", place="Lemma 2", uses="identities")
+@LEMMAS.feasible("lemma-2", place="Lemma 2", uses="identities", says=term("Lemma 2"))
 def lemma_2(results: Results) -> Evidence:
     """The error system at h_0 + theta is that at h_0 with Delta(theta) in a loop."""
     return identity(
@@ -68,14 +75,19 @@ def lemma_2(results: Results) -> Evidence:
     )
 
 
-@LEMMAS.feasible("lemma-3", place="Lemma 3", uses="identities")
+@LEMMAS.feasible("lemma-3", place="Lemma 3", uses="identities", says=term("Lemma 3"))
 def lemma_3(results: Results) -> Evidence:
     """The norm of e^{At} is at most e^{mu(A) t}."""
     return identity(results, "lemma 3", "Largest excess over the bound for random plants of two states and periods.")
 
 
 @LEMMAS.feasible(
-    "map", place="Sec. III, below (7)", uses="identities", erratum="map", pinned="reproduced after erratum"
+    "map",
+    place="Sec. III, below (7)",
+    uses="identities",
+    erratum="map",
+    pinned="reproduced after erratum",
+    says=for_both("map of the error system"),
 )
 def map_of_error_system(results: Results) -> Evidence:
     """The map from w to e as a linear fractional transformation."""

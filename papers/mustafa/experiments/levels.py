@@ -10,12 +10,13 @@ import numpy as np
 from scipy.optimize import brentq, linprog
 
 from papers.mustafa.method.algorithm1 import Reading, build_grid
+from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter, lmi_size
 from papers.mustafa.method.printed_lmi import printed_design
 from papers.mustafa.method.robust_lmi import delta_radius, modal_transform, robust_lmi_design
 from papers.mustafa.method.stability import UpperEnd, covered_interval, logarithmic_norm, small_gain_alpha, stability
-from replication.estimation.nonuniform.bracket import floor_for_any_filter, worst_case_gain
-from replication.estimation.nonuniform.exchange import dense_design, robust_design
-from replication.estimation.nonuniform.filter_lmi import FilterDesign, design_for_periods, lmi_size
+from replication.estimation.nonuniform.bracket import worst_case_gain
+from replication.estimation.nonuniform.exchange import robust_design
+from replication.estimation.nonuniform.filter_lmi import FilterDesign, design_for_periods
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level

@@ -4,12 +4,23 @@ from __future__ import annotations
 
 from math import lcm
 
-from papers.okajima2023.claims.levels import counterexamples, level, solvers_of
-from papers.okajima2023.experiments.declared import PERIOD_TABLE, TIMINGS, all_periods, case, pair, table_claim
+from papers.okajima2023.claims.levels import counterexamples, level, of_gains, solvers_of
+from papers.okajima2023.experiments.declared import (
+    DESIGNS,
+    GAIN_SETS,
+    PERIOD_TABLE,
+    TIMINGS,
+    all_periods,
+    case,
+    pair,
+    table_claim,
+    times,
+)
 from papers.okajima2023.printed import DATA
 from papers.okajima2023.readings import PREDICTORS, RULE, RULE_BEST_TIMING
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
+from replication.verify.predicate import Predicate, Term, term
 
 BLOG = Part("Blog post: levels, tables, reasons", reading=NO_READING)
 SCHEDULES = tuple(f"schedule.case-{n}" for n in (1, 2, 3))
@@ -40,7 +51,14 @@ for _timing, (_n, _printed) in zip(TIMINGS, DATA["blog-timing"].items(), strict=
 
 
 @BLOG.order(
-    "order.shorter-in-general", place="Blog, text on Table 1", uses=PERIOD_TABLE, reading=RULE, pinned="refuted"
+    "order.shorter-in-general",
+    place="Blog, text on Table 1",
+    uses=PERIOD_TABLE,
+    reading=RULE,
+    pinned="refuted",
+    says=[
+        Predicate(of=term("shorter periods are better", "stable"), reading=name) for name in (RULE, RULE_BEST_TIMING)
+    ],
 )
 def shorter_is_better(results: Results) -> Evidence:
     """Read as a rule for all periods: a shorter sensing period gives a smaller optimal level."""
@@ -75,7 +93,19 @@ def shorter_is_better(results: Results) -> Evidence:
     )
 
 
-@BLOG.order("blog.periodic-matrices", place="Blog, on Theorem 1", uses="constant-matrix")
+@BLOG.order(
+    "blog.periodic-matrices",
+    place="Blog, on Theorem 1",
+    uses="constant-matrix",
+    says=[
+        Predicate(
+            of=of_gains("level of Theorem 1 with one P", equation),
+            relation="more than",
+            to=of_gains("level of Theorem 1", equation),
+        )
+        for equation in GAIN_SETS
+    ],
+)
 def periodic_matrices(results: Results) -> Evidence:
     """At each gain set printed for the stable plant, one P in Theorem 1 gives a larger level than P_k, or none."""
     found = results["constant-matrix"]
@@ -109,14 +139,24 @@ def longest_gap(diagonals: list[list[float]]) -> int:
     return max(len(run) for run in (idle * 2).split("0"))
 
 
-@BLOG.value("blog.idle-instants", DATA["blog-idle-instants"], uses=SCHEDULES[0])
+def unmeasured(timing: int) -> Term:
+    """The longest time without a measurement of one of the timings."""
+    return term("longest time unmeasured", **times(DESIGNS[TIMINGS[timing]]))
+
+
+@BLOG.value("blog.idle-instants", DATA["blog-idle-instants"], uses=SCHEDULES[0], says=unmeasured(0))
 def idle_instants(results: Results) -> Evidence:
     """In Case 1 of the timing this many instants in a row pass without any measurement."""
     gap = longest_gap(results[SCHEDULES[0]]["diagonals"])
     return Evidence(method="Counted on the schedule, cyclically.", value=float(gap))
 
 
-@BLOG.order("blog.evenness", place=DATA["blog-idle-instants"].place, uses=SCHEDULES)
+@BLOG.order(
+    "blog.evenness",
+    place=DATA["blog-idle-instants"].place,
+    uses=SCHEDULES,
+    says=Predicate(of=unmeasured(1), relation="less than", to=unmeasured(0)),
+)
 def evenness(results: Results) -> Evidence:
     """In Case 2 of the timing the longest run of instants without measurement is shorter than in Case 1."""
     gaps = [longest_gap(results[name]["diagonals"]) for name in SCHEDULES]

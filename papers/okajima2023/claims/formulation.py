@@ -4,20 +4,43 @@ from __future__ import annotations
 
 from functools import partial
 
-from papers.okajima2023.experiments.declared import case
-from papers.okajima2023.printed import DATA, SCHEDULES
+from papers.okajima2023.experiments.declared import CASES, case, times
+from papers.okajima2023.printed import DATA, PLANT, SCHEDULES, matrix
 from papers.okajima2023.readings import CYCLIC_BLOCKS, CYCLIC_FULL
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
+from replication.verify.predicate import Predicate, term
 
 EARLIER = Part("Sec. I, size of the earlier design", reading=CYCLIC_FULL)
 FORMULATION = Part("Sec. II, plant, schedules, observer, error system", reading=NO_READING)
+
+TIMES = times(CASES["proposed"])
+SIZES = {
+    "states": len(PLANT["A"]),
+    "sensors": len(PLANT["C"]),
+    "disturbances": len(PLANT["B_d"][0]),
+    "inputs": len(matrix(DATA["plant"]["B_u"])[0]),
+}
+"""Of the example; the identities are stated for plants of that size."""
 
 IDENTITY_TOLERANCE = 1e-12
 IDENTITY_REASON = "An identity on random data, relative: rounding alone leaves about a thousandth of it."
 
 
-@EARLIER.order("size.cyclic-larger", place="Sec. I, on the earlier design by cycling", uses=case("proposed"))
+@EARLIER.order(
+    "size.cyclic-larger",
+    place="Sec. I, on the earlier design by cycling",
+    uses=case("proposed"),
+    says=[
+        Predicate(
+            of=term("rows of the cyclic inequality", "stable", **TIMES),
+            relation="more than",
+            to=term("rows of Theorem 2", "stable"),
+            reading=reading,
+        )
+        for reading in (CYCLIC_FULL, CYCLIC_BLOCKS)
+    ],
+)
 def cyclic_is_larger(results: Results) -> Evidence:
     """For N₁ = 2 and N₂ = 3 the one inequality of the cyclic reformulation has more rows than each of Theorem 2."""
     size = results[case("proposed")]["size"]
@@ -37,7 +60,9 @@ def cyclic_is_larger(results: Results) -> Evidence:
     )
 
 
-@FORMULATION.feasible("theory.observable", place="Sec. II-A", uses="observability")
+@FORMULATION.feasible(
+    "theory.observable", place="Sec. II-A", uses="observability", says=term("observability", "stable")
+)
 def observable(results: Results) -> Evidence:
     """The pair (C, A) of the example is observable."""
     return positive(
@@ -63,16 +88,24 @@ for _name, _printed in SCHEDULES.items():
             f"{tuple(_printed['offsets'])}, one row per instant."
         ),
         uses=f"schedule.{_name}",
+        says=term("measured sensors", **times(_printed)),
     )(partial(diagonals_of_selection, _name))
 
 
-@FORMULATION.value("schedule.common-period", DATA["common-period"], uses="schedule.sec-4a")
+@FORMULATION.value(
+    "schedule.common-period", DATA["common-period"], uses="schedule.sec-4a", says=term("common period", **TIMES)
+)
 def common_period(results: Results) -> Evidence:
     """The period of the observer for N₁ = 2 and N₂ = 3."""
     return Evidence(method="Least common multiple.", value=float(results["schedule.sec-4a"]["period"]))
 
 
-@FORMULATION.feasible("theory.dual-rate", place="After eq. (15)", uses="schedule.dual-rate")
+@FORMULATION.feasible(
+    "theory.dual-rate",
+    place="After eq. (15)",
+    uses="schedule.dual-rate",
+    says=term("dual-rate schedule", **times(CASES["C"])),
+)
 def dual_rate_is_special_case(results: Results) -> Evidence:
     """Equal periods without offsets, here 6, give S₀ = I and no other measurement: the dual-rate schedule."""
     first, *others = results["schedule.dual-rate"]["diagonals"]
@@ -100,10 +133,16 @@ FORMULATION.feasible(
     place="Eq. (16)",
     statement="For plants of the size of the example, the error of the observer (15) obeys the error system (16).",
     uses="identities",
+    says=term("error system (16)", **SIZES),
 )(partial(identity, "error_system", "Plant and observer in their own loops against the error system"))
 
 
-@FORMULATION.feasible("theory.product", place="After eq. (16)", uses="product-orders")
+@FORMULATION.feasible(
+    "theory.product",
+    place="After eq. (16)",
+    uses="product-orders",
+    says=term("same poles from the next instant", "gains-33", **TIMES),
+)
 def start_of_the_period(results: Results) -> Evidence:
     """For the gains (33), A_eN … A_e1, as A_e is spelled out, has poles of the same moduli as A_e,N−1 … A_e0."""
     orders = results["product-orders"]

@@ -8,22 +8,28 @@ from typing import Any
 
 from papers.okajima2023.experiments.declared import (
     CASES,
+    DESIGNS,
     GAIN_SETS,
     both,
     case,
     gain_set,
     pair,
     table_claim,
+    times,
 )
 from papers.okajima2023.printed import DATA, GAINS, TABLE_1
 from papers.okajima2023.readings import PREDICTORS
 from replication.audit.declare import Part, positive
 from replication.audit.judge.printed import parse
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord
+from replication.verify.predicate import Predicate, Term, term
 
 LEVELS = Part("Sec. IV-A, levels, gains (33), size of the inequality", reading=NO_READING)
 TABLE = Part("Table 1", reading=NO_READING, figures="periods")
 
+OBSERVERS = "periodic one-step observers"
+"""The class of the observers (15)."""
+ZEROS = "unmeasured columns are zero"
 READ_AS = {
     "A": "uses y₁ alone, every second instant",
     "B": "uses y₂ alone, every third instant",
@@ -106,9 +112,25 @@ def norm_of_printed_gains(equation: str, results: Results) -> Evidence:
     )
 
 
+def optimum(experiment: str) -> Term:
+    """The smallest gain of the observers that a design is one of."""
+    return term("smallest gain", "stable", OBSERVERS, **DESIGNS[experiment])
+
+
+def of_gains(quantity: str, equation: str) -> Term:
+    """A number of the error system with the gains printed in an equation."""
+    return term(quantity, f"gains-{equation}", **GAIN_SETS[equation])
+
+
+def below_others(smaller: str, *larger: str) -> list[Predicate]:
+    """That the optimum of one design is smaller than that of each other one."""
+    return [Predicate(of=optimum(smaller), relation="less than", to=optimum(other)) for other in larger]
+
+
 def level(part: Part, name: str, printed: str, experiment: str, statement: str, **told: str) -> None:
     """Declare the claim on the optimal level of one design; told: reading, repeats, pinned, where they are needed."""
-    part.value(name, printed, statement=statement, uses=experiment, **told)(partial(optimal_level, experiment, printed))
+    declared = part.value(name, printed, statement=statement, uses=experiment, says=optimum(experiment), **told)
+    declared(partial(optimal_level, experiment, printed))
 
 
 def achieved(part: Part, equation: str, printed: str) -> None:
@@ -119,6 +141,7 @@ def achieved(part: Part, equation: str, printed: str) -> None:
         place=f"Eq. ({equation})",
         statement=f"The l2 gain with the gains printed in eq. ({equation}) is the level printed for them.",
         uses=gain_set(equation),
+        says=of_gains("gain", equation),
     )(partial(norm_of_printed_gains, equation))
 
 
@@ -127,7 +150,12 @@ def separation(results: Results, smaller: str, larger: str) -> float:
     return float(results[larger]["lower"] - results[smaller]["upper"])
 
 
-@LEVELS.value("size.variables", DATA["decision-variables"], uses=case("proposed"))
+@LEVELS.value(
+    "size.variables",
+    DATA["decision-variables"],
+    uses=case("proposed"),
+    says=term("unknowns of Theorem 2", "stable", **times(CASES["proposed"])),
+)
 def decision_variables(results: Results) -> Evidence:
     """Number of decision variables of the inequalities (30) for N₁ = 2 and N₂ = 3."""
     result = results[case("proposed")]
@@ -138,7 +166,7 @@ def decision_variables(results: Results) -> Evidence:
     )
 
 
-@LEVELS.value("size.rows", DATA["rows"], uses=case("proposed"))
+@LEVELS.value("size.rows", DATA["rows"], uses=case("proposed"), says=term("rows of Theorem 2", "stable"))
 def block_size(results: Results) -> Evidence:
     """Rows, and columns, of the inequality (30) of each instant for the plant of the example."""
     return Evidence(
@@ -157,7 +185,14 @@ level(
 achieved(LEVELS, "33", DATA["level"])
 
 
-@LEVELS.feasible("gains.unmeasured", place="Eqs. (33), (38), (39), (40), (42)")
+@LEVELS.feasible(
+    "gains.unmeasured",
+    place="Eqs. (33), (38), (39), (40), (42)",
+    says=[
+        *(term(ZEROS, f"gains-{equation}", **times(inputs)) for equation, inputs in GAIN_SETS.items()),
+        term(ZEROS, "section-4c", **times(both((2, 3)))),
+    ],
+)
 def unmeasured_columns(results: Results) -> Evidence:
     """The printed gains are zero wherever a sensor is not measured."""
     largest = max(
@@ -187,7 +222,13 @@ for _case, _read in READ_AS.items():
     )
 
 
-@LEVELS.order("order.proposed-best", place="Sec. IV-A, after Case C; blog", uses=map(case, CASES), reading=PREDICTORS)
+@LEVELS.order(
+    "order.proposed-best",
+    place="Sec. IV-A, after Case C; blog",
+    uses=map(case, CASES),
+    reading=PREDICTORS,
+    says=below_others(*map(case, CASES)),
+)
 def proposed_best(results: Results) -> Evidence:
     """The multi-rate observer for N₁ = 2 and N₂ = 3 has a smaller optimal level than each of Cases A to C."""
     margin = min(separation(results, case("proposed"), case(name)) for name in "ABC")
@@ -206,15 +247,19 @@ for _periods, _printed in TABLE_1.items():
     )
 
 
-@TABLE.order("order.shorter-in-table", place="Sec. IV-A, on Table 1; blog", uses=map(pair, TABLE_1))
+COMPARABLE = [(a, b) for a in TABLE_1 for b in TABLE_1 if a != b and a[0] <= b[0] and a[1] <= b[1]]
+"""Pairs of columns of Table 1, the one with the shorter periods first."""
+
+
+@TABLE.order(
+    "order.shorter-in-table",
+    place="Sec. IV-A, on Table 1; blog",
+    uses=map(pair, TABLE_1),
+    says=[said for a, b in COMPARABLE for said in below_others(pair(a), pair(b))],
+)
 def shorter_is_better_in_table(results: Results) -> Evidence:
     """Of two columns of Table 1, that with shorter periods, or one shorter and one equal, has the smaller level."""
-    steps = [
-        separation(results, pair(a), pair(b))
-        for a in TABLE_1
-        for b in TABLE_1
-        if a != b and a[0] <= b[0] and a[1] <= b[1]
-    ]
+    steps = [separation(results, pair(a), pair(b)) for a, b in COMPARABLE]
     return positive(
         min(steps),
         method="Distance between brackets of exact optima for every comparable pair of columns.",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+from papers.okajima2023.claims.levels import optimum
 from papers.okajima2023.experiments.declared import CASES, DRAWS, case
 from papers.okajima2023.experiments.simulations import DENOMINATORS, distribution
 from papers.okajima2023.printed import DATA
@@ -13,6 +14,7 @@ from papers.okajima2023.readings import DENOMINATOR as READING_OF
 from replication.audit.declare import Part, below, positive
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Evidence, Outcome, Results
+from replication.verify.predicate import Predicate
 
 SIMULATION = Part(
     "Sec. IV-A, simulation, eq. (34), Figs. 2-5", reading=CENTRAL, figures=("fig2", "fig3", "fig4", "fig5", "worst")
@@ -78,7 +80,14 @@ for _name, _printed in DATA["simulated-ratio"].items():
 
 
 @SIMULATION.order(
-    "gsim.below-level", place="Sec. IV-A, after eq. (34)", uses=(*DRAWS, *map(case, CASES)), reading=PREDICTORS
+    "gsim.below-level",
+    place="Sec. IV-A, after eq. (34)",
+    uses=(*DRAWS, *map(case, CASES)),
+    reading=PREDICTORS,
+    says=[
+        Predicate(of=optimum(case(name)), relation="more than", to=str(printed))
+        for name, printed in DATA["simulated-ratio"].items()
+    ],
 )
 def below_level(results: Results) -> Evidence:
     """Each of the four printed ratios is below the optimal level of its observer."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from functools import partial
 
-from papers.okajima2023.claims.formulation import identity
-from papers.okajima2023.claims.levels import solvers_of
+from papers.okajima2023.claims.formulation import SIZES, identity
+from papers.okajima2023.claims.levels import OBSERVERS, of_gains, solvers_of
 from papers.okajima2023.experiments.declared import DESIGNS, GAIN_SETS, case, gain_set
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Results
+from replication.verify.predicate import Predicate, Term, term
 
 THEOREMS = Part("Sec. III, Theorems 1 and 2", reading=NO_READING)
 
@@ -16,11 +17,18 @@ ROUTE_TOLERANCE = 1e-8
 ROUTE_REASON = "Relative distance of two routes to the same level, tighter than what is claimed; solvers end so near."
 PRINTED_GAINS = tuple(map(gain_set, GAIN_SETS))
 
+
+def at_most_a_millionth(of: Term) -> Predicate:
+    """What these claims say of a relative distance."""
+    return Predicate(of=of, relation="at most", to="1e-6")
+
+
 THEOREMS.feasible(
     "theory.dissipation",
     place="Eqs. (20)-(23)",
     statement="For plants of the size of the example, the quadratic form of (20) is the left-hand side of eq. (23).",
     uses="identities",
+    says=term("identity (23)", **SIZES),
 )(partial(identity, "dissipation", "Quadratic form of (20) against the left-hand side of (23)"))
 
 THEOREMS.feasible(
@@ -28,6 +36,7 @@ THEOREMS.feasible(
     place="Eqs. (30)-(32)",
     statement="For plants of the size of the example, the Schur complement of (30) with Y = P L is the matrix (20).",
     uses="identities",
+    says=term("Schur complement (32)", **SIZES),
 )(partial(identity, "schur", "Schur complement of (30) against (20)"))
 
 
@@ -54,7 +63,12 @@ def summation(results: Results) -> Evidence:
     )
 
 
-@THEOREMS.feasible("theory.theorem1", place="Theorem 1", uses=PRINTED_GAINS)
+@THEOREMS.feasible(
+    "theory.theorem1",
+    place="Theorem 1",
+    uses=PRINTED_GAINS,
+    says=[at_most_a_millionth(of_gains("excess of Theorem 1", equation)) for equation in GAIN_SETS],
+)
 def theorem1_is_exact(results: Results) -> Evidence:
     """At the four gain sets printed for the stable plant, Theorem 1 gives the l2 gain to one part in a million."""
     return below(
@@ -72,6 +86,9 @@ def theorem1_is_exact(results: Results) -> Evidence:
     statement="At each design of Sec. IV for the stable plant, Theorem 2 gives, to one part in a million, the smallest "
     "level of any gains.",
     uses=DESIGNS,
+    says=[
+        at_most_a_millionth(term("excess of Theorem 2", "stable", OBSERVERS, **inputs)) for inputs in DESIGNS.values()
+    ],
 )
 def theorem2_is_exact(results: Results) -> Evidence:
     """Theorem 2 against the exact optimum."""
@@ -94,6 +111,9 @@ def theorem2_is_exact(results: Results) -> Evidence:
     statement="At each design of Sec. IV for the stable plant, the gains P⁻¹Y of eq. (31) achieve, to one part in a "
     "million, the level of Theorem 2.",
     uses=DESIGNS,
+    says=[
+        at_most_a_millionth(term("excess over gains of Theorem 2", "stable", **inputs)) for inputs in DESIGNS.values()
+    ],
 )
 def gains_attain_level(results: Results) -> Evidence:
     """The exact norm of the gains of Theorem 2 against its level."""
@@ -105,7 +125,12 @@ def gains_attain_level(results: Results) -> Evidence:
     )
 
 
-@THEOREMS.feasible("theory.stable", place="Theorems 1 and 2, eqs. (33), (38)-(40)", uses=PRINTED_GAINS)
+@THEOREMS.feasible(
+    "theory.stable",
+    place="Theorems 1 and 2, eqs. (33), (38)-(40)",
+    uses=PRINTED_GAINS,
+    says=[of_gains("stable error system", equation) for equation in GAIN_SETS],
+)
 def stabilised(results: Results) -> Evidence:
     """The error system is stable with each of the four gain sets printed for the stable plant."""
     return positive(

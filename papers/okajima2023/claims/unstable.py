@@ -9,6 +9,8 @@ from papers.okajima2023.printed import DATA, bracketed, poles
 from papers.okajima2023.readings import RECOVERED_A, RECOVERED_PLANT, SECOND_A, UNROUNDED_GAINS
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import Evidence, Numbers, Outcome, Results
+from replication.verify.predicate import Predicate, Term, term
+from replication.verify.subjects import theorems
 
 UNSTABLE = Part("Sec. IV-C, unstable plant, gains (42)", reading=RECOVERED_PLANT)
 
@@ -16,6 +18,14 @@ PRINTED, RECOVERED, ALL_DIAGONALS = "unstable.as-printed", "unstable.recovered",
 USES = (PRINTED, RECOVERED)
 DIAGONAL, SETTING = "diagonal-of-a", "setting-of-4c"
 AFTER: dict[str, Any] = {"uses": USES, "pinned": "compatible"}
+TIMES = ("periods", "offsets")
+FOUND = theorems("okajima2023")[0]["section-4c-design"].parameters
+"""The plant that the search finds, in exact numbers; the certificates are made only if it finds it again."""
+
+
+def recovered(quantity: str, *given: str) -> Term:
+    """A number of the plant of Sec. IV-C, with these parts of it as the search finds them."""
+    return term(quantity, "section-4c", **{name: FOUND[name] for name in given})
 
 
 def _search_of_the_diagonal(results: Results) -> str:
@@ -59,6 +69,10 @@ def _by_stated_order(found: list[list[float]]) -> Numbers:
     uses=(*USES, ALL_DIAGONALS),
     pinned="refuted",
     reading=RECOVERED_A,
+    says=[
+        Predicate(of=recovered("stable error system", *TIMES, "diagonal"), reading=reading)
+        for reading in (RECOVERED_A, SECOND_A)
+    ],
 )
 def same_setting(results: Results) -> Evidence:
     """If only the diagonal of A differs from Sec. IV-A, giving it the stated poles, the gains (42) stabilise A_e."""
@@ -84,7 +98,14 @@ def same_setting(results: Results) -> Evidence:
     )
 
 
-@UNSTABLE.value("unstable.poles", DATA["poles"], erratum=DIAGONAL, reading=RECOVERED_A, **AFTER)
+@UNSTABLE.value(
+    "unstable.poles",
+    DATA["poles"],
+    erratum=DIAGONAL,
+    reading=RECOVERED_A,
+    says=recovered("poles", "diagonal"),
+    **AFTER,
+)
 def plant_poles(results: Results) -> Evidence:
     """The poles of the matrix A of Sec. IV-C."""
     return Evidence(
@@ -99,7 +120,12 @@ def plant_poles(results: Results) -> Evidence:
 
 
 @UNSTABLE.feasible(
-    "unstable.is-unstable", place="Sec. IV-C, after eq. (41)", erratum=DIAGONAL, reading=RECOVERED_A, **AFTER
+    "unstable.is-unstable",
+    place="Sec. IV-C, after eq. (41)",
+    erratum=DIAGONAL,
+    reading=RECOVERED_A,
+    says=recovered("unstable plant", "diagonal"),
+    **AFTER,
 )
 def plant_unstable(results: Results) -> Evidence:
     """The matrix A of Sec. IV-C has a pole outside the unit circle."""
@@ -145,7 +171,22 @@ def gains_near_optimal(results: Results) -> Evidence:
     )
 
 
-@UNSTABLE.value("unstable.error-poles", DATA["error-poles"], erratum=SETTING, uses=USES, pinned="compatible")
+@UNSTABLE.value(
+    "unstable.error-poles",
+    DATA["error-poles"],
+    erratum=SETTING,
+    uses=USES,
+    pinned="compatible",
+    says=[
+        Predicate(
+            of=recovered("error poles", *TIMES, "diagonal", "C"),
+            relation="is",
+            to=str(DATA["error-poles"]),
+            reading=reading,
+        )
+        for reading in (RECOVERED_PLANT, UNROUNDED_GAINS)
+    ],
+)
 def error_poles(results: Results) -> Evidence:
     """The poles of A_e with the gains (42), for the recovered A and C."""
     attained = results[RECOVERED]["attained"]
@@ -172,7 +213,13 @@ def error_poles(results: Results) -> Evidence:
     )
 
 
-@UNSTABLE.feasible("unstable.stabilised", place="Sec. IV-C, after eq. (42)", erratum=SETTING, **AFTER)
+@UNSTABLE.feasible(
+    "unstable.stabilised",
+    place="Sec. IV-C, after eq. (42)",
+    erratum=SETTING,
+    says=recovered("stable error system", *TIMES, "diagonal", "C"),
+    **AFTER,
+)
 def error_stable(results: Results) -> Evidence:
     """The gains (42) stabilise the error system of the recovered plant."""
     return positive(
@@ -184,7 +231,16 @@ def error_stable(results: Results) -> Evidence:
     )
 
 
-@UNSTABLE.feasible("unstable.designable", place="Sec. IV-C, last sentence", erratum=SETTING, **AFTER)
+@UNSTABLE.feasible(
+    "unstable.designable",
+    place="Sec. IV-C, last sentence",
+    erratum=SETTING,
+    says=[
+        recovered("design by Theorem 2", *TIMES, "diagonal", "C", "B_d", "D"),
+        recovered("unstable plant", "diagonal"),
+    ],
+    **AFTER,
+)
 def designable(results: Results) -> Evidence:
     """Theorem 2 designs an observer for the recovered plant, which is unstable."""
     result = results[RECOVERED]["design"]

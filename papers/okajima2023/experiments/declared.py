@@ -97,7 +97,8 @@ def all_periods(results: Results) -> list[Json]:
     return [cell for name in PERIOD_TABLE for cell in results[name]["cells"]]
 
 
-def _unsensed(inputs: Json) -> Json:
+def times(inputs: Json) -> Json:
+    """Periods and offsets of a schedule."""
     return {name: inputs[name] for name in ("periods", "offsets")}
 
 
@@ -108,23 +109,23 @@ def _printed_gains(equation: str) -> Json:
 EXPERIMENTS = (
     *(experiment(name, designs.design, plant=PLANT, **inputs) for name, inputs in DESIGNS.items()),
     *(
-        experiment(gain_set(name), designs.norm_of_gains, plant=PLANT, **_unsensed(inputs), **_printed_gains(name))
+        experiment(gain_set(name), designs.norm_of_gains, plant=PLANT, **times(inputs), **_printed_gains(name))
         for name, inputs in GAIN_SETS.items()
     ),
     experiment("common", common.levels, **INPUTS),
     experiment("sensitivity", designs.rounded_levels, plant=PRINTED_PLANT, designs=_ROUNDED),
-    *(experiment(f"schedule.{name}", designs.selections, **_unsensed(found)) for name, found in SCHEDULES.items()),
-    experiment("schedule.dual-rate", designs.selections, **_unsensed(CASES["C"])),
+    *(experiment(f"schedule.{name}", designs.selections, **times(found)) for name, found in SCHEDULES.items()),
+    experiment("schedule.dual-rate", designs.selections, **times(CASES["C"])),
     *(
         experiment(name, designs.period_row, plant=PLANT, first=first, largest=LARGEST_PERIOD)
         for first, name in enumerate(PERIOD_TABLE, start=1)
     ),
-    experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **_unsensed(both((2, 1))), analysed=_GAINS_OF),
+    experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **times(both((2, 1))), analysed=_GAINS_OF),
     experiment("identities", identities.identities, trials=IDENTITY_TRIALS, seed=SEED),
     experiment("summation", identities.summation, plant=PLANT, **_PROPOSED, **_SUMMED),
     experiment("observability", identities.observability, plant=PLANT),
     experiment("observable-not-detectable", identities.observable_but_not_detectable),
-    experiment("product-orders", identities.product_orders, plant=PLANT, **_unsensed(_PROPOSED), gains=GAINS["33"]),
+    experiment("product-orders", identities.product_orders, plant=PLANT, **times(_PROPOSED), gains=GAINS["33"]),
     experiment("responses", simulations.response, plant=PLANT, cases=_SIMULATED | _TIMED, **_NOISE, seed=SEED),
     *(
         experiment(name, simulations.draws, plant=PLANT, cases=_SIMULATED, **_NOISE, **_DRAWN, part=part)

@@ -118,7 +118,7 @@ def cyclic_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = AC
     plant, N, n, q = problem.plant, problem.schedule.period, problem.plant.order, problem.plant.sensors
     selected = [problem.schedule.selection(k) for k in range(N)]
     plant_stages = [Stage(plant.A, plant.B_d, S @ plant.C, np.zeros((q, plant.B_d.shape[1]))) for S in selected]
-    A, B, C, _ = PeriodicSystem(tuple(plant_stages)).cyclic()
+    A, B, C, _ = cyclic(PeriodicSystem(tuple(plant_stages)))
     D, W = block_diagonal([S @ plant.D for S in selected]), block_diagonal([plant.W] * N)
     P, Y = cvxpy.Variable((N * n, N * n), symmetric=True), cvxpy.Variable((N * n, N * q))
     gamma_squared = cvxpy.Variable()
@@ -129,6 +129,21 @@ def cyclic_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = AC
     Y_k = np.array([_value(Y)[n * j : n * (j + 1), q * k : q * (k + 1)] for k, j in enumerate(ahead)])
     gains = np.linalg.solve(P_k, Y_k) * problem.schedule.mask[:, None, :]
     return LmiDesign(_root(gamma_squared), gains, P_k, report)
+
+
+def cyclic(system: PeriodicSystem) -> Stage:
+    """The cyclic reformulation: one state copy per phase, block-cyclic A and B; same induced norm as lifted."""
+    total = sum(len(stage.A) for stage in system.stages)
+    A = np.zeros((total, total))
+    B = np.zeros((total, sum(stage.B.shape[1] for stage in system.stages)))
+    column = 0
+    for k, stage in enumerate(system.stages):
+        following = (k + 1) % system.period
+        rows = slice(following * system.order, (following + 1) * system.order)
+        A[rows, k * system.order : (k + 1) * system.order] = stage.A
+        B[rows, column : column + stage.B.shape[1]] = stage.B
+        column += stage.B.shape[1]
+    return Stage(A, B, block_diagonal([s.C for s in system.stages]), block_diagonal([s.D for s in system.stages]))
 
 
 def _value(variable: Any) -> Array:

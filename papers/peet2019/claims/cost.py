@@ -13,6 +13,7 @@ from papers.peet2019.printed import DATA, published
 from papers.peet2019.readings import COST, DAY, DESKTOP, JORDAN, MEMORY, SAME
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Outcome, Results, SolverRecord
+from replication.verify.predicate import term
 
 FROM_PRODUCT = 5
 """Smaller products take fractions of a second, where the print is dominated by overhead: exponents leave them out."""
@@ -35,7 +36,12 @@ def exponent(points: list[tuple[float, float]]) -> float:
 
 
 @EXAMPLE_4.feasible(
-    "ex4.unstable", place="Sec. X, Example 4", pinned="undetermined", uses="roots", reading="jordan-one"
+    "ex4.unstable",
+    place="Sec. X, Example 4",
+    pinned="undetermined",
+    uses="roots",
+    reading="jordan-one",
+    says=term("Example 4 unstable"),
 )
 def instability(results: Results) -> Evidence:
     """The system of Example 4 is unstable."""

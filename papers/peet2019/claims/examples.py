@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import partial
 
-from papers.peet2019.claims.gains import by_pade, least_gain, reaches
+from papers.peet2019.claims.gains import CLOSE, by_pade, least_gain, reaches, tried
+from papers.peet2019.claims.observer import over_the_least
 from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.printed import COLUMNS, DATA, DEGREES, EXAMPLES
 from papers.peet2019.readings import HOUSE, PADE, SINC
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Results, SolverRecord
+from replication.verify.predicate import Predicate, term
 
 RULE_DECIDES = ("2", 2)
 """Example and degree at which the print comes out under one degree rule and not under another."""
@@ -69,7 +72,14 @@ def _unstable(example: str) -> None:
         statement=f"The plant of Example {example} is unstable.",
         uses=f"reference.ex{example}",
         reading=NO_READING,
+        says=term("unstable", f"ex{example}"),
     )(partial(unstable, example))
+
+
+def at_degree(example: str, degree: int, to: str) -> list[Predicate]:
+    """That a print is the least level of Theorem 3 at a degree, under each rule that is tried."""
+    level = term("least level of Theorem 3", f"ex{example}", degree=degree)
+    return [Predicate(of=level, relation="is", to=to, reading=rule) for rule in tried(example, degree)]
 
 
 def _text(example: str, degree: int, statement: str) -> None:
@@ -78,6 +88,7 @@ def _text(example: str, degree: int, statement: str) -> None:
         DATA[f"text-{example}"],
         statement=f"Example {example}: the gain that the text states for Theorem 3{statement}.",
         uses=(f"sos.ex{example}.d{degree}", f"reference.ex{example}"),
+        says=at_degree(example, degree, str(DATA[f"text-{example}"])),
     )(partial(least_gain, example, degree))
 
 
@@ -93,6 +104,7 @@ def _table(example: str) -> None:
             statement=f"Example {example}: least gain of Theorem 3 with polynomials of degree {degree}.",
             pinned="differs" if off else "compatible" if (example, degree) == RULE_DECIDES else "",
             uses=(f"sos.{name}.d{degree}", reference, *(["readings"] if off else [])),
+            says=at_degree(example, degree, str(gamma[f"d{degree}"])),
         )(partial(least_gain, example, degree))
     EXAMPLES_1_TO_3.value(
         f"{name}.gamma-pade",
@@ -100,6 +112,7 @@ def _table(example: str) -> None:
         statement=f"Example {example}: least gain by LMI (3) on a tenth-order Padé approximation.",
         uses=reference,
         reading=PADE,
+        says=term("least level of LMI (3)", name, order=DATA["pade-order"]),
     )(partial(by_pade, example))
     for column in COLUMNS:
         by = "Padé" if column == "pade" else f"degree {column[1:]}"
@@ -116,6 +129,7 @@ def _table(example: str) -> None:
         place="Sec. I and X",
         statement=f"Example {example}: at degree 3 the method is not conservative.",
         uses=(f"sos.{name}.d3", reference),
+        says=Predicate(of=over_the_least(name, 3), relation="at most", to=str(1 + Fraction(str(CLOSE)))),
     )(partial(reaches, example))
 
 
@@ -125,6 +139,7 @@ for _example in EXAMPLES:
         DATA["small-gain"],
         statement=f"Example {_example} with one disturbance on all states alike: gains below .001 are achieved.",
         uses=f"small.ex{_example}",
+        says=term("gain of the error", f"ex{_example}-single", "observers by Theorem 3"),
     )(partial(small_gain, _example))
 
 _unstable("1")
@@ -158,7 +173,16 @@ _table("2")
 _table("3")
 
 
-@FIG_1.order("fig1.below-level", place="Fig. 1", uses="fig1")
+@FIG_1.order(
+    "fig1.below-level",
+    place="Fig. 1",
+    uses="fig1",
+    says=Predicate(
+        of=term("gain of the error", "ex2", "observers by Theorem 3"),
+        relation="less than",
+        to=str(DATA["figure-level"]),
+    ),
+)
 def below_level(results: Results) -> Evidence:
     """The simulated gain of the observer stays below its guaranteed level."""
     found = results["fig1"]

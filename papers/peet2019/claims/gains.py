@@ -25,6 +25,13 @@ RUNS = {HOUSE: "tensor", "z2-total": "total", "z2-wide": "wide"}
 ENDS = ("lower", "upper")
 
 
+def tried(example: str, degree: int) -> tuple[str, ...]:
+    """The readings of the degree rule under which the least gain is computed."""
+    if degree == 1:
+        return tuple(RULES) if example in OFF_THE_PRINT else tuple(RUNS)
+    return tuple(RUNS)[:2]
+
+
 def optimum_of(example: str, results: Results) -> float:
     """The optimum without sums of squares: where y does not see x₁ the plant's gain, else the Riccati equation.
 

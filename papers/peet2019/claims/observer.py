@@ -9,6 +9,7 @@ from papers.peet2019.printed import DATA, EXAMPLES
 from papers.peet2019.readings import ACCURATE, HOUSE
 from replication.audit.declare import Part, below
 from replication.audit.model import Evidence, Outcome, Results, SolverRecord
+from replication.verify.predicate import Predicate, Term, term
 
 IMPLEMENTATION = Part("Sec. IX-B")
 CLOSED_LOOPS = Part("Secs. I and X: closed loops, with systems of ours", figures="gains", reading=HOUSE)
@@ -96,16 +97,22 @@ def closed_loop(name: str, results: Results) -> Evidence:
     )
 
 
-for _name, _what in (
-    ("ex1", f"Example 1, level {ABOVE} times the optimum"),
-    ("ex2", f"Example 2, level {NEAR} times the optimum"),
-    ("own-1", "a system of ours with one delay"),
-    ("own-2", "a system of ours with two delays"),
-    ("own-3", "a system of ours with three delays"),
+def over_the_least(plant: str, degree: int) -> Term:
+    """The gain of an observer by Theorem 3 at a degree over the least of any observer."""
+    return term("gain over the least", plant, "observers by Theorem 3", degree=degree)
+
+
+for _name, _what, _factor, _degree in (
+    ("ex1", f"Example 1, level {ABOVE} times the optimum", ABOVE, 3),
+    ("ex2", f"Example 2, level {NEAR} times the optimum", NEAR, 2),
+    ("own-1", "a system of ours with one delay", ABOVE, 2),
+    ("own-2", "a system of ours with two delays", ABOVE, 2),
+    ("own-3", "a system of ours with three delays", ABOVE, 2),
 ):
     CLOSED_LOOPS.feasible(
         f"loop.{_name}",
         place="Sec. I and X",
         statement=f"The gains reject disturbances as the bound predicts: {_what}.",
         uses=f"loop.{_name}",
+        says=Predicate(of=over_the_least(_name, _degree), relation="at most", to=str(_factor)),
     )(partial(closed_loop, _name))

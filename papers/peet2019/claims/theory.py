@@ -9,6 +9,7 @@ import msgspec
 from papers.peet2019.readings import HOUSE
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord, Verdict
+from replication.verify.predicate import Predicate, term
 
 ROUNDING = 1e-10
 """Residuals of an identity below this are rounding: the data are of size one."""
@@ -32,7 +33,7 @@ COROLLARY_2 = Part(
 THEOREM_4 = Part("Theorem 4, Lemma 5 and the remark after it", reading=NO_READING)
 
 
-@INTRODUCTION.order("theory.lmi-3", place="Sec. I, eq. (3)", uses="lmi-3")
+@INTRODUCTION.order("theory.lmi-3", place="Sec. I, eq. (3)", uses="lmi-3", says=term("bound (7)"))
 def lmi_3(results: Results) -> Evidence:
     """Where LMI (3) holds for P and Z, the observer with L₁ = P⁻¹Z has a gain of at most γ."""
     found = results["lmi-3"]
@@ -58,7 +59,13 @@ def lmi_3(results: Results) -> Evidence:
     )
 
 
-@THEOREM_1.order("theory.theorem-1", place="Theorem 1", uses=("lmi-3", *LOOPS), reading=HOUSE)
+@THEOREM_1.order(
+    "theory.theorem-1",
+    place="Theorem 1",
+    uses=("lmi-3", *LOOPS),
+    reading=HOUSE,
+    says=Predicate(of=term("bound (7)"), reading=NO_READING),
+)
 def theorem_1(results: Results) -> Evidence:
     """Where 𝒫 is coercive and the inequality holds, the error obeys the bound (7)."""
     loops = [results[name] for name in LOOPS]
@@ -82,7 +89,13 @@ def theorem_1(results: Results) -> Evidence:
     )
 
 
-@THEOREM_1.order("theory.vanishing-error", place="Sec. III, after Theorem 1", uses=LOOPS, reading=HOUSE)
+@THEOREM_1.order(
+    "theory.vanishing-error",
+    place="Sec. III, after Theorem 1",
+    uses=LOOPS,
+    reading=HOUSE,
+    says=Predicate(of=term("error vanishes with w"), reading=NO_READING),
+)
 def vanishing(results: Results) -> Evidence:
     """Under the conditions of Theorem 1 the error tends to zero if the disturbance does."""
     abscissas = {name: results[name]["abscissa"] for name in LOOPS}
@@ -153,6 +166,7 @@ for _misprint, _erratum, _place, _what in (
         pinned=CORRECTED,
         uses="identities",
         erratum=_erratum,
+        says=term("dissipation identity"),
     )(partial(identity, _misprint))
 
 
@@ -163,6 +177,7 @@ for _misprint, _erratum, _place, _what in (
     uses=("printed-signs", "loop.ex2"),
     erratum="theorem-3-signs",
     reading=HOUSE,
+    says=term("Theorem 3 met", "ex2"),
 )
 def feasible(results: Results) -> Evidence:
     """The conditions of Theorem 3 can be met with ε > 0, for Example 2."""
@@ -193,10 +208,16 @@ for _part, _place, _statement in (
         pinned=CORRECTED,
         uses="inversion",
         erratum="theorem-4-factors",
+        says=term("operator identity", part=_part),
     )(partial(inverse, _part.replace("-", "_")))
 
 
-@THEOREM_4.order("theory.present-only", place="Sec. VIII, after Lemma 5", uses="inversion")
+@THEOREM_4.order(
+    "theory.present-only",
+    place="Sec. VIII, after Lemma 5",
+    uses="inversion",
+    says=term("correction of the present state only"),
+)
 def present_only(results: Results) -> Evidence:
     """With Qᵢ = 0 and Z₃ᵢ to Z₇ᵢⱼ zero as stated there, only the present state is corrected."""
     found = results["inversion"]["present_only"]

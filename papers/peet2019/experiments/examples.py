@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from replication.errors import ReplicationError
-from replication.estimation.conic.program import Program
+from replication.estimation.conic.clarabel import solve_clarabel
+from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, solve_sdpa
 from replication.estimation.delay.collocation import Scheme, grid
 from replication.estimation.delay.lmi import lmi_gain, riccati_gain
@@ -17,7 +18,7 @@ from replication.estimation.delay.observer import ErrorSystem, assembled, error_
 from replication.estimation.delay.operators.gains import evaluate, observer_gains
 from replication.estimation.delay.operators.galerkin import check
 from replication.estimation.delay.response import Trajectory, hinf_norm, simulate, spectral_abscissa
-from replication.estimation.delay.sos import least_gain, lie, synthesis
+from replication.estimation.delay.sos import lie, synthesis
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.least_gain import minimum_gain
@@ -69,9 +70,15 @@ def synthesised(plant: Json, degree: int) -> Json:
     if degree == 1:
         wide = minimum_gain(system, degree, DegreeRule.WIDE, options=LOOSE)
         found["wide"] = {"gamma": wide.gamma, "solver": wide.solution.report.to_dict()}
-        found["clarabel"] = least_gain.cross_checked_gain(system, degree).objective
+        found["clarabel"] = cross_checked(system, degree).objective
         found["epsilon"] = {str(e): minimum_gain(system, degree, epsilon=e, options=LOOSE).gamma for e in EPSILONS}
     return found
+
+
+def cross_checked(system: DelaySystem, degree: int) -> Solution:
+    """The program of Theorem 3, not reduced, solved by Clarabel: for small systems, as a second opinion."""
+    task, loose = synthesis.program(synthesis.assemble(system, degree, DegreeRule.TENSOR), 0.0), 1e-8
+    return solve_clarabel(task, matrices=True, tol_gap_abs=loose, tol_gap_rel=loose, tol_feas=loose)
 
 
 def as_printed(plant: Json, degree: int) -> Json:

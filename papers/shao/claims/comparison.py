@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import partial
 
 from papers.shao.claims.outcomes import by_margin
@@ -10,12 +11,28 @@ from papers.shao.problem import APO, FREQUENCIES, HELD, LABELS, PMI, PMI_READING
 from papers.shao.readings import INTERPOLATIONS, LITERAL, SLOWEST, STARTS
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results
+from replication.verify.predicate import Predicate, Term, term
 
 STABILITY = Part("Sec. V: stability of the three controllers", reading=NO_READING, figures="stable-sets")
 RESPONSES = Part("Figs. 2 and 3", reading=LITERAL, figures=("fig2", "fig3", "robustness"))
 
 
-@STABILITY.feasible("stability.src", place="Sec. V", uses="table")
+def radius_of(observer: str) -> Term:
+    """The spectral radius of a loop over a slow period."""
+    return term("spectral radius over a slow period", "motor", observer=observer)
+
+
+def stable(observer: str) -> Predicate:
+    """That a loop is stable."""
+    return Predicate(of=radius_of(observer), relation="less than", to="1")
+
+
+@STABILITY.feasible(
+    "stability.src",
+    place="Sec. V",
+    uses="table",
+    says=Predicate(of=radius_of(SRC), relation="more than", to="1"),
+)
 def unstable(results: Results) -> Evidence:
     """The loop under SRC is unstable."""
     radius = results["table"]["radius"][SRC]
@@ -32,7 +49,12 @@ POLYNOMIAL = "simulated responses obey the characteristic polynomial of the mono
 
 
 @STABILITY.feasible(
-    "stability.pmi", place="Sec. V, Figs. 2 and 3", uses="table", reading=LITERAL, pinned="undetermined"
+    "stability.pmi",
+    place="Sec. V, Figs. 2 and 3",
+    uses="table",
+    reading=LITERAL,
+    pinned="undetermined",
+    says=stable(PMI),
 )
 def stable_interpolation(results: Results) -> Evidence:
     """The loop under DRC-PMI is stable."""
@@ -46,7 +68,7 @@ def stable_interpolation(results: Results) -> Evidence:
     )
 
 
-@STABILITY.feasible("stability.apo", place="Sec. V, Figs. 2 and 3", uses="table")
+@STABILITY.feasible("stability.apo", place="Sec. V, Figs. 2 and 3", uses="table", says=stable(APO))
 def stable_virtual(results: Results) -> Evidence:
     """The loop under DRC-APO is stable."""
     radius = results["table"]["radius"][APO]
@@ -76,11 +98,17 @@ for figure, sigma in DATA["frequency"].items():
         pinned="undetermined",
         statement=f"At σ = {sigma} rad/s DRC-APO estimates the position better than DRC-PMI.",
         uses="table",
+        says=term("better estimate", "motor", observer=APO, than=PMI, frequency=str(Fraction(str(sigma)))),
     )(partial(better_estimate, float(sigma)))
 
 
 @RESPONSES.order(
-    "order.transient", place="Sec. V", uses=("transients", "orderings"), reading=SLOWEST, pinned="undetermined"
+    "order.transient",
+    place="Sec. V",
+    uses=("transients", "orderings"),
+    reading=SLOWEST,
+    pinned="undetermined",
+    says=Predicate(of=radius_of(APO), relation="less than", to=radius_of(PMI)),
 )
 def better_transient(results: Results) -> Evidence:
     """DRC-APO has a better transient than DRC-PMI at the two frequencies of the figures."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from papers.shao.claims.comparison import radius_of
 from papers.shao.claims.outcomes import by_margin
 from papers.shao.printed import REFERENCES
 from papers.shao.problem import APO, FAST, LABELS, REPAIRED, STATE
 from papers.shao.readings import INTERPOLATIONS, LITERAL, SLOWEST
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Kind, Results
+from replication.verify.predicate import Predicate
 
 ABSTRACT = Part("Abstract", also=("order.bandwidth", "theory.stability", "order.apo-below-pmi", "order.estimate-2"))
 INTRODUCTION = Part(
@@ -23,6 +25,7 @@ ALIKE = 0.05
     uses=("table", "theorem", "frequencies", "transients"),
     reading=SLOWEST,
     pinned="undetermined",
+    says=Predicate(of=radius_of(APO), relation="at most", to=radius_of(FAST)),
 )
 def like_a_fast_sensor(results: Results) -> Evidence:
     """With the virtual measurement the loop works like one with a sensor as fast as the actuator."""

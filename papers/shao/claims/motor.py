@@ -8,12 +8,18 @@ from papers.shao.claims.theory import residual
 from papers.shao.printed import DATA
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results
+from replication.verify.predicate import term
 
 MOTOR = Part("Sec. V: motor model, parameters, gains, feedforward", reading=NO_READING)
 
 
 @MOTOR.value(
-    "motor.torque-constant", DATA["torque_constant"], uses="motor", reading="surface-magnets", pinned="compatible"
+    "motor.torque-constant",
+    DATA["torque_constant"],
+    uses="motor",
+    reading="surface-magnets",
+    pinned="compatible",
+    says=term("torque constant", "parameters"),
 )
 def torque_constant(results: Results) -> Evidence:
     """The torque constant K_T, N m/A."""
@@ -24,7 +30,12 @@ def torque_constant(results: Results) -> Evidence:
     )
 
 
-@MOTOR.feasible("motor.coordinates", place="eq. (23) and the matrices below it", uses="motor")
+@MOTOR.feasible(
+    "motor.coordinates",
+    place="eq. (23) and the matrices below it",
+    uses="motor",
+    says=term("coordinates of the motor", "parameters"),
+)
 def position_coordinates(results: Results) -> Evidence:
     """The motor equations are those of A, B and C in position, speed and acceleration."""
     gap = results["motor"]["transfer_gap"]
@@ -43,6 +54,7 @@ for which, matrix in (("feedback", "A + B K"), ("observer", "A − L C")):
         place="Sec. V, gains, and Sec. IV, below eq. (10)",
         statement=f"{matrix} is Hurwitz for the printed gains, as the theorem supposes.",
         uses="motor",
+        says=term("Hurwitz", "motor", matrix=which),
     )(partial(hurwitz, which))
 
 
@@ -52,6 +64,7 @@ for which, matrix in (("feedback", "A + B K"), ("observer", "A − L C")):
     uses="motor",
     tolerance="0.000001",
     tolerance_reason="T, M and T_s are settings in exact decimals and no rounded results: T_s must be M T to rounding.",
+    says=term("slow period", "motor"),
 )
 def slow_period(results: Results) -> Evidence:
     """The sampling period T_s of the sensor, s."""
@@ -65,6 +78,7 @@ def slow_period(results: Results) -> Evidence:
     reading="inverse-feedforward",
     erratum="feedforward-orders",
     pinned="compatible",
+    says=term("feedforward inverts the motor", "motor", orders=[3, 1, 2]),
 )
 def inverse_feedforward(results: Results) -> Evidence:
     """The feedforward inverts the motor."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from functools import partial
 from itertools import pairwise, product
 from typing import Any
@@ -12,11 +13,12 @@ from papers.shao.claims.outcomes import by_margin, by_value
 from papers.shao.experiments.readings import SEARCH, merged
 from papers.shao.method.search import Near, chance, reading_of
 from papers.shao.printed import DATA
-from papers.shao.problem import APO, APO_READINGS, COLUMNS, LABELS, PMI, PMI_READINGS, READINGS, SRC
+from papers.shao.problem import APO, APO_READINGS, COLUMNS, FREQUENCIES, LABELS, PMI, PMI_READINGS, READINGS, SRC
 from papers.shao.readings import INTERPOLATIONS, LITERAL, MEASURES, STARTS
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Results
 from replication.estimation.dualrate.tracking import Points
+from replication.verify.predicate import Predicate, Term, term
 
 NOT_SEARCHED = "Not searched: delays, different discretisations of plant and observer, other parameters or gains."
 STEADY = "steady state by the lifted form"
@@ -73,13 +75,46 @@ def cell(column: str, index: int, results: Results) -> Evidence:
     )
 
 
+MEASURED = {Points.BETWEEN: "all", Points.FAST: "fast"}
+
+
+def error_under(column: str, reading: str, index: int) -> Term:
+    """The largest tracking error of a cell under a reading of the command, of the maximum, or of the observer."""
+    structure, points = MEASURES.get(reading, MEASURES[LITERAL])
+    observer = INTERPOLATIONS.get(reading, COLUMNS[column]) if column == "pmi" else COLUMNS[column]
+    return term(
+        "largest tracking error",
+        "motor",
+        observer=observer,
+        feedforward=structure.feedforward,
+        instants=MEASURED[points],
+        frequency=str(Fraction(FREQUENCIES[index])),
+    )
+
+
+READ: Mapping[str, tuple[str, ...]] = {"apo": tuple(MEASURES), "pmi": (*MEASURES, *list(INTERPOLATIONS)[1:-1])}
+"""By column its readings; with the slow input DRC-PMI is unstable and has no steady state."""
+
+
+def in_order(column: str) -> list[Predicate]:
+    """That each error of a column is less than the next, under each reading."""
+    return [
+        Predicate(of=error_under(column, one, i), relation="less than", to=error_under(column, one, i + 1), reading=one)
+        for one in READ[column]
+        for i in range(len(FREQUENCIES) - 1)
+    ]
+
+
 for number, (reference, row) in enumerate(DATA["table-1"].items(), 1):
+    at = str(Fraction(FREQUENCIES[number - 1]))
+    growth = term("no bounded tracking error", "motor-from-start", observer=SRC, frequency=at)
     TABLE.feasible(
         f"table.src-{number}",
         place=row["SRC"].place,
         statement=f"A dash: with the reference {reference} the single-rate loop has no bounded error.",
         uses=("table", "transients"),
         reading=next(iter(STARTS)),
+        says=[Predicate(of=growth, reading=start) for start in STARTS],
     )(partial(unbounded, number - 1))
     for column in COLUMNS:
         TABLE.value(
@@ -88,6 +123,15 @@ for number, (reference, row) in enumerate(DATA["table-1"].items(), 1):
             statement=f"Largest tracking error of DRC-{column.upper()} over the amplitude of the reference, percent.",
             uses="table",
             pinned="differs",
+            says=[
+                Predicate(
+                    of=error_under(column, one, number - 1),
+                    relation="is",
+                    to=str(row[f"DRC-{column.upper()}"]),
+                    reading=one,
+                )
+                for one in READ[column]
+            ],
         )(partial(cell, column, number - 1))
 
 PRINTED = "[{}]".format("; ".join(f"{row['DRC-PMI']} {row['DRC-APO']}" for row in DATA["table-1"].values()))
@@ -143,7 +187,22 @@ def described(near: Near) -> str:
     return f"{LABELS[reading.observer]}, {choices}, error {WHERE[reading.points]}, {window}: {numbers}"
 
 
-@TABLE.order("order.apo-below-pmi", place="Table I", uses=("table", "orderings"), pinned="undetermined")
+@TABLE.order(
+    "order.apo-below-pmi",
+    place="Table I",
+    uses=("table", "orderings"),
+    pinned="undetermined",
+    says=[
+        Predicate(
+            of=error_under("apo", LITERAL if one in INTERPOLATIONS else one, i),
+            relation="less than",
+            to=error_under("pmi", one, i),
+            reading=one,
+        )
+        for one in READ["pmi"]
+        for i in range(len(FREQUENCIES))
+    ],
+)
 def smaller_error(results: Results) -> Evidence:
     """DRC-APO has a smaller error than DRC-PMI at every frequency of Table I."""
     table = results["table"]
@@ -204,6 +263,7 @@ for column in COLUMNS:
         place="Table I",
         statement=f"The error of DRC-{column.upper()} grows from each frequency of Table I to the next.",
         uses=("table", "orderings"),
+        says=in_order(column),
     )(partial(growing, column))
 
 

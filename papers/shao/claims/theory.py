@@ -8,6 +8,7 @@ from papers.shao.claims.outcomes import by_margin
 from papers.shao.problem import APO, REPAIRED
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Results
+from replication.verify.predicate import term
 
 OBSERVER = Part("Sec. III: observer and its discrete form, eqs. (1) to (8)", reading=NO_READING, figures="lag")
 THEOREM = Part(
@@ -30,7 +31,9 @@ def residual(method: str, gap: float, as_printed: Evidence | None = None) -> Evi
     )
 
 
-@OBSERVER.feasible("theory.discrete-observer", place="eqs. (3) and (7)", uses="table")
+@OBSERVER.feasible(
+    "theory.discrete-observer", place="eqs. (3) and (7)", uses="table", says=term("equivalent observers")
+)
 def same_estimates(results: Results) -> Evidence:
     """The discrete-time observer gives the estimates of the sampled-data observer at the instants."""
     gap = max(results["table"]["agreement"][APO])
@@ -39,20 +42,24 @@ def same_estimates(results: Results) -> Evidence:
     )
 
 
-@THEOREM.feasible("theory.error-equations", place="eqs. (9) and (10)", uses="motor")
+@THEOREM.feasible(
+    "theory.error-equations", place="eqs. (9) and (10)", uses="motor", says=term("equations (9) and (10)")
+)
 def error_equations(results: Results) -> Evidence:
     """(9) can be written as (10)."""
     return residual("(9) minus (10) at random states, relative", results["motor"]["equation_gap"])
 
 
-@THEOREM.feasible("theory.second-case", place="Sec. IV, Case 2", uses="motor")
+@THEOREM.feasible("theory.second-case", place="Sec. IV, Case 2", uses="motor", says=term("Case 2"))
 def special_case(results: Results) -> Evidence:
     """Case 2 is Case 1 with the prediction error zero: (10) without its last term."""
     gap = results["motor"]["case_gap"]
     return residual("(9) with ȳ(t_k) = y(t_k) minus (10) without its last term at random states, relative", gap)
 
 
-@THEOREM.feasible("theory.lyapunov", place="Sec. IV, above eq. (11)", uses="theorem")
+@THEOREM.feasible(
+    "theory.lyapunov", place="Sec. IV, above eq. (11)", uses="theorem", says=term("Lyapunov equation", "motor")
+)
 def lyapunov_matrix(results: Results) -> Evidence:
     """The Lyapunov equation with the printed data has a positive definite solution."""
     smallest = results["theorem"]["motor"]["smallest"]
@@ -79,7 +86,7 @@ def step_bounds(results: Results, *names: str, method: str = RANDOM) -> Evidence
     )
 
 
-@THEOREM.feasible("theory.output-bounds", place="eqs. (12) and (13)", uses="bounds")
+@THEOREM.feasible("theory.output-bounds", place="eqs. (12) and (13)", uses="bounds", says=term("bounds (12) and (13)"))
 def output_bounds(results: Results) -> Evidence:
     """Over a fast period the rate and the change of the output stay within (12) and (13)."""
     return step_bounds(results, "12", "13")
@@ -92,6 +99,7 @@ def output_bounds(results: Results) -> Evidence:
     reading="short-periods",
     erratum="prediction-error-sign",
     pinned="reproduced after erratum",
+    says=term("bound (14)"),
 )
 def estimate_bound(results: Results) -> Evidence:
     """The feedback changes over a fast period, up to a second long, by no more than the bound (14)."""
@@ -135,7 +143,12 @@ def prediction_rate(results: Results) -> Evidence:
 
 
 @THEOREM.feasible(
-    "theory.prediction-bound", place="eq. (15)", uses="theorem", reading="elapsed-period", pinned="refuted"
+    "theory.prediction-bound",
+    place="eq. (15)",
+    uses="theorem",
+    reading="elapsed-period",
+    pinned="refuted",
+    says=term("bound (15)"),
 )
 def prediction_bound(results: Results) -> Evidence:
     """The error of the virtual measurement is at most α₃ times the root of V times the time elapsed."""
@@ -167,13 +180,13 @@ def prediction_bound(results: Results) -> Evidence:
     )
 
 
-@THEOREM.feasible("theory.collected-constant", place="eqs. (16) and (17)", uses="bounds")
+@THEOREM.feasible("theory.collected-constant", place="eqs. (16) and (17)", uses="bounds", says=term("constant (17)"))
 def collected_constant(results: Results) -> Evidence:
     """The constant α₄ of (17) collects the terms of (16)."""
     return step_bounds(results, "17", method="terms of (16) over their bound by α₄, the largest of random loops")
 
 
-@THEOREM.feasible("theory.contraction", place="eq. (22)", uses="theorem")
+@THEOREM.feasible("theory.contraction", place="eq. (22)", uses="theorem", says=term("contraction (22)"))
 def contraction(results: Results) -> Evidence:
     """The factor φ is below one whenever (18) holds."""
     gap = results["theorem"]["factor_gap"]
@@ -182,7 +195,13 @@ def contraction(results: Results) -> Evidence:
     )
 
 
-@THEOREM.feasible("theory.stability", place="Sec. IV, after eq. (22)", uses="theorem", pinned="refuted")
+@THEOREM.feasible(
+    "theory.stability",
+    place="Sec. IV, after eq. (22)",
+    uses="theorem",
+    pinned="refuted",
+    says=term("stability theorem"),
+)
 def stability_theorem(results: Results) -> Evidence:
     """If A + B K and A − L C are Hurwitz and (18) holds, the control law stabilises the plant globally."""
     scalar, radius = results["theorem"]["scalar"], results["theorem"]["radius"]

@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 from papers.shao.method.lyapunov import hurwitz_margins, slow_eigenvalues
 from papers.shao.method.motor import Feedforward, feedforward
 from papers.shao.problem import APO, DESIGN, FAST, MOTOR, PMI, REPAIRED
-from replication.audit.declare import experiment
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
@@ -134,16 +133,3 @@ def _equation_gap(rng: np.random.Generator, *, measured: bool = False) -> float:
     extra = np.concatenate([B @ (K @ (held - zeta)), -L @ (measured_output - C @ x) - L @ last])
     second = joint @ np.concatenate([x, xi]) + extra
     return float(np.linalg.norm(first - second) / np.linalg.norm(first))
-
-
-EXPERIMENTS = (
-    experiment("motor", motor_model, seed=1),
-    experiment("eigenvalues", motor_eigenvalues, periods=np.geomspace(1e-3, 0.4, 200).tolist()),
-    experiment(
-        "stable-sets",
-        stable_sets,
-        ratios=[1, 2, 3, 5, 8],
-        periods=[*np.arange(0.0004, 0.04, 0.0004).tolist(), *np.arange(0.04, 0.4, 0.01).tolist()],
-        largest_ratio=60,
-    ),
-)

@@ -13,7 +13,6 @@ from papers.shao.method.readings import STRUCTURES
 from papers.shao.method.search import BlockResult, Column, decoy_columns, merge, search_block
 from papers.shao.printed import table_1
 from papers.shao.problem import APO_READINGS, PMI_READINGS, READINGS
-from replication.audit.declare import experiment
 
 SEARCH = tuple(f"readings-{index:02d}" for index in range(len(STRUCTURES)))
 """Names of the blocks of the search."""
@@ -39,6 +38,3 @@ def table_columns(decoys: int, seed: int) -> dict[str, Column]:
 def merged(blocks: Iterable[dict[str, Any]]) -> BlockResult:
     """The whole search from the stored results of its blocks."""
     return merge([msgspec.convert(stored, BlockResult) for stored in blocks])
-
-
-EXPERIMENTS = tuple(experiment(name, block, structure=index, decoys=40, seed=2022) for index, name in enumerate(SEARCH))

@@ -19,7 +19,6 @@ from papers.shao.method.lyapunov import (
     theorem_constants,
 )
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, REPAIRED
-from replication.audit.declare import experiment
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.problem import DualRateDesign, make_plant
 from replication.estimation.dualrate.sampled import held
@@ -168,10 +167,3 @@ def _ratios(design: DualRateDesign, constants: TheoremConstants, start: Array, e
         "14": float(np.max(change_u / bound14)),
         "excess": float(np.max((change_u - as_printed) / bound14)),
     }
-
-
-EXPERIMENTS = (
-    experiment("theorem", theorem, periods=[1e-4, 1e-5, 1e-6], ratios=[2, 3, 5, 8]),
-    experiment("bounds", step_bounds, trials=400, seed=3),
-    experiment("rates", slowest_rates, periods=np.geomspace(1e-4, 1.0, 41).tolist()),
-)

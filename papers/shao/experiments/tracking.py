@@ -12,6 +12,7 @@ from papers.shao.experiments.motor import radius
 from papers.shao.method.motor import Motor
 from papers.shao.method.readings import STRUCTURES, Structure, first_estimate
 from papers.shao.method.simulation import simulate
+from papers.shao.method.steady import bandwidth, estimation_error_ratio, estimation_lag
 from papers.shao.printed import DATA
 from papers.shao.problem import (
     APO,
@@ -32,7 +33,6 @@ from papers.shao.problem import (
     literal_loop,
 )
 from papers.shao.readings import MEASURES, STARTS
-from replication.audit.declare import experiment
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import (
     MARGINAL,
@@ -47,9 +47,6 @@ from replication.estimation.dualrate.problem import Plant, plant_of
 from replication.estimation.dualrate.response import slow_states, start_state, time_response
 from replication.estimation.dualrate.tracking import (
     Points,
-    bandwidth,
-    estimation_error_ratio,
-    estimation_lag,
     output_rows,
     period_response,
     reference,
@@ -256,18 +253,3 @@ def _response(name: str, frequency: float, choice: str, slow_periods: int, subst
 def _motor_with(parameter: str, factor: float) -> Motor:
     parameters = (parameter, "torque_constant") if parameter == "flux" else (parameter,)
     return replace(MOTOR, **{name: getattr(MOTOR, name) * factor for name in parameters})
-
-
-EXPERIMENTS = (
-    experiment("table", table, simulated_periods=60),
-    experiment("orderings", orderings),
-    experiment(
-        "frequencies",
-        frequency_sweep,
-        frequencies=np.geomspace(0.05, 8.0, 40).tolist(),
-        levels=[0.1, 1 - 0.5**0.5, 0.5],
-    ),
-    experiment("transients", transients, slow_periods=40, substeps=10, settled=200),
-    experiment("lags", lags, ratios=list(range(1, 11)), frequency=1e-3),
-    experiment("robustness", robustness, factors=np.geomspace(0.5, 2.0, 25).tolist()),
-)

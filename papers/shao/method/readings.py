@@ -23,7 +23,7 @@ from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS, Builder, Observer, ObserverStep
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.response import slow_states, start_state
-from replication.estimation.dualrate.sampled import SampledModel, without_correction
+from replication.estimation.dualrate.sampled import SampledModel
 from replication.estimation.dualrate.tracking import Points, output_rows, reference, tracking_error_ratio
 from replication.estimation.validation import Array, one_of
 
@@ -197,9 +197,15 @@ def current(builder: Builder, *, discrete_gain: bool = False) -> Builder:
 
 def _current(builder: Builder, discrete_gain: bool, model: SampledModel) -> Observer:
     predictor = builder(model)
-    free = builder(without_correction(model, discrete_gain=discrete_gain))
+    free = builder(_without_correction(model, discrete_gain=discrete_gain))
     steps = tuple(_current_step(step, bare) for step, bare in zip(predictor.steps, free.steps, strict=True))
     return replace(predictor, steps=steps)
+
+
+def _without_correction(model: SampledModel, *, discrete_gain: bool) -> SampledModel:
+    """The same model with H = 0, and with F = Ā if the gain is discrete."""
+    F = model.predictor.state if discrete_gain else model.F
+    return replace(model, F=F, H=np.zeros_like(model.H))
 
 
 def _current_step(step: ObserverStep, bare: ObserverStep) -> ObserverStep:

@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.proofs import sha256, wanted, with_proofs
+from replication.audit.judge.proofs import no_theorem, sha256, wanted, with_proofs
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Experiment, Paper, Reading, Verdict
@@ -153,13 +153,15 @@ def unsupported(results: ResultsFile) -> Iterator[Fault]:
 def _difference(record: ClaimRecord, supporting: Sequence[CertificateRecord]) -> str:
     """What joining the claim with its certificates again would change; empty if nothing."""
     try:
-        joined, proved = with_proofs(record.claim.kind, record.evidence, supporting)
+        joined, standing = with_proofs(record.claim, record.evidence, supporting)
     except AuditError as error:
         return str(error)
     if joined != record.evidence:
         return "the bracket is not the one that its certificates prove"
-    found = record.judgement.proved
-    return "" if found == proved else f"proved is {found}, but its certificates say otherwise"
+    found = record.judgement
+    if found.proved != standing.proved:
+        return f"proved is {found.proved}, but its certificates say otherwise"
+    return "" if found.supported == standing.supported else "what its certificates do not say is told otherwise"
 
 
 def refused(results: ResultsFile) -> Iterator[Fault]:
@@ -183,7 +185,7 @@ def against_files(results: ResultsFile, root: Path) -> Iterator[Fault]:
         if (entry.claims, entry.statement) != (record.claims, record.statement):
             yield path, "its claims or statement are not those of the theorem that is wanted"
     for claim in results.claims:
-        if claim.judgement.unproved != reasons.get(claim.id, ""):
+        if claim.judgement.unproved != no_theorem(claim.claim, reasons, bool(claim.evidence.certificates)):
             yield claim.id, "the reason why there is no theorem is not the one that the paper gives"
 
 

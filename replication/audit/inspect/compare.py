@@ -23,6 +23,7 @@ TEXT = (
     "reading",
     "optimum",
     "repeats",
+    "says",
 )
 
 SHOWN = 200
@@ -168,6 +169,7 @@ def _compared(record: ClaimRecord) -> dict[str, Any]:
         **{name: getattr(claim, name) for name in TEXT},
         **{name: getattr(evidence, name) for name in (*DECIDING, "not_checkable")},
         "proved": judgement.proved,
+        "supported": judgement.supported,
         "as_printed": None if printed is None else {name: getattr(printed, name) for name in DECIDING},
         "quantities": evidence.quantities,
     }

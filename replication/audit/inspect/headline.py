@@ -70,6 +70,7 @@ class Headline:
     repeated: int
     counts: Mapping[Verdict, int]
     proved: int
+    supported: int
     caveats: tuple[Caveat, ...]
     unexpected: tuple[ClaimRecord, ...]
     counted: tuple[int, ...]
@@ -86,6 +87,7 @@ def headline(results: ResultsFile) -> Headline:
         repeated=len(results.claims) - len(claims),
         counts=counts(claims),
         proved=sum(claim.judgement.proved for claim in claims),
+        supported=sum(bool(claim.judgement.supported) for claim in claims),
         caveats=caveats(claims, results.errata),
         unexpected=unexpected,
         counted=(len(claims), len(unexpected), *by_basis.values()),
@@ -105,10 +107,18 @@ def sentence(claims: Sequence[ClaimRecord]) -> str:
         if changed
         else "Every verdict is the expected one."
     )
-    proved = sum(claim.judgement.proved for claim in claims)
-    theorems = f"Proved in exact or ball arithmetic: {proved}."
     text = f"Of {len(claims)} {'claim' if len(claims) == 1 else 'claims'}, {listed}. {expected}"
-    return f"{text} {theorems}" if proved else text
+    return f"{text} {theorems(claims)}".strip()
+
+
+def theorems(claims: Iterable[ClaimRecord]) -> str:
+    """How many of the claims a theorem says, and beside how many there are theorems, in words; empty if none."""
+    found = [claim.judgement for claim in claims]
+    proved, supported = sum(one.proved for one in found), sum(bool(one.supported) for one in found)
+    if not proved and not supported:
+        return ""
+    many = f"{proved} {'claim' if proved == 1 else 'claims'} proved: a theorem says the claim"
+    return f"{many}; {supported} more supported by theorems." if supported else f"{many}."
 
 
 def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> tuple[Caveat, ...]:

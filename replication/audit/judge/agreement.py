@@ -129,7 +129,7 @@ def judge_value(target: Target, evidence: Evidence) -> Judgement:
         raise AuditError(f"printed value {target.printed.text!r} is a relation; a claim of kind bound compares those")
     measured = measure(target, evidence)
     ends = [interval.ends for interval in target.intervals]
-    positions = [_position(number.bracket, *pair) for number, pair in zip(measured, ends, strict=True)]
+    positions = [position(number.bracket, *pair) for number, pair in zip(measured, ends, strict=True)]
     decisive = next(position for position in Position if position in positions)
     found = [index for index, position in enumerate(positions) if position is decisive]
     index = max(found, key=lambda i: abs(measured[i].deviation))
@@ -214,8 +214,8 @@ def _negative(end: Fraction | None) -> Fraction | None:
     return None if end is None else -end
 
 
-def _position(bracket: Interval, least: Fraction, most: Fraction) -> Position:
-    """Both intervals are closed."""
+def position(bracket: Interval, least: Fraction, most: Fraction) -> Position:
+    """Where a bracket lies against the numbers from `least` to `most`, both intervals closed."""
     if (bracket.low is not None and bracket.low > most) or (bracket.high is not None and bracket.high < least):
         return Position.OUTSIDE
     if bracket.low is None or bracket.high is None:

@@ -12,9 +12,11 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.model import Evidence, Kind, Numbers
-from replication.audit.store.records import CertificateRecord
+from replication.audit.judge.match import Match, match
+from replication.audit.model import Claim, Evidence, Kind, Numbers
+from replication.audit.store.records import CertificateRecord, StatedClaim
 from replication.errors import AuditError
+from replication.verify.predicate import Exported
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused
 
@@ -22,7 +24,13 @@ ROUNDING = 1e-9
 """A proved bracket may be narrower than floating point is exact: a value this near, relatively, is moved to its end."""
 SUBJECT = ("printed.toml", "plants.py", "theorems.json")
 """Files of a paper that say what its certificates are about."""
-STATEMENTS = (Kind.FEASIBLE, Kind.ORDER)
+NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
+OPEN = "It holds under one reading of the text and fails under another."
+BY_KIND = {
+    Kind.CITED: "The text gives no means to compute it.",
+    Kind.STATISTICAL: "About random draws, which show how probable something is.",
+}
+"""Why there is no theorem on claims of these kinds, unless the paper gives another reason."""
 Ends = tuple[float | None, float | None]
 
 
@@ -74,6 +82,11 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
     return tuple(found), reasons
 
 
+def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bool) -> str:
+    """Why there is no theorem on a claim: as the paper says, or by its kind; empty for one that theorems support."""
+    return "" if named else reasons.get(claim.id, BY_KIND.get(claim.kind, ""))
+
+
 def sha256(path: Path) -> str:
     """The checksum of a file, or a word for one that is not there."""
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else "missing"
@@ -81,7 +94,9 @@ def sha256(path: Path) -> str:
 
 def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) -> CertificateRecord:
     """The record of a certificate: what `prove.prove` answered, or the error that it ended in."""
-    proved = result or {"sentence": "", "reason": error, "lower": None, "upper": None, "holds": None, "items": []}
+    none = {"sentence": "", "reason": error, "lower": None, "upper": None, "holds": None, "items": [], "says": []}
+    proved = result or none
+    says = msgspec.convert(proved["says"], tuple[Exported, ...])
     return CertificateRecord(
         paper=certificate.paper,
         name=certificate.name,
@@ -90,97 +105,92 @@ def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) ->
         claims=certificate.claims,
         statement=certificate.statement,
         proved=not proved["reason"],
-        **{**proved, "items": tuple((low, high) for low, high in proved["items"])},
+        **{**proved, "items": tuple((low, high) for low, high in proved["items"]), "says": says},
     )
 
 
-def with_proofs(kind: Kind, evidence: Evidence, certificates: Sequence[CertificateRecord]) -> tuple[Evidence, bool]:
-    """The evidence for a claim of this kind with what the certificates prove in place of what it computed.
+@dataclass(frozen=True, kw_only=True)
+class Standing:
+    """What certificates make of a claim: proved, or supported by what is true beside it, with the difference."""
 
-    Also whether the bracket, or the statement, is proved. Nothing changes while one of them is not proved.
-    Raises AuditError if the theorems contradict the evidence, or say nothing on a claim of this kind.
+    proved: bool = False
+    supported: str = ""
+
+
+def with_proofs(
+    claim: StatedClaim, evidence: Evidence, certificates: Sequence[CertificateRecord]
+) -> tuple[Evidence, Standing]:
+    """The evidence for a claim with what is proved of it in place of what was computed, and how the claim stands.
+
+    Nothing changes unless theorems say the claim, or while one of its certificates is not proved.
+    Raises AuditError if the theorems contradict the evidence, or bound other numbers than it has.
     """
     if not certificates or not all(certificate.proved for certificate in certificates) or evidence.not_checkable:
-        return evidence, False
+        return evidence, Standing()
     paths = ", ".join(certificate.path for certificate in certificates)
-    if kind in STATEMENTS:
-        said = {certificate.holds for certificate in certificates} - {None}
-        if not said:
-            raise AuditError(f"the theorems of {paths} do not say whether the claim holds")
-        if said != {evidence.holds}:
-            raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {evidence.holds}")
-        return _statement_bracketed(evidence, certificates), True
+    found = match(claim, evidence, certificates)
+    _require_agreement(found, evidence, paths)
+    ends = [(_outward(one.low, -math.inf), _outward(one.high, math.inf)) for one in found.bounds]
+    joined = _statement_bracketed if claim.kind not in NUMERIC else _number_bracketed
+    bracketed = joined(evidence, ends, paths) if found.proved or (claim.kind in NUMERIC and ends) else evidence
+    if found.proved:
+        return bracketed, Standing(proved=True)
+    return evidence, Standing(supported=found.difference or OPEN)
+
+
+def _require_agreement(found: Match, evidence: Evidence, paths: str) -> None:
+    computed = {outcome.reading: outcome.holds for outcome in evidence.outcomes}
+    for reading, holds in found.by_reading.items():
+        said = computed.get(reading) if computed else evidence.holds
+        if None not in (holds, said) and holds != said:
+            raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {said}")
+
+
+def _number_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:
+    """A number that is proved shows the bracket of its certificates; raises AuditError if it does not lie in it."""
     if evidence.value is None:
         raise AuditError(f"the theorems of {paths} bound a value, and the evidence has none")
-    ends = proved_ends(certificates)
     numbers = list(_flat(evidence.value))
     if len(ends) != len(numbers):
         raise AuditError(f"the theorems of {paths} bound {len(ends)} numbers, the evidence has {len(numbers)}")
-    if kind is not Kind.BOUND and any(None in pair for pair in ends):
-        raise AuditError(f"the theorems of {paths} leave a side open")
     values = [_inside(number, pair, paths) for number, pair in zip(numbers, ends, strict=True)]
-    bracketed = msgspec.structs.replace(
-        evidence,
-        value=_shaped(evidence.value, iter(values)),
-        lower=None if ends[0][0] is None else _shaped(evidence.value, iter(end[0] for end in ends)),
-        upper=None if ends[0][1] is None else _shaped(evidence.value, iter(end[1] for end in ends)),
-    )
-    return bracketed, True
+    return _bracketed(evidence, values, ends)
 
 
-def _statement_bracketed(evidence: Evidence, certificates: Sequence[CertificateRecord]) -> Evidence:
+def _statement_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:
     """A statement that is proved shows the bracket of its certificates; where they give none, it shows none.
 
     Its value is moved to the nearest end if it lies outside though its own bracket does not.
     Raises AuditError if the two brackets have nothing in common.
     """
-    change = msgspec.structs.replace
-    bare = change(evidence, lower=None, upper=None)
-    if evidence.value is None or not _bounding(certificates):
+    bare = msgspec.structs.replace(evidence, lower=None, upper=None)
+    if evidence.value is None:
         return bare
-    value, ends = evidence.value, proved_ends(certificates)
+    value = evidence.value
     numbers = list(_flat(value))
     if len(ends) != len(numbers):
         return bare
     lows = list(_flat(value if evidence.lower is None else evidence.lower))
     highs = list(_flat(value if evidence.upper is None else evidence.upper))
-    paths = ", ".join(certificate.path for certificate in certificates)
-    moved = []
     for number, low, high, pair in zip(numbers, lows, highs, ends, strict=True):
         # The bracket of its own that reaches nearest to the proved one must meet it.
         _inside(min(max(_clamped(number, pair), low), high), pair, paths)
-        moved.append(_clamped(number, pair))
-    sides = [None if any(end is None for end in side) else side for side in zip(*ends, strict=True)]
-    lower, upper = (None if side is None else _shaped(value, iter(side)) for side in sides)
-    return change(evidence, value=_shaped(value, iter(moved)), lower=lower, upper=upper)
+    return _bracketed(evidence, [_clamped(*pair) for pair in zip(numbers, ends, strict=True)], ends)
 
 
-def _bounding(certificates: Sequence[CertificateRecord]) -> list[tuple[tuple[str | None, str | None], ...]]:
-    """The brackets of those certificates that bound a number; the others only say yes or no."""
-    found = [certificate.items or ((certificate.lower, certificate.upper),) for certificate in certificates]
-    return [bracket for bracket in found if any(end for pair in bracket for end in pair)]
+def _bracketed(evidence: Evidence, values: Sequence[float], ends: Sequence[Ends]) -> Evidence:
+    """The evidence with these values and those sides of the bracket that are known of all of them."""
+    layout = evidence.value
+    assert layout is not None
+    sides = [None if None in side else side for side in zip(*ends, strict=True)]
+    lower, upper = (None if side is None else _shaped(layout, iter(side)) for side in sides)
+    return msgspec.structs.replace(evidence, value=_shaped(layout, iter(values)), lower=lower, upper=upper)
 
 
-def proved_ends(certificates: Sequence[CertificateRecord]) -> list[Ends]:
-    """The proved bracket of each number, the narrowest of all theorems on it, rounded outwards to floats.
-
-    Theorems that only say yes or no play no part. Raises AuditError if none bounds a number.
-    """
-    brackets = _bounding(certificates)
-    if len({len(bracket) for bracket in brackets}) != 1:
-        raise AuditError(f"{', '.join(c.path for c in certificates)} bound no number, or different counts of them")
-    ends = []
-    for pairs in zip(*brackets, strict=True):
-        lows = [Fraction(low) for low, _ in pairs if low is not None]
-        highs = [Fraction(high) for _, high in pairs if high is not None]
-        ends.append(
-            (_outward(max(lows), -math.inf) if lows else None, _outward(min(highs), math.inf) if highs else None)
-        )
-    return ends
-
-
-def _outward(number: Fraction, towards: float) -> float:
+def _outward(number: Fraction | None, towards: float) -> float | None:
     """The nearest float that is not on the inner side of `number`."""
+    if number is None:
+        return None
     nearest = float(number)
     inner = Fraction(nearest) > number if towards < 0 else Fraction(nearest) < number
     return math.nextafter(nearest, towards) if inner else nearest

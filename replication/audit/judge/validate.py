@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from fractions import Fraction
 
+from replication.audit.judge.proofs import BY_KIND
 from replication.audit.model import NO_READING, Kind, Paper, Verdict
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
+from replication.verify.predicate import YES_NO, Predicate
+from replication.verify.quantities import ESTIMATORS, unit_of
 
 _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
 _CELL = "claim:"
@@ -19,7 +23,7 @@ def validate_claims(papers: Sequence[Paper]) -> None:
 
     Ids are unique, in lower case and begin with the key of their paper; uses, errata, scope and tables refer to what
     exists; every claim is covered by the scope; a scope item without claims and figures says why. Every claim names its
-    reading, one that its paper defines, or `NO_READING`.
+    reading, one that its paper defines, or `NO_READING`. What a claim says as data is of a known quantity, in its unit.
     """
     mistakes = [*_repeated(papers)]
     for paper in papers:
@@ -28,9 +32,14 @@ def validate_claims(papers: Sequence[Paper]) -> None:
         mistakes.extend(_scope(paper))
         mistakes.extend(_pins(paper))
         mistakes.extend(_readings(paper))
+        mistakes.extend(_predicates(paper))
+    _require("the claims are not well formed", mistakes)
+
+
+def _require(what: str, mistakes: Sequence[str]) -> None:
     if mistakes:
         count = f"{len(mistakes)} mistake{'s' if len(mistakes) > 1 else ''}"
-        raise AuditError("\n".join([f"the claims are not well formed, {count}:", *(f"- {text}" for text in mistakes)]))
+        raise AuditError("\n".join([f"{what}, {count}:", *(f"- {text}" for text in mistakes)]))
 
 
 def _repeated(papers: Sequence[Paper]) -> Iterator[str]:
@@ -127,6 +136,60 @@ def _readings(paper: Paper) -> Iterator[str]:
             yield from _missing(f"claim {claim.id!r}", "names reading", (claim.reading,), known)
         else:
             yield f'claim {claim.id!r} names no reading; say reading="none" if the text leaves no choice'
+
+
+def _predicates(paper: Paper) -> Iterator[str]:
+    known = {reading.name for reading in paper.readings} | {NO_READING}
+    for claim in paper.claims:
+        for predicate in claim.says:
+            mistakes = [*_terms(predicate), *_relation(predicate)]
+            yield from (f"claim {claim.id!r} {mistake}" for mistake in mistakes)
+            if predicate.reading not in known:
+                yield f"claim {claim.id!r} says something under {predicate.reading!r}, a reading that nobody defines"
+
+
+def _terms(predicate: Predicate) -> Iterator[str]:
+    where = "replication/verify/quantities.py"
+    for term in predicate.terms:
+        unit = unit_of(term.quantity)
+        if not unit:
+            yield f"speaks of {term.quantity!r}, which is no known quantity; add it to {where} with its unit"
+        elif not predicate.unit:
+            yield f"says something of {term.quantity!r} without a unit; it has the unit {unit!r}"
+        elif predicate.unit != unit:
+            yield f"says something of {term.quantity!r} in the unit {predicate.unit!r}; it has the unit {unit!r}"
+        if term.estimators not in ESTIMATORS and term.estimators:
+            yield f"speaks of the estimators {term.estimators!r}, which are no known class; add it to {where}"
+
+
+def _relation(predicate: Predicate) -> Iterator[str]:
+    relation, to = predicate.relation, predicate.to
+    if (relation in ("holds", "fails")) != (predicate.unit == YES_NO):
+        yield f"says that {predicate.of.quantity!r} {relation}, but its unit is {predicate.unit!r}"
+    if (relation in ("holds", "fails")) != (to is None):
+        yield f"says that {predicate.of.quantity!r} {relation} {to or 'nothing'}; leave that out, or say what it is"
+    if isinstance(to, str) and relation not in ("is", "is not"):
+        try:
+            Fraction(to)
+        except (ValueError, ZeroDivisionError):
+            yield f"says that {predicate.of.quantity!r} is {relation} {to!r}, which is no number"
+
+
+def validate_theorems(papers: Sequence[Paper], named: Collection[str], excused: Collection[str]) -> None:
+    """Every claim has theorems and says something as data, or a reason why there is none; AuditError lists the others.
+
+    named: ids of the claims that theorems support. excused: of those with a reason. A paper with neither asks for none.
+    """
+    mistakes = []
+    asking = {name.partition(".")[0] for name in (*named, *excused)}
+    for claim in (claim for paper in papers if paper.key in asking for claim in paper.claims):
+        if claim.id in named and not claim.says:
+            mistakes.append(
+                f"claim {claim.id!r} has theorems and states no predicate; give says=... where it is declared"
+            )
+        if claim.id not in named and claim.id not in excused and claim.kind not in BY_KIND:
+            mistakes.append(f"claim {claim.id!r} has no theorem and no reason in theorems.json why there is none")
+    _require("the claims and the theorems do not fit", mistakes)
 
 
 def unused_readings(readings: Iterable[str], claims: Sequence[ClaimRecord]) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ import msgspec
 from replication.audit.judge.agreement import Target, judge_bound, judge_value
 from replication.audit.judge.numerals import apart, digits
 from replication.audit.judge.policies import with_excess, with_inputs
-from replication.audit.judge.proofs import with_proofs
+from replication.audit.judge.proofs import NUMERIC, Standing, with_proofs
 from replication.audit.model import NO_READING, Claim, Evidence, Judgement, Kind, Outcome, Proof, Reading, Verdict
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, StatedClaim
 from replication.errors import AuditError
@@ -30,7 +30,6 @@ SMALLEST_PROBABILITY_REASON = (
 
 AGREES = (Verdict.REPRODUCED, Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE, Verdict.CONSISTENT)
 DISAGREES = (Verdict.DIFFERS, Verdict.REFUTED)
-NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
 
 
 @dataclass(frozen=True)
@@ -106,17 +105,18 @@ def make_record(
     try:
         if error:
             raise AuditError(error)
-        (usable, proved), failure = with_proofs(claim.kind, plain(evidence), certificates), ""
+        (usable, standing), failure = with_proofs(stated, plain(evidence), certificates), ""
     except AuditError as unusable:
         # No number of a failed or malformed answer is kept, so that judging the record again gives an error too.
-        usable, proved, failure = Evidence(method=""), False, str(unusable)
+        usable, standing, failure = Evidence(method=""), Standing(), str(unusable)
     change = msgspec.structs.replace
     paths = tuple(certificate.path for certificate in certificates)
     usable = change(usable, code=code, seconds=seconds, certificates=paths)
     judgement = judge(stated, usable, None if proof is None else proof.holds, inferred=inferred, readings=readings)
     if failure:
         judgement = Judgement(verdict=Verdict.ERROR, reason=failure, intervals=judgement.intervals)
-    return ClaimRecord(claim=stated, evidence=usable, judgement=change(judgement, proved=proved, unproved=unproved))
+    judgement = change(judgement, proved=standing.proved, supported=standing.supported, unproved=unproved)
+    return ClaimRecord(claim=stated, evidence=usable, judgement=judgement)
 
 
 def rejudge(
@@ -130,14 +130,15 @@ def rejudge(
 
     errata: by id. target: the printed value, if it was read. readings: those of the paper.
 
-    What its certificates prove is taken from `proved`, which `check` compares with them.
+    What its certificates prove is taken from its judgement, which `check` compares with them.
     """
     erratum = errata.get(record.claim.erratum) if record.claim.erratum is not None else None
     holds = erratum.holds if erratum is not None and not erratum.error else None
     inferred = erratum is not None and erratum.inference
     judgement = judge(record.claim, record.evidence, holds, target, inferred=inferred, readings=readings)
     kept = record.judgement
-    return msgspec.structs.replace(judgement, proved=kept.proved, unproved=kept.unproved)
+    told = {name: getattr(kept, name) for name in ("proved", "supported", "unproved")}
+    return msgspec.structs.replace(judgement, **told)
 
 
 def _target(claim: StatedClaim) -> Target | AuditError | None:

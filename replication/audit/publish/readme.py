@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+from replication.audit.inspect.headline import theorems
 from replication.audit.judge.policies import once
 from replication.audit.model import Verdict
 from replication.audit.store.records import ResultsFile, read_results
@@ -18,8 +19,9 @@ BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results:
 
 
 def results_block(results: ResultsFile) -> str:
-    """Markdown: a table of verdicts per paper, then the first findings of each paper as a list."""
-    return "\n".join([BEGIN, "", *_table(results), "", *_findings(results), END])
+    """Markdown: verdicts per paper as a table, how many claims are proved, the first findings of each paper."""
+    proved = theorems(once(results.claims))
+    return "\n".join([BEGIN, "", *_table(results), "", *([proved, ""] if proved else []), *_findings(results), END])
 
 
 def replace_block(text: str, block: str) -> str:

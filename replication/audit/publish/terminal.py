@@ -7,14 +7,24 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import msgspec
 
+from replication.audit.inspect.headline import theorems
 from replication.audit.judge.policies import once
 from replication.audit.model import Outcome, Paper, Reading, SolverRecord, Verdict
 from replication.audit.run.progress import Action, Step
 from replication.audit.store.records import DECIDING, CertificateRecord, ClaimRecord, ResultsFile
+from replication.verify.quantities import in_words
 
 SLOWEST = 5
-NOT_SHOWN = frozenset({"statement", "solvers", "quantities", "as_printed", "intervals", "outcomes", "over_inputs"})
-LABELS = {"value": "computed", "expected": "expected verdict", "uses": "experiments"}
+NOT_SHOWN = frozenset(
+    {"statement", "solvers", "quantities", "as_printed", "intervals", "outcomes", "over_inputs", "says"}
+)
+LABELS = {
+    "value": "computed",
+    "expected": "expected verdict",
+    "uses": "experiments",
+    "supported": "supported, not proved",
+    "unproved": "not proved",
+}
 """Fields that are called otherwise in words."""
 
 
@@ -34,6 +44,8 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
     proved = sum(certificate.proved for certificate in results.certificates)
     if results.certificates:
         yield f"certificates: {proved} of {len(results.certificates)} proved"
+    if said := theorems(once(results.claims)):
+        yield said
     for certificate in unproved(results):
         yield f"not proved: {certificate.path}: {certificate.reason}"
     for error in (*errors(results), *failures):
@@ -77,6 +89,7 @@ def claim_rows(record: ClaimRecord, readings: Iterable[Reading] = ()) -> Iterato
     known = {reading.name: reading for reading in readings}
     yield "statement", record.claim.statement
     yield "paper", record.paper
+    yield from (("as data", in_words(predicate)) for predicate in record.claim.says)
     for part in (record.claim, record.judgement, record.evidence):
         for name, value in _given(part):
             yield LABELS.get(name, name.replace("_", " ")), _text(value)

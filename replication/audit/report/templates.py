@@ -12,6 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from replication.audit.judge import numerals
 from replication.audit.report.claim import anchor
 from replication.errors import AuditError
+from replication.verify.quantities import in_words
 
 SOURCES = Path(__file__).resolve().parents[3] / "report"
 """Templates, style sheet and script; they lie beside the report that they make."""
@@ -51,6 +52,7 @@ def environment() -> Environment:
     )
     made.filters |= {
         "short": numerals.short,
+        "in_words": in_words,
         "full": numerals.full,
         "signed": numerals.signed,
         "seconds": numerals.seconds,

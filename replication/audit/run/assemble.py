@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Experiment, Paper, Proof, Reading
@@ -170,6 +171,7 @@ def _claim(
 ) -> ClaimRecord:
     evidence, error = state.attempt(claim.uses, claim.answer)
     erratum, proof = proofs[claim.erratum] if claim.erratum is not None else (None, None)
+    certificates = [certificate for certificate in state.certificates if claim.id in certificate.claims]
     return make_record(
         claim,
         evidence,
@@ -179,8 +181,8 @@ def _claim(
         code=state.sources.location(claim.answer),
         seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
         error=error,
-        certificates=[certificate for certificate in state.certificates if claim.id in certificate.claims],
-        unproved=state.unproved.get(claim.id, ""),
+        certificates=certificates,
+        unproved=no_theorem(claim, state.unproved, bool(certificates)),
     )
 
 

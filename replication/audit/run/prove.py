@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ def prove(path: str, root: str, subject: dict[str, str]) -> dict[str, Any]:
     outcome = verify(Path(root) / path, Path(root))
     theorem = outcome.theorem
     if theorem is None:
-        return {"sentence": "", "reason": outcome.reason, "lower": None, "upper": None, "holds": None, "items": []}
+        none = {"lower": None, "upper": None, "holds": None, "items": [], "says": []}
+        return {"sentence": "", "reason": outcome.reason, **none}
     return {
         "sentence": theorem.sentence,
         "reason": "",
@@ -25,4 +27,5 @@ def prove(path: str, root: str, subject: dict[str, str]) -> dict[str, Any]:
         "upper": written(theorem.upper),
         "holds": theorem.holds,
         "items": written(theorem.items),
+        "says": [asdict(one) for one in theorem.says],
     }

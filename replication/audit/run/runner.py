@@ -13,7 +13,7 @@ from typing import Any
 
 from replication.audit.judge.proofs import Wanted, record, wanted
 from replication.audit.judge.typed import require_typed
-from replication.audit.judge.validate import validate_claims
+from replication.audit.judge.validate import validate_claims, validate_theorems
 from replication.audit.model import Experiment, Paper
 from replication.audit.run.assemble import Computed, assemble
 from replication.audit.run.pool import Executor, Processes
@@ -79,6 +79,7 @@ def run(
     require_typed(papers, sources)
     validate_claims(papers)
     certificates, unproved = wanted(root, [paper.key for paper in papers])
+    validate_theorems(papers, {claim for certificate in certificates for claim in certificate.claims}, unproved)
     plans = _plan(papers, certificates, root, partial(cache.lookup, now=data.now), sources)
     stored = {name: plan.lookup.entry for name, plan in plans.items() if plan.lookup.entry is not None}
     computed = {name: Computed(entry.dependencies, entry, "", entry.seconds) for name, entry in stored.items()}

@@ -25,7 +25,7 @@ _UNKNOWN: dict[str, Any] = {
 def converted(content: dict[str, Any]) -> dict[str, Any]:
     """A decoded file of schema `VERSION` in the form of the present one; raises ValidationError for a missing field.
 
-    That schema knew no readings. It holds no rounding intervals; those follow from the printed values.
+    That schema knew no readings and no predicates. It holds no rounding intervals; those follow from the prints.
     """
     try:
         inferred = {erratum["id"] for erratum in content["errata"] if erratum["inference"]}
@@ -36,11 +36,12 @@ def converted(content: dict[str, Any]) -> dict[str, Any]:
         ]
     except (KeyError, TypeError, ValueError) as error:
         raise msgspec.ValidationError(f"a field of schema {VERSION} is missing or malformed: {error!r}") from None
-    return {**content, "claims": claims, "papers": papers}
+    certificates = [{**record, "says": []} for record in content["certificates"]]
+    return {**content, "claims": claims, "papers": papers, "certificates": certificates}
 
 
 def _paper(paper: dict[str, Any]) -> dict[str, Any]:
-    return {**paper, "formulas": [{"text": text, "latex": latex} for text, latex in paper["formulas"]]}
+    return {**paper, "coverage": [], "formulas": [{"text": text, "latex": latex} for text, latex in paper["formulas"]]}
 
 
 def _verdict(verdict: str, record: dict[str, Any], inferred: set[str]) -> str:
@@ -65,6 +66,7 @@ def _claim(record: dict[str, Any], inferred: set[str]) -> dict[str, Any]:
             "reading": NO_READING,
             "optimum": False,
             "repeats": "",
+            "says": [],
         },
         "evidence": {
             **{name: record[name] for name in _EVIDENCE},
@@ -77,5 +79,6 @@ def _claim(record: dict[str, Any], inferred: set[str]) -> dict[str, Any]:
             **{name: record[name] for name in _JUDGEMENT},
             "verdict": _verdict(record["verdict"], record, inferred),
             "intervals": [],
+            "supported": "",
         },
     }

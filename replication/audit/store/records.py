@@ -10,6 +10,7 @@ import msgspec
 
 from replication.audit.model import (
     CommonLevel,
+    Coverage,
     Evidence,
     Formula,
     Judgement,
@@ -24,6 +25,7 @@ from replication.audit.model import (
 from replication.audit.store import older
 from replication.errors import AuditError
 from replication.files import write_atomically
+from replication.verify.predicate import Exported, Predicate
 
 SCHEMA_VERSION = 3
 Name = str
@@ -58,6 +60,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     reading: str
     optimum: bool
     repeats: str
+    says: tuple[Predicate, ...] = ()
 
 
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -131,6 +134,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """A certificate as the run verified it. path: below the project; claims: ids of those that it supports.
 
     sentence: the theorem; reason: why it is not proved, else empty. lower, upper, items: proved bounds as rationals.
+    says: the terms that the theorem speaks of, with what it proves of each.
     """
 
     paper: Name
@@ -146,6 +150,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     upper: str | None
     holds: bool | None
     items: tuple[tuple[str | None, str | None], ...]
+    says: tuple[Exported, ...] = ()
 
 
 class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -178,6 +183,7 @@ class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     formulas: tuple[Formula, ...]
     tables: tuple[Table, ...]
     scope: tuple[ScopeItem, ...]
+    coverage: tuple[Coverage, ...] = ()
     readings: tuple[Reading, ...]
     sensitivity: tuple[Sensitivity, ...]
     common: tuple[CommonLevel, ...]
@@ -275,6 +281,9 @@ def _require_whole(found: Any, whole: Any, path: str) -> None:
             if name not in found:
                 raise msgspec.ValidationError(f"Object missing required field `{name}` - at `{path}`")
             _require_whole(found[name], value, f"{path}.{name}")
+        # Of a predicate, which is no record of ours, an unknown field is passed over in reading.
+        if unknown := sorted(found.keys() - whole.keys()):
+            raise msgspec.ValidationError(f"Object contains unknown field `{unknown[0]}` - at `{path}`")
     elif isinstance(whole, list | tuple):
         for index, value in enumerate(whole):
             _require_whole(found[index], value, f"{path}[{index}]")
@@ -285,5 +294,5 @@ def json_schema() -> dict[str, Any]:
     schema = msgspec.json.schema(ResultsFile)
     for definition in schema["$defs"].values():
         if "properties" in definition:
-            definition["required"] = list(definition["properties"])
+            definition |= {"required": list(definition["properties"]), "additionalProperties": False}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}

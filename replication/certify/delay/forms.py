@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from flint import fmpq, fmpq_mat
@@ -28,11 +29,18 @@ class Basis:
     functions: int
     degree: int
     weight: int
+    total: bool = False
+
+    @cached_property
+    def kernels(self) -> list[tuple[int, int]]:
+        """The powers a and b of the moments."""
+        powers = range(self.degree + 1)
+        return [(a, b) for a in powers for b in powers if not self.total or a + b <= self.degree]
 
     @property
     def size(self) -> int:
         """Number of entries."""
-        return self.points + self.functions * (self.degree + 1) * (self.degree + 2)
+        return self.points + self.functions * (self.degree + 1 + len(self.kernels))
 
     def local(self, power: int, function: int) -> int:
         """Position of t^power f(t)."""
@@ -40,14 +48,14 @@ class Basis:
 
     def distributed(self, power: int, inner: int, function: int) -> int:
         """Position of t^power int s^inner f(s) ds."""
-        count = self.degree + 1
-        return self.points + (count + power * count + inner) * self.functions + function
+        place = self.degree + 1 + self.kernels.index((power, inner))
+        return self.points + place * self.functions + function
 
     def members(self) -> list[tuple[int, int | None, int | None]]:
         """For each entry: the power of t, the functional it is a multiple of, and the function it is a multiple of."""
         powers = range(self.degree + 1)
         functions = range(self.functions)
-        moments = [(a, self.points + b * self.functions + k, None) for a in powers for b in powers for k in functions]
+        moments = [(a, self.points + b * self.functions + k, None) for a, b in self.kernels for k in functions]
         return [
             *((0, p, None) for p in range(self.points)),
             *((a, None, k) for a in powers for k in functions),

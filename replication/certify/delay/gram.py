@@ -35,6 +35,7 @@ from replication.estimation.conic.program import Program
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay import DelaySystem
 from replication.estimation.delay.sos import synthesis
+from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.validation import Array
 
 CENTRE = SdpaOptions(tolerance=1e-9, scale=1e2, gap=1.0, residual=1e-4)
@@ -54,13 +55,14 @@ class GramPoint:
     margin: float
 
 
-def centred(system: DelaySystem, gamma: float, degree: int, trace: float) -> GramPoint:
+def centred(system: DelaySystem, gamma: float, degree: int, trace: float, *, total: bool = False) -> GramPoint:
     """The point of Theorem 3 at the level gamma whose Gram matrices have the largest least eigenvalue.
 
     `system` in coordinates with C_2 = [0 c]; the traces add up to `trace` at most. Raises InfeasibleError if there is
     no room for rounding, and what the solver raises.
     """
-    base = synthesis.program(synthesis.assemble(system, degree), 0.0, gamma)
+    rule = DegreeRule.TOTAL if total else DegreeRule.TENSOR
+    base = synthesis.program(synthesis.assemble(system, degree, rule), 0.0, gamma)
     eye = np.concatenate([np.eye(size).ravel() for size in base.blocks])
     rows = base.a.shape[0]
     # M = margin I + X with X >= 0: maximise the margin; the last row bounds the traces.
@@ -79,21 +81,23 @@ def centred(system: DelaySystem, gamma: float, degree: int, trace: float) -> Gra
         raise InfeasibleError(f"no room for rounding at the level {gamma!r}: margin {margin:.1e}; raise the level")
     functions = system.states * system.delay_count
     grams = [
-        _in_powers(block + margin * np.eye(block.shape[0]), order, functions)
+        _in_powers(block + margin * np.eye(block.shape[0]), order, functions, total)
         for block, order in zip(solution.blocks, (degree, degree - 1, degree, degree - 1), strict=True)
     ]
     least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
     return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
 
 
-def _in_powers(gram: Array, degree: int, functions: int) -> Array:
+def _in_powers(gram: Array, degree: int, functions: int, total: bool) -> Array:
     """A Gram matrix in Legendre polynomials as one in powers of t."""
     powers = _legendre_powers(degree)
-    points = gram.shape[0] - functions * (degree + 1) * (degree + 2)
+    kept = [a * (degree + 1) + b for a, b in Basis(0, 0, degree, 0, total).kernels]
+    points = gram.shape[0] - functions * (degree + 1 + len(kept))
     middle = points + functions * (degree + 1)
     change = np.eye(gram.shape[0])
     change[points:middle, points:middle] = np.kron(powers, np.eye(functions))
-    change[middle:, middle:] = np.kron(np.kron(powers, powers), np.eye(functions))
+    # The powers of a polynomial are no higher than its own, so that those of total degree d go among themselves.
+    change[middle:, middle:] = np.kron(np.kron(powers, powers)[np.ix_(kept, kept)], np.eye(functions))
     result: Array = change.T @ gram @ change
     return result
 
@@ -107,12 +111,14 @@ def _legendre_powers(degree: int) -> Array:
     return table
 
 
-def exact_grams(dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint) -> dict[str, list[fmpq_mat]]:
+def exact_grams(
+    dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint, *, total_degree: bool = False
+) -> dict[str, list[fmpq_mat]]:
     """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
     bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
     n, width = dynamics.states, dynamics.functions
-    v_bases = [Basis(n, width, degree - weight, weight) for weight in (0, 1)]
-    h_bases = [Basis(dynamics.points, width, degree - weight, weight) for weight in (0, 1)]
+    v_bases = [Basis(n, width, degree - weight, weight, total_degree) for weight in (0, 1)]
+    h_bases = [Basis(dynamics.points, width, degree - weight, weight, total_degree) for weight in (0, 1)]
     storage, dissipation = (
         [exact(rounded_array((matrix + matrix.T) / 2.0, bits)) for matrix in pair]
         for pair in (point.storage, point.dissipation)

@@ -16,11 +16,12 @@ from replication.certify.delay.gram import centred, exact_grams
 from replication.certify.rounding import as_floats, exact, floats, rational, rounded, rounded_down, rounded_up, stepwise
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DelaySystem, delay_system, minimum_gain, rightmost_roots
+from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.units import natural_units
 from replication.verify.algebra.linear import block, identity, take_rows
 from replication.verify.reading import written
 
-STEPS = (1.2e-6, 5e-6, 2e-5)
+STEPS = (1.2e-6, 5e-6, 2e-5, 1e-4)
 """Relative distances of a level from the least one, tried in turn until there is room for rounding."""
 TRACE, WIDE_TRACE = 30.0, 1e4
 """Bound on the traces of the Gram matrices: small numbers close to the least level; more of it for small levels."""
@@ -74,11 +75,13 @@ def floating(plant: Mapping[str, Any], change: fmpq_mat | None = None) -> DelayS
     )
 
 
-def grams(plant: Mapping[str, Any], gamma: str, degree: int, trace: float = TRACE) -> dict[str, Any]:
+def grams(
+    plant: Mapping[str, Any], gamma: str, degree: int, trace: float = TRACE, *, total: bool = False
+) -> dict[str, Any]:
     """Witness of Theorem 3 at the level gamma; raises InfeasibleError if there is no room for rounding."""
     change = change_of(plant)
-    point = centred(floating(plant, change), float(Fraction(gamma)), degree, trace)
-    found = exact_grams(dynamics_of(plant, change), rational(gamma), degree, point)
+    point = centred(floating(plant, change), float(Fraction(gamma)), degree, trace, total=total)
+    found = exact_grams(dynamics_of(plant, change), rational(gamma), degree, point, total_degree=total)
     made = {name: [written(gram) for gram in pair] for name, pair in found.items()}
     least = min(float(np.linalg.eigvalsh(as_floats(gram))[0]) for pair in made.values() for gram in pair)
     if not least > 0.0:
@@ -132,6 +135,13 @@ def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str
         return {"bound": {"upper": gamma}, "witness": grams(plant, gamma, degree, WIDE_TRACE)}
     least = minimum_gain(floating(plant), degree).gamma
     return stepwise(least, STEPS, LEVEL_BITS, lambda gamma: grams(plant, gamma, degree))
+
+
+def total_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """The same by the rule of the total degree."""
+    plant, degree = theorem["plant"], theorem["parameters"]["degree"]
+    least = minimum_gain(floating(plant), degree, rule=DegreeRule.TOTAL).gamma
+    return stepwise(least, STEPS, LEVEL_BITS, lambda gamma: grams(plant, gamma, degree, total=True))
 
 
 def gain_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:

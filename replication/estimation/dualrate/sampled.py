@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -126,12 +126,6 @@ def sampled_model(
         observer = over_time(guided, design.period, harmonic)
         F, G, H, forcing = observer.state, observer.input[:, :inputs], observer.input[:, inputs:], observer.forcing
     return SampledModel(predictor, F, G, H, forcing, model.output, design.ratio)
-
-
-def without_correction(model: SampledModel, *, discrete_gain: bool) -> SampledModel:
-    """The same model with H = 0, and with F = Ā if the gain is discrete."""
-    F = model.predictor.state if discrete_gain else model.F
-    return replace(model, F=F, H=np.zeros_like(model.H))
 
 
 def _exponential(matrix: Any) -> Any:

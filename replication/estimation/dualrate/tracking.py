@@ -7,23 +7,20 @@ over one slow period is the supremum of the error over all time if σ M T/(2π) 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
 from replication.estimation.dualrate.sampled import Harmonic, over_time
 from replication.estimation.validation import (
     Array,
     ComplexArray,
-    increasing_grid,
     one_of,
     positive_integer,
-    positive_scalar,
 )
 
 LEAST_SUBSTEPS, POINTS_PER_TURN = 100, 20
@@ -118,8 +115,12 @@ def tracking_error_ratio(loop: DualRateLoop, points: Points = Points.BETWEEN) ->
     points = one_of(Points, points)
     if points is Points.BETWEEN:
         return tracking_error_peak(loop)[0]
-    sizes = np.abs(_errors(loop, steady_state(loop), output_rows(loop, 1)))
-    return float(np.max(sizes[: 1 if points is Points.SLOW else None]))
+    return float(np.max(fast_errors(loop)[: 1 if points is Points.SLOW else None]))
+
+
+def fast_errors(loop: DualRateLoop) -> Array:
+    """|y − y_d| / |y_d| at the fast instants of a slow period in the steady state, shape (M,)."""
+    return np.abs(_errors(loop, steady_state(loop), output_rows(loop, 1)))[:, 0]
 
 
 def tracking_error_peak(loop: DualRateLoop) -> tuple[float, float]:
@@ -149,52 +150,6 @@ def _refined(loop: DualRateLoop, steady: SteadyState, time: float, width: float)
         options={"xatol": 1e-9 * width},
     )
     return -float(found.fun), float(found.x) % loop.design.slow_period
-
-
-def estimation_error_ratio(loop: DualRateLoop) -> float:
-    """Largest |y − C x̂| / |y_d| over the fast instants in the steady state; InfeasibleError if unstable."""
-    return float(np.max(np.abs(_estimation_errors(loop))))
-
-
-def estimation_lag(loop: DualRateLoop) -> float:
-    """Mean time in s by which C x̂ lags y in the steady state: mean of (y − C x̂)/(s y) over the fast instants.
-
-    Meaningful for σ well below the loop's rates, where y is close to a ramp within a slow period.
-    """
-    steady, n = steady_state(loop), loop.plant.size
-    outputs = steady.states[:-1, :n] @ loop.plant.output[0]
-    return float(np.real(np.mean(_estimation_errors(loop) / (reference(loop).exponent * outputs))))
-
-
-def bandwidth(
-    loop_at: Callable[[float], DualRateLoop], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
-) -> float:
-    """The first σ (rad/s) with a tracking error ratio of `level`, searched on an increasing grid, then refined.
-
-    Raises InfeasibleError if the ratio stays below the level on the grid or already exceeds it at its first point,
-    or if the loop is unstable; InvalidInputError unless the level is positive and the grid increases from above zero.
-    """
-    level = positive_scalar("error level", level)
-    grid = increasing_grid("frequencies", frequencies)
-
-    def excess(frequency: float) -> float:
-        return tracking_error_ratio(loop_at(frequency)) - level
-
-    previous = float(grid[0])
-    if excess(previous) >= 0:
-        raise InfeasibleError(f"the error ratio exceeds {level:g} from σ = {previous:g} rad/s on; start lower")
-    for frequency in grid[1:]:
-        if excess(frequency) >= 0:
-            return float(brentq(excess, previous, frequency, xtol=tolerance))
-        previous = float(frequency)
-    raise InfeasibleError(f"the error ratio stays below {level:g} up to σ = {previous:g} rad/s; search higher")
-
-
-def _estimation_errors(loop: DualRateLoop) -> ComplexArray:
-    """Complex amplitudes of y − C x̂ at the phases, shape (M,)."""
-    steady, n = steady_state(loop), loop.plant.size
-    estimates = [step.estimate_state @ z for step, z in zip(loop.steps, steady.states[:-1], strict=True)]
-    return np.asarray(steady.states[:-1, :n] @ loop.plant.output[0] - estimates @ loop.design.model.output[0])
 
 
 def _errors(loop: DualRateLoop, steady: SteadyState, rows: OutputRows) -> ComplexArray:

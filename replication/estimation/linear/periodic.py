@@ -87,20 +87,6 @@ class PeriodicSystem:
             drive[:, start:stop] = stage.B
         return Stage(transition, drive, np.vstack(outputs), np.vstack(direct))
 
-    def cyclic(self) -> Stage:
-        """The cyclic reformulation: one state copy per phase, block-cyclic A and B; same induced norm as `lift`."""
-        total = sum(len(stage.A) for stage in self.stages)
-        A = np.zeros((total, total))
-        B = np.zeros((total, sum(stage.B.shape[1] for stage in self.stages)))
-        column = 0
-        for k, stage in enumerate(self.stages):
-            following = (k + 1) % self.period
-            rows = slice(following * self.order, (following + 1) * self.order)
-            A[rows, k * self.order : (k + 1) * self.order] = stage.A
-            B[rows, column : column + stage.B.shape[1]] = stage.B
-            column += stage.B.shape[1]
-        return Stage(A, B, block_diagonal([s.C for s in self.stages]), block_diagonal([s.D for s in self.stages]))
-
 
 def block_diagonal(blocks: Sequence[Array]) -> Array:
     """Block diagonal matrix that, unlike scipy's, keeps the rows of blocks without columns and the reverse."""

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.guarantee.guarantee import Guarantee, guaranteed_level
-from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import BadSequence, worst_sequence
-from replication.estimation.validation import positive_integer
 
 
 @dataclass(frozen=True)
@@ -49,13 +47,3 @@ def worst_case_gain(
         plant, filter_, periods, horizon=horizon, final_horizon=final_horizon, per_duration=per_duration
     )
     return WorstCaseGain(attack, guarantee)
-
-
-def floor_for_any_filter(plant: SampledPlant, periods: PeriodRange, nodes: int) -> tuple[float, float]:
-    """A level that no filter of form (4) attains, and at which constant period: the largest of `nodes` of them.
-
-    It is the infeasible end of the search for gamma*(h), so a lower bound. Raises the errors of `riccati_level`.
-    """
-    count = positive_integer("nodes", nodes)
-    levels = [(riccati_level(plant, float(h), tolerance=1e-8).infeasible, float(h)) for h in periods.nodes(count)]
-    return max(levels)

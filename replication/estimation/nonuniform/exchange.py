@@ -17,7 +17,6 @@ from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
     Normalised,
     Solver,
-    design_for_periods,
     lmi10,
     normalise,
     solve_for_periods,
@@ -201,9 +200,3 @@ def _scan(plant: SampledPlant, periods: PeriodRange) -> tuple[Array, Array]:
     for _ in steps[1:]:
         stack.append(stack[-1] @ step)
     return steps, np.array(stack)
-
-
-def dense_design(plant: SampledPlant, periods: PeriodRange, nodes: int) -> FilterDesign:
-    """The same over a grid of `nodes` equally spaced periods, all at once; nothing is known between them."""
-    normalised = normalise(plant, periods.middle)
-    return design_for_periods(plant, periods.nodes(nodes).tolist(), at=normalised, solver=Solver.SDPA)

@@ -122,12 +122,6 @@ def _blocks(rows: Sequence[Sequence[Array]]) -> Array:
     return np.concatenate([np.concatenate(row, axis=-1) for row in whole], axis=-2)
 
 
-def lmi_size(plant: SampledPlant) -> tuple[int, int]:
-    """Number of scalar unknowns of (10), delta included, and order of its matrix."""
-    n, m, r, s = plant.order, plant.B.shape[1], len(plant.C), len(plant.L)
-    return n * (n + 1) + n * r + s * n + n * n + 1, 4 * n + s + m
-
-
 def variable_basis(plant: SampledPlant) -> LmiVariables:
     """The unit directions of all unknowns as a stack, preceded by the zero point; the order is delta, Z, Y, F, G, Q."""
     n, r, s = plant.order, len(plant.C), len(plant.L)

@@ -1,32 +1,40 @@
-"""Matrices of polynomials with a symbol for every entry: an identity between them holds for all matrices of a size."""
+"""Matrices of polynomials with a symbol for every entry: an identity between them holds for all matrices of a size.
+
+Or matrices whose blocks are words, with a letter for every block: an identity holds for blocks of all sizes that fit.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import add, sub
+from typing import Any
 
-from flint import Ordering, fmpq, fmpq_mpoly, fmpq_mpoly_ctx
+from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
+from replication.verify.algebra.words import Words, letter
 from replication.verify.theorem import require
 
-Change = Callable[[fmpq_mpoly], fmpq_mpoly]
+Entry = Any
+"""A polynomial, or a sum of words."""
+Change = Callable[[Entry], Entry]
 Shapes = Mapping[str, tuple[int, int]]
 
 
 @dataclass(frozen=True)
 class Symbolic:
-    """A matrix of polynomials in one ring, by rows."""
+    """A matrix of polynomials in one ring, or of words, by rows."""
 
-    rows: tuple[tuple[fmpq_mpoly, ...], ...]
+    rows: tuple[tuple[Entry, ...], ...]
 
     @property
     def T(self) -> Symbolic:
         """The transpose."""
-        return Symbolic(tuple(zip(*self.rows, strict=True)))
+        mirrored = Symbolic(tuple(zip(*self.rows, strict=True)))
+        return mirrored.each(lambda entry: entry.T if isinstance(entry, Words) else entry)
 
     @property
-    def entry(self) -> fmpq_mpoly:
+    def entry(self) -> Entry:
         """The only entry of a 1 x 1 matrix."""
         ((value,),) = self.rows
         return value
@@ -43,13 +51,13 @@ class Symbolic:
         """The negative."""
         return self * -1
 
-    def __mul__(self, factor: fmpq_mpoly | fmpq | int) -> Symbolic:
-        """The multiple by a polynomial or a number."""
+    def __mul__(self, factor: Entry | fmpq | int) -> Symbolic:
+        """The multiple by a polynomial, a central letter or a number."""
         return self.each(lambda entry: entry * factor)
 
     def __matmul__(self, other: Symbolic) -> Symbolic:
         """The product."""
-        columns = other.T.rows
+        columns = tuple(zip(*other.rows, strict=True))
         return Symbolic(tuple(tuple(_dot(row, column) for column in columns) for row in self.rows))
 
     def each(self, change: Change) -> Symbolic:
@@ -57,15 +65,15 @@ class Symbolic:
         return Symbolic(tuple(tuple(change(entry) for entry in row) for row in self.rows))
 
     def vanishes(self) -> bool:
-        """Whether every entry is the zero polynomial."""
+        """Whether every entry is zero."""
         return all(entry.is_zero() for row in self.rows for entry in row)
 
-    def _beside(self, operation: Callable[[fmpq_mpoly, fmpq_mpoly], fmpq_mpoly], other: Symbolic) -> Symbolic:
+    def _beside(self, operation: Callable[[Entry, Entry], Entry], other: Symbolic) -> Symbolic:
         pairs = zip(self.rows, other.rows, strict=True)
         return Symbolic(tuple(tuple(operation(a, b) for a, b in zip(*pair, strict=True)) for pair in pairs))
 
 
-def _dot(row: Sequence[fmpq_mpoly], column: Sequence[fmpq_mpoly]) -> fmpq_mpoly:
+def _dot(row: Sequence[Entry], column: Sequence[Entry]) -> Entry:
     first, *others = (a * b for a, b in zip(row, column, strict=True))
     return sum(others, first)
 
@@ -92,8 +100,13 @@ def symbols(shapes: Shapes, symmetric: Sequence[str] = (), diagonal: Sequence[st
     }
 
 
-def unit(size: int, one: fmpq_mpoly) -> Symbolic:
-    """The identity matrix times a polynomial."""
+def letters(*names: str, symmetric: Sequence[str] = ()) -> tuple[Symbolic, ...]:
+    """A matrix of any size for each name; those in `symmetric` are their own transposes."""
+    return tuple(Symbolic(((letter(name, symmetric=name in symmetric),),)) for name in names)
+
+
+def unit(size: int, one: Entry) -> Symbolic:
+    """The identity matrix times a polynomial, or of so many blocks."""
     return Symbolic(tuple(tuple(one if i == j else one - one for j in range(size)) for i in range(size)))
 
 
@@ -104,5 +117,5 @@ def blocks(table: Sequence[Sequence[Symbolic]]) -> Symbolic:
 
 
 def require_equal(left: Symbolic, right: Symbolic, what: str) -> None:
-    """Refuse unless both sides are the same polynomials."""
+    """Refuse unless both sides are the same."""
     require((left - right).vanishes(), f"{what} is no identity")

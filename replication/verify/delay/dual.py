@@ -19,7 +19,7 @@ from replication.verify.delay.forms import BUMP, UNIFORM, Form, basis_size, squa
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.delay.sos import rate, require_zero
 from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
-from replication.verify.statement import LOWER, Depends
+from replication.verify.statement import LOWER, Depends, Says
 from replication.verify.theorem import require
 
 
@@ -59,6 +59,7 @@ def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
     "delay.degree-lower",
     parameters={"degree": sized(integer, 1)},
     bound=LOWER,
+    says=Says(quantity="least level of Theorem 3", readings=("z2-each",)),
     witness={
         "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
         "functional": Depends(lambda given: sized(read_functional, given.plant, 2 * given.degree + 1)),

@@ -84,22 +84,29 @@ def moment(weight: Mapping[int, int], power: int) -> fmpq:
     return sum((fmpq(factor * (-1) ** (power + k), power + k + 1) for k, factor in weight.items()), fmpq(0))
 
 
-def basis_size(points: int, functions: int, degree: int) -> int:
+def kernels(degree: int, *, total: bool) -> list[tuple[int, int]]:
+    """The powers (a, b) of s and t in zeta of `square`: up to the degree each, or in total."""
+    powers = range(degree + 1)
+    return [(a, b) for a, b in product(powers, powers) if not total or a + b <= degree]
+
+
+def basis_size(points: int, functions: int, degree: int, *, total: bool = False) -> int:
     """Number of entries of zeta in `square`."""
-    return points + functions * ((degree + 1) + (degree + 1) ** 2)
+    return points + functions * (degree + 1 + len(kernels(degree, total=total)))
 
 
-def square(M: fmpq_mat, weight: Mapping[int, int], points: int, functions: int, degree: int) -> Form:
+def square(
+    M: fmpq_mat, weight: Mapping[int, int], points: int, functions: int, degree: int, *, total: bool = False
+) -> Form:
     """int g(s) zeta(s)'M zeta(s) ds, which is non-negative for M >= 0 and g >= 0.
 
-    zeta(s) = [u; s^a f(s), a = 0..degree; s^a int t^b f(t) dt, a and then b = 0..degree].
+    zeta(s) = [u; s^a f(s), a = 0..degree; s^a int t^b f(t) dt, a and then b, of `kernels`].
     """
-    powers = range(degree + 1)
     u = range(points)
-    starts = range(points, basis_size(points, functions, degree), functions)
+    starts = range(points, basis_size(points, functions, degree, total=total), functions)
     columns = [range(start, start + functions) for start in starts]
-    local = {a: columns[a] for a in powers}
-    distributed = {(a, b): columns[(degree + 1) * (a + 1) + b] for a, b in product(powers, powers)}
+    local = dict(enumerate(columns[: degree + 1]))
+    distributed = dict(zip(kernels(degree, total=total), columns[degree + 1 :], strict=True))
     Q: Polynomial = {}
     S: Polynomial = {}
     R: Kernel = {}

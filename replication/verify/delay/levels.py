@@ -2,30 +2,95 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from flint import acb, fmpq
 
 from replication.verify.delay.hidden import Hidden, characteristic, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, on_plant
 from replication.verify.delay.sos import Proof, read_proof, require_level
 from replication.verify.reading import integer, positive, rational, several, sized
-from replication.verify.statement import LOWER, UPPER, Depends, Found, statement
+from replication.verify.statement import LOWER, UPPER, Depends, Found, Says, statement
 from replication.verify.theorem import require
 
 DEGREE = sized(integer, 1)
+DEGREES = (1, 2, 3, 4)
+"""Those of the paper's tables and text."""
+LEAST, GAIN, RATIO, MET = "least level of Theorem 3", "gain of the error", "gain over the least", "Theorem 3 met"
+OBSERVERS = ("observers by Theorem 3",)
+TENSOR, TOTAL, WIDE = "z2-each", "z2-total", "z2-wide"
+"""Readings of the degree rule of Z_2: the degree in each variable, in total, and twice of it in the outer variable."""
+UNDER = ("none", TENSOR, "sinc")
+"""Readings under which the text speaks of the gain of such an observer, and of conditions that are met."""
+
+
+def above(degree: int, rule: str = TENSOR) -> Says:
+    """What squares of a degree and rule, or less of it, are for one that allows as much."""
+
+    def readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
+        least = parameters["degree"]
+        if least > degree:
+            return ()
+        # Powers of s and t up to d each have total degree 2 d at most; of total degree d they are up to d each.
+        wide = (WIDE,) if degree == 1 else ()
+        return (TENSOR, *wide, *((TOTAL,) if rule == TOTAL or 2 * least <= degree else ()))
+
+    return Says(quantity=LEAST, setting={"degree": degree}, readings=readings)
+
+
+def below(degree: int) -> Says:
+    """No observer is better, whatever the degree and the rule."""
+    return Says(quantity=LEAST, setting={"degree": degree}, readings=(TENSOR, TOTAL, WIDE))
+
+
+def ratio(degree: int) -> Says:
+    """How near an observer of a degree, or of less, comes to the best."""
+    return Says(
+        quantity=RATIO,
+        estimators=OBSERVERS,
+        setting={"degree": degree},
+        readings=lambda parameters: UNDER if parameters["degree"] <= degree else (),
+        found=lambda known: Found(upper=known["factor"]),
+    )
+
+
+REACHED = Says(quantity=GAIN, estimators=OBSERVERS, setting={}, readings=UNDER)
+FEASIBLE = Says(quantity=MET, setting={}, readings=UNDER, found=lambda known: Found(holds=True))
 HIDDEN = Depends(lambda given: sized(read_hidden, given.plant.states))
 PROOF = Depends(lambda given: sized(read_proof, given.plant.states))
 
 
-@on_plant("delay.gain-upper", parameters={"degree": DEGREE}, bound=UPPER, witness=PROOF)
+@on_plant(
+    "delay.gain-upper",
+    parameters={"degree": DEGREE},
+    bound=UPPER,
+    witness=PROOF,
+    says=(*map(above, DEGREES), REACHED, FEASIBLE),
+)
 def gain_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> None:
     """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program>, with the squares of degree {degree} by
-    the tensor rule or more, is feasible at the level {upper:up}, and the observer with the gains of its storage has an
-    L2 gain from w to the error of z below it.
+    the tensor rule or more, is feasible at the level {upper:up} with some positive eps, and the observer with the gains
+    of its storage has an L2 gain from w to the error of z below it.
     """
     require_level(plant, upper, degree, witness)
 
 
-@on_plant("delay.gain-lower", bound=LOWER, witness=HIDDEN)
+@on_plant(
+    "delay.total-upper",
+    parameters={"degree": DEGREE},
+    bound=UPPER,
+    witness=PROOF,
+    says=tuple(above(degree, TOTAL) for degree in DEGREES),
+)
+def total_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> None:
+    """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program>, with the squares of total degree
+    {degree} or more, and so by the tensor rule, is feasible at the level {upper:up}.
+    """
+    require_level(plant, upper, degree, witness, total=True)
+
+
+@on_plant("delay.gain-lower", bound=LOWER, witness=HIDDEN, says=tuple(map(below, DEGREES)))
 def gain_lower(plant: DelayPlant, lower: fmpq, witness: Hidden) -> None:
     """The plant< {plant.name}|>: no observer, causal or not, has an L2 gain from w to the error of z below
     {lower:down}: near {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain to z.
@@ -38,16 +103,17 @@ def gain_lower(plant: DelayPlant, lower: fmpq, witness: Hidden) -> None:
     parameters={"degree": DEGREE, "factor": positive},
     witness={"level": positive, "hidden": HIDDEN, "sos": PROOF},
     holds=True,
+    says=(*map(ratio, DEGREES), FEASIBLE),
 )
 def near_optimal(plant: DelayPlant, degree: int, factor: fmpq, level: fmpq, hidden: Hidden, sos: Proof) -> None:
-    """The plant< {plant.name}|>: the observer with the gains of a storage of degree {degree} has an L2 gain below
-    {level:up}, and at most {factor} times that of any observer, causal or not.
+    """The plant< {plant.name}|>: the observer with the gains of a storage of degree {degree}< that meets Theorem 3 with
+    some positive eps|> has an L2 gain below {level:up}, and at most {factor} times that of any observer, causal or not.
     """
     require_level(plant, level, degree, sos)
     require_hidden(plant, level / factor, hidden)
 
 
-@on_plant("delay.unstable", witness={"left": positive, "right": positive}, holds=True)
+@on_plant("delay.unstable", witness={"left": positive, "right": positive}, holds=True, says="unstable")
 def unstable(plant: DelayPlant, left: fmpq, right: fmpq) -> None:
     """The plant< {plant.name}|> is unstable: it has a characteristic root between {left:down 6} and {right:up 6} per
     second.
@@ -59,7 +125,17 @@ def unstable(plant: DelayPlant, left: fmpq, right: fmpq) -> None:
     require(bool(ends[0] * ends[1] < 0), "det M does not change its sign between the two points")
 
 
-@statement("delay.not-unstable", source="peet2019", parameters={"eigenvalues": sized(several, rational)}, holds=False)
+@statement(
+    "delay.not-unstable",
+    source="peet2019",
+    parameters={"eigenvalues": sized(several, rational)},
+    holds=False,
+    says=Says(
+        quantity="Example 4 unstable",
+        setting={},
+        readings=lambda given: ("jordan-one",) if given["eigenvalues"] == ["1"] else (),
+    ),
+)
 def not_unstable(eigenvalues: list[fmpq]) -> Found:
     """If J, whose eigenvalues are not printed, has none but {listed}, Example 4 is exponentially stable for any number
     of states and delays: no characteristic root has a real part of zero or more.

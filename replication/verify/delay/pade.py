@@ -16,10 +16,11 @@ from replication.verify.algebra.work import characteristic_polynomial
 from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.reading import fields, integer, matrix, rational, sized, symmetric
-from replication.verify.statement import LOWER, UPPER, Depends
+from replication.verify.statement import LOWER, UPPER, Depends, Says
 from replication.verify.theorem import require
 
 LARGEST_ORDER = 50
+LEAST = Says(quantity="least level of LMI (3)", readings=("pade-square",))
 Section = tuple[fmpq_mat, fmpq_mat, fmpq_mat, fmpq]
 """a, b, c, d of x' = a x + b u, out = c x + d u."""
 
@@ -52,6 +53,7 @@ def read_order(value: Any, path: str) -> int:
         "section": Depends(lambda given: sized(read_section, given.order)),
         "P": symmetric,
     },
+    says=LEAST,
 )
 def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, section: Section, P: fmpq_mat) -> None:
     """The plant< {plant.name}|>: <LMI (3)|the bounded real LMI of an observer> on its Pade approximation of order
@@ -83,6 +85,7 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
     parameters={"order": read_order},
     bound=LOWER,
     witness=Depends(lambda given: sized(read_hidden, given.plant.states)),
+    says=LEAST,
 )
 def pade_lower(plant: DelayPlant, order: int, lower: fmpq, witness: Hidden) -> None:
     """The plant< {plant.name}|>: <LMI (3)|the bounded real LMI of an observer> on its Pade approximation of order

@@ -28,14 +28,14 @@ class Squares:
     grams: list[fmpq_mat]
     path: str
 
-    def form(self, points: int, functions: int, degree: int) -> Form:
+    def form(self, points: int, functions: int, degree: int, *, total: bool) -> Form:
         """The form, of degrees `degree` and `degree` - 1; refuses matrices that are indefinite or of another size."""
         parts = []
         for gram, weight, order in zip(self.grams, (forms.UNIFORM, forms.BUMP), (degree, degree - 1), strict=True):
-            size, name = forms.basis_size(points, functions, order), f"{self.path} of degree {order}"
+            size, name = forms.basis_size(points, functions, order, total=total), f"{self.path} of degree {order}"
             require(gram.nrows() == size, f"{name} must have {size} rows, got {gram.nrows()}")
             require_positive_definite(gram, name)
-            parts.append(forms.square(gram, weight, points, functions, order))
+            parts.append(forms.square(gram, weight, points, functions, order, total=total))
         return forms.total(*parts)
 
 
@@ -56,11 +56,15 @@ def read_proof(value: Any, path: str, n: int) -> Proof:
     return Proof(matrix(change, f"{path}.change", n, n), V, N)
 
 
-def require_level(plant: DelayPlant, gamma: fmpq, degree: int, proof: Proof) -> None:
-    """Refuse unless it is proved that the gains of Theorem 3 at this degree give an L2 gain below gamma."""
+def require_level(plant: DelayPlant, gamma: fmpq, degree: int, proof: Proof, *, total: bool = False) -> None:
+    """Refuse unless it is proved that the gains of Theorem 3 at this degree give an L2 gain below gamma.
+
+    total: the degree is that of s and t together, otherwise of each (the tensor rule).
+    """
     inner = measured_last(plant, proof.change)
     n, functions = plant.states, plant.late.ncols()
-    V, N = proof.storage.form(n, functions, degree), proof.dissipation.form(plant.points, functions, degree)
+    V = proof.storage.form(n, functions, degree, total=total)
+    N = proof.dissipation.form(plant.points, functions, degree, total=total)
     for power, part in V.S.items():
         for i, j in product(range(functions), repeat=2):
             require(i // n == j // n or part[i, j] == 0, f"V couples two delays in S at power {power}")

@@ -1,7 +1,4 @@
-"""Identities of Shao et al. with a symbol for every entry, at the size of the example: three states, input, output.
-
-An identity holds iff the difference of its sides is the zero polynomial in these symbols.
-"""
+"""Identities of Shao et al. with a letter for every matrix: they hold for any number of states, inputs and outputs."""
 
 from __future__ import annotations
 
@@ -10,16 +7,15 @@ from collections.abc import Mapping, Sequence
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import identity, require_positive_semidefinite
-from replication.verify.algebra.symbolic import Symbolic, require_equal, symbols, unit
+from replication.verify.algebra.symbolic import Symbolic, letters, require_equal, symbols, unit
+from replication.verify.algebra.words import one
 
-STATES = 3
-SQUARE, COLUMN, ROW, ONE = (STATES, STATES), (STATES, 1), (1, STATES), (1, 1)
+ONE = (1, 1)
 
 
 def require_error_equations() -> None:
     """(9) is (10), entry by entry, with y_p (case 1) and with y (case 2) at t_k."""
-    shapes = {"A": SQUARE, "B": COLUMN, "C": ROW, "K": ROW, "L": COLUMN, "x": COLUMN, "xi": COLUMN, "held": COLUMN}
-    A, B, C, K, L, x, xi, held, y, predicted = symbols({**shapes, "y": ONE, "predicted": ONE}).values()
+    A, B, C, K, L, x, xi, held, y, predicted = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y", "predicted")
     zeta = x - xi
     for used in (predicted, y):
         joint = A @ x + B @ K @ x - B @ K @ xi
@@ -29,6 +25,29 @@ def require_error_equations() -> None:
         require_equal(second, rest, "the second row of (9) = (10)")
 
 
+def require_second_case() -> None:
+    """(9) with ȳ(t_k) = y(t_k) is (10) without its last term."""
+    A, B, C, K, L, x, xi, held, y = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y")
+    zeta = x - xi
+    first = (A + B @ K) @ x - B @ K @ xi + B @ K @ (held - zeta)
+    require_equal(A @ x + B @ K @ held, first, "the first row of Case 2")
+    second = (A - L @ C) @ xi - L @ (y - C @ x)
+    require_equal(A @ xi - L @ (y - C @ zeta), second, "the second row of Case 2")
+
+
+def require_collected() -> None:
+    """The terms of (16), with ‖PB‖ ≤ λ c₁, ‖PL‖ ≤ λ ‖L‖ and ‖χ‖ ≤ √V/r, r = √λ_min: their sum is α₄ √V V_m of (17).
+
+    All factors are non-negative, so that these bounds may be put in their places. Both sides times r.
+    """
+    names = ("a1", "a2", "a3", "c1", "L", "KL", "most", "V", "Vm")
+    a1, a2, a3, c1, L, KL, most, V, Vm = (symbol.entry for symbol in symbols(dict.fromkeys(names, ONE)).values())
+    PB, PL = most * c1, most * L
+    terms = 2 * a2 * V * PB * Vm + 2 * a1 * V * PL * Vm + 2 * a3 * V * PB * KL * Vm + 2 * a3 * V * PL * Vm
+    total = 2 * (a2 * c1 + L * a1 + c1 * a3 * KL + a3 * L) * most
+    require_equal(Symbolic(((terms,),)), Symbolic(((total * V * Vm,),)), "(16) = (17)")
+
+
 def require_sampled_observer() -> None:
     """(7) solves (3): the derivatives at t = 0 of both, which determine them.
 
@@ -36,10 +55,9 @@ def require_sampled_observer() -> None:
     k is F_k ζ + G_k u + H_k ȳ with F_k = Â^k of e^{Ât}, and G_k = F_{k−1} B, H_k = F_{k−1} L of its integral times B
     and L. Both are multiplied by Â for k ≥ 1, so k = 1 and k = 2 settle all.
     """
-    shapes = {"A": SQUARE, "B": COLUMN, "L": COLUMN, "zeta": COLUMN, "u": ONE, "y": ONE}
-    A, B, L, zeta, u, y = symbols(shapes).values()
+    A, B, L, zeta, u, y = letters("A", "B", "L", "zeta", "u", "y")
     pushed = B @ u + L @ y
-    solution, rate, F = zeta, pushed, unit(STATES, u.entry**0)
+    solution, rate, F = zeta, pushed, unit(1, one())
     for derivative in ("first", "second"):
         solution, rate = A @ solution + rate, pushed * 0
         previous, F = F, A @ F
@@ -53,9 +71,8 @@ def require_rates() -> None:
 
     It holds whatever matrix Â (`guided`) is.
     """
-    shapes = {"A": SQUARE, "guided": SQUARE, "B": COLUMN, "C": ROW, "K": ROW, "L": COLUMN}
-    states = dict.fromkeys(("x", "zeta", "first", "held"), COLUMN)
-    A, guided, B, C, K, L, x, zeta, first, held, gap = symbols({**shapes, **states, "gap": ONE}).values()
+    names = ("A", "guided", "B", "C", "K", "L", "x", "zeta", "first", "held", "gap")
+    A, guided, B, C, K, L, x, zeta, first, held, gap = letters(*names)
     u = K @ held
     require_equal(C @ (A @ x + B @ u), C @ A @ x + C @ B @ K @ held, "the rate of y in (12)")
     drift = K @ (guided @ zeta + B @ u + L @ (C @ first + gap))

@@ -31,6 +31,8 @@ class Observer(StrEnum):
 
     SRC = "single_rate"
     PMI = "model_interpolation"
+    HELD = "held_measurement"
+    SINGLE = "single_correction"
     APO = "alternating_predictive"
     REPAIRED = "running_prediction"
     FAST = "fast_sensor"
@@ -41,6 +43,8 @@ class Observer(StrEnum):
         return {
             Observer.SRC: "the single-rate loop",
             Observer.PMI: "the loop with model interpolation",
+            Observer.HELD: "the loop with the measurement held over the slow period",
+            Observer.SINGLE: "the loop with one correction in a slow period",
             Observer.APO: "the loop with the alternating predictive observer",
             Observer.REPAIRED: "the loop with the repaired predictor",
             Observer.FAST: "the loop with a sensor at every fast instant",
@@ -128,7 +132,8 @@ def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_ma
         inputs.append(u)
         predicted, carried = A * zeta + B * u, A * used + B * u
         step = C * (predicted - zeta)
-        x, zeta = A * x + B * u, F * zeta + G * u + H * measured
+        alone = observer is Observer.SINGLE and phase > 0
+        x, zeta = A * x + B * u, predicted if alone else F * zeta + G * u + H * measured
         if observer is Observer.APO:  # (6)
             measured = C * predicted
         elif observer is Observer.REPAIRED:  # (6) as a step on from the last measurement

@@ -1,23 +1,31 @@
-"""Statements on the dual-rate loops of Shao et al.: stability by Φ, growth that references excite, tracking errors."""
+"""Statements on the dual-rate loops of Shao et al.: radius and stability by Φ, growth that a reference excites."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat
+from flint import acb, acb_mat, acb_poly, arb, fmpq
 
 from replication.verify.algebra.balls import complex_of, is_less
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.roots import require_roots_within, root_near, without_root
 from replication.verify.dualrate import response
 from replication.verify.dualrate.loop import Loop, Observer, monodromy, on_loop, read_loop, read_observer
-from replication.verify.dualrate.response import Place
-from replication.verify.reading import matrix, positive, rational, sequence, several, sized
-from replication.verify.statement import BOTH, Depends, Found
+from replication.verify.predicate import NO_READING
+from replication.verify.reading import positive, rational, sequence, several, sized, text
+from replication.verify.statement import BOTH, Depends, Found, Says
 from replication.verify.theorem import require
 
-MOST_STARTS = 100
+RADIUS = "spectral radius over a slow period"
+READINGS = (NO_READING, "literal", "slowest-mode")
+"""Readings of the manuscript under which it speaks of these loops, as they stand, and compares them by that number."""
+STARTS: Mapping[str, Callable[[Loop], list[fmpq]]] = {
+    "zero": lambda loop: [fmpq(0)] * loop.order,
+    "output": lambda loop: [(loop.C * loop.start)[0, 0], *[fmpq(0)] * (loop.order - 1)],
+    "true": lambda loop: loop.start.entries(),
+}
+"""Where the observer starts: at zero, at the measured position, at the state of the plant."""
 
 
 def read_guess(value: Any, path: str) -> acb:
@@ -25,7 +33,13 @@ def read_guess(value: Any, path: str) -> acb:
     return complex_of(sequence(value, path, rational, 2))
 
 
-@on_loop("dualrate.radius", parameters={"observer": read_observer}, bound=BOTH, witness={"root": read_guess})
+@on_loop(
+    "dualrate.radius",
+    parameters={"observer": read_observer},
+    bound=BOTH,
+    witness={"root": read_guess},
+    says=Says(quantity=RADIUS, readings=READINGS),
+)
 def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb) -> None:
     """Over one slow period {observer.words} has the spectral radius {lower:down} to {upper:up}.
 
@@ -35,7 +49,13 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     require_roots_within(monodromy(plant, observer).charpoly(), upper, "the eigenvalues of Φ")
 
 
-@on_loop("dualrate.stable", parameters={"observer": read_observer}, witness={"radius": positive}, holds=True)
+@on_loop(
+    "dualrate.stable",
+    parameters={"observer": read_observer},
+    witness={"radius": positive},
+    holds=True,
+    says=Says(quantity=RADIUS, readings=READINGS, found=lambda known: Found(upper=known["radius"])),
+)
 def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
     """Without a reference {observer.words} is stable: its spectral radius over one slow period is below {radius:up}.
 
@@ -45,20 +65,12 @@ def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
     require_roots_within(monodromy(plant, observer).charpoly(), radius, "the eigenvalues of Φ")
 
 
-@on_loop(
-    "dualrate.unstable",
-    parameters={"observer": read_observer},
-    witness={"root": read_guess, "radius": positive},
-    holds=True,
-)
-def unstable(plant: Loop, observer: Observer, root: acb, radius: fmpq) -> None:
-    """Without a reference {observer.words} is unstable: an eigenvalue over one slow period exceeds {radius:down} in
-    modulus.
-
-    Φ has an eigenvalue outside the unit circle.
-    """
-    require(radius > 1, f"witness.radius must be above one, got {radius}")
-    require_eigenvalue_beyond(plant, observer, root, radius)
+def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:
+    """ζ(0) by the names of `STARTS`, each once."""
+    names = several(value, path, text)
+    known = set(names) <= STARTS.keys() and len(set(names)) == len(names)
+    require(known, f"{path} must be some of {', '.join(STARTS)}, each once")
+    return {name: STARTS[name](loop) for name in names}
 
 
 @on_loop(
@@ -68,15 +80,22 @@ def unstable(plant: Loop, observer: Observer, root: acb, radius: fmpq) -> None:
     parameters={
         "observer": read_observer,
         "frequency": positive,
-        "estimates": Depends(lambda given: sized(several, sized(matrix, given.plant.order, 1), MOST_STARTS)),
+        "starts": Depends(lambda given: sized(read_starts, given.plant)),
     },
     witness={"root": read_guess},
     holds=True,
+    says=Says(
+        quantity="no bounded tracking error",
+        setting=lambda parameters: {name: parameters[name] for name in ("observer", "frequency")},
+        readings=lambda parameters: tuple(f"start-{name}" for name in parameters["starts"]),
+    ),
 )
-def no_bounded_error(plant: Loop, observer: Observer, frequency: fmpq, estimates: list[fmpq_mat], root: acb) -> Found:
+def no_bounded_error(
+    plant: Loop, observer: Observer, frequency: fmpq, starts: Mapping[str, list[fmpq]], root: acb
+) -> Found:
     """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
-    y_d' + a₃ y_d>, held over T, {observer.words} has no bounded tracking error from this x(0) and {count} starts of ζ:
-    they excite an eigenvalue of modulus {size:down 3} or more.
+    y_d' + a₃ y_d>, held over T, {observer.words} has no bounded tracking error from this x(0) and ζ(0) = {listed}: each
+    excites an eigenvalue of modulus {size:down 3} or more.
 
     The tracking error is unbounded from x(0) = start with each of the given ζ(0).
 
@@ -84,15 +103,14 @@ def no_bounded_error(plant: Loop, observer: Observer, frequency: fmpq, estimates
     circle and ψ(z) = det(z I − Φ)/(z − λ), ψ of the shift makes c λⁿ of it, c = C ψ(Φ)(z(0) − Im X), which is no
     bounded sequence unless c = 0; then d is not bounded either, while y_d and the steady state are.
     """
-    count = len(estimates)
     response.require_position_form(plant)
-    require(len({str(estimate) for estimate in estimates}) == count, "parameters.estimates names a start twice")
     root = eigenvalue_near(plant, observer, root)
     require(is_less(1, abs(root)), "the eigenvalue is not proved to lie outside the unit circle")
-    for estimate in estimates:
-        c = excitation(plant, observer, frequency, root, [*plant.start.entries(), *estimate.entries()])
-        require(not c.contains(0), "the eigenvalue is not proved to be excited and seen")
-    return Found(words={"count": count, "size": abs(root)})
+    for name, estimate in starts.items():
+        c = excitation(plant, observer, frequency, root, [*plant.start.entries(), *estimate])
+        require(not c.contains(0), f"the eigenvalue is not proved to be excited and seen from {name}")
+    listed = ", ".join(f"({', '.join(map(str, estimate))})" for estimate in starts.values())
+    return Found(words={"listed": listed, "size": abs(root)})
 
 
 def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Sequence[fmpq]) -> acb:
@@ -103,30 +121,6 @@ def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Se
     reached = acb_mat([[*loop.C.entries(), *[0] * loop.order]])
     polynomial = without_root(acb_poly(Phi.charpoly().coeffs()), root)
     return (applied(polynomial, reached, Phi) * offset)[0, 0]
-
-
-@on_loop(
-    "dualrate.tracking-error",
-    source="shao",
-    parameters={"observer": read_observer, "frequency": positive},
-    bound=BOTH,
-    witness=Depends(lambda given: sized(response.read_place, given.plant)),
-)
-def tracking_error(plant: Loop, observer: Observer, frequency: fmpq, lower: fmpq, upper: fmpq, witness: Place) -> None:
-    """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
-    y_d' + a₃ y_d>, held over T, the largest tracking error of {observer.words} in the steady state is {lower:down 7} to
-    {upper:up 7} percent of the amplitude.
-
-    Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state over all times.
-
-    The error is Im(amplitude · e^{st}) with an amplitude of period M T. σ M T is rational and not zero, so no
-    rational multiple of π: the phases at which an instant of the period is met are dense, and the supremum is the
-    largest modulus of the amplitude.
-    """
-    moving, begun = response.steady_motion(plant, observer, frequency, witness.scales)
-    reached = response.error_at(moving, begun[witness.phase], witness.time)
-    require(is_less(arb(lower / 100), reached), "the error at the given time is not as large")
-    response.require_all_below(moving, begun, plant.T, upper / 100)
 
 
 def require_eigenvalue_beyond(loop: Loop, observer: Observer, guess: acb, low: fmpq) -> None:

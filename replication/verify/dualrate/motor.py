@@ -12,7 +12,7 @@ from replication.verify.algebra.roots import require_hurwitz
 from replication.verify.dualrate.loop import Loop, on_loop
 from replication.verify.dualrate.response import require_position_form
 from replication.verify.reading import fields, integer, matrix, positive, sequence, sized, text
-from replication.verify.statement import Found, statement
+from replication.verify.statement import Found, Says, statement
 from replication.verify.theorem import require
 
 LARGEST_ORDER = 20
@@ -37,7 +37,12 @@ def read_motor(value: Any, path: str) -> Motor:
     return Motor(given, matrix(A, f"{path}.A", 3, 3), matrix(B, f"{path}.B", 3, 1), matrix(C, f"{path}.C", 1, 3))
 
 
-@statement("dualrate.torque-constant", plant=read_motor, bound=None)
+@statement(
+    "dualrate.torque-constant",
+    plant=read_motor,
+    bound=None,
+    says=Says(quantity="torque constant", readings=("surface-magnets",)),
+)
 def torque_constant(plant: Motor) -> Found:
     """1.5 p Ψ_f is {value} N m/A.
 
@@ -46,7 +51,7 @@ def torque_constant(plant: Motor) -> Found:
     return _computed(fmpq(3, 2) * plant.given["p"] * plant.given["Psi"])
 
 
-@on_loop("dualrate.slow-period", bound=None)
+@on_loop("dualrate.slow-period", bound=None, says="slow period")
 def slow_period(plant: Loop) -> Found:
     """The sensor's period M T is {value} s.
 
@@ -55,7 +60,7 @@ def slow_period(plant: Loop) -> Found:
     return _computed(plant.M * plant.T)
 
 
-@statement("dualrate.coordinates", source="shao", plant=read_motor, holds=True)
+@statement("dualrate.coordinates", source="shao", plant=read_motor, holds=True, says="coordinates of the motor")
 def coordinates(plant: Motor) -> None:
     """With x = (θ, ω, ω') the equations (23) with these parameters are those of A, B and C, exactly.
 
@@ -71,7 +76,7 @@ def coordinates(plant: Motor) -> None:
     require((plant.C * S).entries() == [0, 0, 1], "C does not read the position")
 
 
-@on_loop("dualrate.hurwitz", parameters={"matrix": text}, holds=True)
+@on_loop("dualrate.hurwitz", parameters={"matrix": text}, holds=True, says="Hurwitz")
 def hurwitz(plant: Loop, matrix: str) -> Found:
     """{name} is Hurwitz: its Hurwitz determinants are positive.
 
@@ -84,7 +89,11 @@ def hurwitz(plant: Loop, matrix: str) -> Found:
     return Found(words={"name": name})
 
 
-@on_loop("dualrate.feedforward", parameters={"orders": sized(sequence, integer, 3)})
+@on_loop(
+    "dualrate.feedforward",
+    parameters={"orders": sized(sequence, integer, 3)},
+    says=Says(quantity="feedforward inverts the motor", readings=("inverse-feedforward",)),
+)
 def feedforward(plant: Loop, orders: list[int]) -> Found:
     """The feedforward with derivatives of orders {orders} is {negation}the inverse of the plant, as an identity of
     rational functions.

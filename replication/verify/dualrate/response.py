@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
@@ -22,6 +23,29 @@ from replication.verify.theorem import Refused, require
 
 TERMS, PIECES, PARTS = 24, 32, 2000
 """Of the Taylor polynomials; of a fast period; that a piece may be cut into before the bound is given up."""
+
+
+class Feedforward(StrEnum):
+    """ȳ_d: as printed, or as the inverse of the plant."""
+
+    PRINTED = "printed"
+    CORRECTED = "corrected"
+
+    @property
+    def words(self) -> str:
+        """The command with it, in a sentence on the manuscript."""
+        return {Feedforward.PRINTED: "as printed", Feedforward.CORRECTED: "with ȳ_d that inverts the motor"}[self]
+
+    @property
+    def formula(self) -> str:
+        """b ȳ_d."""
+        return {
+            Feedforward.PRINTED: "y_d'' + a₂ y_d' + a₃ y_d",
+            Feedforward.CORRECTED: "y_d''' + a₃ y_d'' + a₂ y_d'",
+        }[self]
+
+
+PRINTED = Feedforward.PRINTED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,15 +86,15 @@ def require_position_form(loop: Loop) -> None:
     require(chained and reached and b != 0, "the command is defined for a plant in position, speed and acceleration")
 
 
-def command_amplitude(loop: Loop, s: acb) -> acb:
-    """r of u = K x̂ + Im(r e^{st}) as printed: ȳ_d − K (y_d, y_d', y_d''), with ȳ_d = (y_d'' + a₂ y_d' + a₃ y_d)/b.
+def command_amplitude(loop: Loop, s: acb, form: Feedforward) -> acb:
+    """r of u = K x̂ + Im(r e^{st}): ȳ_d − K (y_d, y_d', y_d'') with one of the forms of ȳ_d.
 
     The loop is one for which `require_position_form` holds.
     """
-    A, b = loop.A, loop.B[2, 0]
-    a2, a3 = -A[2, 1], -A[2, 2]
-    printed = (s**2 + acb(a2) * s + acb(a3)) / acb(b)
-    return printed - sum((acb(loop.K[0, i]) * s**i for i in range(3)), acb(0))
+    A, b = loop.A, acb(loop.B[2, 0])
+    a2, a3 = acb(-A[2, 1]), acb(-A[2, 2])
+    pushed = s**2 + a2 * s + a3 if form is PRINTED else s**3 + a3 * s**2 + a2 * s
+    return pushed / b - sum((acb(loop.K[0, i]) * s**i for i in range(3)), acb(0))
 
 
 def turn(s: acb, time: fmpq) -> acb:
@@ -78,9 +102,9 @@ def turn(s: acb, time: fmpq) -> acb:
     return (s * acb(time)).exp()
 
 
-def steady_start(loop: Loop, observer: Observer, s: acb) -> acb_mat:
+def steady_start(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> acb_mat:
     """X: amplitude of (x, ζ) at the slow instants, shape (2n, 1); refused if e^{sMT} may be an eigenvalue of Φ."""
-    n, amplitude = loop.order, command_amplitude(loop, s)
+    n, amplitude = loop.order, command_amplitude(loop, s, form)
     nothing = acb_mat(zeros(n, 1))
     end = pass_period(loop, observer, nothing, nothing, lambda k: amplitude * turn(s, k * loop.T))
     added = acb_mat(end.state.tolist() + end.estimate.tolist())
@@ -89,22 +113,25 @@ def steady_start(loop: Loop, observer: Observer, s: acb) -> acb_mat:
     return X
 
 
-def steady_passage(loop: Loop, observer: Observer, s: acb) -> Passage:
+def steady_passage(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> Passage:
     """Amplitudes at the phases of a slow period that starts at t = 0, not turned back."""
-    n, amplitude, start = loop.order, command_amplitude(loop, s), steady_start(loop, observer, s).tolist()
+    n, amplitude = loop.order, command_amplitude(loop, s, form)
+    start = steady_start(loop, observer, s, form).tolist()
     return pass_period(
         loop, observer, acb_mat(start[:n]), acb_mat(start[n:]), lambda k: amplitude * turn(s, k * loop.T)
     )
 
 
-def steady_motion(loop: Loop, observer: Observer, sigma: fmpq, scales: Sequence[fmpq]) -> tuple[Motion, list[acb_mat]]:
+def steady_motion(
+    loop: Loop, observer: Observer, sigma: fmpq, scales: Sequence[fmpq], form: Feedforward = PRINTED
+) -> tuple[Motion, list[acb_mat]]:
     """The motion within a fast period and v at each phase, with y_d = sin σt; refused unless the loop is stable."""
     require_position_form(loop)
     require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
     n, s, zero = loop.order, acb(0, arb(sigma)), acb(0)
     rows = [[*map(acb, A), *map(acb, B), zero] for A, B in zip(loop.A.tolist(), loop.B.tolist(), strict=True)]
     N = acb_mat([*rows, [zero] * (n + 2), [*[zero] * (n + 1), s]])
-    passage = steady_passage(loop, observer, s)
+    passage = steady_passage(loop, observer, s, form)
     begun = [
         acb_mat([*x.tolist(), *u.tolist(), [turn(s, k * loop.T)]])
         for k, (x, u) in enumerate(zip(passage.states, passage.inputs, strict=True))

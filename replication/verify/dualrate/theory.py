@@ -14,26 +14,44 @@ from replication.verify.dualrate import lyapunov as equation
 from replication.verify.dualrate.loop import LARGEST_RATIO, Loop, on_loop
 from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
 from replication.verify.dualrate.scalar import determinant, require_negative
+from replication.verify.predicate import NO_READING
 from replication.verify.reading import fields, integer, matrix, positive, several, sized, symmetric, text
-from replication.verify.statement import Depends, Found, statement
+from replication.verify.statement import Depends, Found, Says, statement
 from replication.verify.theorem import require
 
 SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
 
 
-@statement("dualrate.sampled-observer", source="shao", holds=True)
+@statement("dualrate.sampled-observer", source="shao", holds=True, says="equivalent observers")
 def sampled_observer() -> None:
-    """Between two instants (7) is the solution of (3), for all matrices of the example's size."""
+    """Between two instants (7) is the solution of (3), for all matrices of any size."""
     identities.require_sampled_observer()
 
 
-@statement("dualrate.error-equations", source="shao", holds=True)
+@statement("dualrate.error-equations", source="shao", holds=True, says="equations (9) and (10)")
 def error_equations() -> None:
-    """(9) equals (10), for all matrices and states of the example's size."""
+    """(9) equals (10), for all matrices and states of any size."""
     identities.require_error_equations()
 
 
-@on_loop("dualrate.lyapunov", witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))}, holds=True)
+@statement("dualrate.second-case", source="shao", holds=True, says="Case 2")
+def second_case() -> None:
+    """In Case 2 (9) equals (10) without its last term, for all matrices and states of any size."""
+    identities.require_second_case()
+
+
+@statement("dualrate.collected-constant", source="shao", holds=True, says="constant (17)")
+def collected_constant() -> None:
+    """The terms of (16) are at most α₄ √V V_m with the constant of (17), for all loops."""
+    identities.require_collected()
+
+
+@on_loop(
+    "dualrate.lyapunov",
+    witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))},
+    holds=True,
+    says="Lyapunov equation",
+)
 def lyapunov(plant: Loop, P: fmpq_mat) -> None:
     """The Lyapunov equation is solved exactly by a positive definite matrix.
 
@@ -74,6 +92,13 @@ def read_weights(value: Any, path: str, quantity: str) -> dict[str, fmpq]:
         "longest": positive,
     },
     holds=True,
+    says=Says(
+        quantity=lambda parameters: {"output": "bounds (12) and (13)", "feedback": "bound (14)"}[
+            parameters["quantity"]
+        ],
+        setting={},
+        readings=lambda parameters: {"output": (NO_READING,), "feedback": ("short-periods",)}[parameters["quantity"]],
+    ),
 )
 def step_bound(quantity: str, weights: Mapping[str, fmpq], longest: fmpq) -> Found:
     """For every loop and all states {equations}, with the factors {factors}.
@@ -102,6 +127,7 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq], longest: fmpq) -> Fou
     parameters={"longest": positive},
     witness={"lyapunov": SOLUTION, "chi": Depends(lambda given: sized(matrix, 2 * given.plant.order, 1))},
     holds=False,
+    says=Says(quantity="bound (15)", setting={}, readings=("elapsed-period",), universal=True),
 )
 def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_mat) -> Found:
     """For no period T up to {longest} s does (15) hold: from some χ at a slow instant the error of the next virtual
@@ -112,7 +138,7 @@ def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_m
     return Found(words={"gap": gap, "side": side})
 
 
-@on_loop("dualrate.condition", source="shao", witness={"lyapunov": SOLUTION})
+@on_loop("dualrate.condition", source="shao", witness={"lyapunov": SOLUTION}, says="condition (18)")
 def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
     """The loop <{verb} (18), whose left side is|has α₄ λ_max(P) T, which must be below one, at> {side:down} to
     {side:up}.
@@ -123,7 +149,7 @@ def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
     return Found(words={"verb": "meets" if holds else "does not meet", "side": side}, holds=holds)
 
 
-@statement("dualrate.contraction", source="shao", holds=True)
+@statement("dualrate.contraction", source="shao", holds=True, says="contraction (22)")
 def contraction() -> None:
     """The factor φ of (22) is below one whenever (18) holds: 1 − φ = (1 − E)(1 − c).
 
@@ -138,6 +164,7 @@ def contraction() -> None:
     parameters={"ratios": sized(several, sized(integer, 2)), "longest": positive},
     witness={"lyapunov": SOLUTION},
     holds=False,
+    says=Says(quantity="stability theorem", setting={}, universal=True),
 )
 def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyapunov) -> Found:
     """The stability theorem is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable for every

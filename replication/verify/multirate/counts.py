@@ -12,14 +12,17 @@ from replication.verify.algebra.linear import block, identity, take_rows
 from replication.verify.algebra.work import bits, characteristic_polynomial, product, spend_elimination
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.sensing import TIMES, schedule, without_noise
+from replication.verify.predicate import NO_READING
 from replication.verify.reading import as_written, matrices, matrix, states
-from replication.verify.statement import Found, statement
+from replication.verify.statement import Found, Says, statement
 
 Plant = Mapping[str, Any]
 """A plant as it stands in the certificate, of which each statement reads what it counts."""
+CYCLIC = ("cyclic-full", "cyclic-blocks")
+"""Readings of the paper: how the P of its earlier design is made up, which changes no rows."""
 
 
-@statement("multirate.selection", parameters=TIMES)
+@statement("multirate.selection", parameters=TIMES, says="measured sensors")
 def selection(periods: list[int], offsets: list[int]) -> Found:
     """The sensors measured at each instant are {measured}, and again from instant {period} on.
 
@@ -31,14 +34,14 @@ def selection(periods: list[int], offsets: list[int]) -> Found:
     return Found(words=words, items=tuple((entry, entry) for entry in entries))
 
 
-@statement("multirate.common-period", parameters=TIMES)
+@statement("multirate.common-period", parameters=TIMES, says="common period")
 def common_period(periods: list[int], offsets: list[int]) -> Found:
     """The schedule repeats after {number} instants."""
     measured = schedule(periods, offsets)
     return _count(next(k for k in count(1) if measured[k:] + measured[:k] == measured))
 
 
-@statement("multirate.idle-instants", parameters=TIMES)
+@statement("multirate.idle-instants", parameters=TIMES, says="longest time unmeasured")
 def idle_instants(periods: list[int], offsets: list[int]) -> Found:
     """The longest time without a measurement is {number} instants."""
     measured = schedule(periods, offsets)
@@ -49,7 +52,7 @@ def idle_instants(periods: list[int], offsets: list[int]) -> Found:
     return _count(max(runs))
 
 
-@statement("multirate.dual-rate", parameters=TIMES)
+@statement("multirate.dual-rate", parameters=TIMES, says="dual-rate schedule")
 def dual_rate(periods: list[int], offsets: list[int]) -> Found:
     """{all_} sensors measure at instant 0 of {period}, and none at any other."""
     measured = schedule(periods, offsets)
@@ -57,7 +60,9 @@ def dual_rate(periods: list[int], offsets: list[int]) -> Found:
     return Found(words={"all_": "All" if holds else "It is not so that all", "period": len(measured)}, holds=holds)
 
 
-@statement("multirate.variables", source="okajima2023", plant=as_written, parameters=TIMES)
+@statement(
+    "multirate.variables", source="okajima2023", plant=as_written, parameters=TIMES, says="unknowns of Theorem 2"
+)
 def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """Theorem 2 has {number} unknown numbers.
 
@@ -68,19 +73,38 @@ def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     return _count(len(schedule(periods, offsets)) * at_each_phase + 1)
 
 
-@statement("multirate.rows", source="okajima2023", plant=as_written, parameters=as_written, bound=None)
+@statement(
+    "multirate.rows",
+    source="okajima2023",
+    plant=as_written,
+    parameters=as_written,
+    bound=None,
+    says=Says(quantity="rows of Theorem 2", setting={}, readings=(NO_READING, *CYCLIC)),
+)
 def rows(plant: Plant, parameters: Any) -> Found:
     """The matrix of Theorem 2 has {number} rows at each phase.
 
     The rows of the matrix (30) of one phase, from the sizes of its diagonal blocks; they depend on no schedule.
     """
-    A, C = _observed(plant)
-    n = A.nrows()
-    B_d, D = matrix(plant["B_d"], "plant.B_d", rows=n), matrix(plant["D"], "plant.D", rows=C.nrows())
-    return _count(2 * n + B_d.ncols() + D.ncols())
+    return _count(_rows(plant))
 
 
-@statement("multirate.unmeasured", plant=as_written, parameters=TIMES)
+@statement(
+    "multirate.cyclic-rows",
+    source="okajima2023",
+    plant=as_written,
+    parameters=TIMES,
+    says=Says(quantity="rows of the cyclic inequality", readings=CYCLIC),
+)
+def cyclic_rows(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
+    """The matrix of Theorem 2 for the cyclic reformulation, with {instants} times the states, disturbances and sensors,
+    has {number} rows, whatever the blocks of its P.
+    """
+    instants = len(schedule(periods, offsets))
+    return _count(instants * _rows(plant), instants=instants)
+
+
+@statement("multirate.unmeasured", plant=as_written, parameters=TIMES, says="unmeasured columns are zero")
 def unmeasured(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """The gains are {zero} {others} columns of sensors that are not measured at that phase."""
     measured = schedule(periods, offsets)
@@ -91,7 +115,9 @@ def unmeasured(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     return Found(words={"zero": zero, "others": len(others)}, holds=not wrong)
 
 
-@statement("multirate.observable", plant=as_written, parameters=as_written)
+@statement(
+    "multirate.observable", plant=as_written, parameters=as_written, says=Says(quantity="observability", setting={})
+)
 def observable(plant: Plant, parameters: Any) -> Found:
     """The observability matrix of (C, A) has rank {rank}, of {n}."""
     A, C = _observed(plant)
@@ -105,7 +131,7 @@ def observable(plant: Plant, parameters: Any) -> Found:
     return Found(words={"rank": rank, "n": n}, holds=rank == n)
 
 
-@statement("multirate.product", plant=as_written, parameters=TIMES)
+@statement("multirate.product", plant=as_written, parameters=TIMES, says="same poles from the next instant")
 def order_of_factors(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     """A_e as a product over one period, later factors to the left, has {shifted} characteristic polynomial from instant
     1 as from instant 0; with the factors in the other order it has {reverse} one.
@@ -133,5 +159,13 @@ def _gains(plant: Plant, sensors: int, phases: int) -> list[fmpq_mat]:
     return matrices(plant["L"], "plant.L", n, sensors, phases)
 
 
-def _count(number: int) -> Found:
-    return Found(words={"number": number}, lower=fmpq(number), upper=fmpq(number))
+def _rows(plant: Plant) -> int:
+    """Rows of the matrix (30): twice the states, the disturbances and the sensor noises."""
+    A, C = _observed(plant)
+    n = A.nrows()
+    B_d, D = matrix(plant["B_d"], "plant.B_d", rows=n), matrix(plant["D"], "plant.D", rows=C.nrows())
+    return int(2 * n + B_d.ncols() + D.ncols())
+
+
+def _count(number: int, **words: Any) -> Found:
+    return Found(words={"number": number, **words}, lower=fmpq(number), upper=fmpq(number))

@@ -12,7 +12,7 @@ LARGEST_SIZE = 6
 SIZES = dict.fromkeys(("states", "sensors", "disturbances", "inputs"), sized(integer, 1))
 
 
-@statement("multirate.error-system", source="okajima2023", parameters=SIZES, holds=True)
+@statement("multirate.error-system", source="okajima2023", parameters=SIZES, holds=True, says="error system (16)")
 def error_system(states: int, sensors: int, disturbances: int, inputs: int) -> None:
     """The error of the observer (15) obeys eq. (16) for all entries of all matrices ({states} states, {sensors}
     sensors, {disturbances} disturbances, {inputs} inputs).
@@ -29,7 +29,7 @@ def error_system(states: int, sensors: int, disturbances: int, inputs: int) -> N
     require_equal(plant - observer, wanted, "eq. (16)")
 
 
-@statement("multirate.dissipation", source="okajima2023", parameters=SIZES, holds=True)
+@statement("multirate.dissipation", source="okajima2023", parameters=SIZES, holds=True, says="identity (23)")
 def dissipation(states: int, sensors: int, disturbances: int, inputs: int) -> None:
     """The quadratic form of the matrix (20) is the left-hand side of eq. (23) ({states} states, {sensors} sensors,
     {disturbances} disturbances, {inputs} inputs).
@@ -42,7 +42,7 @@ def dissipation(states: int, sensors: int, disturbances: int, inputs: int) -> No
     require_equal(xi.T @ _theta(m, closed) @ xi, loss, "eq. (23)")
 
 
-@statement("multirate.schur", source="okajima2023", parameters=SIZES, holds=True)
+@statement("multirate.schur", source="okajima2023", parameters=SIZES, holds=True, says="Schur complement (32)")
 def schur(states: int, sensors: int, disturbances: int, inputs: int) -> None:
     """With Y = P L, the Schur complement of P in the matrix (30) is the matrix (20) ({states} states, {sensors}
     sensors, {disturbances} disturbances, {inputs} inputs).

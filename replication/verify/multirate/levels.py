@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -11,8 +12,9 @@ from replication.verify.algebra.linear import block, identity, require_positive_
 from replication.verify.algebra.work import product
 from replication.verify.multirate.bounds import attained, require_theorem_1, unseen_for_long, unseen_forever
 from replication.verify.multirate.sensing import CHOSEN, Sensing, read_sensing
+from replication.verify.predicate import NO_READING
 from replication.verify.reading import integer, matrices, sequence, sized, square, symmetric
-from replication.verify.statement import BOTH, Depends, statement
+from replication.verify.statement import BOTH, Depends, Found, Says, statement
 from replication.verify.theorem import require
 
 Matrices = list[fmpq_mat]
@@ -25,6 +27,22 @@ on_sensors = partial(
     holds=True,
 )
 """A statement on the two bounds of a gain of a plant that is seen by chosen sensors."""
+OBSERVERS = ("periodic one-step observers", "one-step predictors")
+"""The upper bound is that of one of the first; the lower one holds for the second, which are more."""
+UNDER = (NO_READING, "predictors")
+"""Readings of the paper under which its levels are those of the observers that it designs."""
+
+
+def _excess(given: Mapping[str, Any]) -> Found:
+    """The relative distance between both bounds: the level of the theorem is at most the upper one."""
+    return Found(lower=fmpq(0), upper=given["upper"] / given["lower"] - 1)
+
+
+TIGHT = (
+    Says(quantity="excess of Theorem 2", estimators=OBSERVERS[:1], found=_excess),
+    Says(quantity="excess over gains of Theorem 2", found=_excess),
+)
+"""The level of the witness is one of Theorem 2, and its gains have it; no observer has one below the lower bound."""
 GAINS = Depends(lambda given: sized(matrices, given.plant.order, given.plant.sensors, given.plant.phases))
 STORAGE = Depends(lambda given: sized(sequence, sized(symmetric, given.plant.order), given.plant.phases))
 RECURRENT = Depends(lambda given: sized(matrices, given.plant.B_d.ncols(), given.turn.nrows(), given.plant.phases))
@@ -37,6 +55,12 @@ NOISES = Depends(lambda given: sized(matrices, given.plant.noises, given.turn.nr
     "multirate.gain",
     plant=Depends(lambda given: sized(read_sensing, given, "L")),
     witness={"P": STORAGE, "turn": square, "v": NOISES},
+    says=(
+        "gain",
+        "level of Theorem 1",
+        Says(quantity="stable error system"),
+        Says(quantity="excess of Theorem 1", found=_excess),
+    ),
 )
 def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, v: Matrices, **chosen: Any) -> None:
     """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, the error system of the
@@ -51,7 +75,11 @@ def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, 
     require_lower(lower, attained(steps, plant.W, turn, v))
 
 
-@on_sensors("multirate.optimum-noncausal", witness={"P": STORAGE, "Y": GAINS, "turn": square, "d": RECURRENT})
+@on_sensors(
+    "multirate.optimum-noncausal",
+    witness={"P": STORAGE, "Y": GAINS, "turn": square, "d": RECURRENT},
+    says=(Says(quantity="smallest gain", estimators=(*OBSERVERS, "all estimators"), readings=UNDER), *TIGHT),
+)
 def optimum_noncausal(
     plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, turn: fmpq_mat, d: Matrices, **chosen: Any
 ) -> None:
@@ -66,7 +94,11 @@ def optimum_noncausal(
     require_lower(lower, unseen_forever(plant, turn, d))
 
 
-@on_sensors("multirate.optimum-causal", witness={"P": STORAGE, "Y": GAINS, "start": integer, "d": FINITE})
+@on_sensors(
+    "multirate.optimum-causal",
+    witness={"P": STORAGE, "Y": GAINS, "start": integer, "d": FINITE},
+    says=(Says(quantity="smallest gain", estimators=OBSERVERS, readings=UNDER), *TIGHT),
+)
 def optimum_causal(
     plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, start: int, d: Matrices, **chosen: Any
 ) -> None:

@@ -30,7 +30,7 @@ from replication.verify.reading import (
     square,
     symmetric,
 )
-from replication.verify.statement import UPPER, Depends, Found, Table, statement
+from replication.verify.statement import UPPER, Depends, Found, Says, Table, statement
 from replication.verify.theorem import require
 
 Plant = Mapping[str, Any]
@@ -44,10 +44,23 @@ DESIGNED: Table = {
     "B_d": Depends(lambda given: sized(matrix, len(given.diagonal))),
     "D": Depends(lambda given: sized(matrix, given.C.nrows())),
 }
+RECOVERED_A, RECOVERED_PLANT = ("recovered-diagonal",), ("recovered-plant",)
+"""Readings of the paper: which of its matrices are found by search."""
+
+
+def diagonal_of(parameters: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What the poles of A depend on."""
+    return {"diagonal": parameters["diagonal"]}
+
+
 on_recovered = partial(statement, source="okajima2023", plant=as_written, parameters=RECOVERED)
 
 
-@on_recovered("multirate.recovered-poles", holds=True)
+@on_recovered(
+    "multirate.recovered-poles",
+    holds=True,
+    says=tuple(Says(quantity=one, setting=diagonal_of, readings=RECOVERED_A) for one in ("poles", "unstable plant")),
+)
 def poles(plant: Plant, diagonal: list[fmpq], **_: Any) -> Found:
     """With the diagonal {shown} of A, its other entries as printed, A has poles that are those of Sec. IV-C within
     {half} in each part, and one of them is proved to lie outside the unit circle.
@@ -61,7 +74,7 @@ def poles(plant: Plant, diagonal: list[fmpq], **_: Any) -> Found:
     return Found(words=words, items=tuple(ends(part) for part in parts))
 
 
-@on_recovered("multirate.same-setting", holds=False)
+@on_recovered("multirate.same-setting", holds=False, says=Says(quantity="stable error system", readings=RECOVERED_A))
 def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq]) -> Found:
     """With the diagonal {shown} of A, one for which A has the poles stated in Sec. IV-C, and C = {sensors}, the gains
     (42) leave poles of A_e of modulus {outside:ball 9}, outside the unit circle.
@@ -74,7 +87,11 @@ def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal:
     return Found(words={"shown": _diagonal(A), "sensors": _rows(C), "outside": outside})
 
 
-@on_recovered("multirate.recovered-error-poles", parameters={**RECOVERED, "C": matrix})
+@on_recovered(
+    "multirate.recovered-error-poles",
+    parameters={**RECOVERED, "C": matrix},
+    says=tuple(Says(quantity=one, readings=RECOVERED_PLANT) for one in ("error poles", "stable error system")),
+)
 def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq], C: fmpq_mat) -> Found:
     """With the diagonal {shown} of A, one for which A has the poles stated in Sec. IV-C, and C = {sensors} the gains
     (42) give A_e the poles {matched:ball 9}.
@@ -101,6 +118,10 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
         "Y": Depends(lambda given: sized(matrices, len(given.diagonal), given.C.nrows(), _phases(given))),
     },
     holds=True,
+    says=(
+        Says(quantity="design by Theorem 2", readings=RECOVERED_PLANT),
+        Says(quantity="unstable plant", setting=diagonal_of, readings=RECOVERED_PLANT),
+    ),
 )
 def design(
     plant: Plant, diagonal: list[fmpq], C: fmpq_mat, B_d: fmpq_mat, D: fmpq_mat, upper: fmpq, **given: Any

@@ -71,6 +71,12 @@ def require_level(plant: Plant, case: Case, level: fmpq, storage: Storage) -> No
         require_everywhere(proof.fails, a, b, [(row[letter], d) for d, row in enumerate(storage.before)], HALVINGS)
 
 
+def require_at(plant: Plant, case: Case, level: fmpq, P: fmpq_mat, h: arb) -> None:
+    """Refuse unless the inequality of `require_level` holds with one matrix at every period in a ball."""
+    M = system.error_step(plant, case.filter, system.step_at(plant, h))
+    require(_Inequality(plant, case, level, [arb_mat(P)]).holds((0, 0), M, h), f"(6) is not proved at {h.str(6)} s")
+
+
 def require_everywhere(fails: Fails, a: fmpq, b: fmpq, transitions: list[Pair], halvings: int) -> None:
     """Refuse unless no transition fails between a and b; those that do are tried again on both halves."""
     left = fails(a, b, transitions)
@@ -111,9 +117,10 @@ class _Inequality:
             (system.error_step(self.plant, self.case.filter, system.widened(system.step_at(self.plant, h), rest)), h)
             for h in (start, stop)
         ]
-        return [pair for pair in transitions if not all(self._holds(pair, M, h) for M, h in corners)]
+        return [pair for pair in transitions if not all(self.holds(pair, M, h) for M, h in corners)]
 
-    def _holds(self, pair: Pair, M: arb_mat, h: arb) -> bool:
+    def holds(self, pair: Pair, M: arb_mat, h: arb) -> bool:
+        """Whether it holds for every step M in balls, at the period h."""
         before, after = (self.P[i] for i in pair)
         paid = self.paid * h if self.case.weight == "duration" else self.paid
         try:

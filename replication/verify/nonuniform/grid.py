@@ -49,11 +49,16 @@ class Interval:
 
 @dataclass(frozen=True)
 class Covering:
-    """How Algorithm 1 ended: the number of elements, and the interval (9) of the first one."""
+    """How Algorithm 1 ended: the elements, and the interval (9) of the first one."""
 
-    size: int
+    elements: list[arb]
     passes: int
     first: Interval
+
+    @property
+    def size(self) -> int:
+        """How many there are."""
+        return len(self.elements)
 
 
 def logarithmic_norm(A: fmpq_mat) -> arb:
@@ -122,17 +127,18 @@ def run_algorithm(plant: Plant, passes: list[list[Alpha]]) -> Covering:
     """
     start, stop = seconds(plant.h_l), seconds(plant.h_u)
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
-    new, intervals = [(start + stop) / 2], list[Interval]()
+    new, intervals, elements = [(start + stop) / 2], list[Interval](), list[arb]()
     for count, witnesses in enumerate(passes):
         given = len(witnesses)
         require(given == len(new), f"witness.passes[{count}] must have {len(new)} elements, got {given}")
         for h, alpha in zip(new, witnesses, strict=True):
             gain = small_gain(plant.A, state_transition(plant, h), alpha)
             intervals.append(covered(h, below, above, above, gain))
+        elements += new
         new = [(a + b) / 2 for a, b in gaps(intervals, start, stop)]
         if not new:
             require(count + 1 == len(passes), "witness.passes goes on after the range is covered")
-            return Covering(len(intervals), len(passes), intervals[0])
+            return Covering(elements, len(passes), intervals[0])
     raise Refused(f"after {len(passes)} passes the range is not covered: {len(new)} gaps are left")
 
 

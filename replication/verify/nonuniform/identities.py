@@ -1,17 +1,17 @@
-"""Lemmas 2 and 3, the map of eq. (7), the congruence behind (10) and the recovery (11), with a symbol for every entry.
+"""Lemmas 2 and 3, the map of eq. (7), the congruence behind (10) and the recovery (11).
 
-Sizes: two states of plant and filter, one disturbance, measurement and estimate as in both examples, two components of
-each signal where the order of factors matters.
+Matrices are letters, so that the identities hold for plants, filters and signals of all sizes; numbers are symbols.
 """
 
 from __future__ import annotations
 
 from flint import fmpq
 
-from replication.verify.algebra.symbolic import blocks, require_equal, symbols, unit
+from replication.verify.algebra.symbolic import blocks, letters, require_equal, symbols, unit
+from replication.verify.algebra.words import one
 from replication.verify.theorem import require
 
-SQUARE, COLUMN, ROW, ONE = (2, 2), (2, 1), (1, 2), (1, 1)
+ONE = (1, 1)
 
 
 def require_lemma_2() -> None:
@@ -28,15 +28,16 @@ def require_lemma_2() -> None:
 
 
 def require_lemma_3() -> None:
-    """d|x|^2/dt = 2 x'Sx <= 2 mu |x|^2 along x' = Ax, S = (A + A')/2, for every A of order two.
+    """d|x|^2/dt = 2 x'Sx along x' = Ax, S = (A + A')/2, which is at most 2 mu |x|^2, mu the largest eigenvalue of S.
 
-    mu = (tr S + r)/2 with r = ((s_11 - s_22)^2 + 4 s_12^2)^(1/2) is the larger root of det(S - mu I). The matrix
-    mu I - S has the trace r >= 0 and the determinant zero, so it is positive semidefinite.
+    For A of order two mu = (tr S + r)/2 with r = ((s_11 - s_22)^2 + 4 s_12^2)^(1/2), the larger root of det(S - mu I):
+    the matrix mu I - S has the trace r >= 0 and the determinant zero, so it is positive semidefinite.
     """
-    A, x, root = symbols({"A": SQUARE, "x": COLUMN, "r": ONE}).values()
-    S, r = (A + A.T) * fmpq(1, 2), root.entry
-    require_equal(x.T @ (A @ x) + (A @ x).T @ x, x.T @ S @ x * 2, "the rate of |x|^2")
-    (s_11, s_12), (_, s_22) = S.rows
+    A, x = letters("A", "x")
+    require_equal(x.T @ (A @ x) + (A @ x).T @ x, x.T @ ((A + A.T) * fmpq(1, 2)) @ x * 2, "the rate of |x|^2")
+    s_11, s_12, s_22, r = (
+        symbol.entry for symbol in symbols(dict.fromkeys(("s_11", "s_12", "s_22", "r"), ONE)).values()
+    )
     mu = (s_11 + s_22 + r) / 2
     require((mu - s_11) + (mu - s_22) == r, "the trace of mu I - S is not r")
     determinant = (mu - s_11) * (mu - s_22) - s_12 * s_12
@@ -50,9 +51,7 @@ def require_map() -> None:
     First, (W - B_1 Delta C_1) v = (B + B_1 Delta D) w: the loop is the error system at h_0 + theta. Then, with
     v = R (B_1 xi + B w), (I - Sigma_11 Delta) eta = Sigma_12 w and e = Sigma_21 Delta eta + Sigma_22 w.
     """
-    squares = dict.fromkeys(("W", "R", "B_1", "C_1", "Delta", "B", "C", "D"), SQUARE)
-    s = symbols({**squares, **dict.fromkeys(("v", "w", "eta"), COLUMN)})
-    W, R, B_1, C_1, Delta, B, C, D, v, w, eta = s.values()
+    W, R, B_1, C_1, Delta, B, C, D, v, w, eta = letters("W", "R", "B_1", "C_1", "Delta", "B", "C", "D", "v", "w", "eta")
     residual = W @ v - B_1 @ Delta @ (C_1 @ v + D @ w) - B @ w
     there = (W - B_1 @ Delta @ C_1) @ v - (B + B_1 @ Delta @ D) @ w
     require_equal(residual, there, "the loop (7)")
@@ -68,14 +67,13 @@ def require_congruence() -> None:
     P-bar = [X U; U' X^] and its inverse [Y V; V' Y^] give XY + UV' = I and U'Y + X^V' = 0, so with Z = X^{-1}:
     Y = Z (I - UV') = (I - VU')Z, and T = P-bar J_1 = [I I; U'Z 0] for J_1 = [Z Y; 0 V'].
     """
-    shapes = dict.fromkeys(("Z", "U", "V", "Phi", "A_f"), SQUARE)
-    shapes |= {"Gamma": COLUMN, "B_f": COLUMN, "C_f": ROW, "C": ROW, "D": ONE, "L": ROW}
-    Z, U, V, Phi, A_f, Gamma, B_f, C_f, C, D, L = symbols(shapes, symmetric=("Z",)).values()
-    zero, one = Z * 0, unit(2, D.entry**0)
+    names = ("Z", "U", "V", "Phi", "A_f", "Gamma", "B_f", "C_f", "C", "D", "L")
+    Z, U, V, Phi, A_f, Gamma, B_f, C_f, C, D, L = letters(*names, symmetric=("Z",))
+    zero, same = Z * 0, unit(1, one())
     below = U.T @ Z
     Y = Z - V @ below
     F, G, Q = V @ B_f, C_f @ below, V @ A_f @ below
-    J_1, T = blocks([[Z, zero], [Y, V]]), blocks([[one, one], [below, zero]])
+    J_1, T = blocks([[Z, zero], [Y, V]]), blocks([[same, same], [below, zero]])
     A_bar = blocks([[Phi, zero], [B_f @ C, A_f]])
     B_bar = blocks([[Gamma], [B_f @ D]])
     require_equal(J_1 @ T, blocks([[Z, Z], [Z, Y]]), "J_1'PJ_1 = [Z Z; Z Y]")
@@ -91,7 +89,7 @@ def require_recovery() -> None:
     S = -Y^{-1}V is the change of coordinates and W = U'Z. With V = -YS and Z = Y + VW (the relation of the congruence),
     I - Y^{-1}Z = SW, so (11) reads A = S A_f W (SW)^{-1} = S A_f S^{-1}, B = S B_f, C = C_f W (SW)^{-1} = C_f S^{-1}.
     """
-    Y, S, W, A_f, B_f = symbols({**dict.fromkeys(("Y", "S", "W", "A_f"), SQUARE), "B_f": COLUMN}).values()
+    Y, S, W, A_f, B_f = letters("Y", "S", "W", "A_f", "B_f")
     V = -(Y @ S)
     Z = Y + V @ W
     require_equal(Y - Z, Y @ S @ W, "Y (I - Y^{-1}Z) = Y S W")

@@ -2,16 +2,64 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from flint import acb_mat, fmpq
 
 from replication.verify.algebra.balls import circle_point
 from replication.verify.nonuniform import gain, system
 from replication.verify.nonuniform.floor import require_no_filter_below
 from replication.verify.nonuniform.gain import Storage, require_attained, require_level
-from replication.verify.nonuniform.system import Case, Filter, Plant, Time, on_filtered, on_plant
+from replication.verify.nonuniform.system import PERIODS, Case, Filter, Plant, Time, on_filtered, on_plant
+from replication.verify.predicate import NO_READING
 from replication.verify.reading import positive, rational, sequence, sized, text
-from replication.verify.statement import LOWER, UPPER, Depends, Found, Table
+from replication.verify.statement import LOWER, UPPER, Depends, Found, Says, Table
 from replication.verify.theorem import require
+
+GAIN, LEAST, GIVEN, EVERY = (
+    "gain over sequences",
+    "least gain over sequences",
+    "the given filter",
+    "filters of form (4)",
+)
+SEQUENCES = {"samples": "every sequence, samples", "duration": "every sequence, seconds"}
+"""Readings of the paper: what its norms count."""
+
+
+def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    """At one constant period both norms count alike, and the text speaks of it as nominal, for one motor constant."""
+    if parameters["from"] == parameters["to"]:
+        return (NO_READING, "least nominal level", "one motor constant")
+    return (SEQUENCES[parameters["weight"]],)
+
+
+def _range(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: parameters[name] for name in ("from", "to", *(("filter",) if "filter" in parameters else ()))}
+
+
+STABLE = (NO_READING, "our filter", "one motor constant")
+
+
+def _level(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    return {"level": parameters["level"]}
+
+
+OF_FILTER = Says(quantity=GAIN, estimators=(GIVEN,), setting=_range, readings=_readings)
+OF_ANY = Says(quantity=LEAST, estimators=(EVERY,), setting=_range, readings=_readings)
+AT_PERIOD = Says(
+    quantity=LEAST,
+    estimators=(EVERY,),
+    setting=lambda given: {"from": given["period"], "to": given["period"]},
+    readings=(NO_READING, "least nominal level", "one motor constant"),
+)
+WITHIN_RANGE = Says(
+    quantity=LEAST,
+    estimators=(EVERY,),
+    setting={"from": PERIODS[0], "to": PERIODS[-1]},
+    readings=(*SEQUENCES.values(), "grid of one element"),
+)
+"""A constant period is one of the sequences: a lower bound there is one over the range, whatever the norms count."""
 
 CASE = Depends(lambda given: sized(system.read_case, given.plant))
 LEVEL = Depends(lambda given: sized(system.read_case, given.plant, "level"))
@@ -27,26 +75,26 @@ ATTAINED: Table = {
 }
 
 
-@on_filtered("nonuniform.gain-upper", parameters=CASE, bound=UPPER, witness=STORED)
+@on_filtered("nonuniform.gain-upper", parameters=CASE, bound=UPPER, witness=STORED, says=OF_FILTER)
 def gain_upper(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -> None:
     """The gain of the given filter {parameters.scope} is at most {upper:up}."""
     require_level(plant, parameters, upper, storage)
 
 
-@on_filtered("nonuniform.keeps-level", parameters=LEVEL, bound=UPPER, witness=STORED, holds=True)
+@on_filtered("nonuniform.keeps-level", parameters=LEVEL, bound=UPPER, witness=STORED, holds=True, says=OF_FILTER)
 def keeps_level(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -> None:
     """The given filter has the level {parameters.level:up} {parameters.scope}."""
     require_level(plant, parameters, upper, storage)
     require(upper <= parameters.level, f"the bound {upper} exceeds the level {parameters.level}")
 
 
-@on_filtered("nonuniform.gain-lower", parameters=CASE, bound=LOWER, witness=ATTAINED)
+@on_filtered("nonuniform.gain-lower", parameters=CASE, bound=LOWER, witness=ATTAINED, says=OF_FILTER)
 def gain_lower(plant: Plant, parameters: Case, lower: fmpq, pattern: list[Time], turn: fmpq, w: list[acb_mat]) -> None:
     """The gain of the given filter {parameters.scope} is more than {lower:down}."""
     require_attained(plant, parameters, lower, pattern, circle_point(turn), w)
 
 
-@on_filtered("nonuniform.breaks-level", parameters=LEVEL, bound=LOWER, witness=ATTAINED, holds=False)
+@on_filtered("nonuniform.breaks-level", parameters=LEVEL, bound=LOWER, witness=ATTAINED, holds=False, says=OF_FILTER)
 def breaks_level(
     plant: Plant, parameters: Case, lower: fmpq, pattern: list[Time], turn: fmpq, w: list[acb_mat]
 ) -> None:
@@ -66,6 +114,7 @@ def breaks_level(
         "filter": Depends(lambda given: sized(system.read_filter, given.plant)),
         "storage": Depends(lambda given: sized(gain.read_storage, given.plant.A.nrows() + given.filter.A.nrows())),
     },
+    says=OF_ANY,
 )
 def optimum_upper(
     plant: Plant, from_: str, to: str, weight: str, upper: fmpq, filter: Filter, storage: Storage
@@ -84,6 +133,7 @@ def optimum_upper(
     parameters={"period": text},
     bound=LOWER,
     witness={"start": sized(sequence, rational)},
+    says=(AT_PERIOD, WITHIN_RANGE),
 )
 def optimum_lower(plant: Plant, period: str, lower: fmpq, start: list[fmpq]) -> None:
     """Every stable filter of <form (4)|the form x_f(k+1) = A_f x_f(k) + B_f y(k), estimate C_f x_f(k)> has a gain above
@@ -99,18 +149,27 @@ def optimum_lower(plant: Plant, period: str, lower: fmpq, start: list[fmpq]) -> 
     bound=LOWER,
     witness={"start": sized(sequence, rational)},
     holds=False,
+    says=(AT_PERIOD, WITHIN_RANGE, Says(quantity="solution of (6)", setting=_level, readings=("grid of one element",))),
 )
 def no_filter_keeps_level(plant: Plant, period: str, level: fmpq, lower: fmpq, start: list[fmpq]) -> None:
     """No stable filter of <form (4)|the form x_f(k+1) = A_f x_f(k) + B_f y(k), estimate C_f x_f(k)> has the level
-    {level:down} for every sequence of the range: at the constant period {period} its gain is above {lower:down}.
+    {level:down} for every sequence of the range: at the constant period {period} its gain is above {lower:down}<, so
+    that (6) has no solution there with this level|>.
+
+    Of a solution P-bar > 0 of the strict inequality (6) at a period the filter is Schur, and has the level there.
     """
     require_no_filter_below(plant, plant.period(period, "parameters.period"), lower, start)
     require(lower >= level, f"the bound {lower} is below the level {level}")
 
 
-@on_filtered("nonuniform.stable", parameters=CASE, holds=True)
+@on_filtered(
+    "nonuniform.stable",
+    parameters=CASE,
+    holds=True,
+    says=Says(quantity="stable for every sequence", setting=_range, estimators=(GIVEN,), readings=STABLE),
+)
 def stable(plant: Plant, parameters: Case) -> None:
-    """The error system is exponentially stable for every sampling sequence with periods of at least {parameters.least}
-    s: A is Hurwitz, A_f Schur.
+    """The error system of the given filter is exponentially stable for every sampling sequence with periods of at least
+    {parameters.least} s: A is Hurwitz, A_f Schur.
     """
     system.require_stable(plant, parameters.filter)

@@ -10,8 +10,9 @@ from replication.verify.algebra.roots import require_hurwitz
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform.gain import read_storage, require_level
 from replication.verify.nonuniform.system import Case, Filter, Plant, along, on_filtered, on_plant, read_filter, seconds
+from replication.verify.predicate import NO_READING
 from replication.verify.reading import integer, matrix, positive, sequence, sized
-from replication.verify.statement import BOTH, Depends, Found, statement
+from replication.verify.statement import BOTH, Depends, Found, Says, statement
 from replication.verify.theorem import Refused, require
 
 DIGITS = 40
@@ -21,23 +22,23 @@ PASSES = {
 }
 
 
-@statement("nonuniform.lemma-2", source="mustafa", holds=True)
+@statement("nonuniform.lemma-2", source="mustafa", holds=True, says="Lemma 2")
 def lemma_2() -> None:
     """Phi and Gamma at h_0 + theta are those at h_0 with Delta(theta) in a loop, for every A and B."""
     identities.require_lemma_2()
 
 
-@on_plant("nonuniform.lemma-3", source="mustafa", holds=True)
+@on_plant("nonuniform.lemma-3", source="mustafa", holds=True, says=Says(quantity="Lemma 3", universal=True))
 def lemma_3(plant: Plant) -> Found:
-    """|e^(At)| <= e^(mu t) for all t >= 0 and every A of order two; here mu(A) lies in {mu:ball 10}."""
+    """|e^(At)| <= e^(mu t) for all t >= 0 and every A; here mu(A) lies in {mu:ball 10}."""
     identities.require_lemma_3()
     return Found(words={"mu": grid.logarithmic_norm(plant.A)})
 
 
-@on_plant("nonuniform.map", source="mustafa", holds=True)
+@on_plant("nonuniform.map", source="mustafa", holds=True, says="map of the error system")
 def loop_map(plant: Plant) -> Found:
-    """For signals of two components w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1
-    Sigma_12. As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21
+    """For signals of any size w -> e at a constant Delta is Sigma_22 + Sigma_21 Delta (I - Sigma_11 Delta)^-1 Sigma_12.
+    As printed, Sigma_12 ({n} x {m}) would be multiplied by Delta ({n} x {n}), and ({n} x {n}) by Sigma_21
     ({s} x {n}).
     """
     identities.require_map()
@@ -46,23 +47,21 @@ def loop_map(plant: Plant) -> Found:
     return Found(words={"n": n, "m": m, "s": s})
 
 
-@statement("nonuniform.congruence", source="mustafa", holds=True)
+@statement("nonuniform.congruence", source="mustafa", holds=True, says="congruence (10)")
 def congruence() -> None:
-    """(10) is the congruence of (6) by diag(J_1, I, J_1, I), entry by entry, for two states of plant and filter and one
-    disturbance, measurement and estimate.
-    """
+    """(10) is the congruence of (6) by diag(J_1, I, J_1, I), block by block, for plants and filters of any size."""
     identities.require_congruence()
 
 
-@statement("nonuniform.recovery", source="mustafa", holds=True)
+@statement("nonuniform.recovery", source="mustafa", holds=True, says="recovery (11)")
 def recovery() -> None:
-    """The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for two states of
-    plant and filter and one disturbance, measurement and estimate.
+    """The filter by (11) is the one behind the unknowns of (10), in other coordinates of its state, for any
+    size of plant and signals and filters of its order.
     """
     identities.require_recovery()
 
 
-@on_filtered("nonuniform.sizes", source="mustafa", holds=True)
+@on_filtered("nonuniform.sizes", source="mustafa", holds=True, says="size of F")
 def sizes(plant: Plant) -> Found:
     """F, to be multiplied by C ({r} x {n}) and added to an {n} x {n} block, is {n} x {r}, not {r} x {n}."""
     n, r, B = plant.A.nrows(), plant.C.nrows(), _printed(plant).B
@@ -71,21 +70,28 @@ def sizes(plant: Plant) -> Found:
     return Found(words={"n": n, "r": r})
 
 
-@on_plant("nonuniform.upper-end", source="mustafa", holds=True)
+@on_plant("nonuniform.upper-end", source="mustafa", holds=True, says="sharp upper end (9)")
 def upper_end(plant: Plant) -> Found:
-    """With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9); {printed}."""
+    """With mu(A) in U3, alpha times the bound of Lemma 3 reaches one at the upper end of (9), and not before;
+    {printed}."""
     identities.require_sharp_ends()
     return Found(words={"printed": grid.require_upper_end(plant)})
 
 
-@on_plant("nonuniform.lower-end", source="mustafa", holds=True)
+@on_plant("nonuniform.lower-end", source="mustafa", holds=True, says="sharp lower end (9)")
 def lower_end(plant: Plant) -> None:
-    """At the lower end of (9), case L3, alpha times the bound of Lemma 3 for -A is one."""
+    """At the lower end of (9), case L3, and not before, alpha times the bound of Lemma 3 for -A is one."""
     identities.require_sharp_ends()
     grid.require_lower_end(plant)
 
 
-@on_plant("nonuniform.grid-size", source="mustafa", bound=BOTH, witness=PASSES)
+@on_plant(
+    "nonuniform.grid-size",
+    source="mustafa",
+    bound=BOTH,
+    witness=PASSES,
+    says=Says(quantity="elements of the grid", readings=("bound (9)",)),
+)
 def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[grid.Alpha]]) -> Found:
     """Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with {lower} elements after
     {number} passes.
@@ -96,7 +102,7 @@ def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[grid.Alp
     return Found(words={"number": covering.passes})
 
 
-@on_plant("nonuniform.one-interval", source="mustafa", witness=PASSES, holds=True)
+@on_plant("nonuniform.one-interval", source="mustafa", witness=PASSES, holds=True, says="conservative element")
 def one_interval(plant: Plant, passes: list[list[grid.Alpha]]) -> Found:
     """The interval (9) around the middle leaves out part of the range, although the error system of every filter with
     A_f Schur is stable on all of it; {size} elements cover the range.
@@ -112,6 +118,7 @@ def one_interval(plant: Plant, passes: list[list[grid.Alpha]]) -> Found:
     source="mustafa",
     witness=Depends(lambda given: sized(grid.read_alpha, given.plant.A.nrows())),
     holds=False,
+    says=Says(quantity="Algorithm 1 ends", readings=("no set-minus", "set-minus")),
 )
 def stalls(plant: Plant, witness: grid.Alpha) -> Found:
     """Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves all as it is,
@@ -135,6 +142,7 @@ def stalls(plant: Plant, witness: grid.Alpha) -> Found:
         "storage": Depends(lambda given: sized(read_storage, given.plant.A.nrows() + given.filter.A.nrows())),
     },
     holds=True,
+    says=Says(quantity="conservative level", readings=("plant coordinates",)),
 )
 def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, level: fmpq, **proof: Any) -> Found:
     """With {cells} cells, in the coordinates of the plant, one level for both channels is at least {forced:down},
@@ -155,7 +163,12 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     return Found(words={"forced": forced})
 
 
-@on_filtered("nonuniform.observer-column", source="mustafa", parameters={"column": integer})
+@on_filtered(
+    "nonuniform.observer-column",
+    source="mustafa",
+    parameters={"column": integer},
+    says=Says(quantity="column of the observer", readings=(NO_READING, "one motor constant")),
+)
 def observer_column(plant: Plant, column: int) -> Found:
     """Column {place} of Phi(h) - B_f C at the middle has its entries in {entries:ball 8}."""
     require(column < plant.A.nrows(), "parameters.column is not one of the columns")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.delay import (
@@ -21,7 +24,7 @@ from replication.estimation.delay import (
     riccati_gain,
 )
 from replication.estimation.delay.sos import bessel
-from replication.estimation.delay.sos.cone import cone_blocks, cone_map, required_count
+from replication.estimation.delay.sos.cone import ConeBlock, cone_blocks, cone_map, required_count
 from replication.estimation.delay.sos.forms import FormSpace
 from replication.estimation.validation import Array
 from tests.estimation.delay.plants import blind_two_delays, one_delay, scalar, three_delays, two_delays, unstable_pair
@@ -36,6 +39,35 @@ def semidefinite(rng: np.random.Generator, size: int) -> Array:
     return np.asarray(root @ root.T)
 
 
+def lifted(
+    blocks: Sequence[Array], space: FormSpace, moments: int, target: tuple[ConeBlock, ConeBlock]
+) -> tuple[Array, Array]:
+    """The two matrices M_g of Corollary 2 that give the same form; positive semidefinite if the blocks are.
+
+    `target`: a plain and a weighted block with members (c, c), c < moments, in Z_2 and degree >= 1.
+    """
+    plain, weighted = target
+    width, z2 = space.functions, space.points + (plain.degree + 1) * space.functions
+    inner, outer = plain.kernel_basis()
+    member = {(int(a), int(b)): i for i, (a, b) in enumerate(zip(inner, outer, strict=True))}
+    functionals = np.zeros((space.points + moments * width, plain.size(space)))
+    functionals[: space.points, : space.points] = np.eye(space.points)
+    beyond, risen = np.zeros((2, width, plain.size(space)))  # φ - Σp_cμ_c, and (1+η)φ
+    function = np.arange(width)
+    for c in range(moments):
+        functionals[space.points + c * width + function, z2 + member[0, c] * width + function] = 1.0
+        beyond[function, z2 + member[c, c] * width + function] = -1.0
+    beyond[function, space.points + function] = 1.0
+    for a, coefficient in enumerate(bessel.RAMP):
+        risen[function, space.points + a * width + function] = coefficient
+    diagonals = (blocks[1 + i * space.delays : 1 + (i + 1) * space.delays] for i in range(2))
+    rest = [block_diag(*parts) if len(parts) else np.zeros((width, width)) for parts in diagonals]
+    first = functionals.T @ blocks[0] @ functionals + beyond.T @ rest[0] @ beyond + risen.T @ rest[1] @ risen
+    second = np.zeros((weighted.size(space), weighted.size(space)))
+    second[space.points : space.points + width, space.points : space.points + width] = rest[1]  # 1+η = (1+η)² - η(1+η)
+    return first, second
+
+
 @pytest.mark.parametrize(("moments", "rule"), [(1, DegreeRule.TOTAL), (1, DegreeRule.TENSOR), (2, DegreeRule.TENSOR)])
 @pytest.mark.parametrize("ramp", [True, False])
 def test_its_forms_lie_in_the_cone_of_corollary_2(moments: int, rule: DegreeRule, ramp: bool) -> None:
@@ -44,7 +76,7 @@ def test_its_forms_lie_in_the_cone_of_corollary_2(moments: int, rule: DegreeRule
     small, labels = bessel.cone(space, moments, ramp=ramp)
     blocks = [semidefinite(rng, label.size) for label in labels]
     target = cone_blocks(1, rule)
-    large = bessel.lifted(blocks, space, moments, target)
+    large = lifted(blocks, space, moments, target)
     form = sum(cone_map(block, space) @ matrix.ravel() for block, matrix in zip(target, large, strict=True))
     assert np.allclose(form, small @ np.concatenate([block.ravel() for block in blocks]), atol=AGREE * 100)
     for matrix in large:

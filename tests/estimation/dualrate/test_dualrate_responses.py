@@ -8,6 +8,7 @@ from dualrate_examples import MOTOR_DESIGN, START, motor_loop
 
 from papers.shao.method.motor import Feedforward, ReferenceTiming
 from papers.shao.method.simulation import SIMULATED, simulate
+from papers.shao.method.steady import bandwidth, estimation_error_ratio, estimation_lag
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
@@ -16,9 +17,6 @@ from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.dualrate.tracking import (
     Points,
-    bandwidth,
-    estimation_error_ratio,
-    estimation_lag,
     steady_state,
     tracking_error_ratio,
 )

@@ -10,6 +10,7 @@ import scipy.linalg
 from hypothesis import given, settings
 from multirate_examples import PAPER, PUBLISHED, problem, problems
 
+from papers.okajima2023.method.lmi import cyclic
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
@@ -109,7 +110,7 @@ def test_white_noise_variance_is_that_of_the_lyapunov_equation() -> None:
     """Against the covariance of the lifted and of the cyclic system by scipy."""
     paper = problem(PAPER, (2, 3))
     system = paper.error_system(optimal_design(paper).gains)
-    for form in (system.lift(), system.cyclic()):
+    for form in (system.lift(), cyclic(system)):
         P = scipy.linalg.solve_discrete_lyapunov(form.A, form.B @ form.B.T)
         total = np.trace(form.C @ P @ form.C.T + form.D @ form.D.T)
         assert white_noise_variance(system) == pytest.approx(total / system.period, rel=AGREEMENT)

@@ -3,18 +3,17 @@ import pytest
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
 
+from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter, lmi_size
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.refined import GAP
 from replication.estimation.nonuniform import exchange, filter_lmi
-from replication.estimation.nonuniform.bracket import floor_for_any_filter
-from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, dense_design, robust_design, violations
+from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, robust_design, violations
 from replication.estimation.nonuniform.facade import design as design_filter
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
     Solver,
     design_for_periods,
     lmi10,
-    lmi_size,
     normalise,
     recover,
     variable_basis,

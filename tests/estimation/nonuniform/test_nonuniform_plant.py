@@ -5,9 +5,9 @@ import scipy.integrate
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, motor_filter, random_plant, stable_plants
 
+from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.nonuniform.bracket import floor_for_any_filter
-from replication.estimation.nonuniform.exchange import dense_design, robust_design
+from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.filter_lmi import design_for_periods
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
 from replication.estimation.nonuniform.guarantee.certificate import enclose

@@ -2,11 +2,11 @@
 
 import json
 from dataclasses import asdict, replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from computed import result
 
 from papers.shao import PAPER, printed, problem
 from papers.shao.experiments.readings import SEARCH, block, merged, table_columns
@@ -15,7 +15,6 @@ from papers.shao.plants import PARAMETERS, plants
 from replication.audit.judge.validate import validate_claims
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Verdict
-from replication.audit.store.jsonvalues import encode
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.verify import subjects
@@ -49,14 +48,6 @@ CLAIMS = {claim.id: claim for claim in PAPER.claims}
 DENIED = (Verdict.DIFFERS, "refuted")
 """Verdicts on a statement that does not hold."""
 FINDINGS_USE = ("shao.bounds", "shao.theorem", "shao.table", "shao.transients", "shao.orderings")
-EXPERIMENTS = {experiment.name: experiment for experiment in PAPER.experiments}
-
-
-@cache
-def result(name: str) -> object:
-    """What the experiment leaves in the store: JSON values."""
-    experiment = EXPERIMENTS[name]
-    return json.loads(encode(name, experiment.function(**experiment.inputs)))
 
 
 def verdict(claim_id: str, results: dict[str, object] | None = None) -> Verdict:

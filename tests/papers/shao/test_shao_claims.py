@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import re
 from collections.abc import Callable
@@ -11,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from computed import result
 
 from papers.shao import PAPER
 from papers.shao.claims.outcomes import by_margin
@@ -36,7 +38,6 @@ from papers.shao.problem import (
 from papers.shao.readings import INTERPOLATIONS, MEASURES, STARTS
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import NO_READING, Kind, Verdict
-from replication.audit.store.jsonvalues import encode
 from replication.estimation.dualrate.problem import make_plant
 from replication.estimation.dualrate.response import time_response
 
@@ -53,17 +54,8 @@ def small_block() -> dict[str, Any]:
     return json.loads(json.dumps(asdict(search_block(small, table_columns(4, 1), 0))))
 
 
-@cache
-def stored(name: str) -> str:
-    """What the experiment leaves in the store."""
-    if name in BLOCKS:
-        return json.dumps(small_block())
-    experiment = EXPERIMENTS[name]
-    return encode(name, experiment.function(**experiment.inputs))
-
-
 def results_of(names: tuple[str, ...]) -> dict[str, Any]:
-    return {name: json.loads(stored(name)) for name in names}
+    return {name: copy.deepcopy(small_block()) if name in BLOCKS else result(name) for name in names}
 
 
 def verdict(name: str, change: Change | None = None, printed: str | None = None) -> Verdict:
@@ -284,7 +276,7 @@ def test_energy_of_a_transient_is_that_of_the_response_less_its_steady_state() -
 
 
 def test_single_rate_responses_grow_by_the_radius_from_every_start() -> None:
-    radius = json.loads(stored("shao.table"))["radius"][SRC]
+    radius = result("shao.table")["radius"][SRC]
     loop = literal_loop(SRC, 1.0)
     for estimate in (0 * START, START * [1, 0, 0], START):
         response = time_response(loop, START, estimate, slow_periods=40, substeps=1)

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from replication.audit.model import Kind
+from replication.audit.judge.policies import once
 from replication.audit.report.claim import anchor
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ExperimentRecord, ResultsFile
 
-PROVABLE = (Kind.VALUE, Kind.BOUND, Kind.FEASIBLE)
-"""Kinds of claims of which a theorem may be asked."""
 NO_REASON = "No certificate has been made."
 
 ROW, TOP = 16, 12
@@ -22,11 +20,13 @@ LONGEST = 34
 
 @dataclass(frozen=True, kw_only=True)
 class Proofs:
-    """asked, proved: how many claims of the provable kinds there are and are proved. open: the other ones by reason."""
+    """asked, proved, supported: how many claims there are, are proved, and have theorems beside them. open: the ones
+    without any, by reason."""
 
     certificates: tuple[tuple[CertificateRecord, tuple[ClaimRecord, ...]], ...]
     asked: int
     proved: int
+    supported: int
     open: tuple[tuple[str, tuple[ClaimRecord, ...]], ...]
 
 
@@ -34,10 +34,10 @@ def proofs(results: ResultsFile) -> Proofs | None:
     """What the certificates of `results` prove, each with its claims; None if there is no certificate."""
     if not results.certificates:
         return None
-    asked = [claim for claim in results.claims if claim.claim.kind in PROVABLE]
+    asked = once(results.claims)
     reasons: dict[str, list[ClaimRecord]] = {}
     for claim in asked:
-        if not claim.judgement.proved:
+        if not claim.judgement.proved and not claim.judgement.supported:
             reasons.setdefault(claim.judgement.unproved or NO_REASON, []).append(claim)
     return Proofs(
         certificates=tuple(
@@ -46,6 +46,7 @@ def proofs(results: ResultsFile) -> Proofs | None:
         ),
         asked=len(asked),
         proved=sum(claim.judgement.proved for claim in asked),
+        supported=sum(bool(claim.judgement.supported) for claim in asked),
         open=tuple((reason, tuple(claims)) for reason, claims in reasons.items()),
     )
 

@@ -3,21 +3,17 @@
 V = uᵀXu + Σ_i(∫φ_iᵀS_iφ_i - Σ_{c<d} μ_icᵀS_iμ_ic) + Σ_i∫(1+η)φ_iᵀT_iφ_i with X, S_i, T_i ⪰ 0, where μ_ic = ∫p_cφ_i and
 u = (x, μ): the second sum is the energy of φ_i beyond its first d moments. Q has degree d-1 in η, R in both arguments,
 S + (1+η)T degree one. A matrix of order points + d·nK and 2K of order n take the place of two with all products of
-Z_1 and Z_2; `lifted` gives the matrices of Corollary 2 for the same form.
+Z_1 and Z_2, in which each such form has matrices, too.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 import scipy.sparse as sparse
-from scipy.linalg import block_diag
 
-from replication.estimation.delay.sos.cone import ConeBlock
 from replication.estimation.delay.sos.forms import FormSpace, Index
-from replication.estimation.validation import Array
 
 RAMP = (0.5, 0.5 / math.sqrt(3.0))
 """Legendre coefficients of 1+η."""
@@ -57,32 +53,3 @@ def _multiplier(space: FormSpace, functions: Index, weight: tuple[float, ...], m
     values = np.repeat([*weight, *[-1.0] * moments], first.size)
     where = (np.concatenate(rows), np.tile(np.arange(first.size), len(rows)))
     return sparse.coo_array((values, where), shape=(space.size, first.size))
-
-
-def lifted(
-    blocks: Sequence[Array], space: FormSpace, moments: int, target: tuple[ConeBlock, ConeBlock]
-) -> tuple[Array, Array]:
-    """The two matrices M_g of Corollary 2 that give the same form; positive semidefinite if the blocks are.
-
-    `target`: a plain and a weighted block with members (c, c), c < moments, in Z_2 and degree >= 1.
-    """
-    plain, weighted = target
-    width, z2 = space.functions, space.points + (plain.degree + 1) * space.functions
-    inner, outer = plain.kernel_basis()
-    member = {(int(a), int(b)): i for i, (a, b) in enumerate(zip(inner, outer, strict=True))}
-    functionals = np.zeros((space.points + moments * width, plain.size(space)))
-    functionals[: space.points, : space.points] = np.eye(space.points)
-    beyond, risen = np.zeros((2, width, plain.size(space)))  # φ - Σp_cμ_c, and (1+η)φ
-    function = np.arange(width)
-    for c in range(moments):
-        functionals[space.points + c * width + function, z2 + member[0, c] * width + function] = 1.0
-        beyond[function, z2 + member[c, c] * width + function] = -1.0
-    beyond[function, space.points + function] = 1.0
-    for a, coefficient in enumerate(RAMP):
-        risen[function, space.points + a * width + function] = coefficient
-    diagonals = (blocks[1 + i * space.delays : 1 + (i + 1) * space.delays] for i in range(2))
-    rest = [block_diag(*parts) if len(parts) else np.zeros((width, width)) for parts in diagonals]
-    first = functionals.T @ blocks[0] @ functionals + beyond.T @ rest[0] @ beyond + risen.T @ rest[1] @ risen
-    second = np.zeros((weighted.size(space), weighted.size(space)))
-    second[space.points : space.points + width, space.points : space.points + width] = rest[1]  # 1+η = (1+η)² - η(1+η)
-    return first, second

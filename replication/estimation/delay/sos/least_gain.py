@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from replication.errors import SolverError
-from replication.estimation.conic.clarabel import solve_clarabel
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay.sos.cone import DegreeRule
@@ -156,9 +155,3 @@ def _found(assembly: Assembly, epsilon: float, unit: float, solution: Solution) 
         gamma=unit * (solution.objective + solution.slip),
         solution=solution,
     )
-
-
-def cross_checked_gain(system: DelaySystem, degree: int, rule: DegreeRule = DegreeRule.TENSOR) -> Solution:
-    """The program of Theorem 3, not reduced, solved by Clarabel: for small systems, as a second opinion."""
-    task, loose = program(assemble(system, degree, rule), 0.0), 1e-8
-    return solve_clarabel(task, matrices=True, tol_gap_abs=loose, tol_gap_rel=loose, tol_feas=loose)

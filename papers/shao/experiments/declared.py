@@ -1,0 +1,48 @@
+"""What is run: every experiment of this paper by its name, with its inputs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from papers._common import INPUTS
+from papers.shao import common, sensitivity
+from papers.shao.experiments import motor, theorem, tracking
+from papers.shao.experiments.readings import SEARCH, block
+from papers.shao.printed import DATA
+from papers.shao.problem import COLUMNS, FREQUENCIES
+from replication.audit.declare import experiment
+
+SHORT, LONG = np.arange(0.0004, 0.04, 0.0004), np.arange(0.04, 0.4, 0.01)
+"""Fast periods in s at which the stable sets are looked at."""
+
+EXPERIMENTS = (
+    experiment("common", common.levels, **INPUTS),
+    experiment(
+        "sensitivity", sensitivity.table, prints=sensitivity.PRINTS, pole_pairs=int(DATA["pole_pairs"]),
+        ratio=int(DATA["ratio"]),
+        cells=[
+            {"observer": observer, "frequency": sigma, "claim": f"table.{column}-{index}"}
+            for column, observer in COLUMNS.items()
+            for index, sigma in enumerate(FREQUENCIES, 1)
+        ],
+    ),
+    experiment("motor", motor.motor_model, seed=1),
+    experiment("eigenvalues", motor.motor_eigenvalues, periods=np.geomspace(1e-3, 0.4, 200).tolist()),
+    experiment(
+        "stable-sets", motor.stable_sets, ratios=[1, 2, 3, 5, 8], periods=[*SHORT.tolist(), *LONG.tolist()],
+        largest_ratio=60,
+    ),
+    experiment("table", tracking.table, simulated_periods=60),
+    experiment("orderings", tracking.orderings),
+    experiment(
+        "frequencies", tracking.frequency_sweep, frequencies=np.geomspace(0.05, 8.0, 40).tolist(),
+        levels=[0.1, 1 - 0.5**0.5, 0.5],
+    ),
+    experiment("transients", tracking.transients, slow_periods=40, substeps=10, settled=200),
+    experiment("lags", tracking.lags, ratios=list(range(1, 11)), frequency=1e-3),
+    experiment("robustness", tracking.robustness, factors=np.geomspace(0.5, 2.0, 25).tolist()),
+    experiment("theorem", theorem.theorem, periods=[1e-4, 1e-5, 1e-6], ratios=[2, 3, 5, 8]),
+    experiment("bounds", theorem.step_bounds, trials=400, seed=3),
+    experiment("rates", theorem.slowest_rates, periods=np.geomspace(1e-4, 1.0, 41).tolist()),
+    *(experiment(name, block, structure=index, decoys=40, seed=2022) for index, name in enumerate(SEARCH)),
+)  # fmt: skip

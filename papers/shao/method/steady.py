@@ -1,0 +1,59 @@
+"""Numbers of the steady state that the paper speaks of: error and lag of the estimate, bandwidth of the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from scipy.optimize import brentq
+
+from replication.errors import InfeasibleError
+from replication.estimation.dualrate.loop import DualRateLoop
+from replication.estimation.dualrate.tracking import reference, steady_state, tracking_error_ratio
+from replication.estimation.validation import ComplexArray, increasing_grid, positive_scalar
+
+
+def estimation_error_ratio(loop: DualRateLoop) -> float:
+    """Largest |y − C x̂| / |y_d| over the fast instants in the steady state; InfeasibleError if unstable."""
+    return float(np.max(np.abs(_estimation_errors(loop))))
+
+
+def estimation_lag(loop: DualRateLoop) -> float:
+    """Mean time in s by which C x̂ lags y in the steady state: mean of (y − C x̂)/(s y) over the fast instants.
+
+    Meaningful for σ well below the loop's rates, where y is close to a ramp within a slow period.
+    """
+    steady, n = steady_state(loop), loop.plant.size
+    outputs = steady.states[:-1, :n] @ loop.plant.output[0]
+    return float(np.real(np.mean(_estimation_errors(loop) / (reference(loop).exponent * outputs))))
+
+
+def bandwidth(
+    loop_at: Callable[[float], DualRateLoop], level: float, frequencies: Sequence[float], *, tolerance: float = 1e-10
+) -> float:
+    """The first σ (rad/s) with a tracking error ratio of `level`, searched on an increasing grid, then refined.
+
+    Raises InfeasibleError if the ratio stays below the level on the grid or already exceeds it at its first point,
+    or if the loop is unstable; InvalidInputError unless the level is positive and the grid increases from above zero.
+    """
+    level = positive_scalar("error level", level)
+    grid = increasing_grid("frequencies", frequencies)
+
+    def excess(frequency: float) -> float:
+        return tracking_error_ratio(loop_at(frequency)) - level
+
+    previous = float(grid[0])
+    if excess(previous) >= 0:
+        raise InfeasibleError(f"the error ratio exceeds {level:g} from σ = {previous:g} rad/s on; start lower")
+    for frequency in grid[1:]:
+        if excess(frequency) >= 0:
+            return float(brentq(excess, previous, frequency, xtol=tolerance))
+        previous = float(frequency)
+    raise InfeasibleError(f"the error ratio stays below {level:g} up to σ = {previous:g} rad/s; search higher")
+
+
+def _estimation_errors(loop: DualRateLoop) -> ComplexArray:
+    """Complex amplitudes of y − C x̂ at the phases, shape (M,)."""
+    steady, n = steady_state(loop), loop.plant.size
+    estimates = [step.estimate_state @ z for step, z in zip(loop.steps, steady.states[:-1], strict=True)]
+    return np.asarray(steady.states[:-1, :n] @ loop.plant.output[0] - estimates @ loop.design.model.output[0])

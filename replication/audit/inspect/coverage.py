@@ -1,0 +1,264 @@
+"""Coverage of a text: each numeral and numbered item of it, with its place and what it is bound to, or why to nothing.
+
+    [paper]
+    runs = 4                                        # how many runs of digits the text has
+    numbered = {equation = "1-3", figure = "1"}     # how its items are numbered
+    [[paper.places]]
+    place = "Sec. II"
+    numerals = [["0.95 -0.1", "data:plant.A"], ["2", "excused:symbol"], ["3", "open: which horizon?"]]
+    items = [["equation 1-3", "claim:theory.stable"], ["figure 1", "excused:diagram"]]
+
+One table for each text of the paper; a row is what is printed, in the order of the text, then one binding or several:
+`claim:` whose print holds the numerals, or which prints none; `setting:` of a claim that prints another number than
+these; `data:` of printed.toml, which holds them; `size:` of a matrix or list there; `erratum:`, `reading:`, `figure:`;
+`scope:` a part that is left out for the reason given there; `excused:` with a reason below; `open:` with what is asked.
+No sentence of a text is stored. Numerals are runs of digits with their decimal point; numbers in words are not listed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from replication.audit.data import read_printed
+from replication.audit.model import Coverage, Paper
+from replication.audit.names import one_of
+from replication.errors import AuditError
+
+FACTS = {
+    "definition": "definition or convention, or how many blocks the formula beside it shows: nothing to recompute",
+    "elsewhere": "stated of another work, whose text is not at hand, or of a machine",
+}
+"""Why a number that states a fact of the text is bound to nothing."""
+
+ASIDE = {
+    "symbol": "index, exponent, argument, order or range of a symbol",
+    "sign": "zero or one of a condition that says positive, definite, nonzero or stable",
+    "name": "digit in a name: of a norm, a product, a device",
+    "label": "number of a section, equation, theorem, figure, table, step, case or example",
+    "citation": "number of a reference in the text",
+    "bibliography": "list of references and of related works",
+    "furniture": "heading, page, volume, date, identifier, address or grant",
+    "person": "from the life of an author",
+    "drawing": "at the axes of a drawing, or made of a drawing or of a repeated line by a scan",
+}
+"""Why a number is none that states a fact: the text's own numbering, notation and furniture. It is listed, not counted.
+
+Counted are all others: parameters, entries and coefficients of matrices and formulas, bounds, sizes, instants, counts
+and results.
+"""
+
+ITEMS = {
+    "problem": "defines the problem or a symbol; it states nothing that could be checked",
+    "derived": "a step of a proof whose outcome is checked",
+    "diagram": "a drawing without data",
+}
+"""Why a numbered item is bound to nothing."""
+
+REASONS = {**FACTS, **ASIDE, **ITEMS}
+NUMERAL = re.compile(r"[0-9]+(?:\.[0-9]+)?|(?<![0-9A-Za-z])\.[0-9]+")
+_SIGNED = re.compile(rf"(?:(?<![\w)}}])[-−])?(?:{NUMERAL.pattern})")
+_RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")
+
+Row = Annotated[tuple[str, ...], msgspec.Meta(min_length=2)]
+
+
+class Place(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What stands in one place of a text: rows of a print and its bindings."""
+
+    place: str
+    numerals: tuple[Row, ...] = ()
+    items: tuple[Row, ...] = ()
+
+
+class Text(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """All that one text holds; runs: of digits; numbered: the items by kind, as `1-3, 5`."""
+
+    runs: int
+    places: tuple[Place, ...]
+    numbered: dict[str, str] = {}
+
+
+def read_coverage(path: Path) -> dict[str, Text]:
+    """The texts of a paper by name; raises AuditError that names the file and the entry that is not usable."""
+    try:
+        return msgspec.toml.decode(path.read_bytes(), type=dict[str, Text])
+    except OSError as error:
+        raise AuditError(f"{path} cannot be read: {error.strerror}; list the numerals of the text there") from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise AuditError(f"{path} is not a list of what a text holds: {error}") from None
+
+
+def tallies(module: str) -> tuple[Coverage, ...]:
+    """How much of each text is bound, excused and open, by the list beside a module; errors as for `read_coverage`."""
+    texts = read_coverage(Path(module).with_name("coverage.toml"))
+    return tuple(tally for name, text in texts.items() for tally in tallied(name, text))
+
+
+def tallied(name: str, text: Text) -> Iterator[Coverage]:
+    """The counts of numerals, then those of numbered items."""
+    for what in ("numerals", "items"):
+        found: Counter[str] = Counter()
+        for place in text.places:
+            for row in getattr(place, what):
+                found[_state(row)] += len(_integers(row[0]) if what == "items" else NUMERAL.findall(row[0]))
+        counts = {state: found[state] for state in ("bound", "excused", "open")}
+        yield Coverage(text=name, of=what, total=sum(counts.values()), aside=found["aside"], **counts)
+
+
+def _state(row: Row) -> str:
+    kind, _, name = row[-1].partition(":")
+    if kind == "excused":
+        return "aside" if name in ASIDE else "excused"
+    return {"open": "open", "scope": "excused"}.get(kind, "bound")
+
+
+def still_open(text: Text) -> Iterator[str]:
+    """The rows that are bound to nothing and not excused, as `place: print: what is asked`."""
+    for place in text.places:
+        for row in (*place.numerals, *place.items):
+            if _state(row) == "open":
+                yield f"{place.place}: {row[0]}: {row[-1].removeprefix('open:').strip()}"
+
+
+def excuses(text: Text) -> Counter[str]:
+    """How many numerals are excused or left aside, by reason; those of a part that is left out under its name."""
+    found: Counter[str] = Counter()
+    for place in text.places:
+        for row in place.numerals:
+            kind, _, name = row[-1].partition(":")
+            if kind in ("excused", "scope"):
+                found[name] += len(NUMERAL.findall(row[0]))
+    return found
+
+
+def problems(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]) -> Iterator[str]:
+    """Bindings that do not exist or hold other numerals, and what was taken out of the list.
+
+    printed: the data of the paper (`read_printed`).
+    """
+    bindings = _Bindings(paper, printed)
+    for name, text in texts.items():
+        for place in text.places:
+            where = f"{paper.key}: {name}, {place.place}"
+            for what in ("numerals", "items"):
+                for row in getattr(place, what):
+                    yield from (f"{where}: {row[0]!r}: {fault}" for fault in bindings.faults(row, what))
+        yield from (f"{paper.key}: {name}: {fault}" for fault in _incomplete(text))
+
+
+def faults(folder: Path, paper: Paper) -> list[str]:
+    """All `problems` of the list in the folder of a paper; errors as for `read_coverage` and `read_printed`."""
+    return list(problems(read_coverage(folder / "coverage.toml"), paper, read_printed(folder / "printed.toml")))
+
+
+def _incomplete(text: Text) -> Iterator[str]:
+    listed = sum(_listed(text).values())
+    if listed != text.runs:
+        yield f"{listed} numerals are listed, and the text has {text.runs}; one was taken out or added"
+    items: dict[str, Counter[int]] = {kind: Counter() for kind in text.numbered}
+    for place in text.places:
+        for row in place.items:
+            items.setdefault(row[0].split()[0], Counter()).update(_integers(row[0]))
+    for kind, found in items.items():
+        wanted = Counter(_integers(text.numbered.get(kind, "")))
+        for number in sorted(set(found) | set(wanted)):
+            if found[number] != 1 or not wanted[number]:
+                yield f"{kind} {number} is listed {found[number]} times, and the text has {wanted[number]}"
+
+
+def _integers(numbering: str) -> list[int]:
+    ranges = (range(int(match[1]), int(match[2] or match[1]) + 1) for match in _RANGE.finditer(numbering))
+    return [number for numbers in ranges for number in numbers]
+
+
+class _Bindings:
+    """What a paper has that a row can be bound to."""
+
+    def __init__(self, paper: Paper, printed: Mapping[str, Any]) -> None:
+        self.key, self.printed = paper.key, printed
+        self.claims = {claim.id.partition(".")[2]: claim.printed for claim in paper.claims}
+        self.names: dict[str, Collection[str]] = {
+            "claim": self.claims,
+            "setting": self.claims,
+            "data": printed,
+            "size": printed,
+            "erratum": [erratum.id.partition(".")[2] for erratum in paper.errata],
+            "reading": [reading.name for reading in paper.readings],
+            "figure": [figure.name.partition("-")[2] for figure in paper.figures],
+            "scope": [item.part for item in paper.scope if item.reason],
+        }
+
+    def faults(self, row: Row, what: str) -> Iterator[str]:
+        """What is wrong with one row of numerals or items."""
+        if not NUMERAL.search(row[0]):
+            yield "a row begins with what is printed, in which there is a number"
+        self.names["excused"] = ITEMS if what == "items" else {**FACTS, **ASIDE}
+        for binding in row[1:]:
+            kind, _, name = binding.partition(":")
+            try:
+                if kind != "open":
+                    self._require(kind, name, row[0] if what == "numerals" else "")
+            except AuditError as error:
+                yield str(error)
+
+    def _require(self, kind: str, name: str, numerals: str) -> None:
+        known = self.names[one_of("kind of binding", kind, self.names)]
+        if kind in ("data", "size"):
+            found: Any = self.printed
+            for part in name.split("."):
+                found = found[one_of("name in printed.toml", part, found if isinstance(found, Mapping) else ())]
+            text = " ".join(_strings(found) if kind == "data" else map(str, _size(found)))
+            _require_in(f"{kind} {name}", text, numerals)
+        elif one_of(kind, name, known) in self.claims and kind == "claim" and _signed(self.claims[name]):
+            _require_in(f"the print of claim {name}", self.claims[name], numerals)
+
+
+def _require_in(what: str, printed: str, numerals: str) -> None:
+    """Raise AuditError for the first numeral that the print does not hold in this order."""
+    left = iter(_signed(printed))
+    for numeral in _signed(numerals):
+        if numeral not in left:
+            raise AuditError(f"{what} is {printed!r}, which does not hold {numeral!r} in this order")
+
+
+def _signed(text: str) -> list[str]:
+    return [numeral.replace("−", "-") for numeral in _SIGNED.findall(text)]
+
+
+def _strings(value: Any) -> Iterator[str]:
+    """Keys and entries of printed data in their order."""
+    if isinstance(value, Mapping):
+        for key, entry in value.items():
+            yield key
+            yield from _strings(entry)
+    elif isinstance(value, list):
+        for entry in value:
+            yield from _strings(entry)
+    else:
+        yield str(value)
+
+
+def _size(value: Any) -> tuple[int, ...]:
+    """Length of a list, rows and columns of a printed matrix."""
+    if isinstance(value, list):
+        return (len(value),)
+    rows = [_signed(row) for row in str(value).split(";")]
+    return len(rows), len(rows[0])
+
+
+def _listed(text: Text) -> Counter[str]:
+    return Counter(numeral for place in text.places for row in place.numerals for numeral in NUMERAL.findall(row[0]))
+
+
+def differences(listed: Text, text: str) -> Iterator[str]:
+    """Each numeral that stands in the text oftener or less often than in the list."""
+    ours, theirs = _listed(listed), Counter(NUMERAL.findall(text))
+    for numeral in sorted(ours | theirs, key=lambda numeral: (float(numeral), numeral)):
+        if ours[numeral] != theirs[numeral]:
+            yield f"{numeral}: {theirs[numeral]} in the text, {ours[numeral]} in the list"

@@ -1,0 +1,163 @@
+"""Does a theorem say what a claim says? The predicates of the claim, decided by what its certificates export."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import msgspec
+
+from replication.audit.judge.agreement import Interval, Position, Target, position
+from replication.audit.model import Evidence
+from replication.audit.store.records import CertificateRecord, StatedClaim
+from replication.errors import AuditError
+from replication.verify.predicate import Exported, Predicate, Relation, Term
+from replication.verify.quantities import differences, in_words
+
+NO_PREDICATE = "The claim states no predicate that a theorem could be compared with."
+MIRRORED: Mapping[Relation, Relation] = {"more than": "less than", "at least": "at most"}
+IS = {Position.INSIDE: True, Position.OUTSIDE: False, Position.STRADDLING: None}
+Offer = tuple[str, Exported]
+"""A term of a theorem, with the name of the theorem."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Match:
+    """What the theorems of a claim say of it.
+
+    by_reading: whether all its predicates under a reading hold, None where they are not decided. difference: in words,
+    what the theorems do not say. bounds: what they prove of the number of its first predicate.
+    """
+
+    by_reading: Mapping[str, bool | None]
+    difference: str
+    bounds: tuple[Interval, ...]
+
+    @property
+    def proved(self) -> bool:
+        """Whether the claim is decided: it holds under each reading that it rests on, or fails under each."""
+        return set(self.by_reading.values()) in ({True}, {False})
+
+
+def match(claim: StatedClaim, evidence: Evidence, certificates: Sequence[CertificateRecord]) -> Match:
+    """Decide a claim by certificates of its paper that are proved; raises AuditError if they contradict each other.
+
+    Where the evidence tells outcomes under several readings, it rests on each of these.
+    """
+    if not claim.says:
+        return Match(by_reading={}, difference=NO_PREDICATE, bounds=())
+    paper = claim.id.partition(".")[0]
+    offers = [(one.name, said) for one in certificates if one.paper == paper and one.proved for said in one.says]
+    decided = [(predicate, _decided(predicate, claim, offers)) for predicate in claim.says]
+    readings = dict.fromkeys([*(one.reading for one in claim.says), *(one.reading for one in evidence.outcomes)])
+    by_reading = {name: _all([holds for one, holds in decided if one.reading == name]) for name in readings}
+    missing = [_lacking(one, claim, offers) for one, holds in decided if holds is None]
+    missing += [f"nothing is said under the reading {name}" for name in readings if not _under(name, claim.says)]
+    first = claim.says[0]
+    return Match(
+        by_reading=by_reading,
+        difference=_told(missing),
+        bounds=_bounds(first.of, first, offers),
+    )
+
+
+def _under(reading: str, says: Iterable[Predicate]) -> bool:
+    return any(one.reading == reading for one in says)
+
+
+def _all(decided: Sequence[bool | None]) -> bool | None:
+    """A conjunction: false as soon as one part is, true if all are; nothing is said by none."""
+    if False in decided:
+        return False
+    return None if None in decided or not decided else True
+
+
+def _told(missing: Sequence[str]) -> str:
+    if not missing:
+        return ""
+    more = f"; and {len(missing) - 1} more" if len(missing) > 1 else ""
+    return f"{missing[0]}{more}."
+
+
+def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:
+    """What is exported of exactly this term, under this reading."""
+    return [one for _, one in offers if one.unit == predicate.unit and not differences(term, predicate.reading, one)]
+
+
+def _decided(predicate: Predicate, claim: StatedClaim, offers: Sequence[Offer]) -> bool | None:
+    """Whether a predicate holds by these theorems; None if they do not say."""
+    if predicate.relation in ("holds", "fails"):
+        said = {one.holds for one in _fitting(predicate.of, predicate, offers)} - {None}
+        if len(said) > 1:
+            raise AuditError(f"the theorems on {claim.id} contradict each other: one says that it holds, one not")
+        return said == {predicate.relation == "holds"} if said else None
+    ours = _bounds(predicate.of, predicate, offers)
+    if isinstance(predicate.to, Term):
+        theirs = _bounds(predicate.to, predicate, offers)
+        return compared(predicate.relation, ours[0], theirs[0]) if len(ours) == len(theirs) == 1 else None
+    text = str(predicate.to)
+    if predicate.relation in ("is", "is not"):
+        other = {} if text == claim.printed else {"printed": text, "tolerance": None}
+        return _equal(predicate, ours, Target.of(msgspec.structs.replace(claim, **other)))
+    limit = Fraction(text)
+    return compared(predicate.relation, ours[0], Interval(limit, limit)) if len(ours) == 1 else None
+
+
+def _equal(predicate: Predicate, ours: Sequence[Interval], target: Target) -> bool | None:
+    """Whether bounds lie in what each number of a print stands for; of a conjugate pair the imaginary part in size."""
+    if len(ours) != len(target.intervals):
+        return None
+    entries = zip(ours, target.printed.entries, target.intervals, strict=True)
+    parts = [IS[position(one.size() if entry.absolute else one, *stands.ends)] for one, entry, stands in entries]
+    return _negated(_all(parts)) if predicate.relation == "is not" else _all(parts)
+
+
+def compared(relation: Relation, ours: Interval, theirs: Interval) -> bool | None:
+    """Whether a relation between two numbers follows from bounds of both; None if it is open."""
+    if relation in MIRRORED:
+        return compared(MIRRORED[relation], theirs, ours)
+    if relation == "is not":
+        return _negated(compared("is", ours, theirs))
+    apart = _below(ours.high, theirs.low), _below(theirs.high, ours.low)
+    if relation == "is":
+        exact = None not in (ours.low, theirs.low) and ours == theirs and ours.low == ours.high
+        return False if any(apart) else True if exact else None
+    if relation == "less than":
+        return True if apart[0] else False if _below(theirs.high, ours.low, equal=True) else None
+    return True if _below(ours.high, theirs.low, equal=True) else False if apart[1] else None
+
+
+def _below(high: Fraction | None, low: Fraction | None, *, equal: bool = False) -> bool:
+    return high is not None and low is not None and (high < low or (equal and high == low))
+
+
+def _negated(holds: bool | None) -> bool | None:
+    return None if holds is None else not holds
+
+
+def _bounds(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> tuple[Interval, ...]:
+    """The narrowest bounds of each number of a term; none if theorems on it bound different counts of numbers."""
+    found = [one.items for one in _fitting(term, predicate, offers) if any(end for pair in one.items for end in pair)]
+    if len({len(items) for items in found}) != 1:
+        return ()
+    return tuple(_narrowest(pairs) for pairs in zip(*found, strict=True))
+
+
+def _narrowest(pairs: Iterable[tuple[str | None, str | None]]) -> Interval:
+    ends = list(pairs)
+    lows = [Fraction(low) for low, _ in ends if low is not None]
+    highs = [Fraction(high) for _, high in ends if high is not None]
+    return Interval(max(lows, default=None), min(highs, default=None))
+
+
+def _lacking(predicate: Predicate, claim: StatedClaim, offers: Sequence[Offer]) -> str:
+    """What the nearest theorem says instead."""
+    for term in predicate.terms:
+        if not _fitting(term, predicate, offers):
+            near = [(differences(term, predicate.reading, one), name) for name, one in offers]
+            if not near:
+                return "No theorem that supports it says anything as data"
+            told, name = min(near, key=lambda found: len(found[0]))
+            return f"The nearest theorem, {name}, says it otherwise: {'; '.join(told)}"
+    return f"The proved bounds do not decide whether {in_words(predicate)}"

@@ -1,0 +1,86 @@
+"""`replication coverage`: which numerals and items of the texts are bound to claims and data, and which are not."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from replication.commands.shared import DIFFERENT, FINE, project_root, say
+from replication.errors import InvalidInputError
+
+if TYPE_CHECKING:
+    from replication.audit.inspect.coverage import Text
+
+TEXT = "count the numerals and items of the texts that are bound to a claim or to data, and list those that are not"
+NOTES = """The lists are papers/KEY/coverage.toml. A binding that does not exist, or holds other numerals, is a fault.
+Counted are the numerals that state a fact: parameters, entries and coefficients, bounds, sizes, instants, counts and
+results. Indices, labels, citations, bibliography and the like are listed too, each with its reason, and not counted.
+Whoever has a text can compare it with its list by `--text`: each run of digits must occur in both equally often. The
+lists are of scanned texts; a scan splits a few numbers and doubles others.
+
+"""
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of the command."""
+    parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to look at (default: all)")
+    parser.add_argument("--open", action="store_true", help="only list what is neither bound nor excused")
+    parser.add_argument("--text", type=Path, metavar="FILE", help="compare this text with the list of --paper")
+    parser.add_argument("--paper", metavar="KEY", help="the paper of the text; KEY/NAME for another text of its list")
+
+
+def command(chosen: argparse.Namespace) -> int:
+    """Print counts, what is open, and faults of the lists; with a text, where it and its list differ."""
+    import papers
+    from replication.audit.inspect.coverage import faults, read_coverage
+
+    if (chosen.text is None) != (chosen.paper is None):
+        raise InvalidInputError("--text FILE and --paper KEY go together; give both or neither")
+    if chosen.text is not None:
+        return _compare(chosen.text, *chosen.paper.partition("/")[::2])
+    wrong = []
+    for paper in papers.load(chosen.papers or papers.KEYS):
+        folder = project_root() / "papers" / paper.key
+        if not (folder / "coverage.toml").is_file():
+            wrong.append(f"{folder / 'coverage.toml'} does not exist; list there what the text of {paper.key} prints")
+            continue
+        for name, text in read_coverage(folder / "coverage.toml").items():
+            say(_lines(f"{paper.key}, {name}", name, text, chosen.open))
+        wrong += faults(folder, paper)
+    say(f"fault: {fault}" for fault in wrong)
+    return DIFFERENT if wrong else FINE
+
+
+def _lines(title: str, name: str, text: Text, only_open: bool) -> Iterator[str]:
+    from replication.audit.inspect.coverage import REASONS, excuses, still_open, tallied
+
+    if not only_open:
+        for tally in tallied(name, text):
+            share = f" ({100 * tally.bound / tally.total:.1f} %)" if tally.total else ""
+            aside = f"; {tally.aside} more state no fact" if tally.aside else ""
+            counts = f"{tally.bound} bound{share}, {tally.excused} excused, {tally.open} open"
+            yield f"{title}: {tally.total} {tally.of}: {counts}{aside}"
+        for reason, count in excuses(text).most_common():
+            yield f"  {count} {reason}: {REASONS.get(reason, 'left out, as the scope says')}"
+    yield from (f"{title}: open: {row}" for row in still_open(text))
+
+
+def _compare(path: Path, key: str, name: str) -> int:
+    import papers
+    from replication.audit.inspect.coverage import differences, read_coverage
+    from replication.audit.names import one_of
+
+    (paper,) = papers.load([key])
+    texts = read_coverage(project_root() / "papers" / paper.key / "coverage.toml")
+    text = texts[one_of("text of the list", name or next(iter(texts), ""), texts)]
+    try:
+        found = list(differences(text, path.read_text(encoding="utf-8")))
+    except UnicodeDecodeError as error:
+        raise InvalidInputError(
+            f"{path} is no text in UTF-8: {error.reason} at byte {error.start}; convert it"
+        ) from None
+    say(found)
+    say([f"{len(found)} numerals differ between {path} and the list of {paper.key}"])
+    return DIFFERENT if found else FINE

@@ -1,0 +1,176 @@
+"""Statements on the errors of the dual-rate loops of Shao et al. in the steady state: of tracking, of the estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from flint import acb, acb_mat, arb, fmpq
+
+from replication.verify.algebra.balls import is_less, largest
+from replication.verify.algebra.decimals import above, below
+from replication.verify.algebra.roots import require_roots_within
+from replication.verify.dualrate import response
+from replication.verify.dualrate.loop import Loop, Observer, monodromy, on_loop, read_observer
+from replication.verify.dualrate.response import Feedforward, Place
+from replication.verify.reading import fields, positive, sequence, several, sized, text
+from replication.verify.statement import Depends, Found, Says
+from replication.verify.theorem import require
+
+MOST = 6
+"""Frequencies of a theorem, those of Table I."""
+INSTANTS = {"all": "at all times", "fast": "at the fast instants"}
+READINGS: Mapping[tuple[str, str, str], str] = {
+    ("", "printed", "all"): "literal",
+    ("", "printed", "fast"): "fast-instants",
+    ("", "corrected", "all"): "corrected-feedforward",
+    ("", "corrected", "fast"): "corrected-feedforward-fast-instants",
+    (Observer.HELD, "printed", "all"): "pmi-held",
+    (Observer.SINGLE, "printed", "all"): "pmi-one-correction",
+}
+"""Under which reading an observer, a command and instants are those of Table I; "": those of both columns."""
+COLUMNS = (Observer.PMI, Observer.APO)
+
+
+@dataclass(frozen=True)
+class Error:
+    """Bounds of a largest error in percent of the amplitude, and where the lower one is met."""
+
+    lower: fmpq
+    upper: fmpq
+    place: Place
+
+
+def read_feedforward(value: Any, path: str) -> Feedforward:
+    """A form of the feedforward by its name."""
+    name = text(value, path)
+    require(name in [*Feedforward], f"{path} must be one of {', '.join(Feedforward)}")
+    return Feedforward(name)
+
+
+def read_instants(value: Any, path: str) -> str:
+    """At which times the error counts."""
+    name = text(value, path)
+    require(name in INSTANTS, f"{path} must be one of {', '.join(INSTANTS)}")
+    return name
+
+
+def read_error(value: Any, path: str, loop: Loop) -> Error:
+    """{lower, upper, phase, time, scales}."""
+    low, high, *place = fields(value, path, "lower", "upper", "phase", "time", "scales")
+    found = response.read_place(dict(zip(("phase", "time", "scales"), place, strict=True)), path, loop)
+    return Error(positive(low, f"{path}.lower"), positive(high, f"{path}.upper"), found)
+
+
+def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    observer, rest = parameters["observer"], (parameters["feedforward"], parameters["instants"])
+    found = READINGS.get((observer, *rest), READINGS.get(("", *rest)) if observer in COLUMNS else None)
+    return ("none",) if found is None else (found,)
+
+
+def _setting(i: int, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    fixed = {name: value for name, value in parameters.items() if name != "frequencies"}
+    return {**fixed, "frequency": parameters["frequencies"][min(i, len(parameters["frequencies"]) - 1)]}
+
+
+def _bounds(i: int, known: Mapping[str, Any]) -> Found:
+    error = known["errors"][min(i, len(known["errors"]) - 1)]
+    return Found(lower=error.lower, upper=error.upper)
+
+
+@on_loop(
+    "dualrate.tracking-errors",
+    source="shao",
+    parameters={
+        "observer": read_observer,
+        "feedforward": read_feedforward,
+        "instants": read_instants,
+        "frequencies": sized(several, positive, MOST),
+    },
+    witness={"errors": Depends(lambda given: sized(sequence, sized(read_error, given.plant), len(given.frequencies)))},
+    says=tuple(
+        Says(
+            quantity="largest tracking error",
+            setting=partial(_setting, i),
+            readings=_readings,
+            found=partial(_bounds, i),
+        )
+        for i in range(MOST)
+    ),
+)
+def tracking_errors(
+    plant: Loop,
+    observer: Observer,
+    feedforward: Feedforward,
+    instants: str,
+    frequencies: list[fmpq],
+    errors: list[Error],
+) -> Found:
+    """With y_d = sin σt and the command <{command}|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = {input}>, held over T, the
+    largest tracking error of {observer.words} {where} of the steady state is {sizes}.
+
+    Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state.
+
+    The error is Im(amplitude · e^{st}) with an amplitude of period M T. σ M T is rational and not zero, so no
+    rational multiple of π: the phases at which an instant of the period is met are dense, and the supremum is the
+    largest modulus of the amplitude.
+    """
+    for frequency, error in zip(frequencies, errors, strict=True):
+        place = error.place
+        moving, begun = response.steady_motion(plant, observer, frequency, place.scales, feedforward)
+        reached = response.error_at(moving, begun[place.phase], place.time)
+        require(
+            is_less(arb(error.lower / 100), reached), f"the error at the given time is not as large, σ = {frequency}"
+        )
+        if instants == "all":
+            response.require_all_below(moving, begun, plant.T, error.upper / 100)
+        else:
+            require(place.time == 0, "the given time is not that of a fast instant")
+            most = largest([abs((moving.row * start)[0, 0]) for start in begun])
+            require(is_less(most, arb(error.upper / 100)), f"the largest error is above the bound, σ = {frequency}")
+    sizes = (
+        f"{below(error.lower, 7)} to {above(error.upper, 7)} percent of the amplitude at σ = {frequency}"
+        for frequency, error in zip(frequencies, errors, strict=True)
+    )
+    return Found(
+        words={
+            "command": feedforward.words,
+            "input": feedforward.formula,
+            "where": INSTANTS[instants],
+            "sizes": ", ".join(sizes),
+        }
+    )
+
+
+@on_loop(
+    "dualrate.estimates-ordered",
+    source="shao",
+    parameters={"observer": read_observer, "than": read_observer, "frequency": positive},
+    holds=True,
+    says=Says(quantity="better estimate", readings=("literal",)),
+)
+def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency: fmpq) -> Found:
+    """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
+    y_d' + a₃ y_d>, held over T, the largest error of C x̂ at the fast instants in the steady state is {sizes}.
+
+    The largest |y − C x̂| over the fast instants is smaller for one observer than for another.
+
+    As for the tracking error, the supremum is the largest modulus of an amplitude, here over the M phases.
+    """
+    errors = [_estimation_error(plant, compared, frequency) for compared in (observer, than)]
+    require(is_less(errors[0], errors[1]), f"the estimation errors are {errors[0].str(5)} and {errors[1].str(5)}")
+    sizes = (
+        f"{below(100 * error.lower().fmpq(), 4)} to {above(100 * error.upper().fmpq(), 4)} percent of the amplitude in "
+        f"{compared.words}"
+        for error, compared in zip(errors, (observer, than), strict=True)
+    )
+    return Found(words={"sizes": ", ".join(sizes)})
+
+
+def _estimation_error(loop: Loop, observer: Observer, sigma: fmpq) -> arb:
+    response.require_position_form(loop)
+    require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
+    passage, C = response.steady_passage(loop, observer, acb(0, arb(sigma))), acb_mat(loop.C)
+    return largest([abs((C * (x - used))[0, 0]) for x, used in zip(passage.states, passage.used, strict=True)])

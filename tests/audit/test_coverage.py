@@ -1,0 +1,146 @@
+"""Coverage of a text: what is bound to nothing that exists, or to other numerals, or was taken out, is noticed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from cases import claim, figure, paper
+
+from replication.audit.inspect.coverage import (
+    REASONS,
+    differences,
+    excuses,
+    faults,
+    read_coverage,
+    still_open,
+    tallied,
+    tallies,
+)
+from replication.audit.model import Reading, ScopeItem
+from replication.errors import AuditError
+
+PRINTED = """
+[plant]
+place = "Sec. II"
+value = { A = "[0.5 -0.1; 0 1]", delays = [".5", "1"] }
+[level]
+place = "Table 1"
+value = { "2,1" = "1.14" }
+"""
+LIST = """
+[paper]
+runs = 13
+numbered = { equation = "1-3", figure = "1" }
+[[paper.places]]
+place = "Sec. II"
+numerals = [
+  ["0.5 -0.1 0 1", "data:plant.A"], ["2", "size:plant.A"], ["2 1 1.14", "data:level"], ["7", "excused:symbol"],
+]
+items = [["equation 1-2", "claim:order"], ["figure 1", "figure:fig1"]]
+[[paper.places]]
+place = "Sec. III"
+numerals = [["1.33", "claim:value"], ["9", "setting:value"], ["3", "excused:elsewhere"], ["8", "open: which horizon?"]]
+items = [["equation 3", "erratum:e1", "reading:norm"], ["equation 4", "scope:Appendix"]]
+"""
+TEXT = "In Sec. 7 A is 0.5, -0.1, 0, 1 in 2 states; (2, 1) gives 1.14. Then 1.33 after 9 and 3 of 8 steps."
+PAPER = paper(
+    claim(printed="1.33"),
+    claim(id="toy.order", printed=""),
+    figures=(figure("toy-fig1"),),
+    readings=(Reading(name="norm", place="", text=""),),
+    scope=(ScopeItem(part="Appendix", reason="It is not at hand."), ScopeItem(part="all", claims=("toy.value",))),
+)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "printed.toml").write_text(PRINTED, encoding="utf-8")
+    (tmp_path / "coverage.toml").write_text(LIST.replace("1-3", "1-4"), encoding="utf-8")
+    return tmp_path
+
+
+def change(folder: Path, old: str, new: str) -> None:
+    path = folder / "coverage.toml"
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def test_a_whole_list_has_no_faults_and_is_counted(folder: Path) -> None:
+    assert faults(folder, PAPER) == []
+    numerals, items = tallies(str(folder / "paper.py"))
+    assert (numerals.of, numerals.bound, numerals.excused, numerals.open) == ("numerals", 10, 1, 1)
+    assert (numerals.total, numerals.aside) == (12, 1)
+    assert (items.of, items.total, items.bound, items.excused) == ("items", 5, 4, 1)
+
+
+def test_what_is_open_is_listed_and_excuses_are_counted(folder: Path) -> None:
+    text = read_coverage(folder / "coverage.toml")["paper"]
+    assert list(still_open(text)) == ["Sec. III: 8: which horizon?"]
+    assert excuses(text) == {"symbol": 1, "elsewhere": 1} and excuses(text).keys() <= REASONS.keys()
+    assert [tally.text for tally in tallied("blog", text)] == ["blog", "blog"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"claim:order"', '"claim:ordre"', "'equation 1-2': unknown claim 'ordre'; did you mean order"),
+        ('"data:plant.A"', '"data:plant.B"', "unknown name in printed.toml 'B'"),
+        ('"data:plant.A"', '"data:plant.A.x"', "unknown name in printed.toml 'x'"),
+        ('"erratum:e1"', '"erratum:e2"', "unknown erratum 'e2'"),
+        ('"reading:norm"', '"reading:form"', "unknown reading 'form'"),
+        ('"figure:fig1"', '"figure:fig2"', "unknown figure 'fig2'"),
+        ('"scope:Appendix"', '"scope:all"', "unknown scope 'all'"),
+        ('"excused:symbol"', '"excused:boring"', "unknown excused 'boring'"),
+        ('"setting:value"', '"stated:value"', "unknown kind of binding 'stated'"),
+        ("0.5 -0.1 0 1", "0.5 0.1 0 1", "which does not hold '0.1' in this order"),
+        ("0.5 -0.1 0 1", "0.5 0 -0.1 1", "which does not hold '-0.1' in this order"),
+        ('["1.33", "claim', '["1.34", "claim', "the print of claim value is '1.33', which does not hold '1.34'"),
+        ('["2", "size', '["3", "size', "size plant.A is '2 2', which does not hold '3'"),
+        ('["9", "setting', '["nine", "setting', "a row begins with what is printed, in which there is a number"),
+        ('"scope:Appendix"', '"excused:symbol"', "unknown excused 'symbol'"),
+        ('"excused:symbol"', '"excused:diagram"', "unknown excused 'diagram'"),
+        (', ["9", "setting:value"]', "", "paper: 12 numerals are listed, and the text has 13"),
+        ('["equation 3", "erratum:e1", "reading:norm"], ', "", "equation 3 is listed 0 times, and the text has 1"),
+        ('"equation 4"', '"equation 2"', "equation 2 is listed 2 times, and the text has 1"),
+        ('"equation 4"', '"lemma 4"', "lemma 4 is listed 1 times, and the text has 0"),
+    ],
+)
+def test_each_slip_is_noticed(folder: Path, old: str, new: str, words: str) -> None:
+    change(folder, old, new)
+    found = faults(folder, PAPER)
+    assert any(words in fault for fault in found), found
+    assert all(fault.startswith("toy: paper") for fault in found)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[paper", "is not a list of what a text holds"),
+        ("[paper]\nplaces = []", "missing required field `runs`"),
+        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numeral = [] }]", "unknown field `numeral`"),
+        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[1.14, 'data:level']] }]", "$[...].places[0]"),
+        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [['1.14']] }]", "numerals[0]"),
+        ("[paper]\nruns = 1\nplaces = [{ place = 'II', numerals = [[]] }]", "numerals[0]"),
+    ],
+)
+def test_a_list_that_is_none_is_refused_with_file_and_entry(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "coverage.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(AuditError) as caught:
+        read_coverage(path)
+    assert str(path) in str(caught.value) and words in str(caught.value)
+    with pytest.raises(AuditError, match="cannot be read"):
+        read_coverage(tmp_path / "none.toml")
+
+
+def test_a_text_and_its_list_are_compared_numeral_by_numeral(folder: Path) -> None:
+    listed = read_coverage(folder / "coverage.toml")["paper"]
+    assert list(differences(listed, TEXT)) == []
+    assert list(differences(listed, TEXT.replace("1.33", "1.34"))) == [
+        "1.33: 0 in the text, 1 in the list",
+        "1.34: 1 in the text, 0 in the list",
+    ]
+    assert list(differences(listed, TEXT + " 8")) == ["8: 2 in the text, 1 in the list"]
+    assert next(differences(listed, TEXT.replace("0.5", ".5"))) == ".5: 1 in the text, 0 in the list"

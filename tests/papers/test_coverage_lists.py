@@ -1,0 +1,75 @@
+"""The lists of what the texts hold: they fit the papers, next to nothing is open, and a change of either is noticed."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+import papers
+from replication.audit.inspect.coverage import faults, problems, read_coverage
+from replication.cli import main
+
+FOLDER = Path(papers.__file__).parent
+LEAST_BOUND = 0.95
+"""The share of the numerals of all texts that are bound to something."""
+
+
+@pytest.mark.parametrize("key", papers.KEYS)
+def test_every_binding_exists_and_holds_its_numerals(key: str) -> None:
+    (paper,) = papers.load([key])
+    assert faults(FOLDER / key, paper) == []
+    assert paper.coverage
+
+
+def test_everything_is_bound_or_excused_and_most_is_bound() -> None:
+    counts = [tally for paper in papers.load() for tally in paper.coverage]
+    assert sum(tally.open for tally in counts) == 0
+    numerals = [tally for tally in counts if tally.of == "numerals"]
+    assert sum(tally.bound for tally in numerals) >= LEAST_BOUND * sum(tally.total for tally in numerals)
+
+
+@pytest.mark.parametrize("key", papers.KEYS)
+def test_a_claim_that_is_taken_away_is_missed(key: str) -> None:
+    (paper,) = papers.load([key])
+    texts = read_coverage(FOLDER / key / "coverage.toml")
+    rows = [row for text in texts.values() for place in text.places for row in (*place.numerals, *place.items)]
+    name = next(binding for row in rows for binding in row[1:] if binding.startswith("claim:")).removeprefix("claim:")
+    less = dataclasses.replace(paper, claims=tuple(claim for claim in paper.claims if claim.id != f"{key}.{name}"))
+    assert any(f"unknown claim {name!r}" in fault for fault in problems(texts, less, {}))
+
+
+def test_the_command_counts_and_compares_a_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["coverage", "shao"]) == 0
+    counts = capsys.readouterr().out
+    assert "shao, paper: " in counts and " items: " in counts and "  " in counts
+    assert main(["coverage", "--open"]) == 0
+    assert capsys.readouterr().out == ""
+
+    text = tmp_path / "text.txt"
+    text.write_text("12345.6 of it", encoding="utf-8")
+    assert main(["coverage", "--text", str(text), "--paper", "okajima2023/blog"]) == 1
+    assert "12345.6: 1 in the text, 0 in the list" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--text", "x"], "go together"),
+        (["--paper", "shao"], "go together"),
+        (["--text", "x", "--paper", "shoa"], "did you mean shao"),
+        (["--text", "x", "--paper", "shao/blog"], "unknown text of the list 'blog'"),
+        (["--text", "/none.txt", "--paper", "shao"], "/none.txt"),
+    ],
+)
+def test_bad_usage_is_told(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["coverage", *arguments]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_a_text_of_other_bytes_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = tmp_path / "text.txt"
+    text.write_bytes(b"\xff\xfe1")
+    assert main(["coverage", "--text", str(text), "--paper", "shao"]) == 2
+    assert "is no text in UTF-8" in capsys.readouterr().err

@@ -1,0 +1,69 @@
+"""What theorems export: known quantities and classes of estimators, of the plant that they are about and no other."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from replication.verify.predicate import Exported, term
+from replication.verify.quantities import ESTIMATORS, QUANTITIES, differences
+from replication.verify.run import STATEMENTS, check
+from replication.verify.statement import Says
+from replication.verify.subjects import papers, theorems
+
+ROOT = Path(__file__).parents[2]
+SAID = [(name, says) for name, one in STATEMENTS.items() for says in one.says]
+
+
+def certificate(name: str) -> dict[str, Any]:
+    return dict(json.loads((ROOT / "certificates" / f"{name}.json").read_bytes()))
+
+
+def test_every_theorem_that_supports_a_claim_says_something_as_data() -> None:
+    wanted = [entry for paper in papers() for entry in theorems(paper)[0].values() if entry.claims]
+    assert sorted({entry.statement for entry in wanted if not STATEMENTS[entry.statement].says}) == []
+
+
+@pytest.mark.parametrize(("name", "says"), SAID, ids=[name for name, _ in SAID])
+def test_what_is_exported_is_known_and_in_the_words_of_the_sentence(name: str, says: Says) -> None:
+    if not callable(says.quantity):
+        assert says.quantity in QUANTITIES
+    for estimators in () if callable(says.estimators) else filter(None, says.estimators):
+        assert ESTIMATORS[estimators] in STATEMENTS[name].wording(STATEMENTS[name].source)
+
+
+def test_a_theorem_exports_the_plant_the_setting_and_the_bounds_of_its_certificate() -> None:
+    made = certificate("okajima2023/gains-33")
+    said, *_ = check(made, ROOT).says
+    assert said.of == term("gain", "gains-33", sensors=[0, 1], periods=[2, 3], offsets=[0, 0])
+    assert said.items == ((made["bound"]["lower"], made["bound"]["upper"]),)
+    assert differences(said.of, "none", said) == []
+
+
+def test_an_own_plant_never_has_the_name_or_the_reading_of_a_papers_one() -> None:
+    made = certificate("okajima2023/optimum-case-a")
+    first, *_ = check(made, ROOT).says
+    own, *_ = check(made | {"paper": None, "claims": []}, ROOT).says
+    assert (first.of.plant, first.readings) == ("stable", ("none", "predictors"))
+    assert (own.of.plant, own.readings) == ("own plant stable", ("none",))
+    assert differences(first.of, "predictors", own) == [
+        "another plant: own plant stable, not stable",
+        "under the reading none only, not predictors",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "told"),
+    [
+        (term("gain", "toy", N=3), "for N 1, not 3"),
+        (term("gain", "toy"), "for N 1 of all"),
+        (term("gain", "toy", N=1, M=2), "not for M 2"),
+        (term("gain", "", N=1), "another plant: toy, not all"),
+        (term("gain", "toy", N=True), "for N 1, not true"),
+    ],
+)
+def test_the_difference_of_two_terms_is_told_in_words(wanted: Any, told: str) -> None:
+    assert differences(wanted, "none", Exported(of=term("gain", "toy", N=1), unit="1")) == [told]
