@@ -89,6 +89,8 @@ def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[tu
             if key in stored and getattr(record, "paper", key) not in unknown:
                 yield from ((key, text) for text in _moved("", _plain(stored[key]), _plain(record)))
     proofs = {record.path: record for record in results.certificates}
+    if len(proofs) < len(results.certificates):
+        yield "certificates", "one of them stands twice in the file"
     for proof in again.results.certificates:
         if proof.path in proofs and f"{proof.paper}.certificate.{proof.name}" not in again.absent:
             yield from ((proof.path, text) for text in _moved("", _plain(proofs[proof.path]), _plain(proof)))
