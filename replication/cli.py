@@ -2,18 +2,21 @@
 
 Exit codes: 0 all is well · 1 a verdict is not the pinned one, a certificate is not proved, or `check`, `coverage` or
 `diff` found something · 2 bad usage or input · 3 an experiment, claim, erratum or figure ended in an error, or no
-design was found · 130 interrupted.
+design was found · 70 a fault of this program · 130 interrupted.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+import traceback
 from collections.abc import Sequence
+from pathlib import Path
 
 from replication import commands
-from replication.commands.shared import BAD_INPUT, INTERRUPTED
-from replication.errors import ReplicationError
+from replication.commands.shared import BAD_INPUT, FAULT, INTERRUPTED
+from replication.errors import InvalidInputError, ReplicationError
 
 DESCRIPTION = "Recompute what the papers print and set it beside the print, with a verdict for each claim."
 EXIT_CODES = """exit codes:
@@ -21,6 +24,7 @@ EXIT_CODES = """exit codes:
   1    a verdict is not the pinned one, a certificate is not proved, or `check`, `coverage` or `diff` found something
   2    bad usage or input
   3    an experiment, claim, erratum or figure ended in an error, or no design was found
+  70   a fault of this program, which does not depend on what the papers print
   130  interrupted; what was finished is kept and the next run takes up there
 """
 EXAMPLES = """examples:
@@ -33,12 +37,20 @@ EXAMPLES = """examples:
                                          gains for a plant of your own, and what they guarantee
 
 """
+TRACEBACK = "REPLICATION_TRACEBACK"
+"""A variable of the environment: if it is set, an unforeseen error shows where it came from."""
+LONGEST = 500
+"""Characters that are repeated of the message of an unforeseen error."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; errors of this package go to stderr without a traceback."""
     chosen = _parser().parse_args(arguments)
     try:
+        if not (epoch := os.environ.get("SOURCE_DATE_EPOCH", "0")).isdecimal():
+            raise InvalidInputError(f"SOURCE_DATE_EPOCH must be whole seconds since 1970, got {epoch!r}; correct it")
+        if any("\0" in word for word in arguments or ()):
+            raise InvalidInputError("an argument holds a null character, which no name of a file can; leave it out")
         code: int = chosen.command(chosen)
     except ReplicationError as error:
         print(f"replication: {error}", file=sys.stderr)
@@ -54,7 +66,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return INTERRUPTED
+    except Exception as error:  # noqa: BLE001 - a traceback would end with the code of a changed verdict
+        if os.environ.get(TRACEBACK):
+            traceback.print_exc()
+        print(f"replication: {_fault(error)}", file=sys.stderr)
+        return FAULT
     return code
+
+
+def _fault(error: Exception) -> str:
+    """What to say of an error that nobody foresaw, on one line."""
+    if isinstance(error, MemoryError):
+        return "there is too little memory for this; close other programs, or take a smaller problem or fewer --jobs"
+    said = " ".join(str(error).split())[:LONGEST]
+    here = Path(__file__).parent
+    lines = [part for part in traceback.extract_tb(error.__traceback__) if Path(part.filename).is_relative_to(here)]
+    where = f"{Path(lines[-1].filename).relative_to(here.parent)}:{lines[-1].lineno}"
+    return (
+        f"a fault of this program, {type(error).__name__} at {where}: {said}. Please report it to the authors named in "
+        f"CITATION.cff, with the command line and what {TRACEBACK}=1 shows besides"
+    )
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -46,11 +46,18 @@ def require_writable(directory: Path, option: str) -> None:
 
     Raises AuditError that names the directory and the `option` of the command line to choose another one.
     """
+    if reason := unwritable(directory):
+        raise AuditError(
+            f"{directory} is no directory that can be written ({reason}); choose another one with {option}"
+        )
+
+
+def unwritable(directory: Path) -> str:
+    """Why no file can be written in `directory`, which is made if need be; empty if one can."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=directory):
             pass
     except OSError as error:
-        raise AuditError(
-            f"{directory} is no directory that can be written ({error.strerror}); choose another one with {option}"
-        ) from None
+        return str(error.strerror)
+    return ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import itertools
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -282,3 +283,18 @@ def test_the_functions_of_a_method_come_without_what_they_need_not(method: str) 
     loaded = done.stdout.split()
     assert f"replication.estimation.{method}.facade" in loaded
     assert [name for name in loaded if name.partition(".")[0] in closed] == []
+
+
+BRINGS_CODE = re.compile(
+    r"\b(?:c?pickle|cloudpickle|dill|shelve|marshal|joblib\.(?:load|Memory)|np\.load|numpy\.load|allow_pickle|yaml\.load"
+    r"|exec\(|eval\()"
+)
+ALLOWED = {"replication/estimation/conic/sdpa.py"}
+"""Its pickle comes through a pipe from a process that it forked itself."""
+
+
+def test_no_file_is_read_that_may_bring_code_along() -> None:
+    sources = [path for room in ("replication", "papers") for path in (ROOT / room).rglob("*.py")]
+    found = {str(path.relative_to(ROOT)) for path in sources if BRINGS_CODE.search(path.read_text(encoding="utf-8"))}
+    assert found == ALLOWED
+    assert BRINGS_CODE.search("joblib.Memory(folder)") and not BRINGS_CODE.search("joblib.Parallel(2)")

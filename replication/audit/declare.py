@@ -116,6 +116,8 @@ class Part:
         def declare(answer: Answer) -> Answer:
             said = statement or " ".join((inspect.getdoc(_inner(answer)) or "").split())
             where = place or (printed.place if isinstance(printed, PrintedValue) else "")
+            if not isinstance(printed, str):
+                raise AuditError(f"claim {name!r} prints {printed!r}; write a string, whose digits are its tolerance")
             for what, text in (("place", where), ("statement", said)):
                 if not text:
                     raise AuditError(f"claim {name!r} has no {what}; give {what}=... where it is declared")

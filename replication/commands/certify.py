@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from replication.commands.shared import DIFFERENT, FINE, checkout, say
+from replication.commands.shared import DIFFERENT, FINE, checkout, jobs, say
 
 TEXT = "make the certificates that the papers want and that are not there, or no longer proved"
 NOTES = """What is wanted stands in papers/PAPER/theorems.json. A certificate that is proved is left alone unless
@@ -17,7 +17,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("names", nargs="*", metavar="PAPER|NAME", help="papers or theorems (default: all)")
     parser.add_argument("--again", action="store_true", help="make those again that are proved already")
-    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes (default: 2)")
+    parser.add_argument("--jobs", type=jobs, default=2, metavar="N", help="processes (default: 2)")
 
 
 def command(chosen: argparse.Namespace) -> int:

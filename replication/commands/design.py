@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +47,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Read, design, print what is guaranteed, write."""
+    from numpy.linalg import LinAlgError
+
     from replication.ownplant.reading import read_plant
     from replication.ownplant.searching import forget
     from replication.ownplant.writing import require_free, with_names, write_design
@@ -63,12 +66,19 @@ def command(chosen: argparse.Namespace) -> int:
     if searched := given.get("offsets") == "best":
         given["timings"] = timings
     try:
-        result = with_names(method.design(plant.values, **given), plant.names)
+        with warnings.catch_warnings():
+            # What overflows on the way is found where the finished design is evaluated.
+            warnings.simplefilter("ignore", RuntimeWarning)
+            result = with_names(method.design(plant.values, **given), plant.names)
         proof, proved = _proof(plant, result, certificate) if chosen.certificate else ({}, [])
     except InvalidInputError as error:
         raise InvalidInputError(f"{chosen.plant}: {error}") from None
     except (InfeasibleError, SolverError) as error:
         print(f"replication: {chosen.plant}: {error}", file=sys.stderr)
+        return FAILED
+    except (ArithmeticError, LinAlgError) as error:
+        advice = "its numbers lie too far apart for floating point; choose units in which they are near 1"
+        print(f"replication: {chosen.plant}: no design ({error}): {advice}", file=sys.stderr)
         return FAILED
     write_design(directory, plant, result, call, proof)
     if searched:

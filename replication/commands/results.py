@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from replication.commands import Command
-from replication.commands.shared import DIFFERENT, FINE, add_output, project_root, results_path, say
+from replication.commands.shared import DIFFERENT, FINE, add_figures, add_output, project_root, results_path, say
 
 
 def list_claims(chosen: argparse.Namespace) -> int:
@@ -52,13 +52,24 @@ def check(chosen: argparse.Namespace) -> int:
     import papers
     from replication.audit.inspect.check import check
     from replication.audit.inspect.coverage import faults
+    from replication.audit.inspect.derive import differences, kept, unfounded
+    from replication.audit.publish.readme import is_stale
+    from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
 
-    results = read_results(results_path(chosen))
-    problems = check(results, papers.load(), project_root())
-    say(str(problem) for problem in problems)
+    results, root = read_results(results_path(chosen)), project_root()
+    problems = [str(problem) for problem in check(results, papers.load(), root)]
+    here = [paper.key for paper in results.papers if paper.key in papers.KEYS]
+    again = kept(papers.load(here), root, Cache(root / ".cache" / "replication"))
+    found = differences(results, again, chosen.figures or root / "figures")
+    problems += [f"{where}: not derived: {message}" for where, message in found]
+    if {paper.key for paper in results.papers} == set(papers.KEYS) and is_stale(root / "README.md", results):
+        problems.append("README.md: stale: its results are not those of the file; write it anew with `make readme`")
+    say(problems)
+    if note := unfounded(results, again):
+        say([f"note: {note}"])
     say([f"{len(problems)} problems in {len(results.claims)} claims"])
-    folder = project_root() / "papers"
+    folder = root / "papers"
     listed = [paper for paper in papers.load() if (folder / paper.key / "coverage.toml").is_file()]
     wrong = [fault for paper in listed for fault in faults(folder / paper.key, paper)]
     say(f"coverage: {fault}" for fault in wrong)
@@ -69,20 +80,20 @@ def diff(chosen: argparse.Namespace) -> int:
     """Print the changes as text or JSON, or write them as a page."""
     import msgspec
 
-    from replication.audit.inspect.compare import compare, render
+    from replication.audit.inspect.compare import beside, compare, render, render_beside
     from replication.audit.store.records import read_results
 
     old, new = (read_results(path, also_older=True) for path in (chosen.old, chosen.new))
-    changes = compare(old, new)
+    changes, others = compare(old, new), beside(old, new)
     if chosen.html is not None:
         from replication.audit.report.diff import build_page
 
         say([f"page: {build_page(old, new, changes, chosen.html)}"])
     elif chosen.json:
-        say([msgspec.json.format(msgspec.json.encode(changes), indent=2).decode()])
+        say([msgspec.json.format(msgspec.json.encode([*changes, *others]), indent=2).decode()])
     else:
-        say(render(changes))
-    return DIFFERENT if changes else FINE
+        say([*render(changes), *render_beside(others)])
+    return DIFFERENT if changes or others else FINE
 
 
 def _for_list(parser: argparse.ArgumentParser) -> None:
@@ -97,6 +108,7 @@ def _for_show(parser: argparse.ArgumentParser) -> None:
 
 def _for_check(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "where results.json is")
+    add_figures(parser, "where the SVG and CSV files are")
 
 
 def _for_diff(parser: argparse.ArgumentParser) -> None:
@@ -107,8 +119,9 @@ def _for_diff(parser: argparse.ArgumentParser) -> None:
     form.add_argument("--html", type=Path, metavar="FILE", help="write a page that loads nothing, as the report does")
 
 
-_CHECK_NOTES = """The verdicts must follow from the numbers of the file; the numbers are taken as they stand. Whether
-they are what the computations give is for a new run: `replication run --no-cache`, then `replication diff`.
+_CHECK_NOTES = """The verdicts must follow from the numbers of the file; and its evidence, findings, errata, proofs and
+figures from the results of the experiments, as far as .cache/ holds those of this run. Whether these come out again is
+for a new run: `replication run --no-cache`, then `replication diff`.
 
 """
 

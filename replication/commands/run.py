@@ -4,14 +4,28 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.commands.shared import DIFFERENT, FAILED, FINE, add_figures, add_output, checkout, say, say_report
+from replication.commands.shared import (
+    DIFFERENT,
+    FAILED,
+    FINE,
+    add_figures,
+    add_output,
+    checkout,
+    jobs,
+    say,
+    say_report,
+)
 
 if TYPE_CHECKING:
     from replication.audit.run.pool import Executor
     from replication.audit.run.progress import Silent
+    from replication.audit.run.runner import Outcome
+    from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
 
 TEXT = "compute what changed, judge every claim, write figures and report"
@@ -26,7 +40,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to audit (default: all)")
     parser.add_argument(
-        "--jobs", type=_jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"
+        "--jobs", type=jobs, metavar="N", help="processes (default: one per core; results do not depend on it)"
     )
     parser.add_argument(
         "--no-cache", action="store_true", help="compute everything again; results are stored all the same"
@@ -38,6 +52,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="what computes: processes of this machine, or a Dask cluster that runs already (default: processes)",
     )
     parser.add_argument("--scheduler", metavar="ADDRESS", help="of the cluster, for example tcp://10.0.0.1:8786")
+    parser.add_argument(
+        "--twice", action="store_true", help="then compute everything once more, and name what does not come out again"
+    )
     add_output(parser, "where results.json and index.html go")
     add_figures(parser, "where the SVG and CSV files go")
 
@@ -47,10 +64,10 @@ def command(chosen: argparse.Namespace) -> int:
     import msgspec
 
     import papers
+    from replication.audit.inspect.notes import notes
     from replication.audit.publish.terminal import run_lines
     from replication.audit.run.draw import draw_figures
     from replication.audit.run.runner import run
-    from replication.audit.store.cache import Cache
     from replication.audit.store.records import write_results
     from replication.files import require_writable
 
@@ -62,14 +79,44 @@ def command(chosen: argparse.Namespace) -> int:
     figures = chosen.figures or root / "figures"
     require_writable(output, "--output")
     require_writable(figures, "--figures")
-    cache = Cache(root / ".cache" / "replication", read=not chosen.no_cache)
+    cache = _cache(root, read=not chosen.no_cache)
     outcome = run(selected, cache=cache, root=root, executor=executor, progress=_progress())
     drawn = draw_figures(selected, outcome.results_by_experiment, figures, cache=cache, root=root)
     results = msgspec.structs.replace(outcome.results, figures=drawn)
     write_results(output / "results.json", results)
     say(run_lines(results, outcome.log, outcome.failures))
+    say(f"note: {note}" for note in notes(selected, results, outcome.unused, figures))
     say_report(results, figures, output / "index.html")
-    return _code(results, outcome.failures)
+    code = _code(results, outcome.failures)
+    if chosen.twice:
+        again = run(
+            selected, cache=replace(cache, read=False, write=False), root=root, executor=executor, progress=_progress()
+        )
+        say(_moved(outcome, again))
+        changed = [old.verdict for old in results.claims] != [new.verdict for new in again.results.claims]
+        return max(code, _code(again.results, again.failures), DIFFERENT if changed else FINE)
+    return code
+
+
+def _cache(root: Path, *, read: bool) -> Cache:
+    from replication.audit.store.cache import Cache
+    from replication.files import unwritable
+
+    directory = root / ".cache" / "replication"
+    if reason := unwritable(directory):
+        print(f"replication: nothing will be kept for the next run: {directory}: {reason}", file=sys.stderr)
+    return Cache(directory, read=read, write=not reason)
+
+
+def _moved(first: Outcome, second: Outcome) -> Iterator[str]:
+    """What did not come out again; what an experiment measures in seconds never does."""
+    again = second.results_by_experiment
+    moved = [name for name, value in first.results_by_experiment.items() if again.get(name) != value]
+    verdicts = {claim.id: claim.verdict for claim in second.results.claims}
+    yield f"twice: {len(moved)} of {len(again)} results differ{': ' if moved else ''}{', '.join(moved)}"
+    for claim in first.results.claims:
+        if claim.verdict is not verdicts[claim.id]:
+            yield f"twice: {claim.id} is {claim.verdict}, then {verdicts[claim.id]}"
 
 
 def _code(results: ResultsFile, failures: Sequence[str]) -> int:
@@ -101,9 +148,3 @@ def _progress() -> Silent:
     from rich.console import Console
 
     return Bar(Console())
-
-
-def _jobs(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
-    return int(text)

@@ -13,7 +13,7 @@ from replication.errors import AuditError
 if TYPE_CHECKING:
     from replication.audit.store.records import ResultsFile
 
-FINE, DIFFERENT, BAD_INPUT, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
+FINE, DIFFERENT, BAD_INPUT, FAILED, FAULT, INTERRUPTED = 0, 1, 2, 3, 70, 130
 
 
 def project_root() -> Path:
@@ -57,6 +57,13 @@ def say_report(results: ResultsFile, figures: Path, output: Path) -> None:
     absent = sorted(name for name in named if not (pages / f"{name}.html").is_file())
     if absent:
         say([f"tutorials not built yet, to which it links: {', '.join(absent)}; `replication notebooks` writes them"])
+
+
+def jobs(text: str) -> int:
+    """A number of processes, for a parser of arguments."""
+    if not text.isdecimal() or len(text) > 9 or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a whole number of at least 1")
+    return int(text)
 
 
 def add_output(parser: argparse.ArgumentParser, text: str) -> None:

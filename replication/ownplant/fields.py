@@ -12,6 +12,8 @@ from enum import StrEnum
 from typing import Any, TypeVar
 
 T = TypeVar("T")
+LARGEST = 1e60
+"""Of an entry; the methods take powers of entries, which must stay in the range of floating point."""
 
 
 class Kind(StrEnum):
@@ -107,12 +109,25 @@ def whole(text: str) -> int:
     return int(text)
 
 
+def up_to(most: int) -> Callable[[str], int]:
+    """Whole numbers from one to `most`, beyond which a design takes hours."""
+
+    def read(text: str) -> int:
+        if whole(text) > most:
+            raise argparse.ArgumentTypeError(f"{text!r} is more than {most}; the library takes what the memory allows")
+        return int(text)
+
+    return read
+
+
 def positive(text: str) -> float:
-    """A positive finite number."""
+    """A positive number whose powers stay in the range of floating point."""
     try:
         number = float(text)
     except ValueError:
         number = 0.0
     if not 0 < number < float("inf"):
         raise argparse.ArgumentTypeError(f"{text!r} is not a positive number")
+    if not 1 / LARGEST <= number <= LARGEST:
+        raise argparse.ArgumentTypeError(f"{text!r} is not from {1 / LARGEST:g} to {LARGEST:g}; choose other units")
     return number

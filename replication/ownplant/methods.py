@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from replication.errors import InvalidInputError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.ownplant.fields import Field, Kind, Option, listed, matrix, offsets, positive, two, whole
+from replication.ownplant.fields import Field, Kind, Option, listed, matrix, offsets, positive, two, up_to, whole
 from replication.ownplant.searching import every_core
 
 if TYPE_CHECKING:
@@ -104,8 +104,8 @@ METHODS: Mapping[str, Method] = {
             (
                 Option("periods", two(positive), "H,H", "shortest and longest period in s: 0.1,0.3", required=True),
                 Option("goal", str, None, "for the range, or for its middle (robust)", choices=("robust", "nominal")),
-                Option("leaves", whole, "N", "Lyapunov matrices of the guarantee"),
-                Option("horizon", whole, "N", "samples of the worst sequence searched for"),
+                Option("leaves", up_to(200), "N", "Lyapunov matrices of the guarantee"),
+                Option("horizon", up_to(20_000), "N", "samples of the worst sequence searched for"),
             ),
             _nonuniform,
         ),
@@ -121,7 +121,7 @@ METHODS: Mapping[str, Method] = {
             ),
             (
                 Option("period", positive, "T", "fast period of the input in s", required=True),
-                Option("ratio", whole, "M", "the sensor delivers every M T", required=True),
+                Option("ratio", up_to(2_000), "M", "the sensor delivers every M T", required=True),
                 Option("observer", str, "NAME", "what fills the instants between (running_prediction)"),
             ),
             _dualrate,
@@ -139,11 +139,11 @@ METHODS: Mapping[str, Method] = {
                 matrix("C2", "q", "n", "sensors, y = C2 x"),
             ),
             (
-                Option("degree", whole, "D", "of the polynomials of the proof (3, less for large plants)"),
+                Option("degree", up_to(20), "D", "of the polynomials of the proof (3, less for large plants)"),
                 Option("rule", str, "NAME", "of the degrees: bessel, tensor, total or wide (bessel)"),
                 Option("margin", positive, "R", "distance from the least level (0.05)"),
                 Option("level", positive, "G", "a level to keep, in place of the margin"),
-                Option("order", whole, "N", "points of each history less one (24)"),
+                Option("order", up_to(400), "N", "points of each history less one (24)"),
             ),
             _delay,
         ),

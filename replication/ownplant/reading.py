@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.errors import InvalidInputError
-from replication.ownplant.fields import NAMES, Field, Kind
+from replication.ownplant.fields import LARGEST, NAMES, Field, Kind
 from replication.ownplant.methods import METHODS
 
 MAX_BYTES = 2_000_000
@@ -169,12 +169,16 @@ def _number(where: str, given: Any, problems: list[str]) -> float:
         number = math.inf
     if not math.isfinite(number):
         problems.append(f"{where}: {_shown(given)} is not finite")
+    elif abs(number) > LARGEST:
+        problems.append(f"{where}: {_shown(given)} is beyond {LARGEST:g} in size; choose other units")
     return number
 
 
 def _positive(where: str, time: float, problems: list[str]) -> float:
     if time <= 0:
         problems.append(f"{where}: must be positive, got {time:g}")
+    elif time < 1 / LARGEST:
+        problems.append(f"{where}: {time:g} is below {1 / LARGEST:g}; choose another unit of time")
     return time
 
 

@@ -36,7 +36,7 @@ def require_free(directory: Path, *, replace: bool, proof: str = "") -> None:
 
     proof: the name of the file that a design with a certificate has beside FILES.
     """
-    nearest = next(path for path in directory.absolute().parents if path.exists())
+    nearest = next((path for path in directory.absolute().parents if path.exists()), directory)
     if not nearest.is_dir() or not os.access(nearest, os.W_OK | os.X_OK):
         raise InvalidInputError(f"{nearest} is no directory that can be written; choose another --output")
     if not directory.exists() and not directory.is_symlink():

@@ -32,7 +32,7 @@ def scaffold(key: str, root: Path) -> tuple[Path, ...]:
     if not re.fullmatch(r"[a-z][a-z0-9_]*", key) or keyword.iskeyword(key) or len(key) > LONGEST:
         raise InvalidInputError(
             f"the key of a paper is a Python name in lower case of at most {LONGEST} characters, "
-            f"for example okajima2023; got {key!r}"
+            f"for example okajima2023; got {key[: 2 * LONGEST]!r}"
         )
     package, test = root / "papers" / key, root / "tests" / "papers" / f"test_{key}.py"
     if key in REPORT_FOLDERS:

@@ -19,6 +19,7 @@ BASE: dict[str, Any] = {
     "lock": "l",
     "python": "3.11",
     "packages": {"numpy": "2.4"},
+    "kernel": "Haswell",
 }
 
 
@@ -55,6 +56,7 @@ def test_what_was_stored_comes_back(cache: Cache) -> None:
         ({"inputs": '{"x":2}'}, "changed: inputs"),
         ({"lock": "m"}, "changed: lock"),
         ({"python": "3.12"}, "changed: python"),
+        ({"kernel": "SkylakeX"}, "changed: kernel"),
         ({"packages": {"numpy": "2.5"}}, "changed: numpy"),
         ({"inputs": "{}", "lock": "m"}, "changed: inputs, lock"),
     ],

@@ -94,6 +94,8 @@ def test_code_that_ends_its_process_is_an_error_and_no_dead_worker(lab: Lab, clu
 def test_worker_with_other_sources_refuses(lab: Lab) -> None:
     order = lab.python("-c", ORDER).stdout
     assert fulfilled(lab, order)["error"] == ""
+    other = json.dumps({**json.loads(order), "kernel": "Z80"})
+    assert "has not the same instruction set of the linear algebra" in fulfilled(lab, other)["error"]
     lab.edit("toy2020/squares.py", "product", "multiple")
     assert "has not the same papers/toy2020/squares.py; install the same commit" in fulfilled(lab, order)["error"]
     lab.path("toy2020/squares.py").unlink()

@@ -7,10 +7,10 @@ from typing import Any
 import html5lib
 import msgspec
 import pytest
-from cases import EXPERIMENT, RUN, altered, errata_of, recorded, results_file
+from cases import EXPERIMENT, RUN, altered, claim, errata_of, file_of, paper, recorded, results_file
 from msgspec.structs import replace
 
-from replication.audit.inspect.compare import Cause, compare, render
+from replication.audit.inspect.compare import Cause, beside, compare, render, render_beside
 from replication.audit.model import Evidence, Proof, SolverRecord, Verdict
 from replication.audit.report.diff import render_page
 from replication.audit.store.records import ClaimRecord, ResultsFile
@@ -20,6 +20,7 @@ def record(value: float = 1.3268, **more: Any) -> ClaimRecord:
     return recorded(Evidence(method="m", value=value), uses=("toy-run",), **more)
 
 
+HONEST = file_of(paper(claim()), record())
 OLD = results_file(record())
 MOVED = results_file(record(1.3269))
 SOLVER = SolverRecord(name="s", version="1", status="solved", options={"eps": 1e-9})
@@ -99,6 +100,23 @@ def test_changes_are_plain_json() -> None:
     decoded = msgspec.json.decode(msgspec.json.encode(compare(OLD, results_file(record(1.34)))))
     assert decoded[0]["claim"] == "toy.value"
     assert decoded[0]["fields"][0] == {"field": "verdict", "old": "reproduced", "new": "differs"}
+
+
+def test_what_changed_beside_the_claims_is_listed() -> None:
+    assert beside(HONEST, HONEST) == [] and render_beside([]) == []
+    (erratum,) = HONEST.errata
+    moved = replace(erratum, holds=False, quantities={"gap": 2.0}, code="elsewhere:9")
+    (change,) = beside(HONEST, replace(HONEST, errata=(moved,)))
+    assert [(field.field, field.old, field.new) for field in change.fields] == [
+        ("holds", True, False),
+        ("quantities", {}, {"gap": 2.0}),
+    ]
+    assert beside(HONEST, replace(HONEST, errata=(replace(erratum, code="elsewhere:9"),))) == []
+    (page,) = HONEST.papers
+    lines = render_beside(beside(HONEST, replace(HONEST, papers=(replace(page, findings=("long " * 99,)),))))
+    assert lines[0] == "paper toy changed" and lines[1].startswith("    findings: () → ('long ") and len(lines[1]) < 250
+    (gone,) = beside(HONEST, replace(HONEST, errata=()))
+    assert gone.record == "erratum toy.e1" and all(field.new is None for field in gone.fields)
 
 
 def test_page_shows_each_change_with_its_cause_and_escapes() -> None:

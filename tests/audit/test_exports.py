@@ -194,3 +194,12 @@ def test_manifest_that_leads_out_is_refused(tmp_path: Path, line: str) -> None:
     (tmp_path / "SHA256SUMS").write_text(f"{line}\n", encoding="utf-8")
     with pytest.raises(AuditError, match="line 1"):
         changed_files(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"), [(b"", "lists no file; unpack"), (b"\xff\xfe\x00", "is no list of checksums .*; unpack")]
+)
+def test_what_is_no_manifest_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+    (tmp_path / "SHA256SUMS").write_bytes(content)
+    with pytest.raises(AuditError, match=message):
+        changed_files(tmp_path)

@@ -17,6 +17,7 @@ from tables import read_csv
 
 from replication.audit.model import FigureData
 from replication.audit.run.draw import to_csv, write_figures
+from replication.audit.run.settled import settled
 from replication.drawing import style, svg
 from replication.errors import AuditError, InvalidInputError
 
@@ -217,3 +218,43 @@ def test_axes_share_the_width_of_the_house() -> None:
     assert made.get_figwidth() == style.WIDTH
     with pytest.raises(InvalidInputError, match="at least one row"):
         style.new_axes(0)
+
+
+def test_data_that_agree_with_those_that_lie_there_are_kept(tmp_path: Path) -> None:
+    path = tmp_path / "f.csv"
+    kept = FigureData(columns={"x": (1 / 3, 2e-9, 0.0), "y": (5.0,)})
+    path.write_bytes(to_csv(kept))
+    for near in ((1 / 3 + 3e-7, 2e-9, 0.0), (1 / 3, 3e-9, -2e-8)):
+        assert settled(FigureData(columns={"x": near, "y": (5.0,)}), path) == kept
+    for far in (
+        (1 / 3 + 5e-7, 2e-9, 0.0),
+        (1 / 3, 5e-8, 0.0),
+        (1 / 3, 2e-9),
+        (1 / 3, 2e-9, 0.0, 0.0),
+        (-1 / 3, 0.0, 0.0),
+    ):
+        fresh = settled(FigureData(columns={"x": far, "y": (5.0,)}), path)
+        assert fresh.columns["x"] == tuple(float(f"{number:.10g}") for number in far)
+    assert list(settled(FigureData(columns={"x": (1.0,), "z": (5.0,)}), path).columns) == ["x", "z"]
+
+
+@pytest.mark.parametrize("content", [b"", b"x,y\n1\n", b"x\none\n", b"\xff\xfe", b"x\n1\n2"[:-1]])
+def test_what_is_no_table_is_not_kept(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "f.csv").write_bytes(content)
+    assert settled(FigureData(columns={"x": (2.0,)}), tmp_path / "f.csv").columns == {"x": (2.0,)}
+
+
+def test_a_figure_is_drawn_from_the_data_that_are_written(tmp_path: Path) -> None:
+    moved = figure("doe1999-moved", data=lambda results: FigureData(columns=shifted(0.0)))
+    (first,) = write_figures([paper(moved)], {}, tmp_path)
+    files = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    again = figure("doe1999-moved", data=lambda results: FigureData(columns=shifted(1e-9)))
+    assert write_figures([paper(again)], {}, tmp_path) == (first,)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == files
+    other = figure("doe1999-moved", data=lambda results: FigureData(columns=shifted(1e-3)))
+    assert write_figures([paper(other)], {}, tmp_path) != (first,)
+
+
+def shifted(by: float) -> dict[str, tuple[float, ...]]:
+    columns = trace({}).columns
+    return {name: tuple(number + by for number in column) for name, column in columns.items()}

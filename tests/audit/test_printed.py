@@ -28,6 +28,13 @@ from replication.errors import AuditError
         ("1.2e-3", "12/10000", "1/10000"),
         ("5E2", "500", "100"),
         (" 7.0 ", "7", "1/10"),
+        ("1.2×10⁻³", "12/10000", "1/10000"),
+        ("1.2 × 10^-3", "12/10000", "1/10000"),
+        ("-1.20·10^{4}", "-12000", "100"),
+        ("5 x 10²", "500", "100"),
+        ("66 033", "66033", "1"),
+        ("66\u202f033.5", "660335/10", "1/10"),
+        ("1'234'567", "1234567", "1"),
     ],
 )
 def test_single_number(text: str, value: str, unit: str) -> None:
@@ -133,6 +140,45 @@ def test_refused_with_the_offending_text(text: str, offending: str) -> None:
     with pytest.raises(AuditError) as caught:
         parse(text)
     assert offending in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        ("1,33", "decimal comma"),
+        ("-0,5", "decimal comma"),
+        ("1.234,5", "decimal comma"),
+        ("<0,05", "decimal comma"),
+        ("(1,33, 2,5)", "decimal commas as points"),
+        ("[1 2,3; 4 5]", "equally long"),
+        ("1.23(4)", "an uncertainty: .* tolerance_reason"),
+        ("1.23±0.04", "an uncertainty"),
+        ("(1.23 ± 0.04, 2)", "an uncertainty"),
+        ("1.23+/-0.04", "an uncertainty"),
+        ("4.72 %", "a percentage: .* compute it in per cent"),
+        ("4.72%", "a percentage"),
+        ("1.2-1.3", "an interval: make a claim of each end"),
+        ("1.2–1.3", "an interval"),
+        ("1.2 to 1.3", "an interval"),
+        ("1.2...1.3", "an interval"),
+        ("10^-3", "a power of ten without digits: write 1e-3"),
+        ("10⁻³", "a power of ten without digits"),
+        ("~2", "approximate"),
+        ("≈ 2.0", "approximate"),
+        ("1/3", "a fraction"),
+        ("1.2 s", "a number with a unit"),
+        ("3kHz", "a number with a unit"),
+        ("1.2×10^-3 s", "a number with a unit"),
+    ],
+)
+def test_a_print_of_another_form_is_refused_with_what_to_write(text: str, advice: str) -> None:
+    with pytest.raises(AuditError, match=advice):
+        parse(text)
+
+
+def test_powers_of_ten_in_lists_and_matrices() -> None:
+    assert [entry.value for entry in parse("(1.5×10³, 2)").entries] == [1500, 2]
+    assert [entry.unit for entry in parse("[1.5 × 10^3 2; 3 4]").entries] == [100, 1, 1, 1]
 
 
 @pytest.mark.parametrize(

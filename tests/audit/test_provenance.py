@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from replication.audit.store import provenance
 from replication.audit.store.provenance import git_state, read_environment, run_date, run_record
 from replication.errors import AuditError
 
@@ -108,3 +109,14 @@ def test_record_of_this_project_is_complete() -> None:
     assert "openblas" in record.blas.lower() or "mkl" in record.blas.lower() or "accelerate" in record.blas.lower()
     assert {"numpy", "scipy", "cvxpy", "clarabel", "control"} <= set(record.packages)
     assert record.cpu and record.platform and len(record.lock_sha256) == 64
+
+
+def test_without_a_project_the_packages_are_those_of_this_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert {"numpy", "scipy", "msgspec"} <= set(read_environment(tmp_path).packages)
+    assert "pytest" not in read_environment(tmp_path).packages
+    before = read_environment(tmp_path)
+    installed = importlib.metadata.version
+    monkeypatch.setattr(importlib.metadata, "version", lambda name: "9" if name == "numpy" else installed(name))
+    assert read_environment(tmp_path) != before
+    monkeypatch.setattr(provenance, "DISTRIBUTION", "no-such-package-anywhere")
+    assert read_environment(tmp_path).packages == {}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -12,6 +14,7 @@ import time
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import html5lib
 import numpy as np
@@ -191,6 +194,9 @@ def test_a_plant_that_cannot_be_observed_is_exit_code_2(here: Path, capsys: pyte
         (["nonuniform", "x.toml", "--periods", "0.1"], "'0.1' must be two numbers"),
         (["nonuniform", "x.toml", "--periods", "0.1,inf"], "'inf' is not a positive number"),
         (["dualrate", "x.toml", "--period", "1"], "required: --ratio"),
+        (["dualrate", "x.toml", "--period", "1e-300", "--ratio", "2"], "'1e-300' is not from 1e-60 to 1e+60"),
+        (["dualrate", "x.toml", "--period", "1", "--ratio", "999999999"], "'999999999' is more than 2000; the library"),
+        (["nonuniform", "x.toml", "--periods", "1,2", "--leaves", "500"], "'500' is more than 200"),
         (["kalman", "x.toml"], "invalid choice: 'kalman'"),
         ([], "the following arguments are required: METHOD"),
     ],
@@ -200,6 +206,62 @@ def test_usage_is_checked(words: list[str], message: str, capsys: pytest.Capture
         main(["design", *words])
     assert end.value.code == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("method", "old", "new", "message"),
+    [
+        ("multirate", "[[1.0, 0.1]", "[[1e200, 0.1]", "A[0][0]: 1e+200 is beyond 1e+60 in size; choose other units"),
+        ("delay", "delays = [", "delays = [1e-300, ", "delays[0]: 1e-300 is below 1e-60; choose another unit of time"),
+    ],
+)
+def test_numbers_out_of_all_proportion_are_refused_by_name(
+    method: str, old: str, new: str, message: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (EXAMPLES / CASES[method][0]).read_text(encoding="utf-8")
+    assert old in text
+    (here / "odd.toml").write_text(text.replace(old, new), encoding="utf-8")
+    assert main(["design", method, "odd.toml", *CASES[method][1:]]) == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("error", [np.linalg.LinAlgError("singular"), OverflowError("too large")])
+def test_a_design_that_fails_numerically_is_exit_code_3_without_a_warning(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        np.float64(1e300) * np.float64(1e300)
+        raise error
+
+    monkeypatch.setitem(METHODS, "dualrate", replace(METHODS["dualrate"], design=fail))
+    assert run("dualrate") == 3
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "no design" in line and "choose units in which they are near 1" in line
+
+
+@pytest.mark.parametrize(
+    ("words", "variables", "message"),
+    [
+        (["design", "multirate", "a\0b", "--periods", "1"], {}, "a null character"),
+        (["check", "--output", "a\0b"], {}, "a null character"),
+        (["list"], {"SOURCE_DATE_EPOCH": "soon"}, "SOURCE_DATE_EPOCH must be whole seconds since 1970, got 'soon'"),
+        (["design", "dualrate", str(EXAMPLES / "servo.toml"), *CASES["dualrate"][1:], "--output", "/"], {}, "/ exists"),
+        (["show", "x" * 100_000], {}, "unknown claim 'xxx"),
+    ],
+)
+def test_odd_surroundings_are_bad_input(
+    words: list[str],
+    variables: dict[str, str],
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    assert main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert message in line or "results.json does not exist" in line
+    assert len(line) < 500
 
 
 @pytest.mark.parametrize("path", ["no.toml", "a\0b", "x" * 300, "."])
@@ -251,6 +313,50 @@ def test_a_search_that_ended_early_goes_on_with_what_is_left(tmp_path: Path) -> 
     assert [len((tmp_path / f"called-{item}").read_text()) for item in items] == [1, 1, 2]
 
 
+class Bomb:
+    """Whoever reads its pickle makes a file."""
+
+    def __init__(self, target: Path) -> None:
+        self.target = target
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os.mkdir, (str(self.target),)
+
+
+def test_what_lies_in_the_folder_of_a_search_is_never_run_nor_trusted(here: Path) -> None:
+    asked = ["design", "multirate", str(EXAMPLES / "cart.toml"), "--periods", "2,2", "--offsets", "best"]
+    assert main([*asked, "--output", "honest"]) == 0
+    store, function, items = here / "store", partial(noted, here), [1, 2, 3, 4]
+    assert list(every_core(function, items, store=store)) == [10, 20, 30, 40]
+    one, two, three, four = sorted((store / "kept").iterdir())
+    poison = pickle.dumps(Bomb(here / "exploded"))
+    one.write_bytes(poison)  # as joblib kept them
+    two.write_bytes(hashlib.sha256(two.stem.encode() + poison).hexdigest().encode() + b"\n" + poison)
+    three.write_bytes(three.read_bytes()[:-1] + b"9")
+    four.write_bytes(two.read_bytes())
+    old = here / "cart-multirate.timings" / "kept" / "joblib" / "replication"
+    old.mkdir(parents=True)
+    (old / "output.pkl").write_bytes(poison)
+    assert list(every_core(function, items, store=store)) == [10, 20, 30, 40]
+    assert [len((here / f"called-{item}").read_text()) for item in items] == [2, 2, 2, 2]
+    assert main(asked) == 0
+    assert (here / "cart-multirate/gains.json").read_bytes() == (here / "honest/gains.json").read_bytes()
+    assert not (here / "exploded").exists()
+    pickle.loads(poison)
+    assert (here / "exploded").exists()
+
+
+def test_a_kept_optimum_is_the_computed_one(here: Path) -> None:
+    values = read_plant(EXAMPLES / "cart.toml", "multirate").values
+    apply = partial(every_core, store=here / "store")
+    first, again = (search_timing(MultiratePlant(**values), (2, 4), apply=apply) for _ in range(2))
+    assert first == again == search_timing(MultiratePlant(**values), (2, 4))
+    kept = len(list((here / "store" / "kept").iterdir()))
+    assert kept == len(first.optima)
+    search_timing(MultiratePlant(**{**values, "dt": 0.25}), (2, 4), apply=apply)
+    assert len(list((here / "store" / "kept").iterdir())) == 2 * kept
+
+
 @pytest.mark.parametrize("offsets", ["best", "0,0"])
 def test_a_folder_of_the_users_beside_the_design_stays(offsets: str, here: Path) -> None:
     own = here / "cart-multirate.timings" / "mine.txt"
@@ -267,7 +373,7 @@ def test_a_killed_search_for_timings_is_taken_up(here: Path, capsys: pytest.Capt
     store = Path("cart-multirate.timings")
     environment = {**os.environ, "PYTHONPATH": str(EXAMPLES.parents[1])}
     running = subprocess.Popen([sys.executable, "-m", "replication", *asked], start_new_session=True, env=environment)
-    while sum(1 for _ in store.rglob("output.pkl")) < FEW:
+    while sum(1 for _ in store.rglob("*.json")) < FEW:
         assert running.poll() is None
         time.sleep(0.02)
     os.killpg(running.pid, signal.SIGKILL)

@@ -26,6 +26,9 @@ TEXT = (
     "says",
 )
 
+SHOWN = 200
+"""Characters that are shown of a value beside the claims."""
+
 
 class Cause(StrEnum):
     """What is known to differ between the runs and bears on the claim, the likeliest first."""
@@ -36,7 +39,7 @@ class Cause(StrEnum):
     ERRATUM = "the outcome of the erratum's proof changed"
     INPUTS = "other inputs of its experiments"
     SOLVER = "another solver, or other options of it"
-    CODE = "other code of its experiments"
+    CODE = "other code or data of its experiments"
     LOCK = "other lock of packages"
     PACKAGES = "other versions of Python or packages"
     MACHINE = "another machine, BLAS or number of threads"
@@ -83,6 +86,55 @@ def compare(old: ResultsFile, new: ResultsFile) -> list[Change]:
             verdicts = before[name].verdict, after[name].verdict
             changes.append(Change(claim=name, old=verdicts[0], new=verdicts[1], causes=causes, fields=fields))
     return sorted(changes, key=lambda change: (change.old == change.new, change.claim))
+
+
+class Beside(msgspec.Struct, frozen=True, kw_only=True):
+    """How a record changed that is no claim: of a paper, an erratum, a figure or a certificate."""
+
+    record: str
+    fields: tuple[FieldChange, ...]
+
+
+def beside(old: ResultsFile, new: ResultsFile) -> list[Beside]:
+    """The records beside the claims that differ, by name; where the code of one stands is not compared."""
+    before, after = _records(old), _records(new)
+    changes = []
+    for name in sorted(before.keys() | after.keys()):
+        first, second = before.get(name, {}), after.get(name, {})
+        moved = [field for field in first | second if first.get(field) != second.get(field)]
+        fields = tuple(FieldChange(field=field, old=first.get(field), new=second.get(field)) for field in moved)
+        if fields:
+            changes.append(Beside(record=name, fields=fields))
+    return changes
+
+
+def _records(results: ResultsFile) -> dict[str, dict[str, Any]]:
+    parts: dict[str, dict[str, Any]] = {
+        "paper": {record.key: record for record in results.papers},
+        "erratum": {record.id: record for record in results.errata},
+        "figure": {record.name: record for record in results.figures},
+        "certificate": {record.path: record for record in results.certificates},
+    }
+    plain = {
+        f"{part} {name}": msgspec.to_builtins(record) for part, found in parts.items() for name, record in found.items()
+    }
+    return {
+        name: {field: value for field, value in record.items() if field != "code"} for name, record in plain.items()
+    }
+
+
+def render_beside(changes: list[Beside]) -> list[str]:
+    """Those changes as lines of text, each value cut where it is long."""
+    lines = []
+    for change in changes:
+        lines.append(f"{change.record} changed")
+        lines += [f"    {field.field}: {_cut(field.old)} → {_cut(field.new)}" for field in change.fields]
+    return lines
+
+
+def _cut(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}…"
 
 
 def render(changes: list[Change]) -> list[str]:

@@ -3,7 +3,8 @@
 The digits are the tolerance: a printed number stands for the closed interval of half a unit in its last place on
 either side. All arithmetic is exact (`Fraction`), so no rounding of ours decides a verdict. Written forms:
 
-- numbers `1.33`, `-0.0000`, `.580`, `1.2e-3`, `66,033` (thousands, outside lists), with a hyphen or the minus sign;
+- numbers `1.33`, `-0.0000`, `.580`, `1.2e-3`, `1.2×10⁻³`, and outside lists thousands, `66,033` or `66 033`, with a
+  hyphen or the minus sign;
 - complex numbers `1.0+0.2i`, and conjugate pairs `1.085±0.240i`, of which the imaginary part is compared in size;
 - lists in parentheses, `(1.031, 1.085±0.240i)`, and matrices in square brackets, `[0.228 0.294; -0.125 0.267]`,
   always with rows and columns, so that `[1 2]` is one row;
@@ -29,6 +30,26 @@ _REAL = re.compile(rf"[+-]?{_UNSIGNED}")
 _COMPLEX = re.compile(rf"([+-]?{_UNSIGNED})\s*([+±-])\s*({_UNSIGNED})\s*[ij]")
 _GROUPED = r"[1-9][0-9]{0,2}(?:,[0-9]{3})+"
 _THOUSANDS = re.compile(rf"([+-]?)({_GROUPED})(\.[0-9]*)?")
+_SPACED = re.compile(r"([+-]?)([1-9][0-9]{0,2}(?:[ \u00a0\u2009\u202f'’][0-9]{3})+)(\.[0-9]*)?")
+_POWER = re.compile(
+    r"(?<=[0-9.])\s*[×·x*]\s*10\s*(?:\^\s*\{?\s*([+-]?[0-9]{1,2})\s*\}?|([⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]{1,2}))(?![0-9⁰-⁹])"
+)
+_RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
+_TOLERANCE = "write the number alone, and what is allowed as its tolerance, with tolerance_reason"
+_ADVICE = (
+    (
+        r"[0-9.]+,[0-9]+",
+        "a decimal comma, or thousands? write 1.33 for 1,33; thousands have three digits after a comma",
+    ),
+    (r"\([0-9]+\)|±|\+/-", f"an uncertainty: {_TOLERANCE}"),
+    (r"[%‰]|per ?cent", "a percentage: write the number alone, compute it in per cent, and give the unit as unit"),
+    (r"[0-9](\.\.|…|–|—|-)|\bto\b", "an interval: make a claim of each end, with the relations ≥ and ≤"),
+    (r"\b10(\^|[⁻⁰-⁹¹²³])", "a power of ten without digits: write 1e-3 for 10^-3 if its one digit is meant"),
+    (r"[~≈≃≅]|about|approx|ca\.", f"an approximate number: {_TOLERANCE}"),
+    (r"[0-9.]\s*/", "a fraction: write it as a decimal number, and what is allowed as its tolerance"),
+    (r"[0-9.]\s*[^\W\d_]", "a number with a unit? write the number alone, and the unit as unit"),
+)
+"""What may be meant by a text that is no number, and what to write for it."""
 _AMBIGUOUS = re.compile(rf"(?<![0-9.,]){_GROUPED}(?![0-9])")
 
 
@@ -126,7 +147,7 @@ class Printed:
 
 def parse(text: str) -> Printed:
     """Parse a printed value; raises AuditError with the offending text if it is not one of the forms above."""
-    body = text.replace("−", "-").strip()
+    body = _POWER.sub(_exponent, text.replace("−", "-").strip())
     if not body:
         raise AuditError("the printed value is empty; give the string that stands in the paper")
     relation = ""
@@ -152,6 +173,11 @@ def decimal_fraction(text: str) -> Fraction:
 
 
 def _list(text: str, body: str) -> tuple[tuple[tuple[Entry, ...], ...], tuple[int, ...]]:
+    if len({part[:1].isspace() for part in body.split(",")[1:]}) > 1:
+        raise AuditError(
+            f"printed value {text!r}: some commas have a blank behind them and some have none; write decimal commas as "
+            "points, and a blank after each comma between entries"
+        )
     cells = tuple(_cell(text, part.strip()) for part in body.split(","))
     return cells, (len(cells),)
 
@@ -175,7 +201,10 @@ def _cell(text: str, part: str) -> tuple[Entry, ...]:
 
 def _entry(text: str, part: str) -> Entry:
     if not _REAL.fullmatch(part):
-        raise AuditError(f"printed value {text!r}: {part!r} is not a number as printed, such as 1.33, .580 or 1.2e-3")
+        meant = next((f"; it may be {advice}" for form, advice in _ADVICE if re.search(form, part)), "")
+        raise AuditError(
+            f"printed value {text!r}: {part!r} is not a number as printed, such as 1.33, .580 or 1.2e-3{meant}"
+        )
     number = Decimal(part)
     exponent = number.as_tuple().exponent
     assert isinstance(exponent, int)  # NaN and infinities do not match the pattern
@@ -183,8 +212,12 @@ def _entry(text: str, part: str) -> Entry:
 
 
 def _without_thousands(body: str) -> str:
-    match = _THOUSANDS.fullmatch(body)
-    return body if match is None else match[1] + match[2].replace(",", "") + (match[3] or "")
+    match = _THOUSANDS.fullmatch(body) or _SPACED.fullmatch(body)
+    return body if match is None else match[1] + re.sub(r"[^0-9]", "", match[2]) + (match[3] or "")
+
+
+def _exponent(power: re.Match[str]) -> str:
+    return f"e{power[1] or power[2].translate(_RAISED)}"
 
 
 def _refuse_ambiguous(text: str, body: str) -> None:

@@ -69,7 +69,13 @@ def _manifest(directory: Path) -> Iterator[tuple[str, str]]:
     path = directory / MANIFEST
     if not path.is_file():
         raise AuditError(f"{path} is missing; give the directory of an unpacked archive")
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except UnicodeDecodeError as error:
+        raise AuditError(f"{path} is no list of checksums ({error.reason}); unpack the archive again") from None
+    if not lines:
+        raise AuditError(f"{path} lists no file; unpack the archive again")
+    for number, line in enumerate(lines, 1):
         digest, separator, name = line.partition("  ")
         parts = PurePosixPath(name).parts
         if len(digest) != 64 or not separator or not parts or ".." in parts or PurePosixPath(name).is_absolute():

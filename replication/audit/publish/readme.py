@@ -31,6 +31,12 @@ def replace_block(text: str, block: str) -> str:
     return text[: text.index(BEGIN)] + block + text[text.index(END) + len(END) :]
 
 
+def is_stale(readme: Path, results: ResultsFile) -> bool:
+    """Whether the file has a part that comes from a run, and not from these results."""
+    text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
+    return BEGIN in text and replace_block(text, results_block(results)) != text
+
+
 def update(readme: Path, results: Path) -> None:
     """Write the results of a run into the README."""
     text = replace_block(readme.read_text(encoding="utf-8"), results_block(read_results(results)))

@@ -43,11 +43,16 @@ class Computed:
 
 
 class Available(dict[str, Any]):
-    """Results by experiment name; asking for one that is missing says why it is."""
+    """Results by experiment name; asking for one that is missing says why it is. read: the names asked for."""
 
     def __init__(self, results: Mapping[str, Any], missing: Mapping[str, str]) -> None:
         super().__init__(results)
         self._missing = missing
+        self.read: set[str] = set()
+
+    def __getitem__(self, name: str) -> Any:
+        self.read.add(name)
+        return super().__getitem__(name)
 
     def __missing__(self, name: str) -> Any:
         raise AuditError(self._missing.get(name, f"experiment {name} is not among those it says it uses"))
@@ -59,6 +64,7 @@ class _Run:
     sources: SourceTree
     certificates: Sequence[CertificateRecord]
     unproved: Mapping[str, str]
+    read: set[str]
 
     def results(self, names: Sequence[str]) -> Available:
         chosen = {name: self.computed[name] for name in names}
@@ -69,10 +75,13 @@ class _Run:
 
     def attempt(self, uses: Sequence[str], function: Callable[[Any], T]) -> tuple[T | None, str]:
         """The value of a paper's function of these results, or None and the error."""
+        results = self.results(uses)
         try:
-            return function(self.results(uses)), ""
+            return function(results), ""
         except Exception as failure:  # noqa: BLE001 - a paper's function may fail in any way; the rest stands
             return None, describe(failure, self.sources)
+        finally:
+            self.read.update(results.read)
 
 
 def assemble(
@@ -82,13 +91,15 @@ def assemble(
     sources: SourceTree,
     certificates: Sequence[CertificateRecord],
     unproved: Mapping[str, str],
-) -> tuple[ResultsFile, tuple[str, ...]]:
-    """Answer all that the papers ask of the results; the records, and the failures that no record carries.
+) -> tuple[ResultsFile, tuple[str, ...], tuple[str, ...]]:
+    """Answer all that the papers ask of the results.
+
+    Gives the records, the failures that no record carries, and the experiments whose results nobody reads.
 
     certificates: as they were verified. unproved: why there is none, by claim.
     Raises nothing on account of a paper: a function of a paper that fails becomes an error in its record.
     """
-    state = _Run(computed, sources, certificates, unproved)
+    state = _Run(computed, sources, certificates, unproved, set())
     records: list[PaperRecord] = []
     claims: list[ClaimRecord] = []
     errata: list[ErratumRecord] = []
@@ -117,7 +128,8 @@ def assemble(
         experiments=tuple(experiments),
         certificates=tuple(certificates),
     )
-    return results, tuple(failures)
+    read = state.read.union(*(figure.uses for paper in papers for figure in paper.figures))
+    return results, tuple(failures), tuple(record.name for record in experiments if record.name not in read)
 
 
 def _experiment(state: _Run, paper: str, experiment: Experiment) -> ExperimentRecord:
@@ -128,7 +140,7 @@ def _experiment(state: _Run, paper: str, experiment: Experiment) -> ExperimentRe
         function=done.dependencies.function,
         code=state.sources.location(experiment.function),
         inputs=json.loads(done.dependencies.inputs),
-        key=done.dependencies.key,
+        key=done.dependencies.key if done.entry is None else done.entry.key,
         seconds=done.seconds,
         solvers=done.entry.solvers if done.entry is not None else (),
         error=done.error,

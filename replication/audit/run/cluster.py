@@ -20,10 +20,11 @@ import msgspec
 
 from replication.audit.run.pool import KILLED, end_with
 from replication.audit.run.worker import Answer, Task, compute
-from replication.audit.store.provenance import read_environment, read_packages
+from replication.audit.store.provenance import kernel, read_environment, read_packages
 from replication.audit.store.sources import SourceTree, default_packages
 from replication.errors import AuditError
 
+KERNEL = "instruction set of the linear algebra (OPENBLAS_CORETYPE chooses it)"
 TIMEOUT = 10
 """Seconds to wait for the scheduler, and then for a first worker."""
 
@@ -37,6 +38,7 @@ class Order(msgspec.Struct, frozen=True, kw_only=True):
     sources: dict[str, str]
     python: str
     packages: dict[str, str]
+    kernel: str
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ def orders_of(tasks: Sequence[Task]) -> Iterator[Order]:
             sources=sources.files_of(task.function.partition(":")[0]),
             python=environment.python,
             packages=environment.packages,
+            kernel=environment.kernel,
         )
 
 
@@ -122,9 +125,9 @@ def _project(function: str) -> Path:
 def _other(wanted: Order, sources: SourceTree) -> str:
     """What this machine has not as the order wants it, as a sentence; empty if all is there."""
     found = {**sources.files_of(wanted.function.partition(":")[0]), **read_packages(wanted.packages)}
-    python = ".".join(map(str, sys.version_info[:2]))
-    expected = {**wanted.sources, **wanted.packages, "Python": wanted.python}
-    different = [name for name, value in expected.items() if {**found, "Python": python}.get(name) != value]
+    found |= {"Python": ".".join(map(str, sys.version_info[:2])), KERNEL: kernel()}
+    expected = {**wanted.sources, **wanted.packages, "Python": wanted.python, KERNEL: wanted.kernel}
+    different = [name for name, value in expected.items() if found.get(name) != value]
     if not different:
         return ""
     listed = ", ".join(different[:4])

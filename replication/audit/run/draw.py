@@ -9,7 +9,7 @@ import csv
 import hashlib
 import io
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,8 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Figure, FigureData, Paper
+from replication.audit.run.settled import settled
+from replication.audit.run.worker import describe
 from replication.audit.store.cache import Cache, Dependencies, Entry
 from replication.audit.store.jsonvalues import encode
 from replication.audit.store.provenance import Environment, read_environment
@@ -27,16 +29,21 @@ from replication.drawing.style import house_style
 from replication.errors import AuditError
 from replication.files import write_atomically
 
+Kept = tuple[FigureRecord, list[str]]
+
 
 def write_figures(
-    papers: Iterable[Paper], results_by_experiment: Mapping[str, Any], directory: Path
+    papers: Iterable[Paper],
+    results_by_experiment: Mapping[str, Any],
+    directory: Path,
+    packages: Mapping[str, Path] | None = None,
 ) -> tuple[FigureRecord, ...]:
     """Write NAME.csv and NAME.svg of every figure into `directory` and return their records.
 
     A figure that fails, or whose experiment has no result, gives a record with the error and no files.
     """
     return tuple(
-        _write_figure(figure, paper.key, results_by_experiment, directory)
+        _write_figure(figure, paper.key, results_by_experiment, directory, packages or {})
         for paper in papers
         for figure in paper.figures
     )
@@ -56,21 +63,26 @@ def draw_figures(
     A figure depends on all files of its paper and of the drawing, on its texts, and on the results that it uses.
     root, packages: as for `runner.run`.
     """
-    sources = SourceTree(packages or default_packages(root))
-    environment = read_environment(root)
     records = []
-    for paper, figure in [(each, figure) for each in papers for figure in each.figures]:
-        name, dependencies = f"figure.{figure.name}", _dependencies(figure, paper, results, sources, environment)
-        entry = cache.lookup(name, dependencies).entry
-        if entry is not None and entry.result["files"] == _checksums(directory, figure.name):
-            record = msgspec.convert(entry.result["record"], FigureRecord)
+    for paper, figure, dependencies in _asked(papers, results, root, packages):
+        entry = _kept(cache, figure, dependencies)
+        if entry is not None and entry[1] == checksums(directory, figure.name):
+            record = entry[0]
         else:
-            record = _write_figure(figure, paper.key, results, directory)
+            record = _write_figure(figure, paper.key, results, directory, packages or default_packages(root))
             if not record.error:
-                result = {"record": msgspec.to_builtins(record), "files": _checksums(directory, figure.name)}
-                cache.store(name, Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=result))
+                result = {"record": msgspec.to_builtins(record), "files": checksums(directory, figure.name)}
+                cache.store(_entry(figure), Entry(dependencies=dependencies, seconds=0.0, solvers=(), result=result))
         records.append(record)
     return tuple(records)
+
+
+def kept_figures(
+    papers: Sequence[Paper], results: Mapping[str, Any], *, cache: Cache, root: Path
+) -> Iterator[tuple[str, Kept | None]]:
+    """By name of the figure its record, and the checksums with which its files were left; None if it is out of date."""
+    for _, figure, dependencies in _asked(papers, results, root, None):
+        yield figure.name, _kept(cache, figure, dependencies)
 
 
 def to_csv(data: FigureData) -> bytes:
@@ -88,17 +100,19 @@ def to_csv(data: FigureData) -> bytes:
     return stream.getvalue().encode()
 
 
-def _write_figure(figure: Figure, paper: str, results: Mapping[str, Any], directory: Path) -> FigureRecord:
+def _write_figure(
+    figure: Figure, paper: str, results: Mapping[str, Any], directory: Path, packages: Mapping[str, Path]
+) -> FigureRecord:
     targets = directory / f"{figure.name}.csv", directory / f"{figure.name}.svg"
     table, drawing, alt, failure = b"", b"", "", ""
     try:
         missing = [name for name in figure.uses if name not in results]
         if missing:
             raise AuditError(f"no result of {', '.join(missing)}; see the error of that experiment")
-        data = figure.data({name: results[name] for name in figure.uses})
+        data = _data(figure, results, targets[0])
         table, drawing, alt = to_csv(data), _draw(figure, data), _described(figure, data)
     except Exception as error:  # noqa: BLE001 - whatever one figure does, the report of the others is still written
-        failure = f"{type(error).__name__}: {error}"
+        failure = describe(error, SourceTree(packages))
     for path, content in zip(targets, (table, drawing), strict=True):
         if failure:
             path.unlink(missing_ok=True)  # a figure of an earlier run would pass for one of this run
@@ -113,6 +127,22 @@ def _write_figure(figure: Figure, paper: str, results: Mapping[str, Any], direct
     )
 
 
+def _data(figure: Figure, results: Mapping[str, Any], path: Path) -> FigureData:
+    """What a figure draws, `path` being where its CSV lies; AuditError for anything else than columns of numbers."""
+    data = figure.data({name: results[name] for name in figure.uses})
+    if not isinstance(data, FigureData):
+        raise AuditError(f"its function gave {data!r:.80}; give FigureData(columns={{name: numbers}})")
+    to_csv(data)  # what cannot be written must not be compared either
+    return FigureData(columns=_Columns(settled(data, path).columns))
+
+
+class _Columns(dict[str, Any]):
+    """Columns by name; asking for one that is not there says which there are."""
+
+    def __missing__(self, name: str) -> Any:
+        raise AuditError(f"there is no column {name!r}; the data has {', '.join(map(repr, self))}")
+
+
 def _dependencies(
     figure: Figure, paper: Paper, results: Mapping[str, Any], sources: SourceTree, environment: Environment
 ) -> Dependencies:
@@ -123,7 +153,25 @@ def _dependencies(
     return Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs)
 
 
-def _checksums(directory: Path, name: str) -> list[str]:
+def _asked(
+    papers: Sequence[Paper], results: Mapping[str, Any], root: Path, packages: Mapping[str, Path] | None
+) -> Iterator[tuple[Paper, Figure, Dependencies]]:
+    sources, environment = SourceTree(packages or default_packages(root)), read_environment(root)
+    for paper in papers:
+        for figure in paper.figures:
+            yield paper, figure, _dependencies(figure, paper, results, sources, environment)
+
+
+def _entry(figure: Figure) -> str:
+    return f"figure.{figure.name}"
+
+
+def _kept(cache: Cache, figure: Figure, dependencies: Dependencies) -> Kept | None:
+    entry = cache.lookup(_entry(figure), dependencies).entry
+    return None if entry is None else (msgspec.convert(entry.result["record"], FigureRecord), entry.result["files"])
+
+
+def checksums(directory: Path, name: str) -> list[str]:
     """SHA-256 of the two files of a figure, empty for one that is missing."""
     paths = [directory / f"{name}{suffix}" for suffix in (".csv", ".svg")]
     return [_sha256(path.read_bytes()) if path.is_file() else "" for path in paths]

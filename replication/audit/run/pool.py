@@ -42,8 +42,8 @@ class Processes:
 
     def compute(self, tasks: Sequence[Task]) -> Iterator[Answer]:
         """Yield the answer of each task, in the order in which they finish."""
-        jobs = self.jobs or os.cpu_count() or 1
-        if jobs == 1:
+        jobs = min(self.jobs or os.cpu_count() or 1, len(tasks))
+        if jobs <= 1:
             yield from _one_by_one(tasks)
             return
         waiting = list(tasks)

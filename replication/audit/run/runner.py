@@ -5,18 +5,21 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from replication.audit.judge.proofs import Wanted, record, wanted
+from replication.audit.judge.typed import require_typed
 from replication.audit.judge.validate import validate_claims, validate_theorems
 from replication.audit.model import Experiment, Paper
 from replication.audit.run.assemble import Computed, assemble
 from replication.audit.run.pool import Executor, Processes
 from replication.audit.run.progress import Action, Silent, Step
 from replication.audit.run.prove import prove
+from replication.audit.run.tracing import data_tree
 from replication.audit.run.worker import Answer, Task, describe, function_name
 from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup
 from replication.audit.store.jsonvalues import encode, solvers_in
@@ -25,7 +28,7 @@ from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree, default_packages
 from replication.errors import AuditError
 
-EDITED = "not kept: its sources were edited while it ran"
+EDITED = "not kept: its sources or data were edited while it ran"
 
 
 @dataclass(frozen=True)
@@ -34,13 +37,14 @@ class Outcome:
 
     results_by_experiment: result by name, without the experiments that failed. results: the file, without figures.
     log: what was done about each experiment, in the order of the papers. failures: the errors that no record carries,
-    those of findings, sensitivity and common levels.
+    those of findings, sensitivity and common levels. unused: experiments whose results nobody read.
     """
 
     results_by_experiment: Mapping[str, Any]
     results: ResultsFile
     log: tuple[Step, ...]
     failures: tuple[str, ...]
+    unused: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -70,12 +74,13 @@ def run(
     packages: name and directory of the packages that count as sources; `default_packages(root)` unless given.
     Raises AuditError for mistakes in the papers, before anything is computed.
     """
-    validate_claims(papers)
     packages = packages or default_packages(root)
-    sources = SourceTree(packages)
+    sources, data = SourceTree(packages), data_tree(packages)
+    require_typed(papers, sources)
+    validate_claims(papers)
     certificates, unproved = wanted(root, [paper.key for paper in papers])
     validate_theorems(papers, {claim for certificate in certificates for claim in certificate.claims}, unproved)
-    plans = _plan(papers, certificates, root, cache, sources)
+    plans = _plan(papers, certificates, root, partial(cache.lookup, now=data.now), sources)
     stored = {name: plan.lookup.entry for name, plan in plans.items() if plan.lookup.entry is not None}
     computed = {name: Computed(entry.dependencies, entry, "", entry.seconds) for name, entry in stored.items()}
     steps = {name: Step(name, Action.REUSED, plans[name].lookup.reason, stored[name].seconds) for name in stored}
@@ -83,17 +88,21 @@ def run(
     with progress or Silent() as watcher:
         watcher.begin(len(tasks))
         for answer in (executor or Processes()).compute(tasks) if tasks else ():
-            done, step = _finish(answer, plans[answer.name], cache, sources)
+            done, step = _finish(answer, plans[answer.name], cache, sources, data)
             computed[answer.name], steps[answer.name] = done, step
             watcher.step(step)
     values = {name: done.entry.result for name in plans if (done := computed[name]).entry is not None}
     proofs = [record(entry, values.pop(entry.task, None), computed[entry.task].error) for entry in certificates]
-    results, failures = assemble(papers, computed, run_record(root), sources, proofs, unproved)
-    return Outcome(values, results, tuple(steps[name] for name in plans), failures)
+    results, failures, unused = assemble(papers, computed, run_record(root), sources, proofs, unproved)
+    return Outcome(values, results, tuple(steps[name] for name in plans), failures, unused)
 
 
 def _plan(
-    papers: Sequence[Paper], certificates: Sequence[Wanted], root: Path, cache: Cache, sources: SourceTree
+    papers: Sequence[Paper],
+    certificates: Sequence[Wanted],
+    root: Path,
+    lookup: Callable[[str, Dependencies], Lookup],
+    sources: SourceTree,
 ) -> dict[str, _Plan]:
     """One task for each experiment, and for each certificate; its key holds checksums, not where the project lies."""
     environment = read_environment(root)
@@ -107,9 +116,10 @@ def _plan(
     plans: dict[str, _Plan] = {}
     for name, function, inputs, place in asked:
         text = encode(f"the inputs of {name}", inputs, sort=True)
-        dependencies = Dependencies.on(environment, sources.files_of(function.partition(":")[0]), function, text)
+        files = sources.files_of(function.partition(":")[0])
+        dependencies = Dependencies.on(environment, files, function, text, exact=function == verifier)
         arguments = encode(f"the inputs of {name}", {**inputs, **place}) if place else text
-        plans[name] = _Plan(name, dependencies, cache.lookup(name, dependencies), arguments)
+        plans[name] = _Plan(name, dependencies, lookup(name, dependencies), arguments)
     return plans
 
 
@@ -131,18 +141,18 @@ def _longest_first(plans: Sequence[_Plan], packages: Mapping[str, Path]) -> list
     return [Task(plans[i].name, plans[i].dependencies.function, plans[i].arguments, packages) for i in order]
 
 
-def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree) -> tuple[Computed, Step]:
-    """Store an answer, unless it failed or its sources are no longer those of its key."""
+def _finish(answer: Answer, plan: _Plan, cache: Cache, sources: SourceTree, data: SourceTree) -> tuple[Computed, Step]:
+    """Store an answer, unless it failed or its sources and data are no longer those that it was computed from."""
     name, reason, seconds = answer.name, plan.lookup.reason, answer.seconds
     try:
         if answer.text is not None:
             result = json.loads(answer.text)
             solvers = solvers_in(f"the result of {name}", result)
-            entry = Entry(dependencies=plan.dependencies, seconds=seconds, solvers=solvers, result=result)
-            if sources.unchanged(plan.dependencies.sources):
-                cache.store(name, entry)
-            else:
-                reason = EDITED
+            entry = Entry(
+                dependencies=plan.dependencies, data=answer.data, seconds=seconds, solvers=solvers, result=result
+            )
+            whole = sources.unchanged(plan.dependencies.sources) and data.unchanged(answer.data)
+            reason = (cache.store(name, entry) if whole else EDITED) or reason
             return Computed(plan.dependencies, entry, "", seconds), Step(name, Action.COMPUTED, reason, seconds)
         error = answer.error
     except AuditError as failure:

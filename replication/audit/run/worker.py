@@ -13,10 +13,14 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import Experiment
+from replication.audit.run.tracing import checksums, data_tree, opened_files
 from replication.audit.store.jsonvalues import encode
 from replication.audit.store.provenance import THREADS
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
+
+LARGEST = 20_000_000
+"""Characters of a result; ten times those of the largest one of this project."""
 
 
 @dataclass(frozen=True)
@@ -30,12 +34,16 @@ class Task:
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """What came of a task: the result as JSON text, or None and the error; wall-clock seconds either way."""
+    """What came of a task: the result as JSON text, or None and the error; wall-clock seconds either way.
+
+    data: SHA-256 of the project's data files that it read.
+    """
 
     name: str
     text: str | None
     seconds: float
     error: str
+    data: dict[str, str] = {}
 
 
 def function_name(experiment: Experiment) -> str:
@@ -55,16 +63,28 @@ def compute(task: Task) -> Answer:
     import threadpoolctl
 
     begin = time.perf_counter()
-    text, error = None, ""
+    text, error, data = None, "", {}
     try:
         function = _find(task.function)
         begin = time.perf_counter()  # again: what Python needs to import is no time of the experiment
         # After the import, so that the linear algebra is loaded and obeys; the same in every kind of process.
-        with threadpoolctl.threadpool_limits(THREADS):
-            text = encode(f"the result of {task.name}", function(**json.loads(task.inputs)))
+        with threadpoolctl.threadpool_limits(THREADS), opened_files() as opened:
+            text = _encoded(task.name, function(**json.loads(task.inputs)))
+        data = checksums(opened, data_tree(task.packages))
     except (Exception, SystemExit) as failure:  # noqa: BLE001 - the one place where failures become data
         error = describe(failure, SourceTree(task.packages))
-    return Answer(task.name, text, time.perf_counter() - begin, error)
+        text = None
+    return Answer(task.name, text, time.perf_counter() - begin, error, data)
+
+
+def _encoded(name: str, value: Any) -> str:
+    text = encode(f"the result of {name}", value)
+    if len(text) > LARGEST:
+        size = f"{len(text) / 1e6:.0f} MB"
+        raise AuditError(
+            f"the result of {name} has {size}, at most {LARGEST / 1e6:.0f} are kept; return what is shown or judged"
+        )
+    return text
 
 
 def describe(failure: BaseException, sources: SourceTree) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,8 +19,11 @@ from replication.files import write_atomically
 NEVER_RAN = "never ran"
 UNREADABLE = "entry unreadable"
 NOT_ASKED = "the cache was not asked"
+NOT_KEPT = "not kept: the cache cannot be written"
 NAMED = 4
 """Changes that a reason names; it counts the others."""
+FIELDS = ("function", "inputs", "lock", "python", "kernel")
+Checksums = Callable[[str], str | None]
 
 
 class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
@@ -28,6 +31,7 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
 
     sources: SHA-256 by file. function: `module:name`. inputs: canonical JSON. lock: SHA-256 of requirements.lock.
     python: minor version. packages: the versions installed, because an environment need not be the locked one.
+    kernel: of the linear algebra; empty for what computes in exact numbers only.
     """
 
     sources: dict[str, str]
@@ -36,10 +40,13 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
     lock: str
     python: str
     packages: dict[str, str]
+    kernel: str
 
     @classmethod
-    def on(cls, environment: Environment, sources: Mapping[str, str], function: str, inputs: str) -> Dependencies:
-        """Those of a result that is computed in this environment."""
+    def on(
+        cls, environment: Environment, sources: Mapping[str, str], function: str, inputs: str, *, exact: bool = False
+    ) -> Dependencies:
+        """Those of a result that is computed in this environment; exact: without linear algebra in floating point."""
         return cls(
             sources=dict(sources),
             function=function,
@@ -47,6 +54,7 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
             lock=environment.lock_sha256,
             python=environment.python,
             packages=environment.packages,
+            kernel="" if exact else environment.kernel,
         )
 
     @property
@@ -56,12 +64,22 @@ class Dependencies(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True):
-    """A stored result with what it was computed from, how long that took and what the solvers said."""
+    """A stored result with what it was computed from, how long that took and what the solvers said.
+
+    data: SHA-256 of the files that it read while it was computed, which nobody knows before.
+    """
 
     dependencies: Dependencies
+    data: dict[str, str] = {}
     seconds: float
     solvers: tuple[SolverRecord, ...]
     result: Any
+
+    @property
+    def key(self) -> str:
+        """SHA-256 of all that it was computed from."""
+        own = self.dependencies.key
+        return _sha256(f"{own}{json.dumps(self.data, sort_keys=True)}".encode()) if self.data else own
 
 
 @dataclass(frozen=True)
@@ -75,23 +93,32 @@ class Lookup:
 
 @dataclass(frozen=True)
 class Cache:
-    """A directory of entries. With `read=False` nothing stored is used, and results are stored all the same."""
+    """A directory of entries. With `read=False` nothing stored is used, and results are stored all the same.
+
+    write: whether results are stored.
+    Entries are JSON and never bring code along; but checksums find damage, not malice: `read=False` computes all anew.
+    """
 
     directory: Path
     read: bool = True
+    write: bool = True
 
-    def lookup(self, name: str, dependencies: Dependencies) -> Lookup:
+    def lookup(self, name: str, dependencies: Dependencies, now: Checksums = lambda label: None) -> Lookup:
         """The entry of experiment `name` if it was computed from exactly these dependencies, else the reason.
 
+        now: the checksum of a data file as it is, for entries that read some.
         A file that is damaged in any way is reported as unreadable and never used.
         """
-        path = self._path(name)
-        if not path.is_file():
+        try:
+            entry = _read(self._path(name).read_bytes())
+        except (FileNotFoundError, NotADirectoryError):
             return Lookup(None, NEVER_RAN, None)
-        entry = _read(path)
+        except OSError:
+            entry = None
         if entry is None:
             return Lookup(None, UNREADABLE, None)
-        changes = list(_changes(entry.dependencies, dependencies))
+        read = {label: sha256 for label in entry.data if (sha256 := now(label)) is not None}
+        changes = [*_changes(entry.dependencies, dependencies), *_moved(entry.data, read)]
         if changes:
             more = f" and {len(changes) - NAMED} more" if len(changes) > NAMED else ""
             return Lookup(None, f"changed: {', '.join(changes[:NAMED])}{more}", entry.seconds)
@@ -99,30 +126,36 @@ class Cache:
             return Lookup(None, NOT_ASKED, entry.seconds)
         return Lookup(entry, "unchanged", entry.seconds)
 
-    def store(self, name: str, entry: Entry) -> None:
-        """Write the entry, whole or not at all."""
+    def store(self, name: str, entry: Entry) -> str:
+        """Write the entry, whole or not at all; why it could not be written, empty if it was."""
         content = msgspec.to_builtins(entry)
-        text = encode(name, {"key": entry.dependencies.key, "sha256": _checksum(content), **content})
-        write_atomically(self._path(name), text.encode() + b"\n")
+        text = encode(name, {"key": entry.key, "sha256": _checksum(content), **content})
+        if not self.write:
+            return ""
+        try:
+            write_atomically(self._path(name), text.encode() + b"\n")
+        except OSError as error:
+            return f"{NOT_KEPT}: {error.strerror}"
+        return ""
 
     def _path(self, name: str) -> Path:
         return self.directory / f"{name}.json"
 
 
-def _read(path: Path) -> Entry | None:
-    """The entry of a file, or None unless it is exactly what `store` wrote."""
+def _read(text: bytes) -> Entry | None:
+    """The entry of a file's content, or None unless it is exactly what `store` wrote."""
     # The standard reader keeps integers of any size, which msgspec turns into floats.
     try:
-        content = json.loads(path.read_bytes())
+        content = json.loads(text)
         key, checksum = content.pop("key"), content.pop("sha256")
         entry = msgspec.convert(content, Entry)
-    except (ValueError, KeyError, AttributeError, TypeError, RecursionError, OSError):
+    except (ValueError, KeyError, AttributeError, TypeError, RecursionError):
         return None
-    return entry if checksum == _checksum(content) and key == entry.dependencies.key else None
+    return entry if checksum == _checksum(content) and key == entry.key else None
 
 
 def _changes(old: Dependencies, new: Dependencies) -> Iterator[str]:
-    yield from (name for name in ("function", "inputs", "lock", "python") if getattr(old, name) != getattr(new, name))
+    yield from (name for name in FIELDS if getattr(old, name) != getattr(new, name))
     yield from _moved(old.packages, new.packages)
     yield from _moved(old.sources, new.sources)
 

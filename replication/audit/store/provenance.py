@@ -14,11 +14,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import replication
 from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
 
+DISTRIBUTION = "slow-sensor-replication"
 LOCK, COMMIT_FILE = "requirements.lock", "COMMIT"
 THREADS = 1
 """Threads of the linear algebra in each process; one, so that sums are always taken in the same order."""
@@ -29,18 +31,27 @@ OUTPUTS = ("figures", "report/index.html", "report/results.json", "report/*/*", 
 
 @dataclass(frozen=True)
 class Environment:
-    """What every result depends on beside its own sources: checksum of the lock, Python, installed packages."""
+    """What every result depends on beside its own sources: checksum of the lock, Python, installed packages, kernel.
+
+    kernel: the instruction set for which the linear algebra chose its code; another one rounds differently.
+    """
 
     lock_sha256: str
     python: str
     packages: dict[str, str]
+    kernel: str
 
 
 def read_environment(root: Path) -> Environment:
     """The environment of the project at `root`; raises AuditError if a package that it declares is not installed."""
     lock = root / LOCK
     sha256 = hashlib.sha256(lock.read_bytes()).hexdigest() if lock.is_file() else "no lock"
-    return Environment(sha256, ".".join(platform.python_version_tuple()[:2]), _package_versions(root))
+    return Environment(sha256, python_minor(platform.python_version()), _package_versions(root), kernel())
+
+
+def python_minor(version: str) -> str:
+    """`3.11` of `3.11.7`."""
+    return ".".join(version.split(".")[:2])
 
 
 def run_record(root: Path) -> RunRecord:
@@ -98,13 +109,22 @@ def git(root: Path, *arguments: str) -> str | None:
 
 
 def _package_versions(root: Path) -> dict[str, str]:
-    """Installed versions of the packages that pyproject.toml declares; none if there is no such file."""
+    """Installed versions of the packages that pyproject.toml declares; without it, of those that this one needs."""
     project = root / "pyproject.toml"
-    if not project.is_file():
-        return {}
-    declared = tomllib.loads(project.read_text(encoding="utf-8")).get("project", {}).get("dependencies", [])
+    if project.is_file():
+        declared = tomllib.loads(project.read_text(encoding="utf-8")).get("project", {}).get("dependencies", [])
+    else:
+        declared = [text for text in _required() if "extra ==" not in text]
     names = sorted(re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0] for requirement in declared)
     return read_packages(names)
+
+
+def _required() -> list[str]:
+    """What the installed distribution of this package requires; nothing where it runs from its sources alone."""
+    try:
+        return importlib.metadata.requires(DISTRIBUTION) or []
+    except importlib.metadata.PackageNotFoundError:
+        return []
 
 
 def read_packages(names: Iterable[str]) -> dict[str, str]:
@@ -117,12 +137,22 @@ def read_packages(names: Iterable[str]) -> dict[str, str]:
 
 def _blas() -> str:
     """The linear algebra libraries that numpy and scipy loaded, with version and instruction set."""
+    names = {f"{pool['internal_api']} {pool['version']} ({pool.get('architecture', 'unknown')})" for pool in _pools()}
+    return "; ".join(sorted(names)) or "unknown"
+
+
+def kernel() -> str:
+    """The instruction set of numpy's and scipy's linear algebra; what else is loaded hangs on what ran before."""
+    own = [pool for pool in _pools() if {"numpy", "scipy"} & set(re.split(r"[^a-z]+", pool["filepath"]))]
+    return "; ".join(sorted({pool.get("architecture", "unknown") for pool in own or _pools()})) or "unknown"
+
+
+def _pools() -> list[dict[str, Any]]:
+    """The linear algebra libraries that are loaded, numpy's and scipy's among them."""
     import scipy.linalg  # noqa: F401 - loads the library that is then looked at
     import threadpoolctl
 
-    loaded = [pool for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"]
-    names = {f"{pool['internal_api']} {pool['version']} ({pool.get('architecture', 'unknown')})" for pool in loaded}
-    return "; ".join(sorted(names)) or "unknown"
+    return [pool for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"]
 
 
 def _cpu_model() -> str:

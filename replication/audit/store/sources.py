@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import functools
 import hashlib
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,8 +15,10 @@ from typing import Any
 import replication
 from replication.errors import AuditError
 
-CALLERS = ("replication/audit/run/worker.py", "replication/audit/run/assemble.py")
+CALLERS = tuple(f"replication/audit/run/{name}.py" for name in ("worker", "assemble", "draw"))
 """Where the functions of papers are called, which is never the cause of an error."""
+
+_FILE = re.compile(r"[\w./-]{1,100}\.(?!py$)[a-z0-9]{1,5}")
 
 
 @dataclass(frozen=True)
@@ -23,6 +26,7 @@ class _Module:
     sha256: str
     imports: tuple[tuple[str, str], ...]  # (module, name taken from it or ""), absolute
     bound: frozenset[str]
+    texts: tuple[str, ...]  # that may name a file
 
 
 class SourceTree:
@@ -56,14 +60,15 @@ class SourceTree:
         enclosing = {parent for name in followed for parent in _parents(name)}
         listed = {name: self._module(name) for name in followed | enclosing}
         files = {self.label(self._path(name)): found.sha256 for name, found in listed.items() if found}
-        # A module reads the data file beside it that has its name: printed.py reads printed.toml.
-        data = (label.removesuffix(".py") + ".toml" for label in files)
-        files |= {label: sha256 for label in data if (sha256 := self._now(label)) is not None}
+        # A module reads the data file beside it that has its name, printed.py printed.toml, or that it names in full.
+        data = [label.removesuffix(".py") + ".toml" for label in files]
+        data += [label for name, found in listed.items() if found for label in self._named(name, found)]
+        files |= {label: sha256 for label in data if (sha256 := self.now(label)) is not None}
         return dict(sorted(files.items()))
 
     def unchanged(self, files: Mapping[str, str]) -> bool:
         """Whether the files still have the checksums given, as they are on the disk now."""
-        return all(self._now(label) == sha256 for label, sha256 in files.items())
+        return all(self.now(label) == sha256 for label, sha256 in files.items())
 
     def label(self, path: Path | None) -> str:
         """`package/inside/file.py` of a path inside one of the packages; empty for any other path."""
@@ -91,10 +96,11 @@ class SourceTree:
             traceback = traceback.tb_next
         return found
 
-    def _now(self, label: str) -> str | None:
+    def now(self, label: str) -> str | None:
+        """The checksum of a file as it is on the disk now, None if there is none."""
         package, _, inside = label.partition("/")
-        path = self.packages[package] / inside
-        return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
+        path = self.packages[package] / inside if package in self.packages else None
+        return hashlib.sha256(path.read_bytes()).hexdigest() if path is not None and path.is_file() else None
 
     def _path(self, module: str) -> Path | None:
         """The file of a module, or None if the name is no module of the project."""
@@ -110,6 +116,11 @@ class SourceTree:
             path = self._path(name)
             self._modules[name] = None if path is None else _read(name, path)
         return self._modules[name]
+
+    def _named(self, name: str, module: _Module) -> Iterator[str]:
+        """The labels of the files beside a module, or below them, that it names in a string."""
+        path = self._path(name)
+        yield from (self.label((path.parent / text).resolve()) for text in module.texts if path is not None)
 
     def _imported_by(self, name: str) -> Iterator[str]:
         module = self._module(name)
@@ -143,7 +154,7 @@ def _read(name: str, path: Path) -> _Module:
         raise AuditError(f"{path} cannot be read as Python: {error}; correct the file") from None
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     imports = tuple(dict.fromkeys(found for node in ast.walk(tree) for found in _imports(node, package)))
-    return _Module(hashlib.sha256(content).hexdigest(), imports, frozenset(_bound(tree)))
+    return _Module(hashlib.sha256(content).hexdigest(), imports, frozenset(_bound(tree)), tuple(_texts(tree)))
 
 
 def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, str]]:
@@ -155,6 +166,12 @@ def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, str]]:
         base = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
         module = ".".join([*base, *([node.module] if node.module else [])])
         yield from ((module, "" if alias.name == "*" else alias.name) for alias in node.names)
+
+
+def _texts(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and _FILE.fullmatch(node.value):
+            yield node.value
 
 
 def _bound(tree: ast.Module) -> Iterator[str]:

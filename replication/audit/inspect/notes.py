@@ -1,0 +1,93 @@
+"""What a run tells besides verdicts: things that are allowed, and that nobody would see otherwise."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from replication.audit.judge.printed import parse
+from replication.audit.model import Paper, Verdict
+from replication.audit.store.records import ClaimRecord, ResultsFile
+from replication.errors import AuditError
+
+SHOWN = 3
+"""Names that a note lists; it counts the others."""
+LIKENESS = 0.75
+"""Of two words, from which one may be the other with a slip; `Tabel` and `Table` have 0.8."""
+
+FACTORS = {
+    **{f"10^{power}": 10.0**power for power in (*range(-9, 0), *range(1, 10))},
+    **{"2π": 2 * math.pi, "1/(2π)": 1 / (2 * math.pi), "180/π": 180 / math.pi, "π/180": math.pi / 180, "60": 60.0},
+}
+"""By which a number in another unit is off."""
+
+
+def notes(papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], figures: Path) -> Iterator[str]:
+    """Experiments that nothing uses, claims without a second method, places with a slip, figures that are left over.
+
+    unused: names of experiments whose results nobody read. figures: where the figures were drawn.
+    """
+    if unused:
+        yield f"no claim, erratum, figure or finding uses {_listed(unused)}"
+    unchecked = [
+        claim.id
+        for claim in results.claims
+        if claim.verdict not in (Verdict.UNDETERMINED, Verdict.ERROR)
+        and not (claim.evidence.cross_check or claim.judgement.proved)
+    ]
+    if unchecked:
+        yield f"neither a check by a second method nor a proof: {_listed(unchecked)}"
+    for claim in results.claims:
+        if claim.verdict is Verdict.DIFFERS and (words := factor(claim)):
+            yield f"{claim.id}: the computed number is {words} times the print; another unit, or a decimal comma?"
+    for paper in papers:
+        yield from (f"{where}: {slip}" for where, slip in slips(paper))
+        drawn = {figure.name for figure in paper.figures}
+        files = sorted({path for path in figures.glob(f"{paper.key}-*") if path.stem not in drawn})
+        if files:
+            yield f"no figure is called {_listed([path.name for path in files])}; remove what is left in {figures}"
+
+
+def factor(claim: ClaimRecord) -> str:
+    """The usual factor by which all numbers of a claim are off, as another unit or place of the point leaves it."""
+    value = claim.evidence.value
+    try:
+        printed = parse(claim.claim.printed)
+        pairs = [] if value is None else list(zip(printed.align("value", value), printed.entries, strict=True))
+    except AuditError:
+        return ""
+    for words, times in FACTORS.items():
+        # As far off as the last printed place allows, and no zero, of which each number is a multiple.
+        if pairs and all(
+            entry.value and abs(number / times - float(entry.value)) <= float(entry.unit) / 2 for number, entry in pairs
+        ):
+            return words
+    return ""
+
+
+def slips(paper: Paper) -> Iterator[tuple[str, str]]:
+    """Words that stand in one place only of a paper and resemble one that stands in several, such as `Tabel 1`."""
+    places = {claim.id: claim.place for claim in paper.claims} | {item.id: item.place for item in paper.errata}
+    words = {name: set(re.findall(r"[^\W\d_]{4,}", place)) for name, place in places.items()}
+    known = Counter(word for found in words.values() for word in found)
+    known.update(word for item in paper.scope for word in set(re.findall(r"[^\W\d_]{4,}", item.part)))
+    often = [word for word, times in known.items() if times > 1]
+    for name, found in words.items():
+        for word in sorted(found):
+            near = difflib.get_close_matches(word, often, n=1, cutoff=LIKENESS) if known[word] == 1 else []
+            if near and not _same_stem(word, near[0]):
+                yield name, f"the place {places[name]!r} has {word!r}; is {near[0]!r} meant?"
+
+
+def _same_stem(first: str, second: str) -> bool:
+    """Whether the words differ by a capital or in number only."""
+    return first.lower().rstrip("s") == second.lower().rstrip("s")
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return f"{', '.join(names[:SHOWN])}{more}"
