@@ -111,12 +111,12 @@ def lane(broken: bool, corrected: bool = False, sound: bool = True) -> Any:
     ("lanes", "sentence"),
     [
         ([lane(True)], "In the paper a central guarantee fails."),
-        ([lane(False)], "In the paper every theorem holds."),
+        ([lane(False)], "In the paper every theorem passes our tests."),
         ([lane(False), lane(False, sound=False)], "In both papers no theorem fails."),
         ([lane(True), lane(True)], "In both papers a central guarantee fails."),
         (
             [lane(True), lane(False, corrected=True), lane(False)],
-            "In one of three papers a central guarantee fails; in the other two every theorem holds, some only "
+            "In one of three papers a central guarantee fails; in the other two every theorem passes our tests, some only "
             "once misprints are corrected.",
         ),
         ([], "There is no claim to judge."),

@@ -94,7 +94,7 @@ def answer(lanes: Sequence[Lane]) -> str:
     whole, rest = len(judged), len(judged) - broken
     others = [lane for lane in judged if not lane.broken]
     corrected = any(lane.corrected for lane in others)
-    sound = f"every theorem holds{', some only once misprints are corrected' if corrected else ''}"
+    sound = f"every theorem passes our tests{', some only once misprints are corrected' if corrected else ''}"
     if not all(lane.sound for lane in others):
         sound = "no theorem fails"
     whose = "the paper" if whole == 1 else "both papers" if whole == 2 else f"all {_count(whole)} papers"
