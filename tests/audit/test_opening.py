@@ -116,8 +116,8 @@ def lane(broken: bool, corrected: bool = False, sound: bool = True) -> Any:
         ([lane(True), lane(True)], "In both papers a central guarantee fails."),
         (
             [lane(True), lane(False, corrected=True), lane(False)],
-            "In one of three papers a central guarantee fails; in the other two every theorem passes our tests, some only "
-            "once misprints are corrected.",
+            "In one of three papers a central guarantee fails; in the other two every theorem passes our tests, "
+            "some only once misprints are corrected.",
         ),
         ([], "There is no claim to judge."),
     ],
