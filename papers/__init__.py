@@ -8,8 +8,8 @@ import traceback
 from collections.abc import Iterable
 from pathlib import Path
 
-from replication.audit.model import Paper
 from replication.audit.names import one_of
+from replication.audit.parts import Paper
 from replication.errors import AuditError, ReplicationError
 
 KEYS: tuple[str, ...] = tuple(sorted(m.name for m in pkgutil.iter_modules(__path__) if not m.name.startswith("_")))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from replication.audit.model import CommonLevel
+from replication.audit.parts import CommonLevel
 from replication.estimation import nonuniform
 from replication.estimation.nonuniform.nominal import riccati_level
 

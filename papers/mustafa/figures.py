@@ -7,7 +7,8 @@ from typing import Any
 from papers.mustafa.claims.preliminaries import down, up
 from papers.mustafa.experiments.draws import DRAWS, merged
 from papers.mustafa.printed import EXAMPLES, GAMMA
-from replication.audit.model import Figure, FigureData, Results
+from replication.audit.model import Results
+from replication.audit.parts import Figure, FigureData
 from replication.drawing.style import COLOURS, line, new_axes
 
 OF_FILTER = {1: "our filter", 2: "printed filter"}

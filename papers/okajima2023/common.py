@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from replication.audit.model import CommonLevel
+from replication.audit.parts import CommonLevel
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem

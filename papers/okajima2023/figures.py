@@ -6,7 +6,8 @@ from functools import partial
 from typing import Any
 
 from papers.okajima2023.experiments.declared import PERIOD_TABLE, all_periods
-from replication.audit.model import Figure, FigureData, Results
+from replication.audit.model import Results
+from replication.audit.parts import Figure, FigureData
 from replication.drawing.style import COLOURS, FOREGROUND, line, new_axes
 
 AXIS_LIMIT, LAST_SHOWN = 0.5, 500

@@ -15,7 +15,7 @@ from papers.okajima2023.readings import READINGS
 from replication.audit.declare import Part, paper
 from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
-from replication.audit.model import Formula, Table
+from replication.audit.parts import Formula, Table
 
 PARTS = (
     Part("Abstract", reason="Says in short what is audited where the paper says it."),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from replication.audit.model import CommonLevel
+from replication.audit.parts import CommonLevel
 from replication.estimation.delay.lmi import riccati_gain
 from replication.estimation.delay.models import Model
 from replication.estimation.delay.sos.least_gain import minimum_gain

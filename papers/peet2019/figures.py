@@ -8,7 +8,8 @@ from typing import Any
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
 from papers.peet2019.claims.gains import optimum_of
 from papers.peet2019.printed import DATA, DEGREES, published
-from replication.audit.model import Figure, FigureData, Results
+from replication.audit.model import Results
+from replication.audit.parts import Figure, FigureData
 from replication.drawing.style import COLOURS, line, new_axes
 
 GAINS = ("l3", "l4", "l5", "l6")

@@ -19,7 +19,8 @@ from papers.peet2019.readings import JORDAN, READINGS
 from replication.audit.declare import Part, paper
 from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
-from replication.audit.model import Formula, Results, Sensitivity, Table
+from replication.audit.model import Results
+from replication.audit.parts import Formula, Sensitivity, Table
 
 FRAME = Part(
     "Abstract and Sec. XI",

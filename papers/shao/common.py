@@ -6,7 +6,8 @@ from typing import Any
 
 from papers._common import MULTIPLES
 from papers.shao.problem import APO, REPAIRED
-from replication.audit.model import CommonLevel, Results
+from replication.audit.model import Results
+from replication.audit.parts import CommonLevel
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
 

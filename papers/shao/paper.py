@@ -18,7 +18,7 @@ from papers.shao.readings import READINGS
 from replication.audit.declare import Part, paper
 from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
-from replication.audit.model import Formula, Table
+from replication.audit.parts import Formula, Table
 
 PAPER = paper(
     key="shao",

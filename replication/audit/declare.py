@@ -16,21 +16,8 @@ import msgspec
 
 from replication.audit.brief import Consequence
 from replication.audit.data import PrintedValue
-from replication.audit.model import (
-    Claim,
-    CommonLevel,
-    Erratum,
-    Evidence,
-    Experiment,
-    Figure,
-    Kind,
-    Paper,
-    Results,
-    ScopeItem,
-    Sensitivity,
-    Table,
-    Verdict,
-)
+from replication.audit.model import Claim, Erratum, Evidence, Experiment, Kind, Results, Verdict
+from replication.audit.parts import CommonLevel, Figure, Paper, ScopeItem, Sensitivity, Table
 from replication.errors import AuditError
 from replication.verify.predicate import Predicate, Relation, Term
 from replication.verify.quantities import unit_of

@@ -17,24 +17,9 @@ import msgspec
 from cases import altered
 
 from replication.audit.brief import Brief, Draws, Sketch, Stroke
-from replication.audit.judge.verdict import make_record
-from replication.audit.model import (
-    Claim,
-    Coverage,
-    Evidence,
-    Figure,
-    FigureData,
-    Formula,
-    Kind,
-    Outcome,
-    Paper,
-    Proof,
-    Reading,
-    ScopeItem,
-    SolverRecord,
-    Table,
-    Verdict,
-)
+from replication.audit.judge.recording import make_record
+from replication.audit.model import Claim, Evidence, Kind, Outcome, Proof, Reading, SolverRecord, Verdict
+from replication.audit.parts import Coverage, Figure, FigureData, Formula, Paper, ScopeItem, Table
 from replication.audit.report.page import build_report
 from replication.audit.run.draw import write_figures
 from replication.audit.store.records import (

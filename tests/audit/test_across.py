@@ -5,7 +5,7 @@ from cases import results_file
 from msgspec.structs import replace
 from sample import paper_record
 
-from replication.audit.model import CommonLevel
+from replication.audit.parts import CommonLevel
 from replication.audit.report.sections.across import across
 from replication.audit.store.records import ResultsFile
 

@@ -11,7 +11,8 @@ from cases import EXPERIMENT, altered, claim, errata_of, figure, file_of, paper,
 from msgspec.structs import replace
 
 from replication.audit.inspect.check import Cause, check
-from replication.audit.model import Evidence, Formula, Kind, Proof, Reading, Table, Verdict
+from replication.audit.model import Evidence, Kind, Proof, Reading, Verdict
+from replication.audit.parts import Formula, Table
 from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, read_results, to_json
 from replication.errors import AuditError
 

@@ -9,18 +9,8 @@ from cases import claim, paper, recorded
 from msgspec.structs import replace
 
 from replication.audit.judge.validate import unused_readings, validate_claims
-from replication.audit.model import (
-    Evidence,
-    Figure,
-    FigureData,
-    Kind,
-    Outcome,
-    Paper,
-    Reading,
-    ScopeItem,
-    Table,
-    Verdict,
-)
+from replication.audit.model import Evidence, Kind, Outcome, Reading, Verdict
+from replication.audit.parts import Figure, FigureData, Paper, ScopeItem, Table
 from replication.errors import AuditError
 
 

@@ -17,7 +17,8 @@ from replication.audit.inspect.coverage import (
     tallied,
     tallies,
 )
-from replication.audit.model import Reading, ScopeItem
+from replication.audit.model import Reading
+from replication.audit.parts import ScopeItem
 from replication.errors import AuditError
 
 PRINTED = """

@@ -12,21 +12,8 @@ import pytest
 from replication.audit.data import PrintedValue
 from replication.audit.declare import Part, below, experiment, paper, positive
 from replication.audit.judge.validate import validate_claims
-from replication.audit.model import (
-    CommonLevel,
-    Erratum,
-    Evidence,
-    Figure,
-    FigureData,
-    Kind,
-    Paper,
-    Proof,
-    Reading,
-    Results,
-    Sensitivity,
-    Table,
-    Verdict,
-)
+from replication.audit.model import Erratum, Evidence, Kind, Proof, Reading, Results, Verdict
+from replication.audit.parts import CommonLevel, Figure, FigureData, Paper, Sensitivity, Table
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from sample import KEY, draw, figure, paper, trace
 from tables import read_csv
 
-from replication.audit.model import FigureData
+from replication.audit.parts import FigureData
 from replication.audit.run.draw import to_csv, write_figures
 from replication.audit.run.settled import settled
 from replication.drawing import style, svg

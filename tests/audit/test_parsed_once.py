@@ -14,7 +14,7 @@ from sample import results
 from replication.audit.inspect.controls import moved
 from replication.audit.judge import agreement, printed
 from replication.audit.judge.printed import Printed
-from replication.audit.model import Sensitivity
+from replication.audit.parts import Sensitivity
 from replication.audit.report.page import build_report
 from replication.audit.report.sections.rounding import rooms
 from replication.audit.store.records import ResultsFile

@@ -27,7 +27,8 @@ from replication.audit.judge.numerals import BEYOND, CROWDED
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import parse
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
-from replication.audit.model import Evidence, How, Kind, OverInputs, Table, Verdict
+from replication.audit.model import Evidence, How, Kind, OverInputs, Verdict
+from replication.audit.parts import Table
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import WORST_FIRST, anchor, targets, views
 from replication.audit.report.formulas import mathml

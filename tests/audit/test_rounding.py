@@ -9,7 +9,8 @@ from msgspec.structs import replace
 from sample import paper_record
 
 from replication.audit.judge.perturb import sensitivities, spread
-from replication.audit.model import Evidence, Sensitivity
+from replication.audit.model import Evidence
+from replication.audit.parts import Sensitivity
 from replication.audit.report.sections.rounding import rooms
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError, InfeasibleError

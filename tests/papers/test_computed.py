@@ -5,7 +5,7 @@ import dataclasses
 from computed import ROOT, STORE, result
 
 from papers.shao import PAPER
-from replication.audit.model import Paper
+from replication.audit.parts import Paper
 from replication.audit.run.runner import _plan
 from replication.audit.store.cache import Lookup
 from replication.audit.store.sources import SourceTree, default_packages

@@ -17,7 +17,7 @@ from papers.mustafa.method.algorithm1 import WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES
 from papers.mustafa.readings import READINGS
 from replication.audit.data import PrintedValue
-from replication.audit.judge.verdict import make_record
+from replication.audit.judge.recording import make_record
 from replication.audit.model import NO_READING, Kind, Verdict
 
 KEY = PAPER.key

@@ -18,7 +18,8 @@ from papers.okajima2023.experiments.identities import summation
 from papers.okajima2023.experiments.problem import build
 from papers.okajima2023.experiments.simulations import distribution, draws, tail_probability, timing_draws
 from papers.okajima2023.printed import GAINS, PLANT, TABLE_1
-from replication.audit.model import ScopeItem, Verdict
+from replication.audit.model import Verdict
+from replication.audit.parts import ScopeItem
 from replication.audit.run.pool import Processes
 from replication.audit.run.runner import Outcome, run
 from replication.audit.store.cache import Cache

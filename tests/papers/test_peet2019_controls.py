@@ -20,7 +20,7 @@ from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.experiments.identities import MISPRINTS
 from papers.peet2019.experiments.readings import READINGS
 from papers.peet2019.printed import DATA, DEGREES, EXAMPLES, published
-from replication.audit.judge.verdict import make_record
+from replication.audit.judge.recording import make_record
 from replication.audit.model import Claim, Kind, Proof, Verdict
 
 Results = dict[str, Any]

@@ -8,7 +8,8 @@ from papers.shao.experiments.readings import SEARCH, merged
 from papers.shao.figures.tracking import columns_of, ours
 from papers.shao.method.readings import STRUCTURES
 from papers.shao.problem import COLUMNS, LABELS
-from replication.audit.model import FigureData, Results
+from replication.audit.model import Results
+from replication.audit.parts import FigureData
 from replication.drawing.style import line, new_axes
 
 NAMES = {"pmi": "DRC-PMI", "apo": "DRC-APO", "common": "both columns"}

@@ -6,7 +6,8 @@ from typing import Any
 
 from papers.shao.figures.tracking import columns_of, ours
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, LABELS, PMI, REPAIRED
-from replication.audit.model import FigureData, Results
+from replication.audit.model import Results
+from replication.audit.parts import FigureData
 from replication.drawing.style import line, new_axes
 
 SETS = (PMI, APO, REPAIRED)

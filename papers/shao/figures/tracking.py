@@ -8,7 +8,8 @@ from typing import Any
 
 from papers.shao.printed import DATA, table_1
 from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, HELD, LABELS, PMI, REPAIRED, SINGLE, STATE
-from replication.audit.model import Figure, FigureData, Results
+from replication.audit.model import Results
+from replication.audit.parts import Figure, FigureData
 from replication.drawing.style import line, new_axes
 
 SWEPT = (PMI, APO, HELD, REPAIRED, FAST, STATE, SINGLE)

@@ -12,9 +12,10 @@ from typing import Any
 import msgspec
 
 from replication.audit.judge.proofs import no_theorem, sha256, wanted, with_proofs
+from replication.audit.judge.recording import rejudge
 from replication.audit.judge.validate import unused_readings
-from replication.audit.judge.verdict import rejudge
-from replication.audit.model import Experiment, Paper, Reading, Verdict
+from replication.audit.model import Experiment, Reading, Verdict
+from replication.audit.parts import Paper
 from replication.audit.run.worker import function_name
 from replication.audit.store.jsonvalues import encode
 from replication.audit.store.records import (

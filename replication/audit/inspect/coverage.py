@@ -26,8 +26,8 @@ from typing import Annotated, Any
 import msgspec
 
 from replication.audit.data import read_printed
-from replication.audit.model import Coverage, Paper
 from replication.audit.names import one_of
+from replication.audit.parts import Coverage, Paper
 from replication.errors import AuditError
 
 FACTS = {

@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 
 import replication
-from replication.audit.model import Paper
+from replication.audit.parts import Paper
 from replication.audit.run.draw import checksums, kept_figures
 from replication.audit.run.progress import Action
 from replication.audit.run.runner import run

@@ -10,7 +10,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from replication.audit.judge.printed import parse
-from replication.audit.model import Paper, Verdict
+from replication.audit.model import Verdict
+from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 from replication.audit.judge.printed import Printed, parse
-from replication.audit.model import Sensitivity
+from replication.audit.parts import Sensitivity
 from replication.errors import ReplicationError
 
 Parameters = Mapping[str, Any]

@@ -8,7 +8,7 @@ from typing import Any, get_type_hints
 
 import msgspec
 
-from replication.audit.model import Paper
+from replication.audit.parts import Paper
 from replication.audit.store.records import ErratumRecord, FigureRecord, PaperRecord, StatedClaim, shared
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError

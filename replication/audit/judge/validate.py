@@ -8,7 +8,8 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from replication.audit.judge.proofs import BY_KIND
-from replication.audit.model import NO_READING, Kind, Paper, Verdict
+from replication.audit.model import NO_READING, Kind, Verdict
+from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 from replication.verify.predicate import YES_NO, Predicate

@@ -9,7 +9,8 @@ import msgspec
 
 from replication.audit.inspect.headline import theorems
 from replication.audit.judge.policies import once
-from replication.audit.model import Outcome, Paper, Reading, SolverRecord, Verdict
+from replication.audit.model import Outcome, Reading, SolverRecord, Verdict
+from replication.audit.parts import Paper
 from replication.audit.run.progress import Action, Step
 from replication.audit.store.records import DECIDING, CertificateRecord, ClaimRecord, ResultsFile
 from replication.verify.quantities import in_words

@@ -9,9 +9,10 @@ from typing import Any, TypeVar
 
 from replication.audit.inspect.sentences import require_short
 from replication.audit.judge.proofs import no_theorem
+from replication.audit.judge.recording import make_record
 from replication.audit.judge.validate import unused_readings
-from replication.audit.judge.verdict import make_record
-from replication.audit.model import Claim, Erratum, Experiment, Paper, Proof, Reading
+from replication.audit.model import Claim, Erratum, Experiment, Proof, Reading
+from replication.audit.parts import Paper
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.jsonvalues import encode

@@ -16,7 +16,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.model import Figure, FigureData, Paper
+from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.run.settled import settled
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Cache, Dependencies, Entry

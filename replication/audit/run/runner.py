@@ -14,7 +14,8 @@ from typing import Any
 from replication.audit.judge.proofs import Wanted, record, wanted
 from replication.audit.judge.typed import require_typed
 from replication.audit.judge.validate import validate_claims, validate_theorems
-from replication.audit.model import Experiment, Paper
+from replication.audit.model import Experiment
+from replication.audit.parts import Paper
 from replication.audit.run.assemble import Computed, assemble
 from replication.audit.run.pool import Executor, Processes
 from replication.audit.run.progress import Action, Silent, Step

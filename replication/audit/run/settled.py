@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from replication.audit.model import FigureData
+from replication.audit.parts import FigureData
 
 DIGITS = 10
 """Significant digits of a new number."""

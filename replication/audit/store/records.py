@@ -9,20 +9,8 @@ from typing import Any
 import msgspec
 
 from replication.audit.brief import Brief, Consequence
-from replication.audit.model import (
-    CommonLevel,
-    Coverage,
-    Evidence,
-    Formula,
-    Judgement,
-    Kind,
-    Reading,
-    ScopeItem,
-    Sensitivity,
-    SolverRecord,
-    Table,
-    Verdict,
-)
+from replication.audit.model import Evidence, Judgement, Kind, Reading, SolverRecord, Verdict
+from replication.audit.parts import CommonLevel, Coverage, Formula, ScopeItem, Sensitivity, Table
 from replication.audit.store import older
 from replication.errors import AuditError
 from replication.files import write_atomically

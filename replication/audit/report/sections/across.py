@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from replication.audit.model import CommonLevel
+from replication.audit.parts import CommonLevel
 from replication.audit.store.records import PaperRecord, ResultsFile
 
 

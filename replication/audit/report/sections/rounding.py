@@ -10,7 +10,7 @@ from replication.audit.inspect.headline import Basis, basis
 from replication.audit.judge import numerals
 from replication.audit.judge.agreement import stored_intervals
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
-from replication.audit.model import Sensitivity
+from replication.audit.parts import Sensitivity
 from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError
 

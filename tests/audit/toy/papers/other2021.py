@@ -1,6 +1,7 @@
 """A second paper, in one file."""
 
-from replication.audit.model import Claim, Evidence, Experiment, Kind, Paper, Results, ScopeItem, Verdict
+from replication.audit.model import Claim, Evidence, Experiment, Kind, Results, Verdict
+from replication.audit.parts import Paper, ScopeItem
 
 
 def half(value: float) -> float:

@@ -2,7 +2,7 @@
 
 from papers.toy2020.claims import CLAIMS, ERRATA, FIGURES
 from papers.toy2020.experiments import EXPERIMENTS
-from replication.audit.model import Formula, Paper, ScopeItem, Table
+from replication.audit.parts import Formula, Paper, ScopeItem, Table
 
 PAPER = Paper(
     key="toy2020",

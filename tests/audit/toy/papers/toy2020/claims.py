@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from replication.audit.model import Claim, Erratum, Evidence, Figure, FigureData, Kind, Proof, Results, Verdict
+from replication.audit.model import Claim, Erratum, Evidence, Kind, Proof, Results, Verdict
+from replication.audit.parts import Figure, FigureData
 
 
 def two_squared(results: Results) -> Evidence:
