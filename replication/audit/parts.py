@@ -1,0 +1,142 @@
+"""The parts of a paper beside its claims, as frozen data: figures, tables, scope, formulas; and the paper itself.
+
+What reaches the disk is a `msgspec.Struct`; what holds a function is a dataclass and stays in memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import msgspec
+
+from replication.audit.brief import Brief
+from replication.audit.model import Claim, Erratum, Experiment, Reading, Results
+
+
+@dataclass(frozen=True, kw_only=True)
+class FigureData:
+    """Columns of numbers behind a figure: what the CSV holds and `plot` draws. Columns may differ in length."""
+
+    columns: Mapping[str, tuple[float, ...]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Figure:
+    """A figure in three steps: `data` reads results, `plot` draws data on matplotlib axes, `alt` says it in words.
+
+    name: file name without suffix, for example `okajima2023-fig2`. published: whether it redraws a figure of the paper.
+    plot returns a `matplotlib.figure.Figure`; alt returns text with numbers taken from the data.
+    """
+
+    name: str
+    place: str
+    title: str
+    caption: str
+    published: bool
+    uses: tuple[str, ...]
+    data: Callable[[Results], FigureData]
+    plot: Callable[[FigureData], Any]
+    alt: Callable[[FigureData], str]
+
+
+class ScopeItem(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One part of the paper: audited by `claims` (ids) and `figures` (names), or left out for `reason`."""
+
+    part: str
+    claims: tuple[str, ...] = ()
+    figures: tuple[str, ...] = ()
+    reason: str = ""
+
+
+class Coverage(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How many numerals, or numbered items, of a text are bound, excused with a reason, or neither.
+
+    aside: those that only number, name or furnish the text, and are not in the total; see `inspect.coverage`.
+    """
+
+    text: str
+    of: str
+    total: int
+    bound: int
+    excused: int
+    open: int
+    aside: int
+
+
+class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table of the paper in its own shape: each cell is text or, as `claim:ID`, stands for that claim."""
+
+    place: str
+    caption: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+class Formula(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A formula that the report shows: `latex` is rendered as MathML, `text` says what it is."""
+
+    text: str
+    latex: str
+
+
+class Sensitivity(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The result behind a claim at the printed value of a parameter, and at both ends of that print's rounding.
+
+    claim: its id. parameter, printed: the parameter and the number printed for it. None where there is no result.
+    """
+
+    claim: str
+    parameter: str
+    printed: str
+    base: float
+    low: float | None
+    high: float | None
+
+
+class CommonLevel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What an estimator of the paper reaches on the plant that all papers share, as a bracket.
+
+    sensor: how it measures, with the multiple m in words. multiple: m, in base periods; 1 is the ideal sensor.
+    measure: what the numbers are. lower, upper: equal where the value is exact.
+    """
+
+    sensor: str
+    multiple: int
+    lower: float
+    upper: float
+    measure: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Paper:
+    """A source paper as this package audits it; year is None if the text gives none, coverage is of each of its texts.
+
+    `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
+    printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
+    notebook: name of its tutorial, if it has one. brief: what leads the report on it.
+    """
+
+    key: str
+    title: str
+    authors: tuple[str, ...]
+    year: int | None
+    venue: str
+    doi: str
+    summary: str
+    bibtex: str
+    notebook: str = ""
+    experiments: tuple[Experiment, ...]
+    claims: tuple[Claim, ...]
+    errata: tuple[Erratum, ...] = ()
+    figures: tuple[Figure, ...] = ()
+    tables: tuple[Table, ...] = ()
+    formulas: tuple[Formula, ...] = ()
+    scope: tuple[ScopeItem, ...] = ()
+    coverage: tuple[Coverage, ...] = ()
+    readings: tuple[Reading, ...] = ()
+    findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
+    sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()
+    common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: ()
+    brief: Brief | None = None
