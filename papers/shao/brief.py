@@ -20,7 +20,7 @@ def _virtual(x: float) -> float:
 BRIEF = Brief(
     topic="A slow sensor in a fast loop",
     card="[The stability theorem](-theory.stability) is false: a loop that meets its condition diverges. "
-    "[No reading tried](-table.any-reading) gives the numbers of Table I.",
+    "[No reading tried](-table.any-reading) gives a whole column of Table I.",
     holds="The motor loop is [stable under DRC-APO](stability.apo) and [unstable under SRC](stability.src); "
     "[both gains](motor.hurwitz-feedback) are as the theorem supposes.",
     correct="[The stability theorem](theory.stability) is false; its proof breaks at "

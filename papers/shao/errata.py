@@ -31,8 +31,8 @@ def mechanical_speed(results: Results) -> Proof:
     return Proof(
         holds=abs(ideal - printed) < ROUND_OFF,
         text=(
-            "The printed K_T is 1.5 p Ψ_f, which the text does not say. Then the mechanical power K_T i_q ω equals the "
-            "electrical power 1.5 (p Ψ_f ω) i_q of the back-EMF in (23) only if ω is the mechanical speed."
+            "The printed K_T is 1.5 p Ψ_f, which the text does not say. Then the torque K_T i_q times the mechanical "
+            "speed equals the electrical power 1.5 (p Ψ_f ω) i_q of the back-EMF in (23) only if ω is that speed."
         ),
         quantities={"1.5 p Ψ_f": ideal, "printed K_T": printed},
     )
@@ -43,7 +43,10 @@ def third_state(results: Results) -> Proof:
     state = DESIGN.model.state
     return Proof(
         holds=bool(state[0, 1] == 1 and state[1, 2] == 1 and abs(state[0]).sum() == 1 and abs(state[1]).sum() == 1),
-        text=f"The printed A makes the third state the first derivative of the second, so it is dω/dt. {CONVERSION}",
+        text=(
+            "The text defines x with dω/dt as its third entry, and the printed A makes the third state the first "
+            f"derivative of the second. {CONVERSION}"
+        ),
         quantities={"A(2,3)": float(state[1, 2])},
     )
 
@@ -53,7 +56,10 @@ def output_rate(results: Results) -> Proof:
     rows, columns = DESIGN.model.output.shape
     return Proof(
         holds=rows != columns,
-        text="C multiplies states, and ẏ has as many entries as C has rows, so C ẏ has no meaning.",
+        text=(
+            "C multiplies states, and ẏ has as many entries as C has rows. In the printed example that is another "
+            "number, and C ẏ has no meaning; |C ẋ| is the same as |ẏ|."
+        ),
         quantities={"rows of C": rows, "columns of C": columns},
     )
 

@@ -36,37 +36,36 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{theorem['radius'][APO]:.6f}.",
         "In (14) the prediction error needs its modulus: just after an instant with a negative one the printed bound "
         "is negative.",
-        f"In {bounds['trials']} random loops the sides of (12), (13) and the corrected (14) reach at most "
+        f"In {bounds['trials']} random loops the left sides of (12), (13) and the corrected (14) reach at most "
         f"{max(bounds['worst'][name] for name in ('12', '13', '14')):.2f} of their bounds.",
-        f"The printed example is stable outside (18), which the manuscript does not claim to hold there: its left side "
-        f"is {short(theorem['motor']['condition'], 2)}.",
-        "The corrected feedforward, or the error at fast instants alone, gives no number of Table I either: literal "
+        "The printed example does not meet (18), which the manuscript does not claim, and is stable: the left side of "
+        f"(18) is {short(theorem['motor']['condition'], 2)}.",
+        "The corrected feedforward, the error at fast instants alone, or both, give no number of Table I: literal "
         f"numbers move by at most {_largest_move(results):.1%}.",
         f"{sum(found.hits.values()) or 'None'} of {sum(found.tried.values()):,} readings searched gives a whole column "
         "of Table I.",
-        f"Of the readings searched, {sum(found.distinct.values()):,} differ to print within their structure: late "
+        f"Only {sum(found.distinct.values()):,} of the readings searched differ to print within their structure: late "
         "windows show the steady state.",
-        f"The nearest reading of both columns is no evidence: smooth random columns are met as nearly with a share of "
-        f"{chance(found.joint_distance, found.joint_decoys):.2f}.",
+        "The nearest reading of both columns is no evidence: a share of "
+        f"{chance(found.joint_distance, found.joint_decoys):.2f} of smooth random columns has one as near.",
         NOT_SEARCHED,
         f"The time window is open too: over a whole run the largest error is at least {abs(START[0]):.0%} of the "
         "amplitude, its initial size.",
         _pairs(results),
-        f"By the slowest mode the literal DRC-APO settles slower than DRC-PMI: time constants of {constants[APO]:.1f} "
-        f"s and {constants[PMI]:.1f} s.",
+        "By the slowest mode the literal DRC-APO settles slower than the literal DRC-PMI: time constants of "
+        f"{constants[APO]:.1f} s and {constants[PMI]:.1f} s.",
         "The literal DRC-APO settles slower than {} of {} stable readings of DRC-PMI over kinds of gain and forms of "
         "the observer.".format(*slower_readings(results)),
-        "As T goes to zero, the estimation error decays like A − LC/M, not A − LC: (6) uses the gain once in M "
-        "periods.",
+        "As T → 0 the estimation error follows A − LC/M, not A − LC: with (6) the gain acts once in M periods.",
         f"By the slowest mode DRC-APO does not act like a fast sensor: time constants of {constants[APO]:.1f} s and "
         f"{constants[FAST]:.1f} s.",
         *_against_a_fast_sensor(results),
         f"On the motor the repaired predictor has nearly the monodromy radius of a fast sensor: {radius[REPAIRED]:.5f} "
         f"and {radius[FAST]:.5f}.",
-        f"DRC-PMI with the gain L/M obtains {min(shares):.0%} to {max(shares):.0%} of the step from the literal "
-        "DRC-PMI to DRC-APO at the frequencies of Table I.",
-        f"Far below the rates of the loops the advantage is small: at {LOW_FREQUENCY:g} rad/s the error of DRC-APO is "
-        f"{1 - table['slow'][APO] / table['slow'][PMI]:.0%} smaller.",
+        f"DRC-PMI with the gain L/M obtains {min(shares):.0%} to {max(shares):.0%} of the error reduction from the "
+        "literal DRC-PMI to DRC-APO at the frequencies of Table I.",
+        f"At {LOW_FREQUENCY:g} rad/s, far below the rates of the loops, the error of DRC-APO is "
+        f"{1 - table['slow'][APO] / table['slow'][PMI]:.0%} smaller than that of the literal DRC-PMI.",
         f"SRC is unstable, as the manuscript says: the monodromy radius is {radius[SRC]:.3f}.",
     )
 
@@ -104,7 +103,7 @@ def _pairs(results: Results) -> str:
     counts = ordering_counts(results["orderings"])
     return (
         f"DRC-APO has the smaller error at all frequencies of Table I in {counts['holds']} of "
-        f"{counts['holds'] + counts['fails']} pairs of readings that do not tie."
+        f"{counts['holds'] + counts['fails']} pairs of stable readings that do not tie."
     )
 
 

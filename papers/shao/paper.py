@@ -31,7 +31,7 @@ PAPER = paper(
         "A sensor delivers the output once in M fast periods of the controller. The alternating predictive observer "
         "feeds its correction with a virtual measurement, predicted by the model, at the instants between. The audit "
         "analyses the loop as a periodic system without a time stepper, searches readings of its simulation, which the "
-        "text leaves open, and tests the stability theorem and the steps of its proof."
+        "text leaves open, and tests the stability theorem and most steps of its proof."
     ),
     notebook="dualrate",
     bibtex=(
@@ -64,8 +64,8 @@ PAPER = paper(
         Part(
             "Sec. IV: eqs. (11), (16), (19) to (21)",
             reason=(
-                "Steps between (10), (12) to (15) and (17), read and not tested by a claim: (15) is the step that "
-                "fails, and the theorem is refuted as a whole."
+                "Steps between (10), (12) to (15), (17) and (22), read and not tested by a claim: (15) is the step "
+                "that fails, and the theorem is refuted as a whole."
             ),
         ),
         MOTOR,

@@ -95,7 +95,7 @@ READINGS = (
     _reading(
         "elapsed-period",
         "eq. (15)",
-        "The time elapsed in (15) is the whole period T, the most that it allows at the first virtual instant.",
+        "The time elapsed in (15) is the whole period T, the most that V_m allows; at t_k itself V_m is zero.",
     ),
     _reading(
         "from-measurement",

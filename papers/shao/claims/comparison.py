@@ -65,7 +65,10 @@ def stable_interpolation(results: Results) -> Evidence:
         method=RADIUS,
         cross_check=POLYNOMIAL,
         quantities={f"radius, {LABELS[observer]}": radius[observer] for observer in INTERPOLATIONS.values()},
-        note="That the manuscript plots a bounded response speaks against the reading under which it is unstable.",
+        note=(
+            "That Table I has errors for DRC-PMI, and that the text calls SRC alone unstable, speaks against the "
+            "reading under which it is unstable."
+        ),
     )
 
 
@@ -86,8 +89,9 @@ def better_estimate(sigma: float, results: Results) -> Evidence:
         method="largest |θ − θ̂| at the fast instants in the steady state, over the amplitude of the reference",
         quantities={f"{LABELS[name]}, percent": errors[name][at] for name in (APO, *family.values())},
         note=(
-            "Judged in the steady state; how much better is not judged. With one correction per slow instant DRC-PMI "
-            "estimates better; with the slow input it is unstable and has no steady state."
+            "Judged in the steady state, and of the state the position alone, as in the figures; how much better is "
+            "not judged. With one correction per slow instant DRC-PMI estimates better; with the slow input it is "
+            "unstable and has no steady state."
         ),
     )
 
@@ -146,8 +150,8 @@ def better_transient(results: Results) -> Evidence:
         },
         note=(
             "ζ(0) is not printed, and the outcome hangs on it. By the slowest mode DRC-APO as printed is slower than "
-            "the literal DRC-PMI, because (6) uses L once in M periods, but not than every reading of DRC-PMI: with L "
-            "as a discrete gain one is slower still. How much better is not judged."
+            "the literal DRC-PMI, because with (6) L acts once in M periods, but not than every reading of DRC-PMI: "
+            "with L as a discrete gain one is slower still. How much better is not judged."
         ),
     )
 

@@ -69,7 +69,7 @@ def like_a_fast_sensor(results: Results) -> Evidence:
         },
         note=(
             "The text does not say in what the two loops are alike. In their bandwidths they are; the slowest mode "
-            "is much slower, and the steady-state error differs at the lowest frequency."
+            "is much slower, and the steady-state error differs at the lowest frequency. The five per cent are ours."
         ),
     )
 
@@ -97,21 +97,22 @@ def higher_bandwidth(results: Results) -> Evidence:
             if sigma is not None
         },
         note=(
-            "The text defines no bandwidth. It depends on the reading of DRC-PMI: with one correction per slow instant "
-            "and then the model alone it is not exceeded at every level; with the slow input DRC-PMI is unstable."
+            "The text defines no bandwidth; the three levels are ours. The outcome depends on the reading of DRC-PMI: "
+            "with one correction per slow instant and then the model alone DRC-PMI has the higher bandwidth at two of "
+            "them; with the slow input it is unstable. How much higher is not judged."
         ),
     )
 
 
 @INTRODUCTION.claim(Kind.CITED, "theory.condition", place="Sec. I and eq. (18)", uses="theorem", reading=NO_READING)
 def mild_conditions(results: Results) -> Evidence:
-    """The state converges under some mild conditions, among them (18)."""
+    """Under some mild conditions, among them (18), the state converges to a bounded region."""
     motor = results["theorem"]["motor"]
     return Evidence(
         method="α₄ λ_max(P) T with spectral norms and P from its Lyapunov equation, for the printed example",
         quantities={"left side of (18), printed example": motor["condition"], "α₄, printed example": motor["alpha4"]},
         not_checkable=(
             "Mild is no quantity. The printed example does not meet (18), which the manuscript does not claim; its "
-            "loop is stable all the same, for (18) is only sufficient."
+            "loop is stable all the same. So (18) is not necessary; that it is not sufficient is a claim of its own."
         ),
     )

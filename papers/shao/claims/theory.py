@@ -10,7 +10,7 @@ from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import term
 
-OBSERVER = Part("Sec. III: observer and its discrete form, eqs. (1) to (8)", reading=NO_READING, figures="lag")
+OBSERVER = Part("Sec. III: observer and its discrete form, eqs. (2) to (8)", reading=NO_READING, figures="lag")
 THEOREM = Part(
     "Sec. IV: stability theorem, eqs. (9) to (22)", reading=NO_READING, figures=("rates", "motor-eigenvalues")
 )
@@ -110,7 +110,11 @@ def estimate_bound(results: Results) -> Evidence:
         quantities={"largest excess": excess},
     )
     slow = {"(14) for a slow loop and a period of two seconds, left over right": results["bounds"]["slow"]}
-    return replace(corrected, quantities=corrected.quantities | slow, as_printed=printed)
+    note = (
+        "The text sets no limit to the period. Over two seconds (14) fails for a slow loop with |e_p| too: its last "
+        "term lacks the factor t − t_k."
+    )
+    return replace(corrected, quantities=corrected.quantities | slow, as_printed=printed, note=note)
 
 
 @THEOREM.feasible(
@@ -137,7 +141,8 @@ def prediction_rate(results: Results) -> Evidence:
         note=(
             "The proof integrates this rate from an error of zero. Counted from the estimate, (6) has the rate, and "
             "the error C ξ(t_{k−1}) of the estimate to begin with; counted from the measurement, (6) jumps by it. The "
-            "repaired predictor has the rate counted from the measurement, where the error is zero."
+            "repaired predictor has the rate counted from the measurement, where the error is zero. The text has no "
+            "terms of order T²: they arise because ζ follows (3) over the period, and (6) the model alone."
         ),
     )
 
@@ -152,7 +157,7 @@ def prediction_rate(results: Results) -> Evidence:
     says=term("bound (15)"),
 )
 def prediction_bound(results: Results) -> Evidence:
-    """The error of the virtual measurement is at most α₃ times the root of V times the time elapsed."""
+    """The error of the virtual measurement is at most α₃ times the root of the largest V times the time elapsed."""
     theorem = results["theorem"]
     gaps = theorem["gap"]["motor"]
     (worst, bound), (repaired, allowed) = gaps[-1], theorem["repaired_gap"][-1]
@@ -174,9 +179,10 @@ def prediction_bound(results: Results) -> Evidence:
             "scalar loop, α₃ T at the smallest T": theorem["gap"]["scalar"][-1][1],
         },
         note=(
-            "The left side is an estimation error, which does not vanish with T; the right side does. So it fails at "
-            "small T, the only ones that (18) allows; at the printed T of the example the right side is large enough. "
-            "The bound holds for the repaired predictor."
+            "The left side is an estimation error, which does not vanish with T; the right side does. So (15) fails at "
+            "small T, and for the printed loop (18) allows no others; at the printed T the right side is large enough "
+            "at this instant. With the repaired predictor the right side is the larger at the smallest T. The "
+            "certificate takes the largest V over two fast periods."
         ),
     )
 
@@ -225,6 +231,7 @@ def stability_theorem(results: Results) -> Evidence:
         },
         note=(
             "As T → 0 the rates of the error tend to eig(A − LC/M), and A − LC/M need not be Hurwitz. "
-            "Sec. I promises convergence to a bounded region, Sec. IV to zero; both fail here."
+            "Sec. I promises convergence to a bounded region, Sec. IV to zero; both fail here. The text numbers no "
+            "theorem: the claim gathers the conditions and the conclusion of Sec. IV."
         ),
     )
