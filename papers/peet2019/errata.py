@@ -42,7 +42,8 @@ def theorem_4(results: Results) -> Proof:
     return Proof(
         holds=all((value <= ROUNDING) == name.endswith("corrected") for name, value in quantities.items())
         and all(value >= WRONG for name, value in quantities.items() if name.endswith("printed")),
-        text="The product of operator and inverse is the identity only with these factors, unless τ_K = 1.",
+        text="With these factors the product of operator and inverse is the identity, with the printed ones not; both "
+        "agree where τ_K = 1.",
         quantities=quantities,
     )
 

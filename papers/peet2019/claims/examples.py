@@ -26,7 +26,7 @@ COMPARISON.cited(
     "theory.earlier-results",
     place="Sec. X",
     statement="On the original systems of references [8] and [9] the gains improve by orders of magnitude.",
-    reason="The original systems and gains stand in references [8] and [9], not in this text.",
+    reason="The original systems stand in references [8] and [9], not in this text, which quotes one of their gains.",
 )
 
 
@@ -37,7 +37,10 @@ def small_gain(example: str, results: Results) -> Evidence:
         method="A certificate of Theorem 3, degree 1 and ε = 0, at this level, where B is a column of ones.",
         value=found["level"],
         solvers=(SolverRecord(**found["solver"]),),
-        note="A level that is reached, not the least; lower ones were not tried.",
+        note=(
+            "The text says so of examples in the literature, typically; to replace B of this example is our choice. A "
+            "level that is reached, not the least; lower ones were not tried."
+        ),
     )
 
 
@@ -126,7 +129,7 @@ def _table(example: str) -> None:
         )(partial(cpu_seconds, f"{name}.{column}"))
     EXAMPLES_1_TO_3.order(
         f"{name}.not-conservative",
-        place="Sec. I and X",
+        place="Secs. I and X",
         statement=f"Example {example}: at degree 3 the method is not conservative.",
         uses=(f"sos.{name}.d3", reference),
         says=Predicate(of=over_the_least(name, 3), relation="at most", to=str(1 + Fraction(str(CLOSE)))),
@@ -184,7 +187,7 @@ _table("3")
     ),
 )
 def below_level(results: Results) -> Evidence:
-    """The simulated gain of the observer stays below its guaranteed level."""
+    """With a sinc disturbance the gain of the observer stays below its guaranteed level."""
     found = results["fig1"]
     largest = max(run["gain"] for run in found["scan"])
     return Evidence(
@@ -204,8 +207,8 @@ def sinc_gain(results: Results) -> Evidence:
     return Evidence(
         method="",
         not_checkable=(
-            "The sinc is not specified: shape, centre, horizon and channels are open, the observer's degree and ε are "
-            "too, and the simulated gain depends on them."
+            "The sinc is not specified: shape, centre, horizon and channels are open. Nor are the observer's gains "
+            "printed. The simulated gain depends on all of them."
         ),
         quantities={
             "smallest gain of the scan": min(scan),

@@ -34,7 +34,7 @@ def lumped_error(example: str, results: Results) -> float:
     reading="lumps-1-percent",
 )
 def lumped_states(results: Results) -> Evidence:
-    """Twenty lumped states are typically enough for accurate results."""
+    """Twenty lumped states are typically more than enough for accurate results."""
     errors = {example: lumped_error(example, results) for example in EXAMPLES}
     worst = max(map(abs, errors.values()))
     sinc = results["fig1"]["lumped"] / results["fig1"]["gain"] - 1.0
@@ -42,7 +42,10 @@ def lumped_states(results: Results) -> Evidence:
         worst,
         ACCURATE["lumps-1-percent"],
         "The paper calls the results accurate and gives no number: one part in a hundred.",
-        method="H∞ norms of the closed loops of Examples 1-3, by forward difference and by Chebyshev collocation.",
+        method=(
+            "H∞ norms of the closed loops of Examples 1-3, the histories of plant and observer by forward difference, "
+            f"{DATA['lumped-states']} states per delay, and by Chebyshev collocation."
+        ),
         quantities={
             **{f"relative error, Example {example}": error for example, error in errors.items()},
             **{
@@ -57,8 +60,8 @@ def lumped_states(results: Results) -> Evidence:
             Outcome(reading=name, holds=worst < allowed, margin=allowed - worst) for name, allowed in ACCURATE.items()
         ),
         note=(
-            "The text does not say how accurate is accurate, nor for which systems; the answer depends on both. In "
-            "Example 2 the norm is that of the plant from w₁ to x₁, whatever the observer."
+            "The text does not say how accurate is accurate, nor for which systems, nor whether N is the number per "
+            "delay. In Example 2 the norm is that of the plant from w₁ to x₁, whatever the observer."
         ),
     )
 
@@ -105,13 +108,13 @@ def over_the_least(plant: str, degree: int) -> Term:
 for _name, _what, _factor, _degree in (
     ("ex1", f"Example 1, level {ABOVE} times the optimum", ABOVE, 3),
     ("ex2", f"Example 2, level {NEAR} times the optimum", NEAR, 2),
-    ("own-1", "a system of ours with one delay", ABOVE, 2),
-    ("own-2", "a system of ours with two delays", ABOVE, 2),
-    ("own-3", "a system of ours with three delays", ABOVE, 2),
+    ("own-1", f"a system of ours with one delay, level {ABOVE} times the optimum", ABOVE, 2),
+    ("own-2", f"a system of ours with two delays, level {ABOVE} times the optimum", ABOVE, 2),
+    ("own-3", f"a system of ours with three delays, level {ABOVE} times the optimum", ABOVE, 2),
 ):
     CLOSED_LOOPS.feasible(
         f"loop.{_name}",
-        place="Sec. I and X",
+        place="Secs. I and X",
         statement=f"The gains reject disturbances as the bound predicts: {_what}.",
         uses=f"loop.{_name}",
         says=Predicate(of=over_the_least(_name, _degree), relation="at most", to=str(_factor)),

@@ -19,10 +19,14 @@ CORRECTED = Verdict.REPRODUCED_AFTER_ERRATUM
 LOOPS = tuple(f"loop.{name}" for name in ("ex1", "ex2", "own-1", "own-2", "own-3"))
 """The closed loops: two of the examples, three systems of ours."""
 
-INTRODUCTION = Part("Sec. I", reading=NO_READING, also=("scaling.desktop", "loop.ex1", "loop.ex2"))
+INTRODUCTION = Part(
+    "Sec. I",
+    reading=NO_READING,
+    also=("scaling.desktop", "loop.ex1", "loop.ex2", *(f"ex{name}.not-conservative" for name in "123")),
+)
 DEFINITIONS = Part(
     "Secs. II and IV, eqs. (1), (2), (4)-(6), (8)-(10)",
-    reason="Definitions, used as they stand; their misprints are among the errata.",
+    reason="Definitions, used as the errata correct them. That 𝒫ℒ has the form (10) is not checked, but Lemma 5 is.",
 )
 THEOREM_1 = Part("Theorem 1 and the remark after it", reading=NO_READING)
 THEOREM_3 = Part("Theorem 3, its proof, and eq. (10)", reading=NO_READING)
@@ -35,7 +39,7 @@ THEOREM_4 = Part("Theorem 4, Lemma 5 and the remark after it", reading=NO_READIN
 
 @INTRODUCTION.order("theory.lmi-3", place="Sec. I, eq. (3)", uses="lmi-3", says=term("bound (7)"))
 def lmi_3(results: Results) -> Evidence:
-    """Where LMI (3) holds for P and Z, the observer with L₁ = P⁻¹Z has a gain of at most γ."""
+    """Where LMI (3) holds for P > 0 and Z, the observer with L₁ = P⁻¹Z has a gain of at most γ."""
     found = results["lmi-3"]
     holds = found["storage"] > 0.0
     return positive(
@@ -83,8 +87,9 @@ def theorem_1(results: Results) -> Evidence:
             "largest gain over γ, without delays": results["lmi-3"]["largest"],
         },
         note=(
-            "Instances, not the theorem for all operators. It takes 𝒵 as bounded on Y; that of (10) evaluates "
-            "histories at -τᵢ, which L₂ does not allow. How the proof carries over is not checked here."
+            "The runs are instances; in general as for LMI (3), along solutions on which ⟨e, 𝒫e⟩ has a derivative. The "
+            "theorem takes 𝒵 as bounded on Y; that of (10) evaluates histories at -τᵢ, which L₂ does not allow. "
+            "How the proof carries over is not checked here."
         ),
     )
 
@@ -101,7 +106,7 @@ def vanishing(results: Results) -> Evidence:
     abscissas = {name: results[name]["abscissa"] for name in LOOPS}
     return positive(
         -max(abscissas.values()),
-        method="Spectral abscissa of five closed loops (collocated): if negative, e dies out with w.",
+        method="Spectral abscissa of five closed loops with certificates (collocated): if negative, e dies out with w.",
         quantities={f"spectral abscissa, {name} [1/s]": value for name, value in abscissas.items()},
         note=(
             "Instances. In general V' ≤ -(ε/c)V + γ‖w‖², with c the norm of 𝒫, makes V, and so ‖e‖, tend to zero "
@@ -198,7 +203,7 @@ def feasible(results: Results) -> Evidence:
 
 
 for _part, _place, _statement in (
-    ("theorem-4", "Theorem 4", "The given operator inverts an operator of the form (8)."),
+    ("theorem-4", "Theorem 4", "The operator that Theorem 4 gives inverts a coercive one of the form (8)."),
     ("lemma-5", "Lemma 5", "The gains of Lemma 5 compose the inverse of Theorem 4 with 𝒵 of (10)."),
 ):
     THEOREM_4.feasible(
