@@ -1,0 +1,43 @@
+"""What each committed theorem exports is pinned, with the readings and classes under which it stands for a claim.
+
+`python tests/verify/test_said.py` writes the pins anew; a change of one is a change of what is proved.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from replication.verify.run import STATEMENTS
+from replication.verify.statement import Found
+
+ROOT = Path(__file__).parents[2]
+PINS = Path(__file__).with_name("said.json")
+PAPERS = ("mustafa", "okajima2023", "peet2019", "shao")
+
+
+def exports(paper: str) -> dict[str, list[Any]]:
+    """By theorem: quantity, plant, setting, class and readings of each term, without the proof."""
+    return {path.stem: said(json.loads(path.read_bytes())) for path in (ROOT / "certificates" / paper).glob("*.json")}
+
+
+def said(certificate: dict[str, Any]) -> list[Any]:
+    nothing, terms = Found(lower=None, upper=None), []
+    for says in STATEMENTS[certificate["statement"]].says:
+        bare = type(says)(**{**vars(says), "found": None})
+        for one in bare.exported(certificate, {}, nothing):
+            of = one.of
+            terms.append([of.quantity, of.plant, dict(of.setting), of.estimators, list(one.readings)])
+    return json.loads(json.dumps(terms))  # type: ignore[no-any-return]
+
+
+@pytest.mark.parametrize("paper", PAPERS)
+def test_the_exports_are_the_pinned_ones(paper: str) -> None:
+    assert exports(paper) == json.loads(PINS.read_text(encoding="utf-8"))[paper]
+
+
+if __name__ == "__main__":
+    PINS.write_text(
+        json.dumps({paper: exports(paper) for paper in PAPERS}, indent=1, sort_keys=True) + "\n", encoding="utf-8"
+    )
