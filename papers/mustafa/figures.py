@@ -175,7 +175,7 @@ FIGURES = (
     Figure(
         name="fig2", place="Fig. 2", title="Estimation error and disturbance of Example 2",
         caption="The printed filter, uniform random periods. The published figure is one unknown draw under a law that "
-        "is not stated; the band holds all draws of ours.",
+        "is not stated; the band holds all our uniform draws.",
         published=True, uses=DRAWS, data=responses, plot=plot_responses, alt=describe_responses,
     ),
     Figure(
