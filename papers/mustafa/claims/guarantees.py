@@ -58,8 +58,8 @@ def guaranteed(e: int, results: Results) -> Evidence:
     r, d, printed = results[f"bracket.{e}"], results[f"bracket-duration.{e}"], upper_end(GAMMA[e])
     curve = results[f"curve.{e}"]
     none = (
-        f" No filter of form (4) has the level: the least gain at the constant period {curve['floor_at']:.5f} s is at "
-        f"least {down(curve['floor'])}."
+        f" No stable filter of form (4) has the level for every sequence: at the constant period "
+        f"{curve['floor_at']:.5f} s each has a gain of at least {down(curve['floor'])}."
         if curve["floor"] > printed
         else ""
     )

@@ -245,7 +245,7 @@ def condition_8(e: int, results: Results) -> Evidence:
 for e in EXAMPLES:
     ALGORITHM_1.feasible(
         f"algorithm.{e}",
-        place="Algorithm 1",
+        place=f"Algorithm 1; eq. (9), case U3; {GAMMA[e].place}",
         statement=f"Algorithm 1 and case U3, as the text at hand reads, end with a grid that covers the range of "
         f"Example {e}.",
         uses=f"grids.{e}",
