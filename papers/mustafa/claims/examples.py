@@ -91,7 +91,9 @@ def nominal_optimum(results: Results) -> Evidence:
         value=r["formula"],
         quantities=relative,
         solvers=solvers(r),
-        note=where_it_holds(1, results),
+        note=f"{where_it_holds(1, results)} Where Phi - Gamma C/D is Schur, as at the shortest periods of the range or "
+        "at the middle with the largest D that rounds to the print, a filter of form (4) has no error, and the least "
+        "level is zero.",
     )
 
 
