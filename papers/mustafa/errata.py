@@ -16,14 +16,18 @@ def order_of_map(results: Results) -> Proof:
     return _exchanged(
         results,
         "The printed brackets do not balance. Without the last one, and without the one before the inverse, which "
-        "gives (12), the map misses the transfer matrix at a constant Delta; the right order agrees.",
+        "gives (12), the map misses the transfer matrix at a constant Delta in random cases whose sizes fit; the right "
+        "order agrees.",
         {" without the last bracket": "map as printed", " without the one before the inverse": "(12) as printed"},
     )
 
 
 def order_of_12(results: Results) -> Proof:
     """The same for (12)."""
-    text = "With the indices 12 and 21 exchanged the map agrees with the transfer matrix; as printed it does not."
+    text = (
+        "With the indices 12 and 21 exchanged the map agrees with the transfer matrix at a constant Delta; as printed "
+        "it does not, in random cases whose sizes fit."
+    )
     return _exchanged(results, text, {" as printed": "(12) as printed"})
 
 
@@ -58,7 +62,7 @@ def size_of_f(results: Results) -> Proof:
     (n, r), size = sizes()
     return Proof(
         holds=n != r and size == (n, r),
-        text="The printed B_f = -Y^-1 F has n rows and r columns, so F has.",
+        text="The printed B_f = -Y^-1 F has n rows and r columns, and so has F.",
         quantities={"n": float(n), "r": float(r)},
     )
 
@@ -83,8 +87,8 @@ def steps_of_algorithm(results: Results) -> Proof:
             and runs[CORRECT.name]["end"] == "COVERED"
             for runs in ends.values()
         ),
-        text="With the root of step 4 the run stalls, with the set-minus as without; with alpha, a set-minus and U3 "
-        "corrected it covers the range.",
+        text="With the root of step 4 and U3 as printed the run stalls, with the set-minus as without (its union cut "
+        "to the range); with alpha, a set-minus and U3 corrected it covers the range.",
         quantities={
             f"elements, Example {e}, {name}": float(runs[reading.name]["size"])
             for e, runs in ends.items()

@@ -176,7 +176,7 @@ FIGURES = (
     Figure(
         name="fig2", place="Fig. 2", title="Estimation error and disturbance of Example 2",
         caption="The printed filter, uniform random periods. The published figure is one unknown draw under a law that "
-        "is not stated; the band holds all draws of ours.",
+        "is not stated; the band holds all our uniform draws.",
         published=True, uses=DRAWS, data=responses, plot=plot_responses, alt=describe_responses,
     ),
     Figure(
@@ -189,7 +189,7 @@ FIGURES = (
         caption="Gains at constant periods, of our filter next to the optimum at the middle of the range in Example 1, "
         "where none is printed, and of the printed one in Example 2. The published level belongs to one period; over "
         "most of the range the filter has a larger gain, and a larger one still when the period varies: the band holds "
-        "its worst-case gain.",
+        "its worst-case gain. In Example 1 the optimum is zero where Phi - Gamma C/D is Schur.",
         published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "bracket") for e in EXAMPLES),
         data=curves, plot=plot_curves, alt=describe_curves,
     ),

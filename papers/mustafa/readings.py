@@ -9,13 +9,15 @@ from replication.audit.model import Reading
 SAMPLES = Reading(
     name="every sequence, samples",
     place="Abstract; Sec. II, definition of the level; Sec. V-B; Sec. VII",
-    text="The level holds over every sampling sequence of (2), and both norms count samples, as Sec. V-B says. Sec. "
-    "V-A calls the level of Algorithm 1 nominal, and Sec. VI-B that of Example 2: then it is one at the grid alone.",
+    text="The level holds over every sampling sequence of (2), and both norms count samples: discrete time, as Sec. "
+    "V-B says. Sec. V-A calls the level of Algorithm 1 nominal, and Sec. VI-B that of Example 2: then it is one at the "
+    "grid alone.",
 )
 DURATION = Reading(
     name="every sequence, seconds",
     place="Sec. II, definition of the level",
-    text="The same with both norms weighted by the sampling periods, so that they count seconds.",
+    text="Sec. II does not write its norms out. Here both are weighted by the sampling periods, so that they count "
+    "seconds; Sec. V-B says discrete time.",
 )
 NOMINAL = Reading(
     name="least nominal level",
@@ -38,7 +40,8 @@ MOTOR = Reading(
 ONE_ELEMENT = Reading(
     name="grid of one element",
     place="Secs. I, III and VI",
-    text="The grid is that of Sec. VI, the middle of the range, with the printed level.",
+    text="The grid is that of Sec. VI, with the printed level: the middle of the range, by step 0 in Example 1, by "
+    "its print in Example 2.",
 )
 CORRECTED_GRID = Reading(
     name="grid by (9), corrected",
@@ -79,7 +82,8 @@ ROOT = Reading(
 UNION = Reading(
     name="no set-minus",
     place="Algorithm 1, step 4",
-    text="Step 4 as the text at hand reads: no sign between the range and the union, taken as one more union.",
+    text="Step 4 as the text at hand reads: no sign between the range and the union, taken as one more union; "
+    "what lies outside the range is cut off.",
 )
 SET_MINUS = Reading(
     name="set-minus",

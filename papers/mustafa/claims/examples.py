@@ -45,10 +45,10 @@ def routes(r: dict[str, Any]) -> tuple[str, dict[str, float]]:
 
 
 def beside(e: int, others: str, remark: str, results: Results) -> Evidence:
-    """The levels of other papers beside the true gain: not like with like, and no order is claimed."""
+    """The levels of other papers beside the worst-case gain: not like with like, and no order is claimed."""
     r = results[f"bracket.{e}"]
     return Evidence(
-        method=f"True worst-case gain over all sampling sequences of {FILTER[e]}.",
+        method=f"Bracket of the worst-case gain over all sampling sequences, for {FILTER[e]}.",
         value=r["lower"],
         lower=r["lower"],
         upper=r["upper"],
@@ -82,7 +82,7 @@ def compared(e: int, reference: int, others: str, statement: str, remark: str) -
     says=term("least gain over sequences", "example-1", "filters of form (4)", **MIDDLE),
 )
 def nominal_optimum(results: Results) -> Evidence:
-    """A filter with the printed level is found in Example 1; to its digits it is the least nominal level."""
+    """A filter with the printed level is found in Example 1; the level is, to its digits, the least nominal one."""
     r = results["nominal.1"]
     told, relative = routes(r)
     return Evidence(
@@ -91,7 +91,9 @@ def nominal_optimum(results: Results) -> Evidence:
         value=r["formula"],
         quantities=relative,
         solvers=solvers(r),
-        note=where_it_holds(1, results),
+        note=f"{where_it_holds(1, results)} Where Phi - Gamma C/D is Schur, as at the shortest periods of the range or "
+        "at the middle with the largest D that rounds to the print, a filter of form (4) has no error, and the least "
+        "level is zero.",
     )
 
 
@@ -108,7 +110,7 @@ compared(
     13,
     " and ".join(f"{level} ({name})" for name, level in DATA["gamma-13"].items()),
     "The level of Example 1 stands beside those of both filters of [13].",
-    "It remarks that the index of [13] is in continuous time, its own is not.",
+    "It remarks that the index of [13] is in continuous time, its own in discrete time.",
 )
 LEVELS.cited(
     "cited.14",
@@ -174,16 +176,16 @@ def undetermined(name: str, results: Results) -> Evidence:
     apart = max(abs(a - b) for row, other in zip(rows, printed, strict=True) for a, b in zip(row, other, strict=True))
     both = "both keep" if max(norm, r["riccati_norm"]) <= float(GAMMA[2]) else "do not both keep"
     return Evidence(
-        method="Riccati filter at the nominal optimum, beside the printed one.",
+        method="Riccati filter next to the nominal infimum, beside the printed one.",
         value=tuple(tuple(row) for row in rows),
         quantities={
             "largest difference of an entry": apart,
             "norm of the Riccati filter": r["riccati_norm"],
             "norm of the printed filter": norm,
         },
-        not_checkable="The paper gives the filter that it found and does not say how near to the optimum. With "
-        f"D = 0 the infimum is degenerate: the filter there and the printed one {both} the printed level, and "
-        f"differ by up to {apart:.4f} in this matrix. Which one a solver returns depends on where it stops, which "
+        not_checkable="The paper gives the filter that it found and does not say how near to the optimum. "
+        f"The Riccati filter next to the infimum and the printed one {both} the printed level, and differ by up to "
+        f"{apart:.4f} in this matrix. Which one a solver returns depends on where it stops, which "
         "is not stated. What does not depend on it is checked by itself: the norm, A_f "
         "as Phi - B_f C, and C_f.",
     )
@@ -240,7 +242,7 @@ def second_column(results: Results) -> Evidence:
     says=term("column of the observer", "printed-filter", column=0),
 )
 def first_column(results: Results) -> Evidence:
-    """The first column of A_f is that of Phi(0.05) - B_f C: the filter is an observer."""
+    """The first column of A_f is that of Phi(0.05) - B_f C, as in an observer; the text does not say so."""
     Phi, B = results["nominal.2"]["Phi"], matrix(PRINTED_FILTER["B_f"])
     return Evidence(
         method="First column of Phi(0.05) - B_f C, with B_f as printed.",
@@ -262,8 +264,8 @@ def attenuated(results: Results) -> Evidence:
     margin = min(1 - ordered[-1], *margins.values())
     return Evidence(
         method=f"Ratios of l2 norms. {len(ordered)} sequences of {len(r['k'])} independent periods, uniform in the "
-        "range, and the one disturbance of the text; fewer under each of three laws, with the printed filter and with "
-        "none. Laws and length are assumptions of ours: the text states neither.",
+        "range, and the one disturbance of the text; and fewer under each of three laws, with the printed filter and "
+        "with none. Laws and length are assumptions of ours: the text states neither.",
         holds=margin > 0,
         margin=margin,
         outcomes=tuple(
@@ -278,5 +280,5 @@ def attenuated(results: Results) -> Evidence:
             "attained worst-case gain": results["bracket.2"]["lower"],
         },
         note="Other disturbances are not covered: there are a disturbance and a sequence for which the error is larger "
-        "than the disturbance.",
+        "than the disturbance, in the l2 norm.",
     )

@@ -90,7 +90,8 @@ def one_interval_is_conservative(results: Results) -> Evidence:
         method="Part of the range outside (9) around its middle, U3 corrected; exact stability test; Algorithm 1.",
         holds=stable and several and min(left_out.values()) > 0,
         note="The text lays this to the condition (8). In Example 2 it is the bound (9): the norm in (8), evaluated "
-        f"directly, is at most {up(results['condition.2']['constant_bound'])} on the whole range with one element.",
+        f"directly for constant changes of the period, is at most {up(results['condition.2']['constant_bound'])} on "
+        "the whole range with one element.",
         quantities={
             **{f"left out by one element (s), Example {e}": length for e, length in left_out.items()},
             **{f"elements that cover, Example {e}": float(size) for e, size in elements.items()},
@@ -107,8 +108,8 @@ def robustly_stable(e: int, results: Results) -> Evidence:
         holds=margin > 0,
         margin=margin,
         quantities={"abscissa of A": r["plant_abscissa"], "spectral radius of A_f": r["filter_radius"]},
-        note=f"For {FILTER[e]}. It holds for every range of sampling periods and every filter with A_f Schur; a grid "
-        "is not needed for stability.",
+        note=f"For {FILTER[e]}. As A is Hurwitz, the same holds for every range of sampling periods and every filter "
+        "with A_f Schur; a grid is not needed for stability.",
     )
 
 
@@ -131,7 +132,7 @@ for e in EXAMPLES:
     says=term("size of F", "printed-filter"),
 )
 def lmi_size_of_f(results: Results) -> Evidence:
-    """The size of F in (10)."""
+    """F in (10) and (11) has the size that Theorem 3 gives."""
     # F C is added to an n by n block in (10), and B_f = -Y^-1 F has the size of F.
     (n, r), size = sizes()
     return Evidence(
@@ -158,7 +159,8 @@ def literal_run(e: int, results: Results) -> Evidence:
     runs = results[f"grids.{e}"]["algorithm"]
     run, restored = runs[AS_PRINTED.name], runs[WITH_SET_MINUS.name]
     return Evidence(
-        method="Algorithm 1 as the text at hand reads: U3 with mu(-A), sqrt(alpha) in step 4, no set-minus there. "
+        method="Algorithm 1 as the text at hand reads: U3 with mu(-A), sqrt(alpha) in step 4, no set-minus there, the "
+        "union cut to the range. "
         "The same with a set-minus, whose sign may have been lost on the way to the text.",
         holds="COVERED" in (run["end"], restored["end"]),
         outcomes=tuple(
@@ -202,7 +204,8 @@ def grid_size(e: int, results: Results) -> Evidence:
             "passes": float(run["rounds"]),
             **{f"elements, {reading}": float(size) for reading, size in found.items()},
         },
-        note=f"Forms of (9) in which the middle alone covers the range: {covering}. That the paper's one-element grid "
+        note=f"Forms of (9), by case U3 and by alpha or its root, in which the middle alone covers the range: "
+        f"{covering}. That the paper's one-element grid "
         f"comes from the root of alpha that step 4 prints is an inference. (9) bounds (8) and is not needed for it: by "
         f"(8) itself, with the change of the period held constant, the number is {found[CONDITION_8.name]:g}.",
     )
@@ -242,8 +245,9 @@ def condition_8(e: int, results: Results) -> Evidence:
 for e in EXAMPLES:
     ALGORITHM_1.feasible(
         f"algorithm.{e}",
-        place="Algorithm 1",
-        statement=f"Algorithm 1 as the text at hand reads finds a grid in Example {e}.",
+        place=f"Algorithm 1; eq. (9), case U3; {GAMMA[e].place}",
+        statement=f"Algorithm 1 and case U3, as the text at hand reads, end with a grid that covers the range of "
+        f"Example {e}.",
         uses=f"grids.{e}",
         pinned="refuted",
         reading=UNION.name,

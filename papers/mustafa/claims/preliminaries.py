@@ -14,7 +14,7 @@ from replication.verify.predicate import Term, term
 LEMMAS = Part("Sec. III, Lemmas 2 and 3, the map below (7)", reading=NO_READING)
 
 FILTER = {
-    1: "our filter next to the optimum (none is printed)",
+    1: "our filter next to the nominal optimum (no filter is printed)",
     2: "the printed filter",
 }
 """The filter that an example is about."""
@@ -90,7 +90,7 @@ def lemma_3(results: Results) -> Evidence:
     says=for_both("map of the error system"),
 )
 def map_of_error_system(results: Results) -> Evidence:
-    """The map from w to e as a linear fractional transformation."""
+    """The map printed below (7) is the one from w to e."""
     return reordered_map(
         results,
         ("map as printed", "(12) as printed"),
