@@ -23,9 +23,9 @@ def denominator(results: Results) -> Proof:
         and all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items()),
         text=(
             f"With d alone, as printed, each of the four values lies below all {found['seeds']} draws. Of "
-            f"{len(DENOMINATORS)} readings only one makes all four possible: d together with both sensor noises, in "
-            "every case, whether a sensor is used or not. Cases A to C run with gains of ours; none are printed. The "
-            "text calls the ratio an estimate of the norm from d to e, in keeping with the print."
+            f"{len(DENOMINATORS)} readings only one makes each of the four possible: d together with both sensor "
+            "noises, in every case, whether a sensor is used or not. Cases A to C run with gains of ours; none are "
+            "printed. The text calls the ratio an estimate of the norm from d to e, in keeping with the print."
         ),
         quantities={f"least probability of the four, {what}": probability for what, probability in least.items()},
     )

@@ -47,7 +47,7 @@ def _simulated(found: Mapping[str, Any]) -> str:
     place = f"lies below all {found['seeds']} draws" if below else f"lies not below {found['seeds']} draws"
     return (
         f"With eq. (34) as printed, each simulated ratio {place} (Cases A-C: our gains); counting both sensor noises "
-        "makes all possible (inference)."
+        "makes each possible (inference)."
     )
 
 
