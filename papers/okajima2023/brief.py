@@ -24,13 +24,14 @@ def _uncertainty() -> Stroke:
 
 BRIEF = Brief(
     topic="Sensors that tick at different rates",
-    card="[Both](+theory.theorem1) [theorems](+theory.theorem2) and every level hold, except [one entry](-table1.n21) "
-    "of Table 1. The unstable example is printed with [the wrong matrix](-unstable.same-setting).",
-    holds="[Theorem 1](theory.theorem1), [Theorem 2](theory.theorem2), the levels of [Sec. IV-A](gamma.proposed) and "
-    "[Sec. IV-B](timing.case-2), four sets of [printed gains](gains.eq33), and seven columns of [Table 1](table1.n33).",
-    correct="In [Table 1](table1.n21) the entry (2, 1) is a unit too high. Sec. IV-C "
-    "[repeats](unstable.same-setting) the stable plant. "
-    "A [shorter period](order.shorter-in-general) does not always help.",
+    card="[Both](+theory.theorem1) [theorems](+theory.theorem2) are tight at the stable plant, whose levels hold "
+    "except [one entry](-table1.n21) of Table 1. The unstable example "
+    "prints [a stable matrix](-unstable.same-setting).",
+    holds="Stable plant: [Theorem 1](theory.theorem1), [Theorem 2](theory.theorem2), the levels of "
+    "[Sec. IV-A](gamma.proposed) and [Sec. IV-B](timing.case-2), four sets of [printed gains](gains.eq33), seven "
+    "columns of [Table 1](table1.n33).",
+    correct="In [Table 1](table1.n21) entry (2, 1) is 0.01 too high. Sec. IV-C [repeats](unstable.same-setting) the "
+    "stable matrix. [Shorter periods](order.shorter-in-general), read as a rule, need not help.",
     guess="Which noises [eq. (34)](denominator) divides by, and [the matrices](setting-of-4c) of Sec. IV-C: "
     "a reading of each fits, neither is certain.",
     sketch=Sketch(

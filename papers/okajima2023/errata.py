@@ -6,6 +6,7 @@ from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINA
 from papers.okajima2023.claims.unstable import ALL_DIAGONALS, DIAGONAL, PRINTED, RECOVERED, SETTING, USES
 from papers.okajima2023.experiments.declared import DRAWS
 from papers.okajima2023.experiments.simulations import DENOMINATORS
+from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import PLANT, bracketed
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Erratum, Proof, Results
@@ -22,8 +23,9 @@ def denominator(results: Results) -> Proof:
         and all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items()),
         text=(
             f"With d alone, as printed, each of the four values lies below all {found['seeds']} draws. Of "
-            f"{len(DENOMINATORS)} readings only one makes all four possible: d together with both sensor noises, in "
-            "every case, whether a sensor is used or not. Cases A to C run with gains of ours; none are printed."
+            f"{len(DENOMINATORS)} readings only one makes each of the four possible: d together with both sensor "
+            "noises, in every case, whether a sensor is used or not. Cases A to C run with gains of ours; none are "
+            "printed. The text calls the ratio an estimate of the norm from d to e, in keeping with the print."
         ),
         quantities={f"least probability of the four, {what}": probability for what, probability in least.items()},
     )
@@ -38,10 +40,11 @@ def diagonal(results: Results) -> Proof:
         holds=len(state["fits"]) == 1 and not other["fits"],
         text=(
             f"Eq. (41) repeats the A of Sec. IV-A, whose poles are inside the unit circle. Of {state['tried']} "
-            f"diagonals in steps of {state['step']}, other entries as printed, one has the stated poles to their "
-            f"digits: {tuple(state['fits'][0])}. Off the grid another real diagonal has them: about "
-            f"({', '.join(f'{entry:.4f}' for entry in other['diagonal'])}), with which no integer C with entries up to "
-            f"{results[ALL_DIAGONALS]['bound']} explains the poles of A_e."
+            f"diagonals in steps of {state['step']} from {DIAGONAL_RANGE[0]} to {DIAGONAL_RANGE[1]}, other entries as "
+            f"printed, one has the stated poles to their digits: {tuple(state['fits'][0])}. Off the grid another real "
+            f"diagonal has them: about ({', '.join(f'{entry:.4f}' for entry in other['diagonal'])}), with which no "
+            f"integer C with entries of size up to {results[ALL_DIAGONALS]['bound']} explains the poles of A_e. An A "
+            "with other entries off its diagonal is not considered."
         ),
         quantities={f"modulus of pole {i + 1} of A as printed": abs(complex(*pole)) for i, pole in enumerate(literal)},
     )
@@ -58,12 +61,13 @@ def setting(results: Results) -> Proof:
         and attained["largest_change"] < attained["half_unit"]
         and same > inputs["second_excess"],
         text=(
-            f"Of {outputs['tried']} integer matrices C with entries up to {outputs['bound']}, one explains the stated "
-            f"poles of A_e by rounding of the gains (linearised): {bracketed(outputs['C'])}. With entries up to "
-            f"{wider['bound']} there are {wider['fits']}, and this one stays the nearest. Of {inputs['tried']} pairs, "
-            f"B_d = {bracketed(inputs['B_d'])} with D = {bracketed(inputs['D'])} makes the printed gains "
-            "nearest to optimal; all entries are then near those of one design. Only the ratio of B_d to D is "
-            f"identifiable. With those of Sec. IV-A the gains exceed the optimum by {100 * same:.1f} %."
+            f"Of {outputs['tried']} integer matrices C with entries of size up to {outputs['bound']}, one explains "
+            f"the stated poles of A_e by rounding of the gains (linearised): {bracketed(outputs['C'])}. With entries "
+            f"up to {wider['bound']} there are {wider['fits']}, and this one stays the nearest. Of {inputs['tried']} "
+            f"pairs on a grid, B_d = {bracketed(inputs['B_d'])} with D = {bracketed(inputs['D'])} makes the printed "
+            f"gains nearest to optimal; all entries are then within {inputs['largest_gain_difference']:.1g} of those "
+            "of one design. Only the ratio of B_d to D is identifiable, up to a sign. With B_d and D of Sec. IV-A the "
+            f"norm of the gains exceeds the optimum by {100 * same:.1f} %."
         ),
         quantities={
             "misfit of the poles, best C": outputs["best_misfit"],
@@ -120,7 +124,7 @@ ERRATA = (
         id=SETTING,
         place="Sec. IV-C, before eq. (41)",
         printed="The setting is that of Sec. IV-A in everything but A.",
-        meant="C differs as well; and B_d and D, if the gains (42) are optimal.",
+        meant="If A differs on its diagonal alone, C differs as well; and B_d and D, if the gains (42) are optimal.",
         prove=setting,
         uses=USES,
         inference=True,

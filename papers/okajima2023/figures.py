@@ -256,8 +256,8 @@ FIGURES = (
         place="Beyond eq. (34)",
         title="The worst disturbance beside a random one",
         caption=(
-            "Proposed observer with the printed gains (33), one seeded random disturbance. It brings out a small part "
-            "of what the norm allows, as white noise does in the simulated ratios of eq. (34)."
+            "Proposed observer with the printed gains (33), one seeded random disturbance. It brings out a fraction of "
+            "what the norm allows, as white noise does in the simulated ratios of eq. (34)."
         ),
         published=False,
         uses=("worst-disturbance",),

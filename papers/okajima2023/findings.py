@@ -35,8 +35,8 @@ def _table_1(results: Results) -> Iterator[str]:
     touching = sum(result["limited_by"] == "noncausal" for result in columns.values())
     yield (
         f"The other {len(columns) - len(wrong)} columns of Table 1 are reproduced; in "
-        f"{'all' if touching == len(columns) else touching} columns no estimator does better, not even a smoother that "
-        "knows every measurement."
+        f"{'all' if touching == len(columns) else touching} columns no estimator goes below the optimum, not even a "
+        "smoother."
     )
 
 
@@ -44,17 +44,17 @@ def _simulated(found: Mapping[str, Any]) -> str:
     below = all(
         case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in found["cases"].items()
     )
-    place = f"lies below all {found['seeds']} draws" if below else f"does not always lie below {found['seeds']} draws"
+    place = f"lies below all {found['seeds']} draws" if below else f"lies not below {found['seeds']} draws"
     return (
-        f"With eq. (34) as printed, each simulated ratio {place}; counting both sensor noises makes all possible (an "
-        "inference)."
+        f"With eq. (34) as printed, each simulated ratio {place} (Cases A-C: our gains); counting both sensor noises "
+        "makes each possible (inference)."
     )
 
 
 def _unstable(diagonals: list[Mapping[str, Any]]) -> str:
     return (
-        f"Section IV-C prints the stable A again; one of {len(diagonals)} diagonals with its stated poles leads to a "
-        "plant that fits gains (42), an inference."
+        f"Section IV-C prints the stable A again; of {len(diagonals)} real diagonals with its stated poles one leads "
+        "to a plant fitting gains (42), an inference."
     )
 
 
@@ -63,7 +63,7 @@ def _periods(results: Results) -> Iterator[str]:
     if found:
         _, shorter, longer = found[0]
         yield (
-            f"As a rule, the blog's “shorter is better” fails: periods {tuple(shorter)} have a larger optimum than "
+            f"Read as a rule, the blog's finding on shorter periods fails: {tuple(shorter)} has a larger optimum than "
             f"{tuple(longer)}, both sensors from instant 0."
         )
 
@@ -72,7 +72,7 @@ def _timing(found: Mapping[str, Any]) -> str:
     best = max(found["least"], key=found["least"].__getitem__)
     return (
         f"Simulations like Figs. 6-8 favour {best.replace('timing-', 'Case ')}: with the printed gains it has the "
-        f"least error in {100 * found['least'][best]:.0f} % of {found['seeds']} draws."
+        f"least error energy in {100 * found['least'][best]:.0f} % of {found['seeds']} draws."
     )
 
 

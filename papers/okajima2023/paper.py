@@ -34,8 +34,8 @@ PARTS = (
     ),
     Part(
         "Symbols d_u, d_y1, d_y2 and “standard normal” before Fig. 2",
-        reason="Defined nowhere, and at odds with the deviations stated; read as d, w₁ and w₂ with those deviations, "
-        "zero after k = 500. Their common scale cancels in eq. (34).",
+        reason="The symbols are defined nowhere, and “standard normal” is at odds with the deviations stated; read as "
+        "d, w₁ and w₂ with those deviations, zero after k = 500. A common scale of all noises cancels in eq. (34).",
     ),
     simulation.SIMULATION,
     levels.TABLE,
@@ -102,7 +102,8 @@ FORMULAS = (
         ),
     ),
     Formula(
-        text="Non-causal bound: no estimator, not even a smoother that knows all measurements, has a smaller gain",
+        text="Non-causal bound: no estimator, not even a smoother that knows all measurements, has a smaller gain; T_x "
+        "leads from d to W x, T_y from d to the measurements, each scaled so that its noise has unit size",
         latex=r"\gamma_{nc}^2 = \sup_\omega \lambda_{\max}\left(T_x^* T_x,\; I + T_y^* T_y\right)",
     ),
 )
@@ -116,9 +117,9 @@ PAPER = paper(
     doi="10.1109/ACCESS.2023.3249187",
     summary=(
         "The paper designs observers for plants whose sensors have different periods and timings: the gains change "
-        "periodically with the sensors that are measured, and matrix inequalities minimise the worst-case ratio of "
-        "estimation error to noise energy. A plant of three states and two sensors is the example; the author's blog "
-        "post repeats its levels."
+        "periodically with the sensors that are measured, and matrix inequalities minimise the worst-case ratio of the "
+        "l₂ norm of the estimation error to that of the noise. A plant of three states and two sensors is the example; "
+        "the first author's blog post repeats most of its levels."
     ),
     notebook="multirate",
     bibtex="""@article{okajima2023,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from papers.okajima2023.experiments.declared import DIAGONAL_STEP, SECOND_DECIMALS
 from papers.okajima2023.experiments.simulations import DENOMINATORS
+from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from replication.audit.model import Reading
 
 PREDICTORS = "predictors"
@@ -55,8 +56,8 @@ READINGS = (
     Reading(
         name=PREDICTORS,
         place="Sec. IV-A, Cases A to C",
-        text="The dual-rate observers have the form (15): they estimate the state at k + 1 from measurements up to k. "
-        "Filters, which use the newest measurement too, are another class.",
+        text="The dual-rate observers have the form (15), as the text after it says: they estimate the state at k + 1 "
+        "from measurements up to k. Filters, which use the newest measurement too, are another class.",
     ),
     *(
         Reading(name=DENOMINATOR[what], place="Eq. (34)", text=f"{energy} {_OURS}", inference=what != DENOMINATORS[0])
@@ -71,7 +72,8 @@ READINGS = (
     Reading(
         name=RECOVERED_A,
         place="Eq. (41)",
-        text=f"The diagonal of A is the one in steps of {DIAGONAL_STEP} with which A has the stated poles. {_SEARCHED}",
+        text=f"The diagonal of A is the one in steps of {DIAGONAL_STEP} from {DIAGONAL_RANGE[0]} to "
+        f"{DIAGONAL_RANGE[1]} with which A has the stated poles. {_SEARCHED}",
         inference=True,
     ),
     Reading(

@@ -57,7 +57,8 @@ def cyclic_is_larger(results: Results) -> Evidence:
             "variables, cyclic with a full P": size["cyclic_variables"],
             "variables, Theorem 2 (or cyclic with a P of blocks)": size["variables"],
         },
-        note="The rows of the cyclic form grow with N, those of each inequality of Theorem 2 do not.",
+        note="The rows of the cyclic form grow with N, those of each inequality of Theorem 2 do not. All N "
+        "inequalities together have as many rows as the cyclic form.",
     )
 
 

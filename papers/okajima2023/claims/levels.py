@@ -258,7 +258,7 @@ COMPARABLE = [(a, b) for a in TABLE_1 for b in TABLE_1 if a != b and a[0] <= b[0
     says=[said for a, b in COMPARABLE for said in below_others(pair(a), pair(b))],
 )
 def shorter_is_better_in_table(results: Results) -> Evidence:
-    """Of two columns of Table 1, that with shorter periods, or one shorter and one equal, has the smaller level."""
+    """Of two columns of Table 1, that with shorter periods, or one shorter and one equal, has the smaller optimum."""
     steps = [separation(results, pair(a), pair(b)) for a, b in COMPARABLE]
     return positive(
         min(steps),

@@ -106,7 +106,7 @@ def _smaller(fractions: dict[str, float]) -> dict[str, float]:
 
 @SIMULATION.statistical("gsim.smallest", place="Sec. IV-A, after eq. (34)", uses=DRAWS, reading=READING_OF[AS_PRINTED])
 def smallest(results: Results) -> Evidence:
-    """The proposed observer has the smallest ratio (34), as printed and in most draws, whichever noise is counted."""
+    """The proposed observer has the smallest ratio (34), in print and in most draws under all 5 denominators."""
     found = all_draws(results)["smaller_ratio"]
     printed = min(G_SIM[name] for name in "ABC") - G_SIM["proposed"]
     margins = {
@@ -125,7 +125,8 @@ def smallest(results: Results) -> Evidence:
             "distance of the printed values": printed,
             **{f"{what}: {who}": f for what, row in found.items() for who, f in _smaller(row).items()},
         },
-        note="The text simulates noise of the sensors. Without it the order need not be this one.",
+        note="Cases A to C run with our gains. The text simulates noise of the sensors; without it the proposed "
+        f"observer has the smaller ratio than Case A in {100 * found[NOISELESS]['A']:.0f} % of the draws.",
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from papers.okajima2023.claims.levels import solvers_of
+from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import DATA, bracketed, poles
 from papers.okajima2023.readings import RECOVERED_A, RECOVERED_PLANT, SECOND_A, UNROUNDED_GAINS
 from replication.audit.declare import Part, below, positive
@@ -31,16 +32,16 @@ def recovered(quantity: str, *given: str, design: str = "section-4c-design") -> 
 def _search_of_the_diagonal(results: Results) -> str:
     state = results[RECOVERED]["state"]
     return (
-        f"The diagonal was chosen to have these poles: of {state['tried']} in steps of {state['step']}, "
-        f"{len(state['fits'])} has them, {tuple(state['fits'][0])}."
+        f"The diagonal was chosen to have these poles: of {state['tried']} in steps of {state['step']} from "
+        f"{DIAGONAL_RANGE[0]} to {DIAGONAL_RANGE[1]}, {len(state['fits'])} has them, {tuple(state['fits'][0])}."
     )
 
 
 def _search_of_the_outputs(results: Results) -> str:
     found = results[RECOVERED]["outputs"]
     return (
-        f"C was chosen to have these poles: of {found['tried']} integer matrices with entries up to {found['bound']}, "
-        f"{found['fits']} has them within rounding, {bracketed(found['C'])}; "
+        f"C was chosen to have these poles: of {found['tried']} integer matrices with entries of size up to "
+        f"{found['bound']}, {found['fits']} has them within rounding, {bracketed(found['C'])}; "
         f"misfit {found['best_misfit']:.2f} of what rounding allows, the next {found['second_misfit']:.2f}."
     )
 
@@ -91,7 +92,7 @@ def same_setting(results: Results) -> Evidence:
             for name, size in zip((RECOVERED_A, SECOND_A), (radius, *least[1:]), strict=True)
         ),
         quantities={"spectral radius": radius},
-        note="An A that differs off its diagonal too is not considered.",
+        note="The text says only that A differs. An A that differs off its diagonal too is not considered.",
         as_printed=positive(
             1 - _radius(results[PRINTED]["error_poles"]), method="The same with A as printed, without the stated poles."
         ),
