@@ -12,7 +12,8 @@ from typing import Any
 import msgspec
 
 from replication.audit.brief import Brief
-from replication.audit.model import Claim, Erratum, Experiment, Reading, Results
+from replication.audit.model import Claim, Erratum, Experiment, Reading
+from replication.audit.model import Results as Results
 
 
 @dataclass(frozen=True, kw_only=True)

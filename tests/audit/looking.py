@@ -32,7 +32,10 @@ def shown(browser: webdriver.Chrome) -> list[str]:
 def unfold(browser: webdriver.Chrome) -> webdriver.Chrome:
     """Open all pages and folds, and wait until all evidence is drawn and what scrolls has its stop."""
     browser.execute_async_script("""const done = arguments[0];
-      document.querySelectorAll('.view').forEach((e) => e.removeAttribute('hidden'));
+      document.querySelectorAll('.view').forEach((e) => {
+        e.removeAttribute('hidden');
+        e.style.contentVisibility = 'visible';  // laid out as if it were seen
+      });
       document.querySelectorAll('details').forEach((e) => { e.open = true; });
       const frame = () => requestAnimationFrame(() => requestAnimationFrame(done));
       const open = () => document.querySelector('.claim > .evidence:not([data-drawn])');

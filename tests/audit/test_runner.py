@@ -213,7 +213,7 @@ def test_sources_edited_during_the_run_are_not_taken_for_what_ran(lab: Lab) -> N
     edit = "Path('papers/toy2020/arithmetic.py').open('a').write('# edited')"
     lab.edit("toy2020/squares.py", "    solver = ", f"    from pathlib import Path\n    {edit}\n    solver = ")
     answer = lab.audit()
-    assert reason(answer, "toy2020.square") == "not kept: its sources were edited while it ran"
+    assert reason(answer, "toy2020.square") == "not kept: its sources or data were edited while it ran"
     assert not (lab.root / ".cache" / "toy2020.square.json").exists()
 
 
