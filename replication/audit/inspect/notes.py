@@ -7,13 +7,12 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from pathlib import Path
 
-from replication.audit.judge.printed import parse
-from replication.audit.model import Verdict
+from replication.audit.model import Numbers, Verdict
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord, ResultsFile
-from replication.errors import AuditError
 
 SHOWN = 3
 """Names that a note lists; it counts the others."""
@@ -55,19 +54,18 @@ def notes(papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], 
 
 def factor(claim: ClaimRecord) -> str:
     """The usual factor by which all numbers of a claim are off, as another unit or place of the point leaves it."""
-    value = claim.evidence.value
-    try:
-        printed = parse(claim.claim.printed)
-        pairs = [] if value is None else list(zip(printed.align("value", value), printed.entries, strict=True))
-    except AuditError:
-        return ""
+    numbers = [] if claim.evidence.value is None else _flat(claim.evidence.value)
+    ends = [(float(Fraction(low)), float(Fraction(high))) for low, high in claim.judgement.intervals]
+    if not numbers or len(numbers) != len(ends) or any(low <= 0 <= high for low, high in ends):
+        return ""  # zero is a multiple of each number
     for words, times in FACTORS.items():
-        # As far off as the last printed place allows, and no zero, of which each number is a multiple.
-        if pairs and all(
-            entry.value and abs(number / times - float(entry.value)) <= float(entry.unit) / 2 for number, entry in pairs
-        ):
+        if all(low <= number / times <= high for number, (low, high) in zip(numbers, ends, strict=True)):
             return words
     return ""
+
+
+def _flat(numbers: Numbers) -> list[float]:
+    return [n for entry in numbers for n in _flat(entry)] if isinstance(numbers, tuple) else [numbers]
 
 
 def slips(paper: Paper) -> Iterator[tuple[str, str]]:
