@@ -33,7 +33,10 @@ Theorem = dict[str, Any]
 WIDTH = "1/1000000"
 """Largest relative distance of the bounds of an exact gain that is asked of a certificate."""
 LEVEL_BITS = 40
-CARRIED_OUT = ("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor")
+CARRIED_OUT = (
+    "single_rate", "model_interpolation", "held_measurement", "single_correction", "slow_input_interpolation",
+    "alternating_predictive", "running_prediction", "fast_sensor",
+)  # fmt: skip
 """The observers of dual-rate loops that the verifier carries out."""
 
 

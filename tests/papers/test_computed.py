@@ -14,7 +14,7 @@ NAME = "shao.motor"
 
 
 def lookup(paper: Paper) -> Lookup:
-    return _plan([paper], [], ROOT, STORE[0], SourceTree(default_packages(ROOT)))[NAME].lookup
+    return _plan([paper], [], ROOT, STORE[0].lookup, SourceTree(default_packages(ROOT)))[NAME].lookup
 
 
 def test_a_run_reuses_what_a_test_has_computed() -> None:
