@@ -1,4 +1,4 @@
-"""The dual-rate loop over one slow period: the plant, five observers, and a command that is held over T."""
+"""The dual-rate loop over one slow period: the plant, its observers, and a command that is held over T."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from replication.recheck.reading import Matrix, matrix, need, one_of, positive, 
 
 OBSERVERS = (
     *("single_rate", "model_interpolation", "alternating_predictive", "running_prediction", "fast_sensor"),
-    *("held_measurement", "single_correction"),
+    *("held_measurement", "single_correction", "slow_input_interpolation"),
 )
 MOST_PERIODS, MOST_STATES = 100, 10
 
@@ -94,7 +94,8 @@ def passed(loop: Loop, observer: str, state: Matrix, own: Matrix, commands: list
     held over M T and the input over T, while the model alone carries the estimate that K acts on. fast_sensor: (7) with
     a measurement at each instant. alternating_predictive: (7) with (6). running_prediction: (7), where the virtual
     measurement is the one before plus C ((Abar - I) zeta + Bbar u). held_measurement: (2), its measurement held over
-    M T. single_correction: (7) at the slow instant, then the model alone.
+    M T. single_correction: (7) at the slow instant, then the model alone. slow_input_interpolation: model
+    interpolation whose zeta takes the input of the slow instant throughout.
     """
     free, driven = held(loop.A, loop.B, loop.T)
     f, gh = held(loop.guided, blocks([[loop.B, loop.L]]), loop.T)
@@ -113,12 +114,13 @@ def passed(loop: Loop, observer: str, state: Matrix, own: Matrix, commands: list
         state = plus(times(free, state), times(driven, u))
         ahead = plus(times(free, estimate), times(driven, u))
         corrected = k == 0 or observer != "single_correction"
-        before, own = own, plus(times(f, own), times(gh, [*u, *measured])) if corrected else ahead
+        known = inputs[0] if observer == "slow_input_interpolation" else u
+        before, own = own, plus(times(f, own), times(gh, [*known, *measured])) if corrected else ahead
         if observer == "alternating_predictive":
             measured = times(loop.C, ahead)
         elif observer == "running_prediction":
             measured = plus(measured, times(loop.C, minus(ahead, before)))
-        estimate = ahead if observer == "model_interpolation" else own
+        estimate = ahead if observer in ("model_interpolation", "slow_input_interpolation") else own
     return Passage(states, estimates, inputs, [*state, *own])
 
 
