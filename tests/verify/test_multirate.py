@@ -531,7 +531,7 @@ def test_both_rows_of_a_schur_complement_are_compared() -> None:
 
 def test_levels_say_for_which_schedule_they_are() -> None:
     for name in ("gains-33", "optimum-2-3"):
-        words = "For this plant and the periods [2, 3], offsets [0, 0] of the sensors [0, 1], "
+        words = "For this plant and the periods [2, 3], offsets [0, 0] of the sensors [0, 1] (counted from 0), "
         assert check(load(name)).sentence.startswith(words)
     assert check(load("optimum-case-a")).sentence.startswith("For this plant and the periods ")
 
