@@ -154,9 +154,9 @@ def require_identity(misprints: Sequence[str]) -> None:
     says=Says(quantity="dissipation identity", setting={}),
 )
 def dissipation_identity(misprints: list[str]) -> Found:
-    """The dissipation is the quadratic form of Theorem 3, with the transposes in D and the name Z_1 in T_00 corrected and
-    G_2ij as in the theorem, not its proof, for any number of states, signals and delays and all differentiable storages,
-    if these are corrected too; with any one of them as printed it is not: {corrected}.
+    """The dissipation is the quadratic form of Theorem 3, with the transposes in D and the name Z_1 in T_00 corrected
+    and G_2ij as in the theorem, not its proof, for any number of states, signals and delays and all differentiable
+    storages, if these are corrected too; with any one of them as printed it is not: {corrected}.
     """
     require(bool(misprints) and set(misprints) <= MISPRINTS.keys(), f"misprints must be among {', '.join(MISPRINTS)}")
     require(len(set(misprints)) == len(misprints), "parameters.misprints names one twice")

@@ -168,8 +168,8 @@ def contraction() -> None:
     says=Says(quantity="stability theorem", setting={}, universal=True),
 )
 def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyapunov) -> Found:
-    """The stability result of Sec. IV is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable for every
-    T up to {longest} s; (18) holds for every T below {allowed:down} s and for none from {allowed:up} s.
+    """The stability result of Sec. IV is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable
+    for every T up to {longest} s; (18) holds for every T below {allowed:down} s and for none from {allowed:up} s.
 
     A loop that is unstable for every period that (18) allows, for each of the ratios M.
 
