@@ -380,6 +380,7 @@ def test_counts() -> None:
     # The longest wait runs over the end of the period.
     assert computed("idle-instants", {"periods": [5], "offsets": [2]}).upper == 4
     assert computed("idle-instants", {"periods": [2], "offsets": [1]}).upper == 1
+    assert computed("idle-instants", {"periods": [2], "offsets": [1]}).sentence.endswith(" is 1 instant.")
     assert computed("idle-instants", times(1, 2)).lower == 0
     assert computed("dual-rate", times(2, 2)).holds
     assert computed("dual-rate", times(2, 2)).sentence.startswith("All sensors")
