@@ -155,9 +155,13 @@ def test_bracket_of_a_matrix_differs_if_any_entry_does() -> None:
     lower, upper = ((0.99, 1.8), (2.99, 4.2)), ((1.01, 2.2), (3.01, 4.3))
     judgement = judge(value_case("[1.0 2.0; 3.0 4.0]", ((1.0, 2.0), (3.0, 4.25)), lower, upper))
     assert judgement.verdict is Verdict.DIFFERS
-    assert "1 of 4 entries" in judgement.reason and "(2,2)" in judgement.reason
+    assert "1 of 4 entries disagree: " in judgement.reason and "(2,2)" in judgement.reason
     agreeing = judge(value_case("[1.0 2.0; 3.0 4.2]", ((1.0, 2.0), (3.0, 4.21)), lower, upper))
     assert agreeing.verdict is Verdict.UNDETERMINED
+    assert agreeing.reason.startswith("2 of 4 entries undecided: ")
+    inside = judge(value_case("[1.0 2.0; 3.0 4.2]", ((1.0, 2.0), (3.0, 4.21))))
+    assert inside.verdict is Verdict.REPRODUCED
+    assert inside.reason.startswith("All 4 entries agree: ")
 
 
 def test_bracket_of_a_pair_is_folded_to_sizes() -> None:

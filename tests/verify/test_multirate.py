@@ -380,6 +380,7 @@ def test_counts() -> None:
     # The longest wait runs over the end of the period.
     assert computed("idle-instants", {"periods": [5], "offsets": [2]}).upper == 4
     assert computed("idle-instants", {"periods": [2], "offsets": [1]}).upper == 1
+    assert computed("idle-instants", {"periods": [2], "offsets": [1]}).sentence.endswith(" is 1 instant.")
     assert computed("idle-instants", times(1, 2)).lower == 0
     assert computed("dual-rate", times(2, 2)).holds
     assert computed("dual-rate", times(2, 2)).sentence.startswith("All sensors")
@@ -531,7 +532,7 @@ def test_both_rows_of_a_schur_complement_are_compared() -> None:
 
 def test_levels_say_for_which_schedule_they_are() -> None:
     for name in ("gains-33", "optimum-2-3"):
-        words = "For this plant and the periods [2, 3], offsets [0, 0] of the sensors [0, 1], "
+        words = "For this plant and the periods [2, 3], offsets [0, 0] of the sensors [0, 1] (counted from 0), "
         assert check(load(name)).sentence.startswith(words)
     assert check(load("optimum-case-a")).sentence.startswith("For this plant and the periods ")
 

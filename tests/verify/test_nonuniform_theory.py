@@ -288,6 +288,8 @@ def test_sentences_say_what_they_are_about() -> None:
     assert "every A;" in check(load("lemma-3-1")).sentence
     assert "as printed does not reach a grid" in check(load("stall-1")).sentence
     assert "periods of at least 1/100 s" in check(load("stable-1")).sentence
+    assert "at the constant period 1/200 + 1/50 pi s" in check(load("nominal-1-lower")).sentence
+    assert "at the constant period 1/25 pi s" in check(load("range-1-no-filter")).sentence
     stable = load("stable-1")
     stable["parameters"]["from"] = "h_u"
     assert "periods of at least 1/25 pi s" in check(stable).sentence

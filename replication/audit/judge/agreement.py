@@ -21,6 +21,11 @@ class Position(Enum):
     INSIDE = "lies inside"
 
 
+_COUNTS = {
+    Position.OUTSIDE: "{found} of {all} entries disagree: ",
+    Position.STRADDLING: "{found} of {all} entries undecided: ",
+    Position.INSIDE: "all {all} entries agree: ",
+}
 _VERDICTS = {
     Position.OUTSIDE: Verdict.DIFFERS,
     Position.STRADDLING: Verdict.UNDETERMINED,
@@ -133,7 +138,7 @@ def judge_value(target: Target, evidence: Evidence) -> Judgement:
     decisive = next(position for position in Position if position in positions)
     found = [index for index, position in enumerate(positions) if position is decisive]
     index = max(found, key=lambda i: abs(measured[i].deviation))
-    count = f"{len(found)} of {len(measured)} entries: " if len(measured) > 1 else ""
+    count = _COUNTS[decisive].format(found=len(found), all=len(measured)) if len(measured) > 1 else ""
     worst = max(measured, key=lambda number: abs(number.deviation))
     return Judgement(
         verdict=_VERDICTS[decisive],

@@ -154,8 +154,9 @@ def require_identity(misprints: Sequence[str]) -> None:
     says=Says(quantity="dissipation identity", setting={}),
 )
 def dissipation_identity(misprints: list[str]) -> Found:
-    """The dissipation is the quadratic form of Theorem 3, for any number of states, signals and delays and all
-    differentiable storages, if these are corrected; with any one of them as printed it is not: {corrected}.
+    """The dissipation is the quadratic form of Theorem 3, with the transposes in D and the name Z_1 in T_00 corrected
+    and G_2ij as in the theorem, not its proof, for any number of states, signals and delays and all differentiable
+    storages, if these are corrected too; with any one of them as printed it is not: {corrected}.
     """
     require(bool(misprints) and set(misprints) <= MISPRINTS.keys(), f"misprints must be among {', '.join(MISPRINTS)}")
     require(len(set(misprints)) == len(misprints), "parameters.misprints names one twice")
@@ -166,7 +167,8 @@ def dissipation_identity(misprints: list[str]) -> Found:
 @statement("delay.observer-bound", source="peet2019", holds=True, says=("bound (7)", "error vanishes with w"))
 def observer_bound() -> None:
     """Where the inequality of Theorem 1, or LMI (3), holds with a coercive P, the observer with L = P^-1 Z obeys (7),
-    and its error tends to zero with w, for any number of states and signals.
+    and its error tends to zero with w, along solutions with d<e, P e>/dt = 2<e, P e'>, for any number of states and
+    signals.
 
     With v = z/gamma the inequality is V' + |z|^2/gamma - gamma |w|^2 <= -eps |e|^2 along (6) for V = <e, P e>. Summed
     from e(0) = 0 it is (7), as V >= 0. With c the norm of P it gives V' <= gamma |w|^2 - (eps/c) V, so that V, and with

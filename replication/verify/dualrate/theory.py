@@ -24,7 +24,7 @@ SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
 
 @statement("dualrate.sampled-observer", source="shao", holds=True, says="equivalent observers")
 def sampled_observer() -> None:
-    """Between two instants (7) is the solution of (3), for all matrices of any size."""
+    """At the instants (7) has the estimates of (3), for all matrices of any size."""
     identities.require_sampled_observer()
 
 
@@ -42,18 +42,19 @@ def second_case() -> None:
 
 @statement("dualrate.collected-constant", source="shao", holds=True, says="constant (17)")
 def collected_constant() -> None:
-    """The terms of (16) are at most α₄ √V V_m with the constant of (17), for all loops."""
+    """The last four terms of (16) add up to at most α₄ √V V_m with the constant of (17), for all loops."""
     identities.require_collected()
 
 
 @on_loop(
     "dualrate.lyapunov",
+    source="shao",
     witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))},
     holds=True,
     says="Lyapunov equation",
 )
 def lyapunov(plant: Loop, P: fmpq_mat) -> None:
-    """The Lyapunov equation is solved exactly by a positive definite matrix.
+    """For <the printed data|this plant> the Lyapunov equation is solved exactly by a positive definite matrix.
 
     ÃᵀP + P Ã = −I has a positive definite solution.
     """
@@ -167,8 +168,8 @@ def contraction() -> None:
     says=Says(quantity="stability theorem", setting={}, universal=True),
 )
 def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyapunov) -> Found:
-    """The stability theorem is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable for every
-    T up to {longest} s; (18) holds for every T below {allowed:down} s and for none from {allowed:up} s.
+    """The stability result of Sec. IV is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable
+    for every T up to {longest} s; (18) holds for every T below {allowed:down} s and for none from {allowed:up} s.
 
     A loop that is unstable for every period that (18) allows, for each of the ratios M.
 

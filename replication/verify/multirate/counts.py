@@ -24,7 +24,7 @@ CYCLIC = ("cyclic-full", "cyclic-blocks")
 
 @statement("multirate.selection", parameters=TIMES, says="measured sensors")
 def selection(periods: list[int], offsets: list[int]) -> Found:
-    """The sensors measured at each instant are {measured}, and again from instant {period} on.
+    """The sensors (counted from 0) measured at each instant are {measured}, and again from instant {period} on.
 
     The diagonals of S_0, S_1, .. of eq. (4), row by row.
     """
@@ -36,20 +36,20 @@ def selection(periods: list[int], offsets: list[int]) -> Found:
 
 @statement("multirate.common-period", parameters=TIMES, says="common period")
 def common_period(periods: list[int], offsets: list[int]) -> Found:
-    """The schedule repeats after {number} instants."""
+    """The schedule first repeats after {number} {instants}."""
     measured = schedule(periods, offsets)
-    return _count(next(k for k in count(1) if measured[k:] + measured[:k] == measured))
+    return _instants(next(k for k in count(1) if measured[k:] + measured[:k] == measured))
 
 
 @statement("multirate.idle-instants", parameters=TIMES, says="longest time unmeasured")
 def idle_instants(periods: list[int], offsets: list[int]) -> Found:
-    """The longest time without a measurement is {number} instants."""
+    """The longest time without a measurement is {number} {instants}."""
     measured = schedule(periods, offsets)
     runs, run = [0], 0
     for rows in measured + measured:
         run = 0 if rows else run + 1
         runs.append(run)
-    return _count(max(runs))
+    return _instants(max(runs))
 
 
 @statement("multirate.dual-rate", parameters=TIMES, says="dual-rate schedule")
@@ -165,6 +165,10 @@ def _rows(plant: Plant) -> int:
     n = A.nrows()
     B_d, D = matrix(plant["B_d"], "plant.B_d", rows=n), matrix(plant["D"], "plant.D", rows=C.nrows())
     return int(2 * n + B_d.ncols() + D.ncols())
+
+
+def _instants(number: int) -> Found:
+    return _count(number, instants="instant" if number == 1 else "instants")
 
 
 def _count(number: int, **words: Any) -> Found:

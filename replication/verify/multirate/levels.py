@@ -63,9 +63,9 @@ NOISES = Depends(lambda given: sized(matrices, given.plant.noises, given.turn.nr
     ),
 )
 def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, v: Matrices, **chosen: Any) -> None:
-    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, the error system of the
-    given gains is stable, with an l2 gain between {lower:down} and {upper:up}; the upper bound is one of <Theorem
-    1|a storage function with the period of the schedule>.
+    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), the error
+    system of the given gains is stable, with an l2 gain between {lower:down} and {upper:up}; the upper bound is one of
+    <Theorem 1|a storage function with the period of the schedule>.
 
     The gain of the given gains L_k: Theorem 1 from above, a disturbance from below.
     """
@@ -83,9 +83,9 @@ def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, 
 def optimum_noncausal(
     plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, turn: fmpq_mat, d: Matrices, **chosen: Any
 ) -> None:
-    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, <by Theorem 2 |>some
-    observer that predicts one step has a gain of at most {upper:up}; no estimator, not even a smoother, has one below
-    {lower:down}.
+    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), <by
+    Theorem 2 |>some observer that predicts one step has a gain of at most {upper:up}; no estimator, not even a
+    smoother, has one below {lower:down}.
 
     The smallest gain where smoothers do no better: Theorem 2 from above, a disturbance that is never seen below.
     """
@@ -102,9 +102,9 @@ def optimum_noncausal(
 def optimum_causal(
     plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, start: int, d: Matrices, **chosen: Any
 ) -> None:
-    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors}, <by Theorem 2 |>some
-    observer that predicts one step has a gain of at most {upper:up}; no one-step predictor, which estimates z(k) from
-    the measurements up to k - 1, has one below {lower:down}, but a filter that uses y(k) too may.
+    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), <by
+    Theorem 2 |>some observer that predicts one step has a gain of at most {upper:up}; no one-step predictor, which
+    estimates z(k) from the measurements up to k - 1, has one below {lower:down}, but a filter that uses y(k) too may.
 
     The smallest gain: Theorem 2 from above, a disturbance of finite length that is seen too late from below.
     """

@@ -55,8 +55,9 @@ def shorter_periods(
     start: int, d: Matrices, **_: Any,
 ) -> None:  # fmt: skip
     """Of the periods {shorter} and {longer} the longer ones have the smaller optimum, with both sensors at instant 0
-    and with the best timing of each: with {longer} some observer that predicts one step has a gain below {level:up};
-    with {shorter}, which have no common factor, no one-step predictor has one below {level:down}, whatever the offsets.
+    and with the best timing of each. For one level g from {level:down} to {level:up}: with {longer} some observer that
+    predicts one step has a gain below g; with {shorter}, which have no common factor, no one-step predictor has one
+    below g, whatever the offsets.
 
     Periods without common factors meet in every combination of phases, so that other offsets are another start.
     """

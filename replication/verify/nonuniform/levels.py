@@ -131,11 +131,13 @@ def optimum_upper(
     witness={"start": sized(sequence, rational)},
     says=(AT_PERIOD, WITHIN_RANGE),
 )
-def optimum_lower(plant: Plant, period: str, lower: fmpq, start: list[fmpq]) -> None:
+def optimum_lower(plant: Plant, period: str, lower: fmpq, start: list[fmpq]) -> Found:
     """Every stable filter of <form (4)|the form x_f(k+1) = A_f x_f(k) + B_f y(k), estimate C_f x_f(k)> has a gain above
-    {lower:down} at the constant period {period}.
+    {lower:down} at the constant period {period} s.
     """
-    require_no_filter_below(plant, plant.period(period, "parameters.period"), lower, start)
+    constant = plant.period(period, "parameters.period")
+    require_no_filter_below(plant, constant, lower, start)
+    return Found(words={"period": system.in_words(constant)})
 
 
 @on_plant(
@@ -147,15 +149,17 @@ def optimum_lower(plant: Plant, period: str, lower: fmpq, start: list[fmpq]) -> 
     holds=False,
     says=(AT_PERIOD, WITHIN_RANGE, Says(quantity="least level of (6)", setting={}, readings=("grid of one element",))),
 )
-def no_filter_keeps_level(plant: Plant, period: str, level: fmpq, lower: fmpq, start: list[fmpq]) -> None:
+def no_filter_keeps_level(plant: Plant, period: str, level: fmpq, lower: fmpq, start: list[fmpq]) -> Found:
     """No stable filter of <form (4)|the form x_f(k+1) = A_f x_f(k) + B_f y(k), estimate C_f x_f(k)> has the level
-    {level:down} for every sequence of the range: at the constant period {period} its gain is above {lower:down}<, so
+    {level:down} for every sequence of the range: at the constant period {period} s its gain is above {lower:down}<, so
     that (6) has no solution there with this level|>.
 
     Of a solution P-bar > 0 of the strict inequality (6) at a period the filter is Schur, and has the level there.
     """
-    require_no_filter_below(plant, plant.period(period, "parameters.period"), lower, start)
+    constant = plant.period(period, "parameters.period")
+    require_no_filter_below(plant, constant, lower, start)
     require(lower >= level, f"the bound {lower} is below the level {level}")
+    return Found(words={"period": system.in_words(constant)})
 
 
 @on_filtered(

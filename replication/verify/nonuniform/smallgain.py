@@ -16,7 +16,7 @@ from replication.verify.algebra.linear import identity
 from replication.verify.algebra.roots import require_hurwitz
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.nonuniform.gain import require_everywhere
-from replication.verify.nonuniform.system import PERIODS, Plant, along, on_plant, seconds
+from replication.verify.nonuniform.system import PERIODS, Plant, along, in_words, on_plant, seconds
 from replication.verify.reading import sequence, sized, symmetric, text
 from replication.verify.statement import Depends, Found, Says
 from replication.verify.theorem import Refused, require
@@ -43,18 +43,19 @@ def modal(a: acb, h_0: arb, h: arb) -> arb:
 
 @on_plant("nonuniform.breaks-condition-8", source="mustafa", parameters={"period": text}, holds=False, says=CONDITION)
 def breaks_condition(plant: Plant, period: str) -> Found:
-    """With the middle of the range for its one element (8) does not hold over the range, in no coordinates: at the
-    period {period} the norm is at least {least:down 6}.
+    """With the middle of the range for its one element (8) does not hold over the range in any coordinates: at the
+    period {period} s the norm is at least {least:down 6}.
 
     The norm of T(z) is not below the modulus of an eigenvalue, in whatever coordinates. A constant change is one of the
     sequences, so that the gain for every sequence is no less.
     """
     require_hurwitz(plant.A, "the plant")
-    h_0, h = seconds(plant.middle), seconds(plant.period(period, "parameters.period"))
+    changed = plant.period(period, "parameters.period")
+    h_0, h = seconds(plant.middle), seconds(changed)
     found = [modal(a, h_0, h) for a in eigenvalues(plant.A)]
     reached = [size for size in found if is_less(1, size)]
     require(reached != [], f"the eigenvalues give {found[0].str(5)} and {found[1].str(5)} there, not more than one")
-    return Found(words={"least": reached[0]})
+    return Found(words={"period": in_words(changed), "least": reached[0]})
 
 
 @on_plant(

@@ -108,17 +108,18 @@ class Case:
     @property
     def scope(self) -> str:
         """For which sequences, and in which norm, in words."""
-        low, high = map(_in_words, self.ends)
+        low, high = map(in_words, self.ends)
         sequences = f"at the constant period {low} s" if low == high else f"over all periods from {low} to {high} s"
         return sequences + {"samples": "", "duration": ", both norms weighted by the periods,"}[self.weight]
 
     @property
     def least(self) -> str:
         """The shortest period, in words."""
-        return _in_words(self.ends[0])
+        return in_words(self.ends[0])
 
 
-def _in_words(time: Time) -> str:
+def in_words(time: Time) -> str:
+    """A number of seconds, exactly."""
     rational_, pi = time
     return " + ".join([str(rational_)] * (rational_ != 0) + [f"{pi} pi"] * (pi != 0))
 

@@ -64,7 +64,7 @@ def recovery() -> None:
 
 @on_filtered("nonuniform.sizes", source="mustafa", holds=True, says="size of F")
 def sizes(plant: Plant) -> Found:
-    """F, to be multiplied by C ({r} x {n}) and added to an {n} x {n} block, is {n} x {r}, not {r} x {n}."""
+    """F, to be multiplied by C ({r} x {n}) and added to a block of size {n} x {n}, is {n} x {r}, not {r} x {n}."""
     n, r, B = plant.A.nrows(), plant.C.nrows(), _printed(plant).B
     require((B.nrows(), B.ncols()) == (n, r), "the printed B_f = -Y^-1 F has another size")
     require(r != n, "both sizes are the same here")
@@ -105,8 +105,8 @@ def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[grid.Alp
 
 @on_plant("nonuniform.one-interval", source="mustafa", witness=PASSES, holds=True, says="conservative element")
 def one_interval(plant: Plant, passes: list[list[grid.Alpha]]) -> Found:
-    """The interval (9) around the middle leaves out part of the range, although the error system of every filter with
-    A_f Schur is stable on all of it; {size} elements cover the range.
+    """With U3 corrected, the interval (9) around the middle of the range leaves out part of it, although the error
+    system of every filter with A_f Schur is stable on all of it; {size} elements cover the range.
     """
     covering = grid.run_algorithm(plant, passes)
     require_hurwitz(plant.A, "the plant")
@@ -123,7 +123,7 @@ def one_interval(plant: Plant, passes: list[list[grid.Alpha]]) -> Found:
 )
 def stalls(plant: Plant, witness: grid.Alpha) -> Found:
     """Algorithm 1 as printed does not reach a grid: step 3 fails at the first element and step 4 leaves all as it is,
-    with a set-minus as without: {how}.
+    with a set-minus as without (the union cut to the range): {how}.
     """
     return Found(words={"how": grid.require_stall(plant, witness)})
 
@@ -173,7 +173,7 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     says=Says(quantity="column of the observer", readings=(NO_READING, "one motor constant")),
 )
 def observer_column(plant: Plant, column: int) -> Found:
-    """Column {place} of Phi(h) - B_f C at the middle has its entries in {entries:ball 8}."""
+    """Column {place} of Phi(h) - B_f C at the middle of the range has its entries in {entries:ball 8}."""
     require(column < plant.A.nrows(), "parameters.column is not one of the columns")
     whole = grid.state_transition(plant, seconds(plant.middle)) - arb_mat(_printed(plant).B * plant.C)
     entries = [row[column] for row in whole.tolist()]
