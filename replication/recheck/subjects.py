@@ -109,10 +109,7 @@ def mustafa(data: Mapping[str, Any], folder: Path) -> dict[str, Plant]:
     second |= {end: [decimal(data[f"{end}-2"]), nought] for end in ("h_l", "h_u")}
     second["A"] = [[-b / inertia, k / inertia], [-k / inductance, -resistance / inductance]]
     given = {name: table(data["filter"][f"{name}_f"]) for name in "ABC"}
-    names = {"fmpq": Fraction, "fmpq_mat": lambda rows: [list(map(Fraction, row)) for row in rows]}
-    ours = eval(
-        compile(ast.Expression(_assigned(folder, "OUR_FILTER")), "plants.py", "eval"), {"__builtins__": {}}, names
-    )
+    ours = _evaluated(_assigned(folder, "OUR_FILTER"))
     filtered = {"our-filter": {**first, "filter": ours}, "printed-filter": {**second, "filter": given}}
     return {"example-1": first, "example-2": second, **filtered}
 
@@ -125,6 +122,26 @@ def _assigned(folder: Path, name: str) -> ast.expr:
         if isinstance(value, ast.expr) and name in map(ast.unparse, targets):
             return value
     raise Unproved(f"plants.py has no {name}")
+
+
+def _evaluated(node: ast.expr) -> Any:
+    """The fractions of a literal, by name and by rows: integers, powers, signs and what makes numbers of them."""
+    match node:
+        case ast.Constant(value=int(number)):
+            return Fraction(number)
+        case ast.UnaryOp(op=ast.USub(), operand=inner):
+            return -_evaluated(inner)
+        case ast.BinOp(op=ast.Pow(), left=base, right=ast.Constant(value=int(power))):
+            return _evaluated(base) ** power
+        case ast.List(elts=entries):
+            return [_evaluated(entry) for entry in entries]
+        case ast.Dict(keys=keys, values=values):
+            return {ast.literal_eval(key): _evaluated(value) for key, value in zip(keys, values, strict=True) if key}
+        case ast.Call(func=ast.Name(id="fmpq"), args=[above, below]):
+            return _evaluated(above) / _evaluated(below)
+        case ast.Call(func=ast.Name(id="fmpq_mat"), args=[rows]):
+            return _evaluated(rows)
+    raise Unproved(f"plants.py has {ast.unparse(node)} where numbers are")
 
 
 def _matrices(data: Mapping[str, str]) -> Plant:
