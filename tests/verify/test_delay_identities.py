@@ -124,6 +124,15 @@ def test_each_rule_is_needed_for_the_inverse_and_true_of_numbers() -> None:
         assert not all(one.reduced(fewer).is_zero() for one in delay_inverse.inverse_residuals(printed=False))
 
 
+def test_the_example_is_one_of_constant_functions_with_the_inverses_as_printed() -> None:
+    at = delay_inverse.example()
+    tau, Gamma, image = at["tau"], at["tau"] * at["G"], at["Z"] * at["V"]
+    assert (at["K"], at["seen"]) == (tau * image * at["Z"], tau * image * at["chi"])
+    assert (at["I_3"], at["I_6"], at["I_7"]) == (tau * at["y"], tau * image * at["W_6"] * at["y"], tau * at["y"])
+    assert at["Pi"] * at["P"] == at["X"] * (1 + at["K"] * Gamma) == 1
+    assert at["W"] * (at["K"] * at["H"] * at["Pi"] * at["H"] - 1 - at["K"] * Gamma) == 1
+
+
 def test_with_a_delay_of_one_the_inverse_holds_as_printed() -> None:
     at = delay_inverse.example() | {"tau": fmpq(1)}
     at |= {"X": 1 / (1 + at["K"] * at["G"]), "W": 1 / (at["K"] * at["H"] ** 2 / at["P"] - 1 - at["K"] * at["G"])}

@@ -427,8 +427,9 @@ def section_4c(statement: str, A: list[list[str]], poles: list[list[str]], **mor
         "claims": [],
         "statement": f"multirate.{statement}",
         "plant": {**plant, "poles": poles, "half_unit": more.pop("half_unit", "1/8"), "error_poles": ["0", "1/4"]},
+        "bound": more.pop("bound", {}),
+        "witness": more.pop("witness", {}),
         "parameters": {**times(1), **more},
-        "witness": {},
     }
     return check(certificate)
 
@@ -449,6 +450,13 @@ def test_poles_are_matched_with_the_stated_ones() -> None:
     for one in ("1", "-1", "1/2"):
         with pytest.raises(Refused, match="no pole of A is proved to be outside"):
             section_4c("recovered-poles", DIAGONAL, [[one, "0"], ["0", "0"]], diagonal=[one, "0"])
+
+
+def test_a_design_for_a_stable_plant_is_no_recovered_one() -> None:
+    proof = {"bound": {"upper": "9"}, "witness": {"P": [[["1", "0"], ["0", "1"]]], "Y": [[["0"], ["0"]]]}}
+    given = {"C": [["1", "0"]], "B_d": [["1"], ["1"]], "D": [["1"]], **proof}
+    with pytest.raises(Refused, match="no pole of A is proved to be outside"):
+        section_4c("recovered-design", DIAGONAL, [["1/2", "0"], ["0", "0"]], diagonal=["1/2", "0"], **given)
 
 
 def test_gains_that_leave_an_unstable_pole() -> None:

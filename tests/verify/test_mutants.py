@@ -11,12 +11,14 @@ from mutants import mutants_of, survivors
 SAID = ("test_said",)
 DUALRATE = ("test_dualrate_mathematics", "test_dualrate", *SAID)
 STEPS = ("test_nonuniform_steps", "test_nonuniform", *SAID)
+PROOFS = ("test_nonuniform_proofs", *SAID)
 VERIFIER = {
     "algebra.balls": ("test_balls",),
     "algebra.decimals": ("test_run",),
     "algebra.linear": ("test_linear", "test_multirate"),
     "algebra.roots": ("test_roots",),
     "algebra.symbolic": ("test_symbolic",),
+    "algebra.words": ("test_words",),
     "delay.dual": ("test_delay_programs", *SAID),
     "delay.forms": ("test_delay", *SAID),
     "delay.hidden": ("test_delay", *SAID),
@@ -43,12 +45,15 @@ VERIFIER = {
     "multirate.recovered": ("test_multirate", *SAID),
     "multirate.sensing": ("test_multirate", *SAID),
     "nonuniform.floor": STEPS,
-    "nonuniform.gain": STEPS,
+    "nonuniform.gain": (*STEPS, "test_nonuniform_proofs"),
     "nonuniform.grid": ("test_nonuniform_theory", *SAID),
     "nonuniform.identities": ("test_nonuniform_theory", *SAID),
     "nonuniform.levels": ("test_nonuniform", *SAID),
+    "nonuniform.output": PROOFS,
+    "nonuniform.smallgain": PROOFS,
     "nonuniform.system": STEPS,
     "nonuniform.theory": ("test_nonuniform_theory", *SAID),
+    "quantities": ("test_predicate",),
     "reading": ("test_reading",),
     "run": ("test_run",),
     "statement": ("test_statement", "test_predicate"),
@@ -56,6 +61,7 @@ VERIFIER = {
 }
 """The modules, and the tests that must notice each change of them."""
 EQUIVALENT = [
+    ("delay.identity", "MOST = 2", "became 3", "more delays than are needed"),
     ("dualrate.loop", "BITS = 256", "became 257", "more bits than are needed"),
     ("dualrate.response", "TERMS, PIECES, PARTS = 24, 32, 2000", "became 33", "more pieces than are needed"),
     ("dualrate.response", "TERMS, PIECES, PARTS = 24, 32, 2000", "became 2001", "more parts than are needed"),
@@ -65,6 +71,14 @@ EQUIVALENT = [
         "became False",
         "seen in a process of its own only, by a test with a reader that leaves",
     ),
+    (
+        "nonuniform.grid",
+        "b = fmpq(square.p.isqrt(), square.q.isqrt()) if square > 0 else fmpq(0)",
+        "Gt became GtE",
+        "the root of zero is zero",
+    ),
+    ("nonuniform.output", "BITS = 40", "became 41", "more bits than are needed"),
+    ("nonuniform.smallgain", "HALVINGS = 12", "became 13", "more halvings than are needed"),
     ("nonuniform.theory", "DIGITS = 40", "became 41", "more bits than are needed"),
 ]
 """Changes that make nothing false: module, line of its source, change, and why no test need notice it."""

@@ -7,10 +7,14 @@ import json
 from functools import cache
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import pytest
+from flint import acb, arb, fmpq, fmpq_mat
 from stated import check_stated
 
+from replication.verify.nonuniform import output, smallgain
+from replication.verify.nonuniform.system import read_plant
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 
@@ -64,6 +68,8 @@ def test_the_output_matrices_that_keep_the_level_round_to_the_print() -> None:
 
 
 POINT = {"turn": "0", "u": ["1", "0"]}
+NEGATIVE = [[["-1", "0"], ["0", "-1"]]]
+LOWER_ORDER = {"A": [["0"]], "B": [["1"]], "C": [["1"]]}
 CHEATS = [
     ("condition-8-1", [("middle", "parameters", "period")], "not more than one"),
     ("condition-8-1", [("h_0", "parameters", "period")], "must be one of"),
@@ -74,6 +80,9 @@ CHEATS = [
     ("condition-8-2", [([[["-1", "0"], ["0", "1"]]], "witness", "P")], "witness.P is not proved positive definite"),
     ("condition-8-2", [([["-1", "1"], ["-1", "-1"]], "plant", "A")], "not real and different"),
     ("condition-8-2", [(["99/100", "0"], "plant", "h_u")], "is not proved between the shares"),
+    # Near to a double eigenvalue all is well until the matrix; near to a period of zero r is one at one end.
+    ("condition-8-2", [([["-10", "0"], ["0", "-11"]], "plant", "A"), (NEGATIVE, "witness", "P")], "witness.P is not"),
+    ("condition-8-2", [([f"1/{10**60}", "0"], "plant", "h_l")], "in modal coordinates the norm is not proved"),
     ("own-grid-1", [("1/10", "witness", "level")], r"\(6\) is not proved at"),
     ("own-grid-1", [("1/4", "witness", "level")], "the disturbance does not attain 1/4"),
     ("own-grid-1", [([["1"] * 4] * 4, "witness", "P")], "witness.P is not positive definite"),
@@ -84,6 +93,7 @@ CHEATS = [
     ("output-matrix", [([[POINT]], "witness", "above")], "witness.above must have 2 entries"),
     ("output-matrix", [([["1", "0"], ["0", "1"]], "plant", "L")], "plant.filter.C must have 2 entries"),
     ("output-matrix", [("0", "parameters", "level")], "parameters.level must be positive"),
+    ("output-matrix", [(LOWER_ORDER, "plant", "filter")], "equal orders"),
 ]
 
 
@@ -98,3 +108,39 @@ def test_a_wider_level_gives_a_wider_box() -> None:
     for (low, high), (least, most) in zip(check(narrow).items, check_stated(wide).items, strict=True):
         assert least is not None and low is not None and least < low
         assert most is not None and high is not None and high < most
+
+
+def test_both_eigenvalues_are_found() -> None:
+    found = smallgain.eigenvalues(fmpq_mat([[-1, 5], [0, -3]]))
+    assert [value.real.contains(exact) for value, exact in zip(found, (-1, -3), strict=True)] == [True, True]
+
+
+def test_the_state_block_of_condition_8_is_that_of_the_bounded_real_lemma() -> None:
+    """For A = diag(-1, -2) and P = diag(3, 5) its entries are p - (a f)^2 - p f^2, f = e^(a h_0)."""
+    given = {**load("condition-8-2")["plant"], "A": [["-1", "0"], ["0", "-2"]]}
+    given |= {"h_l": ["1/2", "0"], "h_u": ["3/2", "0"]}
+    state = smallgain._Gain(read_plant(given), fmpq_mat([[3, 0], [0, 5]])).state
+    for i, (a, p) in enumerate(((-1, 3), (-2, 5))):
+        f = arb(a).exp()
+        assert state[i, i].overlaps(p - (a * f) ** 2 - p * f**2)
+        assert state[i, i].rad() < 1e-9
+
+
+def test_the_box_of_tilted_half_spaces() -> None:
+    """All are tilted by 1/4 and the largest limit is 3, so that each is moved by 1/4 times 3 over 3/4."""
+    limits = iter([3, 1, 1, 2])
+    normals = iter([(1, 0.125), (-0.125, 1), (-1, 0.125), (0.125, -1)])
+
+    def half_space(*_: Any) -> tuple[list[arb], arb]:
+        return [arb(entry) for entry in next(normals)], arb(next(limits))
+
+    with mock.patch.object(output, "half_space", half_space):
+        items = check(load("output-matrix")).items
+    for pair, exact in zip(items, ((-2, 4), (-3, 2)), strict=True):
+        for side, end in zip(pair, exact, strict=True):
+            assert side is not None and abs(side - end) <= fmpq(1, 2**38)
+
+
+def test_a_point_of_the_unit_circle_has_a_complex_weight() -> None:
+    point = output.read_point({"turn": "1/2", "u": ["3", "-4"]}, "p")
+    assert point.u == acb(3, -4) and abs(point.z).contains(1)

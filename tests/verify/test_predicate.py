@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from replication.verify.predicate import Exported, term
-from replication.verify.quantities import ESTIMATORS, QUANTITIES, differences
+from replication.verify.predicate import Exported, Predicate, same, term
+from replication.verify.quantities import ESTIMATORS, QUANTITIES, differences, in_words, unit_of
 from replication.verify.run import STATEMENTS, check
 from replication.verify.statement import Says
 from replication.verify.subjects import papers, theorems
@@ -63,7 +63,47 @@ def test_an_own_plant_never_has_the_name_or_the_reading_of_a_papers_one() -> Non
         (term("gain", "toy", N=1, M=2), "not for M 2"),
         (term("gain", "", N=1), "another plant: toy, not all"),
         (term("gain", "toy", N=True), "for N 1, not true"),
+        (
+            term("observability", "toy", N=1),
+            "it is about the worst-case gain of given gains, not the observability of (C, A)",
+        ),
+        (term("gain", "toy", "all estimators", N=1), "for no class of estimators, not for all estimators"),
     ],
 )
 def test_the_difference_of_two_terms_is_told_in_words(wanted: Any, told: str) -> None:
     assert differences(wanted, "none", Exported(of=term("gain", "toy", N=1), unit="1")) == [told]
+
+
+GAIN = "the worst-case gain of given gains (plant toy)"
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        (Predicate(of=term("gain", "toy"), relation="is", to="2", unit="1"), f"{GAIN} is 2"),
+        (Predicate(of=term("gain", "toy"), relation="at most", to="2", unit="s"), f"{GAIN} is at most 2 s"),
+        (Predicate(of=term("gain"), relation="less than", to=term("gain", "toy")), f"{GAIN[:-12]} is less than {GAIN}"),
+        (Predicate(of=term("observability")), "the observability of (C, A) holds"),
+        (
+            Predicate(of=term("observability"), relation="fails", reading="predictors"),
+            "the observability of (C, A) fails, under the reading predictors",
+        ),
+        (Predicate(of=term("observability"), reading="none"), "the observability of (C, A) holds"),
+    ],
+)
+def test_what_is_said_is_told_in_words(said: Predicate, words: str) -> None:
+    assert in_words(said) == words
+
+
+def test_a_quantity_has_a_unit_and_one_that_is_not_known_none() -> None:
+    assert [unit_of(name) for name in ("gain", "observability", "common period", "luck")] == [
+        "1",
+        "yes or no",
+        "instants",
+        "",
+    ]
+
+
+def test_json_is_the_same_in_any_order_and_of_one_type_only() -> None:
+    assert same({"a": 1, "b": [2]}, {"b": [2], "a": 1})
+    assert not same({"a": 1}, {"a": True})

@@ -1,4 +1,4 @@
-"""What each committed theorem exports is pinned, with the readings and classes under which it stands for a claim.
+"""What each committed theorem exports is pinned, with its truth, and the readings and classes that it stands for.
 
 `python tests/verify/test_said.py` writes the pins anew; a change of one is a change of what is proved.
 """
@@ -18,18 +18,19 @@ PAPERS = ("mustafa", "okajima2023", "peet2019", "shao")
 
 
 def exports(paper: str) -> dict[str, list[Any]]:
-    """By theorem: quantity, plant, setting, class and readings of each term, without the proof."""
+    """By theorem: whether it holds, if declared; quantity, plant, setting, class, readings of each term; no proof."""
     return {path.stem: said(json.loads(path.read_bytes())) for path in (ROOT / "certificates" / paper).glob("*.json")}
 
 
 def said(certificate: dict[str, Any]) -> list[Any]:
+    of_all = STATEMENTS[certificate["statement"]]
     nothing, terms = Found(lower=None, upper=None), []
-    for says in STATEMENTS[certificate["statement"]].says:
+    for says in of_all.says:
         bare = type(says)(**{**vars(says), "found": None})
         for one in bare.exported(certificate, {}, nothing):
             of = one.of
             terms.append([of.quantity, of.plant, dict(of.setting), of.estimators, list(one.readings)])
-    return json.loads(json.dumps(terms))  # type: ignore[no-any-return]
+    return json.loads(json.dumps([of_all.holds, *terms]))  # type: ignore[no-any-return]
 
 
 @pytest.mark.parametrize("paper", PAPERS)
