@@ -20,7 +20,6 @@ from papers.okajima2023.experiments.declared import (
 from papers.okajima2023.printed import DATA, GAINS, TABLE_1
 from papers.okajima2023.readings import PREDICTORS
 from replication.audit.declare import Part, positive
-from replication.audit.judge.printed import parse
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord
 from replication.verify.predicate import Predicate, Term, term
 
@@ -42,18 +41,10 @@ def solvers_of(result: Mapping[str, Any]) -> tuple[SolverRecord, ...]:
     return tuple(SolverRecord(**record) for record in result["solvers"])
 
 
-def optimal_level(experiment: str, printed: str, results: Results) -> Evidence:
+def optimal_level(experiment: str, results: Results) -> Evidence:
     """The exact optimum with its bracket, beside the levels of both matrix inequalities and their gains' norms."""
     result = results[experiment]
     best = result["optimum"]
-    (entry,) = parse(printed).entries
-    excess = float(entry.value - entry.unit / 2) / best - 1
-    early = (
-        f" The least level that rounds to the print lies {100 * excess:.3f} % above the optimum: a solver that stops "
-        "there prints it, and the documented default accuracy of mincx, 1 %, allows that."
-        if excess > 0
-        else ""
-    )
     limit = (
         "The optimum lies on the non-causal bound, so no estimator has a smaller level, not even a smoother."
         if result["limited_by"] == "noncausal"
@@ -84,7 +75,7 @@ def optimal_level(experiment: str, printed: str, results: Results) -> Evidence:
             "white-noise performance of the Kalman filter": result["h2_kalman"],
             "gain of the Kalman filter": result["norm_kalman"],
         },
-        note=limit + early,
+        note=limit,
     )
 
 
@@ -127,10 +118,12 @@ def below_others(smaller: str, *larger: str) -> list[Predicate]:
     return [Predicate(of=optimum(smaller), relation="less than", to=optimum(other)) for other in larger]
 
 
-def level(part: Part, name: str, printed: str, experiment: str, statement: str, **told: str) -> None:
+def level(part: Part, name: str, printed: str, experiment: str, statement: str, **told: Any) -> None:
     """Declare the claim on the optimal level of one design; told: reading, repeats, pinned, where they are needed."""
-    declared = part.value(name, printed, statement=statement, uses=experiment, says=optimum(experiment), **told)
-    declared(partial(optimal_level, experiment, printed))
+    declared = part.value(
+        name, printed, statement=statement, uses=experiment, says=optimum(experiment), optimum=True, **told
+    )
+    declared(partial(optimal_level, experiment))
 
 
 def achieved(part: Part, equation: str, printed: str) -> None:
