@@ -150,6 +150,15 @@ def test_only_a_correction_that_is_needed_is_accepted() -> None:
         delay_inverse.require_correction([zero], [zero, g - one() * 2], at, "it")
 
 
+@pytest.mark.parametrize("part", delay_inverse.PARTS)
+def test_a_part_that_holds_as_printed_is_refused(part: str) -> None:
+    with (
+        mock.patch.dict(delay_inverse.PARTS, {part: ("it", lambda *, printed: [one() * 0] * 2)}),
+        pytest.raises(Refused, match=f"{part} holds as printed"),
+    ):
+        check(certificate(part))
+
+
 def test_the_present_alone_is_corrected() -> None:
     assert check(certificate("present-only")).holds is True
     for spoiled, reason in (("L_0", "L_0 is another gain"), ("L_4", "the history is corrected")):

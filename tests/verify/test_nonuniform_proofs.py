@@ -75,6 +75,7 @@ CHEATS = [
     ("condition-8-1", [("h_0", "parameters", "period")], "must be one of"),
     ("condition-8-1", [([["0", "1"], ["16", "-24/5"]], "plant", "A")], "the plant is not Hurwitz"),
     ("condition-8-1", [([["1/10", "0"], ["0", "0"]], "plant", "h_l")], "plant.h_l"),
+    ("condition-8-2", [([["1", "0"], ["0", "-1"]], "plant", "A")], "the plant is not Hurwitz"),
     ("condition-8-2", [([], "witness", "P")], "1 to 200 matrices"),
     ("condition-8-2", [([[["1", "0"], ["0", "1"]]], "witness", "P")], "is not proved between the shares"),
     ("condition-8-2", [([[["-1", "0"], ["0", "1"]]], "witness", "P")], "witness.P is not proved positive definite"),
