@@ -46,7 +46,7 @@ def _simulated(found: Mapping[str, Any]) -> str:
     )
     place = f"lies below all {found['seeds']} draws" if below else f"lies not below {found['seeds']} draws"
     return (
-        f"With eq. (34) as printed, each simulated ratio {place} (Cases A-C: our gains); counting both sensor noises "
+        f"With eq. (34) as printed, each published ratio {place} (Cases A-C: our gains); adding both sensor noises "
         "makes each possible (inference)."
     )
 
