@@ -28,10 +28,11 @@ BRIEF = Brief(
     "except [one entry](-table1.n21) of Table 1. The unstable example "
     "prints [a stable matrix](-unstable.same-setting).",
     holds="Stable plant: [Theorem 1](theory.theorem1), [Theorem 2](theory.theorem2), the levels of "
-    "[Sec. IV-A](gamma.proposed) and [Sec. IV-B](timing.case-2), four sets of [printed gains](gains.eq33), seven "
+    "[Sec. IV-A](gamma.proposed) and [IV-B](timing.case-2), also with four sets of [printed gains](gains.eq33), seven "
     "columns of [Table 1](table1.n33).",
-    correct="In [Table 1](table1.n21) entry (2, 1) is 0.01 too high. Sec. IV-C [repeats](unstable.same-setting) the "
-    "stable matrix. [Shorter periods](order.shorter-in-general), read as a rule, need not help.",
+    correct="[Table 1](table1.n21) entry (2, 1) exceeds the rounded optimum. Sec. IV-C "
+    "[repeats](unstable.same-setting) the stable matrix. "
+    "Blog: [shorter periods](order.shorter-in-general), read as a rule, need not help.",
     guess="Which noises [eq. (34)](denominator) divides by, and [the matrices](setting-of-4c) of Sec. IV-C: "
     "a reading of each fits, neither is certain.",
     sketch=Sketch(
