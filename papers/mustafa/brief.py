@@ -20,8 +20,8 @@ BRIEF = Brief(
     "sequences the gain is larger, [in both examples](-robust-level.2).",
     holds="At one constant period the levels are right: [Example 1](gamma.1), [Example 2](gamma.2). "
     "[The printed filter](filter.norm) has the level printed for it.",
-    correct="The levels are nominal (Sec. V-A), not [robust](robust-level.1); [one grid element](condition-8.1) does "
-    "not cover the first range; [case U3](u3) and [two maps](map) are misprinted.",
+    correct="Levels are nominal, as Sec. V-A says, not [robust](robust-level.1); [one grid element](condition-8.1) "
+    "does not cover the first range; [case U3](u3) and [two maps](map) are misprinted.",
     guess="Why the grids have [one element](grid.1) each: of the readings tried, only the square root of "
     "[step 4](algorithm) lets one cover both ranges.",
     sketch=Sketch(

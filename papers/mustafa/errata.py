@@ -105,8 +105,8 @@ def motor_constant(results: Results) -> Proof:
     low, high = sorted(factor * (moved + sign * 2 * HALF_UNIT) for sign in (-1, 1))
     return Proof(
         holds=low <= float(DATA["K"]) <= high and low > 0,
-        text="The first columns of the printed A_f and B_f, with their rounding, leave K_theta between two ends; K_q "
-        "lies between them.",
+        text="If A_f = Phi - B_f C, the first columns of the printed A_f and B_f, with their rounding, leave K_theta "
+        "between two ends; K_q lies between them.",
         quantities={"K_theta, at least": low, "K_theta, at most": high},
     )
 

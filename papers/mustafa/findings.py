@@ -51,7 +51,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"Robust levels can be had: one Lyapunov function guarantees {up(robust[1]['guaranteed'])} and "
         f"{up(robust[2]['guaranteed'])} for every sequence, samples counted, with certificates.",
         f"In the first example no stable filter of form (4) guarantees less than {down(floor)} for every sequence; the "
-        f"measurement as the estimate guarantees {DATA['example-1']['D']}.",
+        f"undelayed measurement as the estimate guarantees {DATA['example-1']['D']}.",
         "Stability for every sequence needs no grid: it holds whenever A is Hurwitz and A_f Schur.",
     )
 

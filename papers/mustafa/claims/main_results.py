@@ -51,7 +51,7 @@ def reached(results: Results, end: str) -> Evidence:
 
 @THEOREM_1.feasible("l3", place="Theorem 1, case L3", uses=CONDITIONS, says=for_both("sharp lower end (9)"))
 def lower_end_is_sharp(results: Results) -> Evidence:
-    """Down to the lower end in case L3, and no further, the bound of Lemma 3 gives (8)."""
+    """In both examples, down to the lower end in case L3, and no further, the bound of Lemma 3 gives (8)."""
     return reached(results, "lower")
 
 
@@ -64,7 +64,7 @@ def lower_end_is_sharp(results: Results) -> Evidence:
     says=for_both("sharp upper end (9)"),
 )
 def u3_covers(results: Results) -> Evidence:
-    """Up to the upper end in case U3, and no further, the bound of Lemma 3 gives (8)."""
+    """In both examples, up to the upper end in case U3, and no further, the bound of Lemma 3 gives (8)."""
     corrected, printed = (reached(results, f"upper, {reading}") for reading in ("corrected", "printed"))
     return replace(corrected, as_printed=printed)
 
