@@ -36,7 +36,8 @@ SLOWEST = "slowest-mode"
 
 _SETTINGS = (
     "The command is as printed and held over T; L is a gain in continuous time; all parameters are exactly the printed "
-    "decimals. DRC-PMI reads observer (2) at the slow instants, and the model alone carries the estimate between them."
+    "decimals. DRC-PMI reads observer (2), with y held over M T, at the slow instants, and the model alone carries the "
+    "estimate between them."
 )
 _MAXIMUM = "The largest error is taken over {} of the steady state."
 

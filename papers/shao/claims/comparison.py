@@ -89,9 +89,9 @@ def better_estimate(sigma: float, results: Results) -> Evidence:
         method="largest |θ − θ̂| at the fast instants in the steady state, over the amplitude of the reference",
         quantities={f"{LABELS[name]}, percent": errors[name][at] for name in (APO, *family.values())},
         note=(
-            "Judged in the steady state, and of the state the position alone, as in the figures; how much better is "
-            "not judged. With one correction per slow instant DRC-PMI estimates better; with the slow input it is "
-            "unstable and has no steady state."
+            "Judged in the steady state, and of the state the position alone, as in the caption of Fig. 2; how much "
+            "better is not judged. With one correction per slow instant DRC-PMI estimates better; with the slow input "
+            "it is unstable and has no steady state."
         ),
     )
 
