@@ -61,8 +61,8 @@ def lumped_states(results: Results) -> Evidence:
         ),
         note=(
             "The text does not say how accurate is accurate, nor for which systems, nor whether N is the number per "
-            "delay. In Example 2 the norm is that of the plant from w₁ to x₁, whatever the observer: its error is that "
-            "of the lumped plant."
+            "delay. In Examples 2 and 3 the norm is that of the plant from w₁ to x₁, whatever the observer: its error "
+            "is that of the lumped plant."
         ),
     )
 
