@@ -6,7 +6,7 @@ from fractions import Fraction
 from functools import partial
 
 from papers.peet2019.claims.gains import CLOSE, by_pade, least_gain, reaches, tried
-from papers.peet2019.claims.observer import over_the_least
+from papers.peet2019.claims.observer import OF_ITS_OWN, over_the_least
 from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.printed import COLUMNS, DATA, DEGREES, EXAMPLES
 from papers.peet2019.readings import HOUSE, PADE, SINC
@@ -195,6 +195,7 @@ def below_level(results: Results) -> Evidence:
         holds=largest < found["level"],
         margin=found["level"] - largest,
         solvers=(SolverRecord(**found["solver"]),),
+        note=OF_ITS_OWN.format("simulated here"),
     )
 
 

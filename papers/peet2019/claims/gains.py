@@ -131,10 +131,11 @@ def _on_the_rule(rules: Results, undetermined: tuple[str, ...]) -> str:
     reached = attainable(rules, {e: float(DATA[f"gamma-{e}"]["d1"]) for e in OFF_THE_PRINT})
     common = [name for name in rules if common_epsilon(rules, name)]
     return (
-        f"{ONE_RULE_OF_MANY} Under {', '.join(reached) or 'none'} the printed gains of Examples 2 and 3 both lie above "
-        "the least gain, so that a solver that stops early could give them, or an ε > 0 of each example's own. Where "
-        f"runs differ the least gain is not determined, but bracketed: {', '.join(undetermined) or 'none'}. Rules that "
-        f"give both prints with one ε, were γ linear in ε: {', '.join(common) or 'none'}."
+        f"{ONE_RULE_OF_MANY} The rules are judged at ε = 0. Under {', '.join(reached) or 'none'} the printed gains of "
+        "Examples 2 and 3 both lie above the least gain, so that a solver that stops early could give them, or an "
+        "ε > 0 of each example's own. Where runs differ the least gain is not determined, but bracketed: "
+        f"{', '.join(undetermined) or 'none'}. Rules that give both prints with one ε, were γ linear "
+        f"in ε: {', '.join(common) or 'none'}."
     )
 
 

@@ -61,7 +61,8 @@ def lumped_states(results: Results) -> Evidence:
         ),
         note=(
             "The text does not say how accurate is accurate, nor for which systems, nor whether N is the number per "
-            "delay. In Example 2 the norm is that of the plant from w₁ to x₁, whatever the observer."
+            "delay. In Examples 2 and 3 the norm is that of the plant from w₁ to x₁, whatever the observer: its error "
+            "is that of the lumped plant."
         ),
     )
 
@@ -70,6 +71,7 @@ NOT_SEEN = (
     "Here the gain from the first disturbance is the same for every observer, since y does not see x₁; that from the "
     "second, and stability, depend on it. The systems of ours have no such part."
 )
+OF_ITS_OWN = "The theorem is about the observer of its own storage, not the one {}."
 
 
 def closed_loop(name: str, results: Results) -> Evidence:
@@ -96,7 +98,7 @@ def closed_loop(name: str, results: Results) -> Evidence:
             "largest eigenvalue of the dissipation form": found["dissipation"],
         },
         solvers=(SolverRecord(**found["solver"]),),
-        note=NOT_SEEN if name == "ex2" else "",
+        note=OF_ITS_OWN.format("collocated here") + (f" {NOT_SEEN}" if name == "ex2" else ""),
     )
 
 
