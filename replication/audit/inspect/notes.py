@@ -10,7 +10,8 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 
-from replication.audit.model import Numbers, Verdict
+from replication.audit.judge.proofs import flat
+from replication.audit.model import Verdict
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord, ResultsFile
 
@@ -54,7 +55,7 @@ def notes(papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], 
 
 def factor(claim: ClaimRecord) -> str:
     """The usual factor by which all numbers of a claim are off, as another unit or place of the point leaves it."""
-    numbers = [] if claim.evidence.value is None else _flat(claim.evidence.value)
+    numbers = [] if claim.evidence.value is None else list(flat(claim.evidence.value))
     ends = [(float(Fraction(low)), float(Fraction(high))) for low, high in claim.judgement.intervals]
     if not numbers or len(numbers) != len(ends) or any(low <= 0 <= high for low, high in ends):
         return ""  # zero is a multiple of each number
@@ -62,10 +63,6 @@ def factor(claim: ClaimRecord) -> str:
         if all(low <= number / times <= high for number, (low, high) in zip(numbers, ends, strict=True)):
             return words
     return ""
-
-
-def _flat(numbers: Numbers) -> list[float]:
-    return [n for entry in numbers for n in _flat(entry)] if isinstance(numbers, tuple) else [numbers]
 
 
 def slips(paper: Paper) -> Iterator[tuple[str, str]]:

@@ -172,7 +172,7 @@ def _number_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> E
     """A number that is proved shows the bracket of its certificates; raises AuditError if it does not lie in it."""
     if evidence.value is None:
         raise AuditError(f"the theorems of {paths} bound a value, and the evidence has none")
-    numbers = list(_flat(evidence.value))
+    numbers = list(flat(evidence.value))
     if len(ends) != len(numbers):
         raise AuditError(f"the theorems of {paths} bound {len(ends)} numbers, the evidence has {len(numbers)}")
     values = [_inside(number, pair, paths) for number, pair in zip(numbers, ends, strict=True)]
@@ -189,11 +189,11 @@ def _statement_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -
     if evidence.value is None:
         return bare
     value = evidence.value
-    numbers = list(_flat(value))
+    numbers = list(flat(value))
     if len(ends) != len(numbers):
         return bare
-    lows = list(_flat(value if evidence.lower is None else evidence.lower))
-    highs = list(_flat(value if evidence.upper is None else evidence.upper))
+    lows = list(flat(value if evidence.lower is None else evidence.lower))
+    highs = list(flat(value if evidence.upper is None else evidence.upper))
     for number, low, high, pair in zip(numbers, lows, highs, ends, strict=True):
         # The bracket of its own that reaches nearest to the proved one must meet it.
         _inside(min(max(_clamped(number, pair), low), high), pair, paths)
@@ -234,10 +234,11 @@ def _interval(ends: Ends) -> str:
     return f"[{-math.inf if ends[0] is None else ends[0]!r}, {math.inf if ends[1] is None else ends[1]!r}]"
 
 
-def _flat(numbers: Numbers) -> Iterator[float]:
+def flat(numbers: Numbers) -> Iterator[float]:
+    """The numbers of a quantity, one after the other."""
     if isinstance(numbers, tuple):
         for entry in numbers:
-            yield from _flat(entry)
+            yield from flat(entry)
     else:
         yield numbers
 

@@ -21,7 +21,8 @@ def surely_positive(middle: Whole, radius: Whole) -> bool:
     """Whether every symmetric matrix within the radius of the middle, entry by entry, is positive definite."""
     change = _change(middle)
     if change is None:
-        return _pivots(middle, radius)
+        # Floating point finds no factor.
+        return pivots_are_positive(_around(middle, radius))
     near = _both_sides(change, middle)
     far = _both_sides([[abs(entry) for entry in row] for row in change], radius)
     # Triangular with a diagonal that is not zero, the change is invertible.
@@ -32,12 +33,9 @@ def surely_positive(middle: Whole, radius: Whole) -> bool:
     )
 
 
-def _pivots(middle: Whole, radius: Whole) -> bool:
-    """By the pivots of L D L' in intervals, where floating point finds no factor."""
-    rows = [
-        [Interval(entry - far, entry + far) for entry, far in zip(*both, strict=True)]
-        for both in zip(middle, radius, strict=True)
-    ]
+def pivots_are_positive(rows: list[list[Interval]]) -> bool:
+    """Whether every symmetric matrix within these intervals is positive definite, by the pivots of L D L'."""
+    rows = [list(row) for row in rows]
     for i, pivot in enumerate(rows):
         if not pivot[i] > 0:
             return False
@@ -45,6 +43,13 @@ def _pivots(middle: Whole, radius: Whole) -> bool:
             factor = rows[k][i] / pivot[i]
             rows[k] = [a - factor * b for a, b in zip(rows[k], pivot, strict=True)]
     return True
+
+
+def _around(middle: Whole, radius: Whole) -> list[list[Interval]]:
+    return [
+        [Interval(entry - far, entry + far) for entry, far in zip(*both, strict=True)]
+        for both in zip(middle, radius, strict=True)
+    ]
 
 
 def _both_sides(change: Whole, matrix: Whole) -> Whole:

@@ -9,6 +9,7 @@ from typing import Any
 from replication.recheck.exact import blocks, is_hurwitz, is_positive, minus, plus, scaled, solved, times, turned, unit
 from replication.recheck.identities import Draw, same
 from replication.recheck.interval import Interval, enclosed, exponential, logarithm
+from replication.recheck.nonuniform.definite import pivots_are_positive
 from replication.recheck.nonuniform.levels import require_level
 from replication.recheck.nonuniform.sampled import (
     Case,
@@ -71,21 +72,11 @@ def alpha(plant: Plant, h: Interval, value: Any) -> Interval:
     step = [[*row, *beside] for row, beside in zip(phi, unit(n), strict=True)]
     supply = [[*row, *([Fraction(0)] * n)] for row in minus(stored, times(turned(output), output))]
     supply += [[*([Fraction(0)] * n), *row] for row in unit(n, high * high)]
-    need(_positive(minus(supply, times(turned(step), stored, step))), "the bounded real lemma does not hold")
+    left = minus(supply, times(turned(step), stored, step))
+    need(pivots_are_positive(enclosed(left)), "the bounded real lemma does not hold")
     require_response(plant, phi, low, turn, direction)
     need(low <= high, "the bounds are crossed")
     return Interval.between(low, high)
-
-
-def _positive(matrix_: Matrix) -> bool:
-    rows = enclosed(matrix_)
-    for i, pivot in enumerate(rows):
-        if not pivot[i] > 0:
-            return False
-        for k in range(i + 1, len(rows)):
-            factor = rows[k][i] / pivot[i]
-            rows[k] = [a - factor * b for a, b in zip(rows[k], pivot, strict=True)]
-    return True
 
 
 @dataclass(frozen=True)
