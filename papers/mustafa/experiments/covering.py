@@ -6,8 +6,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.integrate import quad
-from scipy.optimize import brentq
 
 from papers.mustafa.experiments.levels import Json, Matrices, problem
 from papers.mustafa.method.algorithm1 import build_grid, gaps
@@ -94,6 +92,8 @@ def _around(plant: SampledPlant, h_0: float, span: PeriodRange, nodes: int) -> I
 
 
 def _edge(plant: SampledPlant, h_0: float, end: float, nodes: int) -> float:
+    from scipy.optimize import brentq  # slow to load
+
     for near, far in pairwise(np.linspace(h_0, end, nodes)):
         if _left_side(plant, h_0, float(far)) >= 1:
             return float(brentq(lambda h: _left_side(plant, h_0, h) - 1, near, far, xtol=1e-9))
@@ -105,6 +105,8 @@ def _ends(plant: SampledPlant, h_0: float) -> Json:
 
     The bound is the integral of e^{mu t} by quadrature; size: alpha |Delta| itself, from the matrix exponential.
     """
+    from scipy.integrate import quad  # slow to load
+
     alpha, found = small_gain_alpha(plant, h_0), {}
     for name, sign, reading in (
         ("lower", -1, UpperEnd.CORRECTED),

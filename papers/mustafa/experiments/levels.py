@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq, linprog
 
 from papers.mustafa.method.algorithm1 import Reading, build_grid
 from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter, lmi_size
@@ -79,6 +78,8 @@ def output_matrix(plant: Matrices, periods: list[float], printed: Matrices, leve
     relaxed to as many half-planes as there are points, so the box is an outer one. best: the C_f of the least level of
     the relaxed problem.
     """
+    from scipy.optimize import linprog  # slow to load
+
     system, span = problem(plant, periods)
     Phi, Gamma = system.discretise(span.middle)
     A, B = np.array(printed["A"]), np.array(printed["B"])
@@ -199,6 +200,8 @@ def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None,
 
 def _reach(norm: Callable[[float], float], outward: list[float], level: float) -> float:
     """The period at which the norm first exceeds `level` on the way outward, seen at those nodes; else the last."""
+    from scipy.optimize import brentq  # slow to load
+
     for near, far in pairwise(outward):
         if norm(far) > level:
             return float(brentq(lambda h: norm(h) - level, near, far, xtol=1e-9))

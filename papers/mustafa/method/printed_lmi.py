@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cvxpy
 import numpy as np
 
 from replication.estimation.conic.solvers import minimise_modelled
@@ -20,6 +19,8 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> FilterDesig
 
     Raises InvalidInputError for periods that are not positive, InfeasibleError or SolverError by the solver's status.
     """
+    import cvxpy  # slow to load
+
     grid = as_periods("periods", periods).tolist()
     normalised = normalise(plant, float(np.mean(grid)))
     p = normalised.plant

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import cvxpy
 import numpy as np
 
 from papers.okajima2023.method.reduced_lmi import LmiDesign
@@ -74,6 +73,8 @@ def lmi_analysis(
     Raises InvalidInputError for gains of another shape, InfeasibleError if the error system is not stable, SolverError
     unless the solver's status is one of `accept`.
     """
+    import cvxpy  # here and below, because it is slow to load
+
     require_problem(problem)
     radius = problem.error_system(gains).spectral_radius()
     if radius >= 1:
@@ -93,6 +94,8 @@ def lmi_design(problem: MultirateProblem, *, one_matrix: bool = False, accept: t
 
     Raises InfeasibleError or SolverError unless the solver's status is one of `accept`.
     """
+    import cvxpy
+
     require_problem(problem)
     N, n, q = problem.schedule.period, problem.plant.order, problem.plant.sensors
     P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(1 if one_matrix else N)] * (N if one_matrix else 1)
@@ -113,6 +116,8 @@ def cyclic_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = AC
     is, so the mean over these turns solves it too: of P its diagonal blocks, of Y those from phase k to phase k + 1.
     Same optimum as Theorem 2, far more unknowns (`cyclic_size`). Raises as `lmi_design`.
     """
+    import cvxpy
+
     require_problem(problem)
     plant, N, n, q = problem.plant, problem.schedule.period, problem.plant.order, problem.plant.sensors
     selected = [problem.schedule.selection(k) for k in range(N)]
@@ -155,5 +160,7 @@ def _root(gamma_squared: Any) -> float:
 
 def _minimise(gamma_squared: Any, blocks: list[list[list[Any]]], accept: tuple[str, ...]) -> SolverReport:
     """Minimise gamma^2 with every block matrix positive semidefinite; raises unless the status is accepted."""
+    import cvxpy
+
     matrices = (cvxpy.bmat(rows) if len(rows) > 1 or len(rows[0]) > 1 else rows[0][0] for rows in blocks)
     return minimise_modelled(gamma_squared, matrices, accept)[0]

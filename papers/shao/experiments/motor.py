@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from papers.shao.method.lyapunov import hurwitz_margins, slow_eigenvalues
 from papers.shao.method.motor import Feedforward, feedforward
@@ -82,6 +81,8 @@ def stable_periods(
     two of them closer together than that may be missed. Raises InvalidInputError unless the grid increases from a
     positive start.
     """
+    from scipy.optimize import brentq  # slow to load
+
     grid = increasing_grid("periods", periods)
 
     def excess(period: float) -> float:

@@ -43,7 +43,7 @@ from replication.estimation.dualrate.loop import (
     stability_radius,
 )
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import Plant, plant_of
+from replication.estimation.dualrate.problem import Plant
 from replication.estimation.dualrate.response import slow_states, start_state, time_response
 from replication.estimation.dualrate.tracking import (
     Points,
@@ -158,7 +158,7 @@ def robustness(factors: Sequence[float]) -> dict[str, Any]:
     """[radius, percent error or None if unstable] at σ = 1 rad/s when J, Ψ_f (with K_T) or R is off by a factor."""
     result: dict[str, Any] = {"factors": list(factors)}
     for parameter in ("inertia", "flux", "resistance"):
-        plants = [plant_of(_motor_with(parameter, factor).system()) for factor in factors]
+        plants = [_motor_with(parameter, factor).system() for factor in factors]
         result[parameter] = {name: over_plants(literal_loop(name, 1.0), name, plants) for name in DISTURBED}
     return result
 

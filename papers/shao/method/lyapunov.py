@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
-from scipy.optimize import linear_sum_assignment
 
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import close_loop, monodromy
@@ -130,6 +129,8 @@ def slow_rate_gap(design: DualRateDesign, observer: str, *, period: float, share
     As T → 0 it vanishes like T for share = 1/M with the virtual measurement (6), and for share = 1 with the running
     prediction or a fast sensor.
     """
+    from scipy.optimize import linear_sum_assignment  # slow to load
+
     model = design.model
     rates = slow_rates(replace(design, period=period), observer)
     limits = np.concatenate(

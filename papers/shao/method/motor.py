@@ -7,17 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.dualrate.problem import DualRateDesign
+from replication.estimation.dualrate.problem import DualRateDesign, Plant, make_plant
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.validation import one_of, positive_integer, positive_scalar
-
-if TYPE_CHECKING:
-    import control
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,12 +51,10 @@ class Motor:
         """b = K_T/(J L_q), rad/s³ per V."""
         return self.torque_constant / (self.inertia * self.inductance)
 
-    def system(self) -> control.StateSpace:
+    def system(self) -> Plant:
         """θ''' + a₃ θ'' + a₂ θ' = b u_q in continuous time; output θ."""
-        import control
-
         state = [[0, 1, 0], [0, 0, 1], [0, -self.velocity_coefficient, -self.acceleration_coefficient]]
-        return control.StateSpace(state, [[0], [0], [self.input_gain]], [[1, 0, 0]], [[0]])
+        return make_plant(state, [[0], [0], [self.input_gain]], [[1, 0, 0]])
 
 
 class Feedforward(StrEnum):

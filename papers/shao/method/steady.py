@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.optimize import brentq
 
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import DualRateLoop
@@ -36,6 +35,8 @@ def bandwidth(
     Raises InfeasibleError if the ratio stays below the level on the grid or already exceeds it at its first point,
     or if the loop is unstable; InvalidInputError unless the level is positive and the grid increases from above zero.
     """
+    from scipy.optimize import brentq  # slow to load
+
     level = positive_scalar("error level", level)
     grid = increasing_grid("frequencies", frequencies)
 

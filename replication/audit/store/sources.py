@@ -6,7 +6,7 @@ import ast
 import functools
 import hashlib
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -39,6 +39,8 @@ class SourceTree:
     def __init__(self, packages: Mapping[str, Path]) -> None:
         self.packages = {name: Path(directory).resolve() for name, directory in packages.items()}
         self._modules: dict[str, _Module | None] = {}
+        self._directly: dict[str, tuple[str, ...]] = {}
+        self._files: dict[str, dict[str, str]] = {}
 
     def files_of(self, module: str) -> dict[str, str]:
         """SHA-256 by file of `module` and of all that it imports, transitively, lazy imports included.
@@ -47,6 +49,11 @@ class SourceTree:
         taken from it: otherwise each experiment of a paper would depend on every file of that paper.
         Raises AuditError if `module` is not one of the project's or a file is not Python.
         """
+        if module not in self._files:
+            self._files[module] = self._found(module)
+        return dict(self._files[module])
+
+    def _found(self, module: str) -> dict[str, str]:
         if self._module(module) is None:
             known = ", ".join(self.packages)
             raise AuditError(f"module {module} is not a file of {known}; define the experiment in one of these")
@@ -56,7 +63,9 @@ class SourceTree:
             name = waiting.pop()
             if name not in followed:
                 followed.add(name)
-                waiting.extend(self._imported_by(name))
+                if name not in self._directly:
+                    self._directly[name] = tuple(dict.fromkeys(self._imported_by(name)))
+                waiting.extend(self._directly[name])
         enclosing = {parent for name in followed for parent in _parents(name)}
         listed = {name: self._module(name) for name in followed | enclosing}
         files = {self.label(self._path(name)): found.sha256 for name, found in listed.items() if found}
@@ -147,14 +156,20 @@ def _parents(module: str) -> Iterator[str]:
 
 
 def _read(name: str, path: Path) -> _Module:
-    content = path.read_bytes()
+    return _parsed(name, path, path.read_bytes())
+
+
+@functools.cache
+def _parsed(name: str, path: Path, content: bytes) -> _Module:
+    """What a file of this content says; each is read by several trees in one command."""
     try:
         tree = ast.parse(content, filename=str(path))
     except (SyntaxError, ValueError) as error:
         raise AuditError(f"{path} cannot be read as Python: {error}; correct the file") from None
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    imports = tuple(dict.fromkeys(found for node in ast.walk(tree) for found in _imports(node, package)))
-    return _Module(hashlib.sha256(content).hexdigest(), imports, frozenset(_bound(tree)), tuple(_texts(tree)))
+    nodes = list(ast.walk(tree))
+    imports = tuple(dict.fromkeys(found for node in nodes for found in _imports(node, package)))
+    return _Module(hashlib.sha256(content).hexdigest(), imports, frozenset(_bound(nodes)), tuple(_texts(nodes)))
 
 
 def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, str]]:
@@ -168,14 +183,14 @@ def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, str]]:
         yield from ((module, "" if alias.name == "*" else alias.name) for alias in node.names)
 
 
-def _texts(tree: ast.Module) -> Iterator[str]:
-    for node in ast.walk(tree):
+def _texts(nodes: Sequence[ast.AST]) -> Iterator[str]:
+    for node in nodes:
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and _FILE.fullmatch(node.value):
             yield node.value
 
 
-def _bound(tree: ast.Module) -> Iterator[str]:
-    for node in ast.walk(tree):
+def _bound(nodes: Sequence[ast.AST]) -> Iterator[str]:
+    for node in nodes:
         if isinstance(node, ast.Import | ast.ImportFrom):
             yield from (alias.asname or alias.name.partition(".")[0] for alias in node.names)
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):

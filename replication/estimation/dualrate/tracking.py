@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from replication.errors import InvalidInputError
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
@@ -143,6 +142,8 @@ def _substeps(loop: DualRateLoop) -> int:
 
 def _refined(loop: DualRateLoop, steady: SteadyState, time: float, width: float) -> tuple[float, float]:
     """The highest amplitude of the error within `width` of `time`, and where it is met, modulo the slow period."""
+    from scipy.optimize import minimize_scalar  # slow to load
+
     found = minimize_scalar(
         lambda t: -_error_size(loop, steady, t),
         bounds=(time - width, time + width),

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.optimize
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import GainBracket
@@ -122,6 +121,8 @@ def optimum(problem: MultirateProblem) -> Optimum:
 
 def _root(centre: KalmanCentre, low: float) -> tuple[float, float]:
     """Largest unachievable and smallest achievable level met on the way to the root of the slack above `low`."""
+    from scipy.optimize import brentq  # slow to load
+
     levels = {"low": low, "high": np.inf}
 
     def slack(level: float) -> float:
@@ -137,7 +138,7 @@ def _root(centre: KalmanCentre, low: float) -> tuple[float, float]:
         raise SolverError(
             f"no level up to {levels['low']:.3g} proved achievable: rounding spoils the recursion; rescale"
         )
-    root = scipy.optimize.brentq(slack, levels["low"], levels["high"], rtol=LEVEL_TOLERANCE / 4, xtol=1e-300)
+    root = brentq(slack, levels["low"], levels["high"], rtol=LEVEL_TOLERANCE / 4, xtol=1e-300)
     distance = LEVEL_TOLERANCE / 2
     while slack(root * (1 + distance)) <= 0:
         distance *= 4

@@ -5,12 +5,12 @@ import numpy as np
 from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant, plant_of
+from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
 
 PMSM = Motor(
     resistance=0.54, flux=0.61, inductance=0.0096, pole_pairs=4, friction=1e-4, inertia=0.016, torque_constant=3.66
 )
-MOTOR = plant_of(PMSM.system())
+MOTOR = PMSM.system()
 MOTOR_DESIGN = dual_rate_design(
     MOTOR, feedback=[[-20, -0.1, -0.01]], injection=[[0.45], [0.9], [0.9]], period=0.2, ratio=5
 )
