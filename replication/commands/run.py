@@ -20,6 +20,7 @@ from replication.commands.shared import (
     say,
     say_report,
 )
+from replication.errors import AuditError
 
 if TYPE_CHECKING:
     from replication.audit.run.pool import Executor
@@ -68,7 +69,6 @@ def command(chosen: argparse.Namespace) -> int:
     from replication.audit.publish.terminal import run_lines
     from replication.audit.run.draw import draw_figures
     from replication.audit.run.runner import run
-    from replication.audit.store.records import write_results
     from replication.files import require_writable
 
     executor = _executor(chosen)
@@ -82,8 +82,7 @@ def command(chosen: argparse.Namespace) -> int:
     cache = _cache(root, read=not chosen.no_cache)
     outcome = run(selected, cache=cache, root=root, executor=executor, progress=_progress())
     drawn = draw_figures(selected, outcome.results_by_experiment, figures, cache=cache, root=root)
-    results = msgspec.structs.replace(outcome.results, figures=drawn)
-    write_results(output / "results.json", results)
+    results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), output / "results.json")
     say(run_lines(results, outcome.log, outcome.failures))
     say(f"note: {note}" for note in notes(selected, results, outcome.unused, figures))
     say_report(results, figures, output / "index.html")
@@ -96,6 +95,24 @@ def command(chosen: argparse.Namespace) -> int:
         changed = [old.verdict for old in results.claims] != [new.verdict for new in again.results.claims]
         return max(code, _code(again.results, again.failures), DIFFERENT if changed else FINE)
     return code
+
+
+def _dated(results: ResultsFile, path: Path) -> ResultsFile:
+    """Write the results, unless all but the date is as the file has it: then they are still those of that run."""
+    import msgspec
+
+    from replication.audit.store.records import read_results, write_results
+
+    try:
+        before = read_results(path)
+    except AuditError:
+        before = None
+    if before is not None:
+        same = msgspec.structs.replace(results, run=msgspec.structs.replace(results.run, date=before.run.date))
+        if same == before:
+            return before
+    write_results(path, results)
+    return results
 
 
 def _cache(root: Path, *, read: bool) -> Cache:

@@ -10,12 +10,14 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
 
+import replication
 from replication.audit.inspect.headline import headline
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import targets
@@ -28,23 +30,53 @@ from replication.audit.report.opening.told import briefs
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
 from replication.audit.report.templates import CLAIM_CELL, SOURCES, environment, source, style_sheet
-from replication.audit.store.records import ResultsFile
+from replication.audit.store.records import ResultsFile, to_json
 from replication.errors import AuditError
 from replication.files import write_atomically
+
+_SIGNED = re.compile(rb"<!-- made from ([0-9a-f]{64}), the page above ([0-9a-f]{64}) -->\n\Z")
 
 
 def build_report(results: ResultsFile, figures: Path, output: Path) -> Path:
     """Write the report of `results` with the files in `figures` at `output` and return `output`.
 
-    Raises AuditError if a figure file is missing or belongs to other results, a formula cannot be set, a table names an
-    unknown claim, a part of the template is missing, or the page shows a number that does not come from the results.
+    A page that was made from the same results, figures, templates and code is left as it is. Raises AuditError if a
+    figure file is missing or belongs to other results, a formula cannot be set, a table names an unknown claim, a part
+    of the template is missing, or the page shows a number that does not come from the results.
     """
     place = output.resolve()
     depth = len(place.relative_to(SOURCES.parent).parts) - 1 if place.is_relative_to(SOURCES.parent) else 1
+    key = _key(results, figures, depth)
+    if _made_from(output) == key:
+        return output
     page, evidence, shown = _made(results, figures, "../" * depth)
     require_sourced(" ".join([page, *evidence.values()]), results, shown)
-    write_atomically(output, page.encode())
+    write_atomically(output, _signed(page.encode(), key))
     return output
+
+
+def _key(results: ResultsFile, figures: Path, depth: int) -> str:
+    """The checksum of all that a page is made from; versions of packages stand in the results."""
+    code = sorted(Path(replication.__file__).parent.rglob("*.py"))
+    words = (path for path in sorted(SOURCES.iterdir()) if path.suffix in {".j2", ".css", ".js"})
+    drawn = (figures / f"{figure.name}{kind}" for figure in results.figures for kind in (".svg", ".csv"))
+    digest = hashlib.sha256(to_json(results) + str(depth).encode())
+    for path in (*code, *words, *drawn):
+        digest.update(hashlib.sha256(path.read_bytes() if path.is_file() else b"").digest())
+    return digest.hexdigest()
+
+
+def _signed(page: bytes, key: str) -> bytes:
+    """A page with what it was made from, and its own checksum: an edited page is made again."""
+    return page + f"<!-- made from {key}, the page above {hashlib.sha256(page).hexdigest()} -->\n".encode()
+
+
+def _made_from(path: Path) -> str:
+    """The key of a page as it was written; empty for any other file, or none."""
+    content = path.read_bytes() if path.is_file() else b""
+    found = _SIGNED.search(content)
+    whole = found is not None and hashlib.sha256(content[: found.start()]).hexdigest() == found[2].decode()
+    return found[1].decode() if found is not None and whole else ""
 
 
 def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
