@@ -82,7 +82,8 @@ def _told(missing: Sequence[str]) -> str:
 
 def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:
     """What is exported of exactly this term, under this reading."""
-    return [one for _, one in offers if one.unit == predicate.unit and not differences(term, predicate.reading, one)]
+    near = (one for _, one in offers if one.of.quantity == term.quantity and one.unit == predicate.unit)
+    return [one for one in near if not differences(term, predicate.reading, one)]
 
 
 def _decided(predicate: Predicate, claim: StatedClaim, offers: Sequence[Offer]) -> bool | None:

@@ -6,10 +6,11 @@ A figure is drawn again only if something that it depends on has changed, or a f
 from __future__ import annotations
 
 import csv
+import functools
 import hashlib
 import io
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
@@ -144,11 +145,11 @@ class _Columns(dict[str, Any]):
 
 
 def _dependencies(
-    figure: Figure, paper: Paper, results: Mapping[str, Any], sources: SourceTree, environment: Environment
+    figure: Figure, paper: Paper, checksum: Callable[[str], str], sources: SourceTree, environment: Environment
 ) -> Dependencies:
     # The functions of a figure may hold values of the module that made them, so all files of the paper count.
     files = {**sources.files_of(f"papers.{paper.key}"), **sources.files_of(__name__)}
-    used = {name: _sha256(encode(name, results[name]).encode()) for name in figure.uses if name in results}
+    used = {name: found for name in figure.uses if (found := checksum(name))}
     inputs = encode(figure.name, used, sort=True)
     return Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs)
 
@@ -157,9 +158,14 @@ def _asked(
     papers: Sequence[Paper], results: Mapping[str, Any], root: Path, packages: Mapping[str, Path] | None
 ) -> Iterator[tuple[Paper, Figure, Dependencies]]:
     sources, environment = SourceTree(packages or default_packages(root)), read_environment(root)
+
+    @functools.cache
+    def checksum(name: str) -> str:
+        return _sha256(encode(name, results[name]).encode()) if name in results else ""
+
     for paper in papers:
         for figure in paper.figures:
-            yield paper, figure, _dependencies(figure, paper, results, sources, environment)
+            yield paper, figure, _dependencies(figure, paper, checksum, sources, environment)
 
 
 def _entry(figure: Figure) -> str:

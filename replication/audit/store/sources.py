@@ -6,7 +6,7 @@ import ast
 import functools
 import hashlib
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -18,15 +18,23 @@ from replication.errors import AuditError
 CALLERS = tuple(f"replication/audit/run/{name}.py" for name in ("worker", "assemble", "draw"))
 """Where the functions of papers are called, which is never the cause of an error."""
 
-_FILE = re.compile(r"[\w./-]{1,100}\.(?!py$)[a-z0-9]{1,5}")
+_FILE = re.compile(rb"""(["'])([\w./-]{1,100}\.(?!py["'])[a-z0-9]{1,5})\1""")
+"""A text that may name a file, as it stands in quotes."""
+_BODIES = ("body", "orelse", "finalbody", "handlers", "cases")
+"""Where a statement holds others."""
 
 
 @dataclass(frozen=True)
 class _Module:
     sha256: str
     imports: tuple[tuple[str, str], ...]  # (module, name taken from it or ""), absolute
-    bound: frozenset[str]
     texts: tuple[str, ...]  # that may name a file
+    tree: ast.Module
+
+    @functools.cached_property
+    def bound(self) -> frozenset[str]:
+        """The names that the module binds itself, at any depth."""
+        return frozenset(_bound(self.tree))
 
 
 class SourceTree:
@@ -167,9 +175,19 @@ def _parsed(name: str, path: Path, content: bytes) -> _Module:
     except (SyntaxError, ValueError) as error:
         raise AuditError(f"{path} cannot be read as Python: {error}; correct the file") from None
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    nodes = list(ast.walk(tree))
-    imports = tuple(dict.fromkeys(found for node in nodes for found in _imports(node, package)))
-    return _Module(hashlib.sha256(content).hexdigest(), imports, frozenset(_bound(nodes)), tuple(_texts(nodes)))
+    imports = tuple(dict.fromkeys(found for node in _statements(tree) for found in _imports(node, package)))
+    texts = tuple(match[2].decode() for match in _FILE.finditer(content))
+    return _Module(hashlib.sha256(content).hexdigest(), imports, texts, tree)
+
+
+def _statements(tree: ast.Module) -> Iterator[ast.AST]:
+    """All statements at any depth; expressions hold none and are not walked."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        for field in _BODIES:
+            waiting.extend(getattr(node, field, ()))
 
 
 def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, str]]:
@@ -183,14 +201,8 @@ def _imports(node: ast.AST, package: str) -> Iterator[tuple[str, str]]:
         yield from ((module, "" if alias.name == "*" else alias.name) for alias in node.names)
 
 
-def _texts(nodes: Sequence[ast.AST]) -> Iterator[str]:
-    for node in nodes:
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and _FILE.fullmatch(node.value):
-            yield node.value
-
-
-def _bound(nodes: Sequence[ast.AST]) -> Iterator[str]:
-    for node in nodes:
+def _bound(tree: ast.Module) -> Iterator[str]:
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import | ast.ImportFrom):
             yield from (alias.asname or alias.name.partition(".")[0] for alias in node.names)
         elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
