@@ -74,11 +74,13 @@ def test_another_theorem_proves_nothing_and_the_difference_is_told(claim: str, n
     assert told in found.difference
 
 
-def test_what_each_reading_decides_otherwise_is_not_proved() -> None:
+def test_what_theorems_decide_under_each_reading_is_proved_whichever_way() -> None:
     names = ["radius-motor-pmi", "radius-motor-held", "radius-motor-one-correction", "radius-motor-slow-input"]
     found = matched("shao.stability.pmi", *names)
     assert found.by_reading["literal"] is True and found.by_reading["pmi-slow-input"] is False
-    assert not found.proved and found.difference == ""
+    assert found.proved and found.difference == ""
+    without = matched("shao.stability.pmi", *names[:-1])
+    assert not without.proved and without.by_reading["pmi-slow-input"] is None
 
 
 def test_a_reading_of_the_evidence_of_which_nothing_is_said_is_open() -> None:

@@ -36,8 +36,8 @@ class Match:
 
     @property
     def proved(self) -> bool:
-        """Whether the claim is decided: it holds under each reading that it rests on, or fails under each."""
-        return set(self.by_reading.values()) in ({True}, {False})
+        """Whether the claim is decided, one way or the other, under each reading that it rests on."""
+        return bool(self.by_reading) and None not in self.by_reading.values()
 
 
 def match(claim: StatedClaim, evidence: Evidence, certificates: Sequence[CertificateRecord]) -> Match:
