@@ -11,7 +11,6 @@ from replication.verify.algebra.roots import require_hurwitz
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform.gain import read_storage, require_level
 from replication.verify.nonuniform.system import Case, Filter, Plant, along, on_filtered, on_plant, read_filter, seconds
-from replication.verify.predicate import NO_READING
 from replication.verify.reading import integer, matrix, positive, sequence, sized
 from replication.verify.statement import BOTH, Depends, Found, Says, statement
 from replication.verify.theorem import Refused, require
@@ -170,7 +169,7 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     "nonuniform.observer-column",
     source="mustafa",
     parameters={"column": integer},
-    says=Says(quantity="column of the observer", readings=(NO_READING, "one motor constant")),
+    says=Says(quantity="column of the observer", readings=("filter as an observer",)),
 )
 def observer_column(plant: Plant, column: int) -> Found:
     """Column {place} of Phi(h) - B_f C at the middle of the range has its entries in {entries:ball 8}."""
