@@ -89,11 +89,6 @@ READINGS = (
         "To work alike means here: bandwidths within five per cent, at errors of 10, 29.3 and 50 per cent.",
     ),
     _reading(
-        "short-periods",
-        "eq. (14)",
-        "Periods of up to one second: the last term of (14) lacks the factor t − t_k, in seconds.",
-    ),
-    _reading(
         "elapsed-period",
         "eq. (15)",
         "The time elapsed in (15) is the whole period T, the most that V_m allows; at t_k itself V_m is zero.",
