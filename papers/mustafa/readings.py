@@ -37,6 +37,13 @@ MOTOR = Reading(
     text="A holds K_theta, and the list of values K_q: both are taken for one constant, equal to K_T as K_q is. "
     "The printed filter bears it out within its rounding (see the errata).",
 )
+OBSERVER_FORM = Reading(
+    name="filter as an observer",
+    place="Sec. VI-B, A_f",
+    text="A_f is Phi - B_f C, as in an observer, with one motor constant: the text does not say so, and Theorem 3 does "
+    "not ask for it. Found from the printed filter.",
+    inference=True,
+)
 ONE_ELEMENT = Reading(
     name="grid of one element",
     place="Secs. I, III and VI",
@@ -107,6 +114,6 @@ DRAWN = {
 """By law of the periods."""
 
 READINGS = (
-    SAMPLES, DURATION, NOMINAL, OUR_FILTER, MOTOR, ONE_ELEMENT, CORRECTED_GRID, CONSTANT_CHANGE, ANY_CHANGE, BOUND_9,
-    CONDITION_8, ROOT, UNION, SET_MINUS, MULTIPLIERS, *DRAWN.values(),
+    SAMPLES, DURATION, NOMINAL, OUR_FILTER, MOTOR, OBSERVER_FORM, ONE_ELEMENT, CORRECTED_GRID, CONSTANT_CHANGE,
+    ANY_CHANGE, BOUND_9, CONDITION_8, ROOT, UNION, SET_MINUS, MULTIPLIERS, *DRAWN.values(),
 )  # fmt: skip

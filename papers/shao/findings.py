@@ -34,8 +34,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{theorem['scalar']['period']:g} s its monodromy radius is {theorem['radius'][REPAIRED]:.6f}.",
         f"As printed, the radius of the counter-example at T = {theorem['scalar']['period']:g} s is "
         f"{theorem['radius'][APO]:.6f}.",
-        "In (14) the prediction error needs its modulus: just after an instant with a negative one the printed bound "
-        "is negative.",
+        "In (14) the prediction error needs its modulus and the factor t − t_k: as printed the bound is negative where "
+        "that error is.",
         f"In {bounds['trials']} random loops the left sides of (12), (13) and the corrected (14) reach at most "
         f"{max(bounds['worst'][name] for name in ('12', '13', '14')):.2f} of their bounds.",
         "The printed example does not meet (18), which the manuscript does not claim, and is stable: the left side of "

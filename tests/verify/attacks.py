@@ -273,7 +273,7 @@ FALSE: list[tuple[str, dict[str, Any]]] = [
     ("peet2019/ex4-not-unstable", {"eigenvalues": ["2"]}),
     ("shao/errors-apo", {"observer": "model_interpolation"}),
     ("shao/counterexample", {"longest": "1"}),
-    ("shao/estimate-bound", {"longest": "2"}),
+    ("shao/estimate-bound", {"weights": {"KÂ": "7/5", "KBK": "2", "KLC": "1"}}),
     ("shao/output-bounds", {"weights": {"CA": "1", "CBK": "7/5"}}),
     ("shao/prediction-bound", {"longest": "1"}),
     ("shao/stable-apo", {"observer": "single_rate"}),

@@ -206,10 +206,10 @@ CHEATS = [
     ("output-bounds", {"parameters__weights__CBK": "7/5"}, "the weight 7/5 of zeta is not positive semidefinite"),
     ("output-bounds", {"parameters__weights__CA": "9/10"}, "the weight 9/10 of x is not positive semidefinite"),
     ("output-bounds", {"parameters__weights__CA": "-1"}, "must be positive"),
-    ("estimate-bound", {"parameters__weights__KA": "7/5"}, "the weight 7/5 of zeta"),
+    ("estimate-bound", {"parameters__weights__KÂ": "7/5"}, "the weight 7/5 of zeta"),
     ("estimate-bound", {"parameters__weights__KBK": "7/5"}, "the weight 7/5 of zeta"),
     ("estimate-bound", {"parameters__weights__KLC": "9/10"}, "the weight 9/10 of x"),
-    ("estimate-bound", {"parameters__longest": "2"}, "beyond one second"),
+    ("estimate-bound", {"parameters__weights": {"KA": "2", "KBK": "2", "KLC": "1"}}, "lacks the field KÂ"),
     ("estimate-bound", {"parameters__quantity": ["feedback"]}, "parameters.quantity must be a string"),
     ("table-src-1", {"plant__A__2__0": "1"}, "position, speed and acceleration"),
     ("table-src-1", {"plant": []}, "plant must be an object"),
@@ -290,7 +290,7 @@ def test_a_tampered_certificate_is_refused(name: str, changes: dict[str, Any], r
     [
         ("stable-apo", {"witness__radius": "99/100"}),
         ("output-bounds", {"parameters__weights__CBK": "3/2"}),
-        ("estimate-bound", {"parameters__longest": "1/2"}),
+        ("estimate-bound", {"parameters__weights__KLC": "2"}),
         ("counterexample", {"parameters__ratios": [5]}),
     ],
 )
@@ -376,8 +376,8 @@ def test_sentences_hold_the_numbers() -> None:
     assert "0.5605" in sentences["prediction-bound"]
     assert sentences["lyapunov"].startswith("For the printed data ")
     assert check(own("lyapunov")).sentence.startswith("For this plant ")
-    assert "with the factors 1 of |CA|, 2 of |CBK|" in sentences["output-bounds"]
-    assert "with the factors 2 of |KA|, 2 of |KBK|, 1 of |KLC|" in sentences["estimate-bound"]
+    assert "with the factors 1 of ‖CA‖, 2 of ‖CBK‖" in sentences["output-bounds"]
+    assert "with the factors 2 of ‖KÂ‖, 2 of ‖KBK‖, 1 of ‖KLC‖" in sentences["estimate-bound"]
 
 
 def test_derivatives_of_order_20_are_allowed() -> None:

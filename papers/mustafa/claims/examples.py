@@ -10,7 +10,7 @@ from papers.mustafa.claims.guarantees import where_it_holds
 from papers.mustafa.claims.preliminaries import FILTER, down, up
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
 from papers.mustafa.printed import DATA, GAMMA, matrix
-from papers.mustafa.readings import DRAWN, MOTOR, NOMINAL, OUR_FILTER
+from papers.mustafa.readings import DRAWN, MOTOR, NOMINAL, OBSERVER_FORM, OUR_FILTER
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.verify.predicate import Predicate, term
@@ -224,10 +224,12 @@ def output_matrix(results: Results) -> Evidence:
     "filter.second-column",
     COLUMNS["second"],
     uses="nominal.2",
+    reading=OBSERVER_FORM.name,
+    pinned="compatible",
     says=term("column of the observer", "printed-filter", column=1),
 )
 def second_column(results: Results) -> Evidence:
-    """The second column of A_f is that of Phi(0.05), as in an observer whose sensor sees the first state."""
+    """The second column of A_f is that of Phi(0.05), as in an observer; the text does not say so."""
     # C does not see the second state, so A_f = Phi - B_f C keeps that column.
     column = tuple((row[1],) for row in results["nominal.2"]["Phi"])
     return Evidence(method="Second column of Phi(0.05) by the matrix exponential.", value=column)
@@ -237,6 +239,8 @@ def second_column(results: Results) -> Evidence:
     "filter.first-column",
     COLUMNS["first"],
     uses="nominal.2",
+    reading=OBSERVER_FORM.name,
+    pinned="compatible",
     tolerance="0.0001",
     tolerance_reason="B_f is printed to half a unit as well, and enters the difference.",
     says=term("column of the observer", "printed-filter", column=0),

@@ -10,7 +10,7 @@ from typing import Any
 from papers.peet2019.experiments.declared import DEFAULT_CELLS, SMALL_CONE_CELLS
 from papers.peet2019.experiments.scaling import level_of
 from papers.peet2019.printed import DATA, published
-from papers.peet2019.readings import COST, DAY, DESKTOP, JORDAN, MEMORY, SAME
+from papers.peet2019.readings import DAY, DESKTOP, JORDAN, MEMORY, SAME
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Outcome, Results, SolverRecord
 from replication.verify.predicate import term
@@ -138,27 +138,27 @@ for _n, _k, _seconds in published():
     "table1.function-of-product",
     place="Sec. X, Example 4",
     uses=("sizes", "measured", "timed"),
-    reading="cost-printed",
+    reading="cost-factor-2",
     pinned="undetermined",
 )
 def function_of_product(results: Results) -> Evidence:
-    """The cost is approximately a function of the product of delays and states."""
+    """The computation time of Table I is approximately a function of the product of delays and states."""
     printed = printed_seconds()
     cells = results["measured"]["cells"]
-    costs = {
-        "cost-printed": printed,
-        "cost-equalities": {(c["states"], c["delays"]): c["equalities"] for c in results["sizes"]["cells"]},
-        "cost-seconds": minimised(our_seconds(results)),
-    }
-    ratios = {name: largest_ratio(cost) for name, cost in costs.items()}
+    equalities = {(c["states"], c["delays"]): c["equalities"] for c in results["sizes"]["cells"]}
+    ratio = largest_ratio(printed)
     grown = {cell: value for cell, value in printed.items() if cell[0] * cell[1] >= FROM_PRODUCT}
     return below(
-        ratios["cost-printed"],
-        SAME,
-        f"The paper says that the cost depends on n·K and not how closely: within a factor of {SAME:g}.",
-        method="Largest ratio of the costs of two cells of equal n·K: printed seconds, our equalities, our seconds.",
+        ratio,
+        SAME["cost-factor-2"],
+        "The paper says that the cost depends on n·K and not how closely: within a factor of two.",
+        method="Largest ratio of the printed seconds of two cells of equal n·K; no number of ours enters the verdict.",
         quantities={
-            **{f"largest ratio at equal n·K, {COST[name]}": ratio for name, ratio in ratios.items()},
+            "largest ratio at equal n·K, the printed seconds": ratio,
+            "largest ratio at equal n·K, the equalities of our program, full cone": largest_ratio(equalities),
+            "largest ratio at equal n·K, our CPU seconds, full cone, γ minimised": largest_ratio(
+                minimised(our_seconds(results))
+            ),
             **{
                 f"largest ratio at equal n·K, our CPU seconds, {MEASURED_AS[cone]}": largest_ratio(
                     cpu_seconds(cells, cone)
@@ -166,15 +166,16 @@ def function_of_product(results: Results) -> Evidence:
                 for cone in ("bessel", "plain")
             },
             "exponent of the printed seconds": exponent([(n * k, value) for (n, k), value in grown.items()]),
-            "exponent of our equalities": exponent([(n * k, costs["cost-equalities"][n, k]) for n, k in grown]),
+            "exponent of our equalities": exponent([(n * k, equalities[n, k]) for n, k in grown]),
             **_measured_growth(cells, set(grown)),
         },
         outcomes=tuple(
-            Outcome(reading=name, holds=ratio < SAME, margin=SAME - ratio) for name, ratio in ratios.items()
+            Outcome(reading=name, holds=ratio < allowed, margin=allowed - ratio) for name, allowed in SAME.items()
         ),
         note=(
-            "Our programs and solvers are not those of the paper: they have more equalities, and take longer, with "
-            "many states than with many delays. Runs of the full cone that only certify a level are left out."
+            "The printed seconds all come from one program; they do not show that it must be so. Ours, of other "
+            "programs and solvers, stand beside them: they have more equalities, and take longer, with many states "
+            "than with many delays. Runs of the full cone that only certify a level are left out."
         ),
     )
 

@@ -14,7 +14,6 @@ from replication.verify.dualrate import lyapunov as equation
 from replication.verify.dualrate.loop import LARGEST_RATIO, Loop, on_loop
 from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
 from replication.verify.dualrate.scalar import determinant, require_negative
-from replication.verify.predicate import NO_READING
 from replication.verify.reading import fields, integer, matrix, positive, several, sized, symmetric, text
 from replication.verify.statement import Depends, Found, Says, statement
 from replication.verify.theorem import require
@@ -63,7 +62,7 @@ def lyapunov(plant: Loop, P: fmpq_mat) -> None:
 
 STEPS: Mapping[str, Mapping[str, str]] = {
     "output": {"CA": "x", "CBK": "zeta"},
-    "feedback": {"KA": "zeta", "KBK": "zeta", "KLC": "x"},
+    "feedback": {"KÂ": "zeta", "KBK": "zeta", "KLC": "x"},
 }
 """Terms of (12) and (14) by what their matrix multiplies: the state, or the estimate."""
 
@@ -90,7 +89,6 @@ def read_weights(value: Any, path: str, quantity: str) -> dict[str, fmpq]:
     parameters={
         "quantity": read_quantity,
         "weights": Depends(lambda given: sized(read_weights, given.quantity)),
-        "longest": positive,
     },
     holds=True,
     says=Says(
@@ -98,27 +96,24 @@ def read_weights(value: Any, path: str, quantity: str) -> dict[str, fmpq]:
             parameters["quantity"]
         ],
         setting={},
-        readings=lambda parameters: {"output": (NO_READING,), "feedback": ("short-periods",)}[parameters["quantity"]],
     ),
 )
-def step_bound(quantity: str, weights: Mapping[str, fmpq], longest: fmpq) -> Found:
-    """For every loop and all states {equations}, with the factors {factors}.
+def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
+    """For every loop, all states and every period {equations}, with the factors {factors}.
 
     (12) and (13), or (14), for all loops: |term| ≤ ‖matrix‖ · weight · |χ| and |χ| ≤ √(V/λ_min(P)), term by term.
 
-    Integrated from t_k to t this is the bound; the term K L e_p of (14) comes with the factor t − t_k, which its
-    bound lacks, so that it holds for periods of up to a second. With the sign that e_p has in print it need not hold:
-    where e_p is negative and the other terms are small, the right side is negative.
+    Integrated from t_k to t this is the bound; the term K L e_p, constant over the period, gives ‖K L‖ |e_p| (t − t_k).
+    As printed, with e_p for its modulus, (14) fails at t = t_k wherever e_p < 0 and K L is not zero: 0 ≤ ‖K L‖ e_p.
     """
     identities.require_rates()
     for term, weight in weights.items():
         identities.require_weight(STEPS[quantity][term], weight)
-    require(longest <= 1, "beyond one second the term K L e_p may exceed its bound")
     equations = {
         "output": "(12) and (13) hold",
-        "feedback": f"(14) holds with |e_p| where e_p is printed, for t − t_k up to {longest} s",
+        "feedback": "(14) holds with |e_p(t_k)| (t − t_k) where e_p(t_k) is printed",
     }
-    factors = ", ".join(f"{weight} of |{term}|" for term, weight in weights.items())
+    factors = ", ".join(f"{weight} of ‖{term}‖" for term, weight in weights.items())
     return Found(words={"equations": equations[quantity], "factors": factors})
 
 
