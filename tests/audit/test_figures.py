@@ -61,6 +61,23 @@ def test_a_figure_without_numbers_in_its_words_is_refused(tmp_path: Path, text: 
     assert list(tmp_path.iterdir()) == []
 
 
+def test_the_title_is_a_short_message_from_the_data(tmp_path: Path) -> None:
+    (record,) = write_figures([paper(figure(title=lambda data: f"All {len(data.columns['k'])} steps"))], {}, tmp_path)
+    assert record.title == "All 501 steps"
+    for title, reason in (("word " * 16, "at most 15 words"), ("1 and 2 and 3", "at most 2 numbers")):
+        (record,) = write_figures([paper(figure(title=lambda data, title=title: title))], {}, tmp_path)
+        assert reason in record.error and record.title == record.name
+        (record,) = write_figures([paper(figure(title=title))], {}, tmp_path)
+        assert reason in record.error
+
+
+def test_a_record_links_the_function_that_draws(tmp_path: Path) -> None:
+    root = Path(__file__).parent
+    (record,) = write_figures([paper(figure())], {}, tmp_path, {"tests": root})
+    name, line = record.code.split(":")
+    assert (name, int(line)) == ("tests/sample.py", draw.__code__.co_firstlineno)
+
+
 def test_a_failing_figure_leaves_the_others_and_no_old_files(tmp_path: Path) -> None:
     def fail(data: FigureData) -> Any:
         raise ValueError("no axes")
@@ -190,16 +207,33 @@ def test_what_is_no_svg_is_refused(text: str) -> None:
         svg.inner(text)
 
 
-def test_colours_hold_on_white_and_on_near_black() -> None:
-    for colour in style.COLOURS:
-        assert contrast(colour, WHITE) >= 3
-        assert contrast(colour, NEAR_BLACK) >= 3
+def test_colours_are_those_of_the_report_and_hold_in_light_and_dark() -> None:
+    css = (Path(__file__).parents[2] / "report" / "style.css").read_text()
+    themes = [dict(re.findall(r"(--[a-z0-9-]+): (#[0-9a-f]{6})", part)) for part in css.split("@media")[:2]]
+    for theme, ground in zip(themes, (WHITE, NEAR_BLACK), strict=True):
+        for colour in (style.OURS, style.GREY):
+            assert contrast(theme[style.TOKENS[colour]], ground) >= 4.5, "names of curves are text"
+    assert {token: colour for colour, token in style.TOKENS.items()}.items() <= themes[0].items()
 
 
-def test_curves_differ_in_colour_and_line_style() -> None:
-    curves = [style.line(index) for index in range(len(style.COLOURS))]
-    assert len({curve["color"] for curve in curves}) == len(curves)
+def test_an_inlined_figure_takes_the_colours_of_its_page() -> None:
+    raw = f'<svg viewBox="0 0 1 1"><path d="M 0 0" style="stroke: {style.OURS}; fill: #123456"/></svg>'
+    alone = svg.tidy(raw, "name")
+    assert style.OURS in alone and "var(" not in alone
+    assert f"stroke:var(--link,{style.OURS});fill:#123456" in svg.inner(alone)[1]
+
+
+def test_curves_differ_without_their_colours() -> None:
+    curves = [style.line(index) for index in range(6)]
     assert len({str(curve["linestyle"]) for curve in curves}) == len(curves)
+
+
+def test_all_text_is_large_enough_on_a_telephone(tmp_path: Path) -> None:
+    write_figures([paper(figure())], {}, tmp_path)
+    drawing = (tmp_path / "doe1999-fig2.svg").read_text()
+    width = float(svg.inner(drawing)[0].split()[2])
+    sizes = {float(size) for size in re.findall(r"[:\s]([0-9.]+)px[ ;]", drawing)}
+    assert sizes and min(sizes) * 358 / width >= 11, "358 pixels are left of 390"
 
 
 def test_house_style_leaves_the_global_settings_alone() -> None:
