@@ -1,0 +1,219 @@
+"""The least H-infinity level of a filter for a delay-free model, by the filter Riccati equation; D_11 and D_21 at will.
+
+At level g, with z in units of g, C = [C_z; C_y], D = [D_z; D_y] and R = D D' - diag(I, 0): a filter exists iff
+R has the inertia (p negative, q positive) and the Riccati equation A Y + Y A' + B B' = (Y C' + B D') R^-1 (C Y + D B')
+has a stabilising solution Y >= 0. Two things end this as g falls: an eigenvalue of the Hamiltonian matrix on the
+imaginary axis, the limit of smoothers too; or an eigenvalue of Y that goes to infinity, the price of causality.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import matrix_balance, schur
+from scipy.optimize import brentq
+
+from replication.errors import InfeasibleError
+from replication.estimation.delay.exact.ladder import FilterModel
+from replication.estimation.validation import Array
+
+AXIS, RANK, ANGLE = 1e-8, 1e-10, 1e-7
+"""Relative distance from the axis that counts as on it; ranks; angle of a solution below zero that is rounding."""
+DIGITS, NOISE = 1e-11, 1e-8
+"""Relative width at which the search ends, and by which a level has to differ from another one to be told from it."""
+MOST_ROUNDS, SWEEP = 60, 8.0
+NOTHING, HIGHEST = 1e-7, 1e9
+"""Levels below and beyond it, in units of |C_z| |B| / |A| + |D_z|, count as zero and as infinite."""
+
+
+@dataclass(frozen=True)
+class FilterLevel:
+    """The least level, and the part of it that no smoother goes below.
+
+    Attributes
+    ----------
+    value : float
+        The least level.
+    smoother : float
+        The least level of a filter that knows the future.
+    """
+
+    value: float
+    smoother: float
+
+
+def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
+    """The least level of the model, 0 where it cannot be told from zero; `start` is a level from which to look.
+
+    Raises InfeasibleError if there is none.
+    """
+    model = regular(model)
+    if not len(model.a):
+        level = _direct(model)
+        return FilterLevel(level, level)
+    model = _balanced(model)
+    parts = [float(np.linalg.norm(part)) for part in (model.a, model.b, model.cz, model.dz)]
+    size = parts[1] * parts[2] / (parts[0] or 1.0) + parts[3]
+    if size == 0.0:
+        return FilterLevel(0.0, 0.0)
+    smoother = _smoother(model, NOTHING * size)
+    least = max(smoother * (1.0 + NOISE), NOTHING * size)
+    # Far below the least level Y < 0 comes near zero and may be taken for a solution: every level up to `size` counts.
+    levels = least * SWEEP ** np.arange(1 + int(np.ceil(np.log(max(size, start, least) / least) / np.log(SWEEP))))
+    refused = [float(level) for level in levels if _angle(model, float(level)) <= 0.0]
+    if not refused:
+        found = smoother if least > NOTHING * size else 0.0
+        return FilterLevel(found, found)
+    low, high = _bracket(model, refused[-1], max(start, refused[-1] * (1.0 + NOISE)), smoother + size)
+    # Where there is no stabilising solution the sign is all that is known.
+    while high - low > DIGITS * high and _angle(model, low) == -1.0:
+        middle = (low + high) / 2.0
+        low, high = (low, middle) if _angle(model, middle) > 0.0 else (middle, high)
+    if high - low > DIGITS * high:
+        high = float(brentq(lambda level: _angle(model, level), low, high, rtol=DIGITS, xtol=1e-300))
+    return FilterLevel(high, smoother)
+
+
+def _bracket(model: FilterModel, least: float, start: float, size: float) -> tuple[float, float]:
+    """A level without a filter and one with, around `start` if it is near; none at `least`."""
+    step, low, high = NOISE, least, start
+    while _angle(model, high) <= 0.0:
+        low, high, step = high, high * (1.0 + step), min(8.0 * step, 1.0)
+        if high > HIGHEST * size:
+            raise InfeasibleError(
+                f"no finite level found below {high:.3g}: y does not see an unstable mode, or has no noise at some "
+                "frequency; measure more, or let noise act on each measurement"
+            )
+    while low < high / (1.0 + step):
+        nearer = high / (1.0 + step)
+        if _angle(model, nearer) <= 0.0:
+            return nearer, high
+        high, step = nearer, min(8.0 * step, 1.0)
+    return low, high
+
+
+def regular(model: FilterModel) -> FilterModel:
+    """The model without noise-free outputs: what they show is known, and their derivatives are measured instead.
+
+    The infimum of the level is the same. It ends when D_y has full row rank; there may then be no states left.
+    """
+    while len(model.cy):
+        left, values, _ = np.linalg.svd(model.dy / _row_sizes(model))
+        rank = int(np.sum(values > RANK))
+        if rank == len(model.cy):
+            return model
+        rows = left.T / _row_sizes(model).T
+        cy, dy = rows @ model.cy, (rows @ model.dy)[:rank]
+        shown = cy[rank:]
+        values, right = np.linalg.svd(shown)[1:]
+        seen = int(np.sum(values > RANK * max(1.0, float(np.linalg.norm(shown)))))
+        known, hidden = right[:seen].T, right[seen:].T
+        a = model.a @ hidden
+        model = FilterModel(
+            hidden.T @ a,
+            hidden.T @ model.b,
+            model.cz @ hidden,
+            model.dz,
+            np.vstack([cy[:rank] @ hidden, known.T @ a]),
+            np.vstack([dy, known.T @ model.b]),
+        )
+    return model
+
+
+def _row_sizes(model: FilterModel) -> Array:
+    """The size of each measurement (q, 1): a unit of y decides no rank."""
+    sizes = np.linalg.norm(np.hstack([model.cy, model.dy]), axis=1, keepdims=True)
+    return np.where(sizes > 0.0, sizes, 1.0)
+
+
+def _direct(model: FilterModel) -> float:
+    """The level without states: of D_z on what y does not show."""
+    rank = len(model.cy)
+    free = np.linalg.svd(model.dy)[2][rank:].T if rank else np.eye(model.dz.shape[1])
+    return float(np.linalg.norm(model.dz @ free, 2)) if free.size else 0.0
+
+
+def _balanced(model: FilterModel) -> FilterModel:
+    """The same model with states in units that balance `a`, and measurements with noise of unit size."""
+    a, (scale, _) = matrix_balance(model.a, permute=False, separate=True)
+    model = replace(model, a=a, b=model.b / scale[:, None], cz=model.cz * scale, cy=model.cy * scale)
+    if not len(model.cy):
+        return model
+    left, values, _ = np.linalg.svd(model.dy, full_matrices=False)
+    whiten = left.T / values[:, None]
+    return replace(model, cy=whiten @ model.cy, dy=whiten @ model.dy)
+
+
+def _hamiltonian(model: FilterModel, level: float) -> Array | None:
+    """The Hamiltonian matrix of the filter Riccati equation; None where R has another inertia."""
+    p, q = len(model.cz), len(model.cy)
+    c, d = np.vstack([model.cz / level, model.cy]), np.vstack([model.dz / level, model.dy])
+    weight = d @ d.T - np.diag([1.0] * p + [0.0] * q)
+    values, vectors = np.linalg.eigh(weight)
+    if np.sum(values < 0.0) != p or np.abs(values).min() < 1e-14:
+        return None
+    inverse = vectors / values @ vectors.T
+    drift = model.a - model.b @ d.T @ inverse @ c
+    process = model.b @ (np.eye(d.shape[1]) - d.T @ inverse @ d) @ model.b.T
+    return np.block([[drift.T, -c.T @ inverse @ c], [-process, -drift]])
+
+
+def _on_axis(values: Array) -> Array:
+    """Frequencies of the eigenvalues on the imaginary axis."""
+    return np.unique(np.abs(values.imag[np.abs(values.real) <= AXIS * (1.0 + np.abs(values))]))
+
+
+def _angle(model: FilterModel, level: float) -> float:
+    """Positive iff a filter exists at `level`: pi/2 less the largest angle of Y, whose eigenvalues are tangents.
+
+    It rises with the level, smoothly; -1 where there is no stabilising solution.
+    """
+    matrix = _hamiltonian(model, level)
+    if matrix is None:
+        return -1.0
+    n = len(model.a)
+    try:
+        _, vectors, stable = schur(matrix, sort="lhp")
+    except np.linalg.LinAlgError:  # eigenvalues at the axis change sides as they are sorted
+        return -1.0
+    if stable != n:
+        return -1.0
+    basis = vectors[:n, :n] + 1j * vectors[n:, :n]
+    # The basis spans a Lagrangian space: it is unitary, and basis·basis' has the eigenvalues e^{2j angle}.
+    angles = np.angle(np.linalg.eigvals(basis @ basis.T)) / 2.0
+    angles = np.where(angles < -ANGLE, angles + np.pi, angles)
+    return float(np.pi / 2.0 - angles.max())
+
+
+def _smoother(model: FilterModel, least: float) -> float:
+    """The least level at which the Hamiltonian matrix has no eigenvalue on the axis: of G_z on the kernel of G_y."""
+    poles = np.linalg.eigvals(model.a)
+    tried = np.unique(np.concatenate([[0.0], np.abs(poles), np.abs(poles.imag)]))
+    best = max(*(_gain(model, w) for w in tried), _direct(model))
+    for _ in range(MOST_ROUNDS):
+        level = max(best * (1.0 + 1e-10), least)
+        matrix = _hamiltonian(model, level)
+        crossings = _on_axis(np.linalg.eigvals(matrix)) if matrix is not None else np.array([])
+        if not crossings.size:
+            return best
+        edges = np.unique(np.concatenate([[0.0], crossings, [2.0 * crossings[-1] + 1.0]]))
+        found = max(_gain(model, w) for w in np.concatenate([crossings, (edges[1:] + edges[:-1]) / 2.0]))
+        if found <= level:
+            return max(best, found)
+        best = found
+    return best
+
+
+def _gain(model: FilterModel, omega: float) -> float:
+    """The norm of G_z on the kernel of G_y at a frequency, without dividing by what may vanish."""
+    n, r, q = len(model.a), model.b.shape[1], len(model.cy)
+    if r <= q:
+        return 0.0
+    pencil = np.block([[1j * omega * np.eye(n) - model.a, -model.b], [model.cy, model.dy]])
+    kernel = np.linalg.svd(pencil)[2][n + q :].conj().T
+    output, noise = model.cz @ kernel[:n] + model.dz @ kernel[n:], kernel[n:]
+    triangle = np.linalg.qr(noise)[1]
+    if np.linalg.cond(triangle) > 1e13:
+        return 0.0
+    return float(np.linalg.norm(np.linalg.solve(triangle.T, output.T), 2))

@@ -1,0 +1,131 @@
+"""Matrix functions of the lag on [0, 1], piecewise polynomial: exact Laplace transforms, bounds, weights for samples.
+
+On each panel a Legendre series. Its transform is a sum of modified spherical Bessel functions i_k, so that no
+quadrature has to resolve an oscillation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.special import ive
+
+from replication.errors import SolverError
+from replication.estimation.validation import Array, ComplexArray
+
+DEGREE, MOST_PANELS = 15, 200
+"""Degree on each panel, and panels beyond which a function is refused."""
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """K(lag) on [0, 1].
+
+    Attributes
+    ----------
+    edges : array (m+1,)
+        From 0 to 1, increasing.
+    series : array (m, d+1, a, b)
+        On each panel the Legendre coefficients, in the variable that runs from -1 to 1 over it.
+    """
+
+    edges: Array
+    series: Array
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of a value."""
+        return self.series.shape[2], self.series.shape[3]
+
+    def __call__(self, lags: Array) -> Array:
+        """The values at `lags` (M,), shape (M, a, b); at an edge those of the panel above it."""
+        panel = np.clip(np.searchsorted(self.edges, lags, side="right") - 1, 0, len(self.series) - 1)
+        left, right = self.edges[panel], self.edges[panel + 1]
+        basis = legendre.legvander(2.0 * (lags - left) / (right - left) - 1.0, self.series.shape[1] - 1)
+        return np.asarray(np.einsum("mk,mkab->mab", basis, self.series[panel]))
+
+    def applied(self, left: Array, right: Array | None = None) -> Kernel:
+        """The kernel left·K(lag)·right."""
+        series = np.einsum("ca,mkab->mkcb", left, self.series)
+        return Kernel(self.edges, series if right is None else series @ right)
+
+    def transform(self, s: ComplexArray) -> ComplexArray:
+        """Integral of K(lag) e^{-s lag} over [0, 1] at each s (M,) with Re s >= 0, shape (M, a, b)."""
+        half, middle = np.diff(self.edges) / 2.0, (self.edges[1:] + self.edges[:-1]) / 2.0
+        orders = np.arange(self.series.shape[1])
+        total = np.zeros((len(s), *self.shape), dtype=complex)
+        for h, centre, series in zip(half, middle, self.series, strict=True):
+            b = np.where(s == 0.0, 1e-200, s * h)
+            # The integral of P_k(x) e^{-bx} over [-1, 1] is 2 (-1)^k i_k(b); `ive` keeps i_k e^{-Re b}.
+            bessel = np.sqrt(np.pi / (2.0 * b))[:, None] * ive(orders + 0.5, b[:, None])
+            factor = 2.0 * h * np.exp(-s * centre + b.real)
+            total += np.einsum("m,mk,kab->mab", factor, (-1.0) ** orders * bessel, series)
+        return total
+
+    def moments(self, power: int) -> float:
+        """An upper bound of the integral of lag^power times the norm of K, by Cauchy's inequality on each panel."""
+        squares = np.einsum(
+            "mkab,mkab,k->m", self.series, self.series, 1.0 / (2.0 * np.arange(self.series.shape[1]) + 1)
+        )
+        return float(np.sum(self.edges[1:] ** power * np.diff(self.edges) * np.sqrt(squares)))
+
+    def variation(self) -> float:
+        """V with |transform(s)| <= V/|s| for Re s >= 0: variation and jumps; P_k varies by 2k at most."""
+        sizes = np.linalg.norm(self.series, axis=(2, 3))
+        return float(np.sum(sizes * (2.0 + 2.0 * np.arange(sizes.shape[1]))))
+
+    def weights(self, step: float) -> Array:
+        """Weights W_j (J, a, b) with sum W_j v_j the integral of K(lag) v(lag), v linear between v_j = v(j step).
+
+        The last sample lies at or just beyond lag 1. Exact: pieces between samples and edges, by Gauss' rule.
+        """
+        count = max(int(np.ceil(1.0 / step - 1e-9)), 1) + 1
+        cuts = np.concatenate([self.edges, np.clip(step * np.arange(count), 0.0, 1.0)])
+        cuts = np.unique(cuts)
+        nodes, weights = legendre.leggauss(self.series.shape[1] // 2 + 2)
+        half, middle = np.diff(cuts) / 2.0, (cuts[1:] + cuts[:-1]) / 2.0
+        lags = (middle[:, None] + half[:, None] * nodes).ravel()
+        values = self(lags) * (half[:, None] * weights).ravel()[:, None, None]
+        before = np.minimum((lags / step + 1e-12).astype(int), count - 2)
+        share = (lags / step - before)[:, None, None]
+        total = np.zeros((count, *self.shape))
+        np.add.at(total, before, (1.0 - share) * values)
+        np.add.at(total, before + 1, share * values)
+        return total
+
+
+def polynomial(series: Array) -> Kernel:
+    """One panel: `series` (d+1, a, b) are coefficients of the Legendre polynomials P_k(2 lag - 1)."""
+    return Kernel(np.array([0.0, 1.0]), np.asarray(series)[None])
+
+
+def projected(function: Callable[[Array], Array], degree: int) -> Array:
+    """Coefficients (degree+1, a, b), for `polynomial`, of a function of the lags that is a polynomial of `degree`."""
+    nodes, weights = legendre.leggauss(degree + 1)
+    project = (legendre.legvander(nodes, degree) * weights[:, None]).T * (np.arange(degree + 1) + 0.5)[:, None]
+    return np.asarray(np.einsum("kt,tab->kab", project, function((nodes + 1.0) / 2.0)))
+
+
+def fitted(function: Callable[[Array], Array], tolerance: float = 1e-13) -> Kernel:
+    """A kernel that interpolates a smooth function of the lags, (M,) to (M, a, b), on panels cut until it is resolved.
+
+    Raises SolverError where MOST_PANELS do not resolve it to `tolerance` of its largest entry.
+    """
+    open_panels, done = [(0.0, 1.0)], []
+    size = 0.0
+    while open_panels:
+        left, right = open_panels.pop()
+        series = projected(lambda lags, a=left, b=right: function(a + (b - a) * lags), DEGREE)  # type: ignore[misc]
+        size = max(size, float(np.abs(series).max(initial=0.0)))
+        if np.abs(series[-2:]).max(initial=0.0) <= tolerance * size:
+            done.append((left, right, series))
+        elif len(open_panels) + len(done) >= MOST_PANELS or not np.isfinite(size):
+            raise SolverError(f"a kernel varies too quickly for {MOST_PANELS} panels; its least storage is too small")
+        else:
+            middle = (left + right) / 2.0
+            open_panels += [(middle, right), (left, middle)]
+    edges = np.array([0.0] + [right for _, right, _ in done])
+    return Kernel(edges, np.array([series for *_, series in done]))

@@ -1,0 +1,129 @@
+"""The least level that any causal observer of a delay plant has: found without an LMI, as a limit of delay-free models."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.delay.exact.filtering import filter_level
+from replication.estimation.delay.exact.forms import plant_terms
+from replication.estimation.delay.exact.ladder import ladder_model
+from replication.estimation.delay.exact.smoothing import smoother_bound
+from replication.estimation.delay.exact.terms import PlantTerms
+from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.system import DelaySystem
+from replication.estimation.validation import positive_scalar
+
+ORDERS = (2, 3, 4, 6, 8, 11, 15, 20, 27, 36, 48)
+LARGEST = 160
+"""States of a model; the first few rungs are climbed however large they are."""
+FEWEST = 4
+UNSEEN = 1e-7
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The least level of a plant.
+
+    Attributes
+    ----------
+    level : float
+        No causal observer has a smaller gain, and some come as near as is wanted. 0 if it cannot be told from zero.
+    moving : float
+        The largest change over the last two rungs of the ladder: what is still uncertain.
+    settled : bool
+        Whether that is within the tolerance.
+    smoother : float
+        What no estimator goes below, not even one that knows the future; with true exponentials.
+    frequency : float
+        Where that is attained, rad/s.
+    rungs : tuple of (int, float)
+        States for each delayed signal, and the level of that model.
+    """
+
+    level: float
+    moving: float
+    settled: bool
+    smoother: float
+    frequency: float
+    rungs: tuple[tuple[int, float], ...]
+
+    @property
+    def causality(self) -> float:
+        """How much of the level is the price of not knowing the future: level less smoother, at least 0."""
+        return max(self.level - self.smoother, 0.0)
+
+
+def limit(plant: DelayPlant | DelaySystem, tolerance: float = 1e-8) -> Limit:
+    """The least level, by the filter Riccati equation on models of rising order until its digits stand.
+
+    Parameters
+    ----------
+    plant : DelayPlant or DelaySystem
+        The plant, at its nominal delays.
+    tolerance : float
+        Relative change over two rungs at which the climb ends.
+
+    Returns
+    -------
+    Limit
+        The level, what is still moving, and the bound without causality.
+
+    Raises
+    ------
+    InvalidInputError
+        `tolerance` is not positive, or y does not see an unstable mode.
+    InfeasibleError
+        A model has no finite level: y has no noise at some frequency, or hardly sees an unstable mode.
+
+    Notes
+    -----
+    Each delay is replaced by the Legendre-tau model of N states for each signal that it delays, which is Pade's
+    approximant [N/N]. Errors fall faster than geometrically once N exceeds half the phase, in rad, of the longest delay
+    at the frequency that decides the level. Measurements without noise are replaced by their derivatives.
+
+    Examples
+    --------
+    A measurement that comes 0.5 s late, of a disturbed integrator: the future costs something.
+
+    >>> late = DelayPlant([[0.0]], [0.5], [[1.0, 0.0]], [[1.0]], [[0.0]], c2_delayed=[[[1.0]]], d21=[[0.0, 1.0]])
+    >>> found = limit(late)
+    >>> found.settled and found.level > found.smoother
+    True
+    """
+    return limit_of(plant_terms(plant), positive_scalar("tolerance", tolerance))
+
+
+def limit_of(plant: PlantTerms, tolerance: float) -> Limit:
+    """As `limit`, of a plant that is written as terms."""
+    require_seen(plant)
+    bound = smoother_bound(plant)
+    rungs: list[tuple[int, float]] = []
+    changes = (np.inf, np.inf)
+    for order in ORDERS:
+        model = ladder_model(plant, order)
+        if len(model.a) > LARGEST and len(rungs) >= FEWEST:
+            break
+        level = filter_level(model, rungs[-1][1] if rungs else bound.level).value
+        changes = (changes[1], abs(level - rungs[-1][1]) if rungs else np.inf)
+        rungs.append((order, level))
+        if max(changes) <= tolerance * level:
+            break
+    moving = float(max(changes))
+    return Limit(rungs[-1][1], moving, moving <= tolerance * rungs[-1][1], bound.level, bound.frequency, tuple(rungs))
+
+
+def require_seen(plant: PlantTerms) -> None:
+    """Raise InvalidInputError if y does not see an unstable mode, tested at its root with true exponentials."""
+    n = plant.sizes[0]
+    states, _, measured = plant.rows
+    values = np.linalg.eigvals(ladder_model(plant, ORDERS[5]).a)
+    for root in values[values.real >= -UNSEEN * (1.0 + np.abs(values))]:
+        point = complex(max(root.real, 0.0), root.imag)
+        matrix = plant.terms.at(np.array([point]))[0][:, :n]
+        pencil = np.vstack([matrix[states] - point * np.eye(n), matrix[measured]])
+        sizes = np.linalg.norm(pencil, axis=1, keepdims=True)
+        if np.linalg.svd(pencil / np.where(sizes > 0.0, sizes, 1.0), compute_uv=False)[-1] <= UNSEEN:
+            raise InvalidInputError(f"the plant is not detectable: y does not see the root {root:.6g}; measure more")

@@ -1,0 +1,91 @@
+"""The level that no estimator goes below, not even one that knows the future: sup over w of |G_z null(G_y)|.
+
+Delays are true exponentials. The value at each frequency is a lower bound of every level, so that a peak between
+frequencies that were looked at makes the bound weaker and never wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from replication.estimation.delay.exact.terms import PlantTerms
+from replication.estimation.validation import Array
+
+DECADES, POINTS, TURNS, PER_TURN, ROUNDS = 6, 200, 12, 48, 40
+"""The grid: decades and points of its logarithmic part; turns of the longest delay and points a turn; refinements."""
+PARALLEL = 1e-10
+
+
+@dataclass(frozen=True)
+class SmootherBound:
+    """`level` is attained at `frequency` (rad/s): a lower bound of the level of every estimator."""
+
+    level: float
+    frequency: float
+
+
+def smoother_bound(plant: PlantTerms, further: Array | None = None) -> SmootherBound:
+    """The bound over a grid that the delays and the plant set, refined at its peaks.
+
+    Parameters
+    ----------
+    plant : PlantTerms
+        The plant.
+    further : array (M,), optional
+        Frequencies to look at beside the grid, rad/s.
+
+    Returns
+    -------
+    SmootherBound
+        Level and frequency.
+    """
+    longest = max(plant.terms.delays, default=0.0)
+    rate = max(plant.terms.applied(*_states(plant)).bound(0), 1e-6 / longest if longest else 1e-6)
+    grid = [np.array([0.0]), rate * np.logspace(-DECADES, 2, POINTS)]
+    if longest:
+        grid.append(np.linspace(0.0, 2.0 * np.pi * TURNS / longest, TURNS * PER_TURN))
+    if further is not None:
+        grid.append(np.abs(further))
+    omega = np.unique(np.concatenate(grid))
+    values = smoother_gains(plant, omega)
+    inner = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
+    inner = inner[np.argsort(-values[inner])][:6]
+    best, where = float(values.max()), float(omega[int(values.argmax())])
+    # Every peak is enclosed by thirds, all at once; the best value so far is kept.
+    left, right = omega[inner - 1], omega[inner + 1]
+    for _ in range(ROUNDS if inner.size else 0):
+        first, second = left + (right - left) / 3.0, right - (right - left) / 3.0
+        found = smoother_gains(plant, np.concatenate([first, second]))
+        if found.max() > best:
+            best, where = float(found.max()), float(np.concatenate([first, second])[int(found.argmax())])
+        low, high = np.split(found, 2)
+        left, right = np.where(low < high, first, left), np.where(low < high, right, second)
+    return SmootherBound(best, where)
+
+
+def smoother_gains(plant: PlantTerms, omega: Array) -> Array:
+    """|G_z null(G_y)| at each frequency (M,); infinite where a motion without disturbance leaves y at rest."""
+    n, p, q, r = plant.sizes
+    if r <= q:
+        return np.zeros(len(omega))
+    values = plant.terms.at(1j * omega)
+    states, estimated, measured = plant.rows
+    pencil = np.concatenate([values[:, states], values[:, measured]], axis=1)
+    pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
+    # Rows of unit length: the null space does not hang on the units.
+    pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
+    kernel = np.linalg.svd(pencil)[2][:, n + q :].conj().swapaxes(1, 2)
+    output, noise = values[:, estimated] @ kernel, kernel[:, n:]
+    left, sizes, right = np.linalg.svd(noise, full_matrices=False)
+    moved = np.where(sizes > PARALLEL, 1.0 / np.maximum(sizes, PARALLEL), 0.0)
+    gains = np.linalg.norm(output @ right.conj().swapaxes(1, 2) * moved[:, None, :], 2, axis=(1, 2))
+    hidden = np.linalg.norm(output @ right.conj().swapaxes(1, 2) * (moved == 0.0)[:, None, :], axis=(1, 2)) > PARALLEL
+    return np.asarray(np.where(hidden, np.inf, gains))
+
+
+def _states(plant: PlantTerms) -> tuple[Array, Array]:
+    """The matrices that take out of the terms those from x to x'."""
+    n, p, q, r = plant.sizes
+    return np.eye(n, n + p + q), np.eye(n + r, n)

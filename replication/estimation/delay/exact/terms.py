@@ -1,0 +1,105 @@
+"""A matrix function of s made of a constant, delays and distributed delays; and a plant written as one such function.
+
+M(s) = M_0 + sum_i e^{-s tau_i} M_i + sum_i integral of K_i(lag) e^{-s tau_i lag} over [0, 1].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from replication.estimation.delay.exact.kernel import Kernel
+from replication.estimation.validation import Array, ComplexArray
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """M(s), of a rows and b columns.
+
+    Attributes
+    ----------
+    constant : array (a, b)
+        M_0.
+    delays : tuple of K floats
+        tau_i, s; positive.
+    delayed : tuple of K arrays (a, b)
+        M_i.
+    kernels : tuple of K kernels or None
+        K_i; None for zero.
+    """
+
+    constant: Array
+    delays: tuple[float, ...] = ()
+    delayed: tuple[Array, ...] = ()
+    kernels: tuple[Kernel | None, ...] = ()
+
+    @property
+    def spread(self) -> tuple[tuple[float, Array, Kernel | None], ...]:
+        """Delay, matrix and kernel of each line."""
+        return tuple(zip(self.delays, self.delayed, self.kernels, strict=True))
+
+    def at(self, s: ComplexArray) -> ComplexArray:
+        """M at each s (M,) with Re s >= 0, shape (M, a, b)."""
+        total = np.tile(self.constant.astype(complex), (len(s), 1, 1))
+        for delay, matrix, kernel in self.spread:
+            total += np.exp(-s * delay)[:, None, None] * matrix
+            if kernel is not None:
+                total += kernel.transform(s * delay)
+        return total
+
+    def applied(self, left: Array, right: Array) -> Terms:
+        """left·M(s)·right."""
+        return Terms(
+            left @ self.constant @ right,
+            self.delays,
+            tuple(left @ matrix @ right for matrix in self.delayed),
+            tuple(None if kernel is None else kernel.applied(left, right) for kernel in self.kernels),
+        )
+
+    def bound(self, order: int) -> float:
+        """An upper bound of the norm of the derivative of `order` over the imaginary axis, and of M for Re s >= 0."""
+        total = float(np.linalg.norm(self.constant, 2)) if order == 0 and self.constant.size else 0.0
+        for delay, matrix, kernel in self.spread:
+            total += delay**order * float(np.linalg.norm(matrix, 2)) if matrix.size else 0.0
+            total += delay**order * kernel.moments(order) if kernel is not None else 0.0
+        return total
+
+    def variation(self) -> float:
+        """V: the kernels' part of M(s) is at most V/|s| for Re s >= 0."""
+        return sum(kernel.variation() / delay for delay, _, kernel in self.spread if kernel is not None)
+
+    def without_kernels(self) -> Terms:
+        """The constant and the delays alone."""
+        return replace(self, kernels=(None,) * len(self.delays))
+
+
+@dataclass(frozen=True, eq=False)
+class PlantTerms:
+    """(x', z, y) = M(s) (x, w) + N(s) u.
+
+    Attributes
+    ----------
+    sizes : tuple of int
+        n states, p outputs to estimate, q measurements, r disturbances.
+    terms : Terms
+        M, rows (x', z, y), columns (x, w).
+    known : Terms
+        N, the same rows, a column for each known input.
+    """
+
+    sizes: tuple[int, int, int, int]
+    terms: Terms
+    known: Terms
+
+    @property
+    def rows(self) -> tuple[slice, slice, slice]:
+        """Where x', z and y stand."""
+        n, p, q, _ = self.sizes
+        return slice(0, n), slice(n, n + p), slice(n + p, n + p + q)
+
+    @property
+    def columns(self) -> tuple[slice, slice]:
+        """Where x and w stand."""
+        n, _, _, r = self.sizes
+        return slice(0, n), slice(n, n + r)

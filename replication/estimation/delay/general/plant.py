@@ -1,0 +1,277 @@
+"""Plants with delays, noise and known inputs, as validated frozen data.
+
+x'(t) = A_0 x(t) + sum_i (A_i x(t - tau_i) + B_i w(t - tau_i) + B_ui u(t - tau_i) + mean_i[A_s x]) + B w(t) + B_u u(t),
+z(t) = C_10 x(t) + sum_i (C_1i x(t - tau_i) + mean_i[C_1s x]) + D_11 w(t),
+y(t) = C_2 x(t) + sum_i (C_2i x(t - tau_i) + D_21i w(t - tau_i) + mean_i[C_2s x]) + D_21 w(t),
+
+where mean_i[M x] = (1/tau_i) * integral over 0 <= s <= tau_i of sum_k M_ik (s/tau_i)^k x(t - s): an average over the
+delay, whose weight is a polynomial of the age s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.delay.system import DelaySystem, delay_system
+from replication.estimation.validation import Array, as_matrix, positive_scalar
+
+Matrices = tuple[Array, ...]
+HIGHEST_POWER = 5
+"""Of the age in the weight of an average; a higher one asks for a degree whose program is too large."""
+
+
+@dataclass(frozen=True)
+class DelayPlant:
+    """Plant with n states, r disturbances w, m known inputs u, p outputs z to estimate, q measurements y, K delays.
+
+    What is not given is zero; without the terms from `b_delayed` on this is the plant of `delay_system`.
+
+    Attributes
+    ----------
+    a0 : array (n, n)
+        A_0, in 1/s.
+    delays : sequence of K floats
+        tau_1 < ... < tau_K, s.
+    b : array (n, r)
+        B.
+    c10 : array (p, n)
+        C_10.
+    c2 : array (q, n)
+        C_2.
+    a : sequence of K arrays (n, n)
+        A_1 ... A_K, in 1/s.
+    c1 : sequence of K arrays (p, n)
+        C_11 ... C_1K.
+    b_delayed : sequence of K arrays (n, r)
+        B_1 ... B_K.
+    c2_delayed : sequence of K arrays (q, n)
+        C_21 ... C_2K.
+    d11 : array (p, r)
+        D_11.
+    d21 : array (q, r)
+        D_21, the sensor noise.
+    d21_delayed : sequence of K arrays (q, r)
+        D_211 ... D_21K.
+    b_known : array (n, m)
+        B_u.
+    b_known_delayed : sequence of K arrays (n, m)
+        B_u1 ... B_uK.
+    a_spread : sequence of K arrays (k, n, n)
+        A_s: for each delay the coefficients of the powers 0, 1, .. of age / delay, in 1/s.
+    c1_spread : sequence of K arrays (k, p, n)
+        C_1s.
+    c2_spread : sequence of K arrays (k, q, n)
+        C_2s.
+    ranges : sequence of K pairs of floats
+        Shortest and longest delay where a delay is known only within a range, s; (tau_i, tau_i) unless given.
+
+    Raises
+    ------
+    InvalidInputError
+        Wrong shapes, delays that are not positive and increasing, a range that does not hold its delay, or averages of
+        too high a power.
+
+    Examples
+    --------
+    >>> heater = DelayPlant([[-1.0]], [0.5], [[1.0, 0.0]], [[1.0]], [[0.0]], c2_delayed=[[[1.0]]], d21=[[0.0, 0.1]])
+    >>> heater.noiseless
+    False
+    """
+
+    a0: Array
+    delays: tuple[float, ...]
+    b: Array
+    c10: Array
+    c2: Array
+    a: Matrices = ()
+    c1: Matrices = ()
+    b_delayed: Matrices = ()
+    c2_delayed: Matrices = ()
+    d11: Array = None  # type: ignore[assignment]
+    d21: Array = None  # type: ignore[assignment]
+    d21_delayed: Matrices = ()
+    b_known: Array = None  # type: ignore[assignment]
+    b_known_delayed: Matrices = ()
+    a_spread: Matrices = ()
+    c1_spread: Matrices = ()
+    c2_spread: Matrices = ()
+    ranges: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check every field and fill in what was not given."""
+        for name, value in _checked(self).items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def states(self) -> int:
+        """Number of states n."""
+        return int(self.a0.shape[0])
+
+    @property
+    def delay_count(self) -> int:
+        """Number of delays K."""
+        return len(self.delays)
+
+    @property
+    def inputs(self) -> int:
+        """Number of disturbances r."""
+        return int(self.b.shape[1])
+
+    @property
+    def known_inputs(self) -> int:
+        """Number of known inputs m."""
+        return int(self.b_known.shape[1])
+
+    @property
+    def outputs(self) -> int:
+        """Number of outputs to estimate p."""
+        return int(self.c10.shape[0])
+
+    @property
+    def measurements(self) -> int:
+        """Number of measurements q."""
+        return int(self.c2.shape[0])
+
+    @property
+    def noiseless(self) -> bool:
+        """Whether it is a plant of `delay_system`: y = C_2 x, no other delayed or known term."""
+        more = (self.d11, self.d21, self.b_known, *self.b_delayed, *self.c2_delayed, *self.d21_delayed)
+        spread = (*self.b_known_delayed, *self.a_spread, *self.c1_spread, *self.c2_spread)
+        return not any(np.any(part) for part in (*more, *spread))
+
+    def system(self) -> DelaySystem:
+        """The same as a `delay_system`.
+
+        Returns
+        -------
+        DelaySystem
+            The plant of eq. (1).
+
+        Raises
+        ------
+        InvalidInputError
+            It is not `noiseless`, or rows of C_2 depend on each other.
+        """
+        if not self.noiseless:
+            raise InvalidInputError(
+                "the plant has noise, delayed measurements or inputs: use `design` on the plant itself"
+            )
+        return delay_system(self.a0, self.a, self.delays, self.b, self.c10, self.c2, self.c1)
+
+
+def plant_of(system: DelaySystem) -> DelayPlant:
+    """A plant of `delay_system` with the fields of the general one.
+
+    Parameters
+    ----------
+    system : DelaySystem
+        The plant of eq. (1).
+
+    Returns
+    -------
+    DelayPlant
+        The same plant.
+    """
+    return DelayPlant(system.a0, system.delays, system.b, system.c10, system.c2, system.a, system.c1)
+
+
+def _checked(plant: DelayPlant) -> dict[str, Any]:
+    """The fields by name as read-only arrays and tuples of them."""
+    given = {field.name: getattr(plant, field.name) for field in fields(plant)}
+    n = as_matrix("a0", given["a0"]).shape[0]
+    if n < 1:
+        raise InvalidInputError("a0 must have at least one state, got shape (0, 0)")
+    r, p, q, m = (
+        as_matrix(name, given[name]).shape[axis] if given[name] is not None else 0
+        for name, axis in (("b", 1), ("c10", 0), ("c2", 0), ("b_known", 1))
+    )
+    if given["b_known"] is None and len(_listed("b_known_delayed", given["b_known_delayed"])):
+        m = as_matrix("b_known_delayed[0]", given["b_known_delayed"][0]).shape[1]
+    if min(r, p, q) < 1:
+        raise InvalidInputError(
+            f"b must have a column, c10 and c2 a row, got {r} columns and {p} and {q} rows; for none use zeros"
+        )
+    delays = checked_delays(given["delays"])
+    shapes = {"a0": (n, n), "b": (n, r), "c10": (p, n), "c2": (q, n), "d11": (p, r), "d21": (q, r), "b_known": (n, m)}
+    per_delay = {"a": (n, n), "c1": (p, n), "b_delayed": (n, r), "c2_delayed": (q, n), "d21_delayed": (q, r)}
+    per_delay["b_known_delayed"] = (n, m)
+    spread = {"a_spread": (n, n), "c1_spread": (p, n), "c2_spread": (q, n)}
+    checked: dict[str, Any] = {"delays": delays, "ranges": _ranges(given["ranges"], delays)}
+    for name, shape in shapes.items():
+        value = np.zeros(shape) if given[name] is None else given[name]
+        checked[name] = as_matrix(name, value, rows=shape[0], columns=shape[1])
+    for name, shape in per_delay.items():
+        checked[name] = _per_delay(name, given[name], len(delays), shape, _matrix)
+    for name, shape in spread.items():
+        checked[name] = _per_delay(name, given[name], len(delays), shape, _weights)
+    return checked
+
+
+def checked_delays(delays: Any) -> tuple[float, ...]:
+    """At least one, positive and increasing (s); raises InvalidInputError otherwise."""
+    times = tuple(positive_scalar(f"delays[{i}]", value, unit="s") for i, value in enumerate(_listed("delays", delays)))
+    if not times:
+        raise InvalidInputError("delays must hold at least one delay; for none use a zero matrix and any delay")
+    if any(later <= earlier for earlier, later in pairwise(times)):
+        raise InvalidInputError(f"delays must increase strictly, got {times}; sort them together with their matrices")
+    return times
+
+
+def _ranges(given: Any, delays: tuple[float, ...]) -> tuple[tuple[float, float], ...]:
+    """Ends of the ranges, each around its delay."""
+    pairs = _listed("ranges", given) or [(delay, delay) for delay in delays]
+    if len(pairs) != len(delays):
+        raise InvalidInputError(f"ranges must hold one pair per delay: {len(delays)} delays, {len(pairs)} pairs")
+    checked = []
+    for i, (pair, delay) in enumerate(zip(pairs, delays, strict=True)):
+        ends = _listed(f"ranges[{i}]", pair)
+        if len(ends) != 2:
+            raise InvalidInputError(f"ranges[{i}] must be a pair (shortest, longest) in s, got {pair!r}")
+        low, high = (positive_scalar(f"ranges[{i}][{j}]", end, unit="s") for j, end in enumerate(ends))
+        if not low <= delay <= high:
+            raise InvalidInputError(
+                f"ranges[{i}] must be (shortest, longest) around delays[{i}] = {delay:g} s, got ({low:g}, {high:g})"
+            )
+        checked.append((low, high))
+    return tuple(checked)
+
+
+def _per_delay(
+    name: str, values: Any, count: int, shape: tuple[int, int], read: Callable[[str, Any, tuple[int, int]], Array]
+) -> Matrices:
+    """One value per delay, each as `read` takes it; zeros if there are none."""
+    given = _listed(name, values) or [np.zeros(shape)] * count
+    if len(given) != count:
+        raise InvalidInputError(f"{name} must hold one matrix per delay: {count} delays, {len(given)} matrices")
+    return tuple(read(f"{name}[{i}]", value, shape) for i, value in enumerate(given))
+
+
+def _matrix(name: str, value: Any, shape: tuple[int, int]) -> Array:
+    return as_matrix(name, value, rows=shape[0], columns=shape[1])
+
+
+def _weights(name: str, value: Any, shape: tuple[int, int]) -> Array:
+    """Coefficients (k, rows, columns) of the powers of the age; one matrix is a constant weight."""
+    powers = _listed(name, value)
+    matrices = [powers] if np.ndim(powers) == 2 else powers
+    if not 1 <= len(matrices) <= HIGHEST_POWER + 1:
+        raise InvalidInputError(
+            f"{name} must hold the coefficients of 1 to {HIGHEST_POWER + 1} powers of the age, got {len(matrices)}; "
+            f"fit a weight of degree {HIGHEST_POWER} at most"
+        )
+    weights = np.stack([_matrix(f"{name}[{k}]", matrix, shape) for k, matrix in enumerate(matrices)])
+    weights.flags.writeable = False
+    return weights
+
+
+def _listed(name: str, value: Sequence[Any] | Any) -> list[Any]:
+    try:
+        return list(value)
+    except TypeError as error:
+        raise InvalidInputError(f"{name} must be a list with one entry per delay, got {value!r}") from error
