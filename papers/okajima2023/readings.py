@@ -98,12 +98,12 @@ READINGS = (
     ),
     Reading(
         name=RULE,
-        place="Blog, text on Table 1",
-        text="The sentence is a rule for all pairs of periods, both sensors at instant 0.",
+        place="Blog post alone, text on Table 1",
+        text="The blog's sentence is a rule for all pairs of periods, both sensors at instant 0.",
     ),
     Reading(
         name=RULE_BEST_TIMING,
-        place="Blog, text on Table 1",
-        text="The sentence is a rule for all pairs of periods, each with its best timing.",
+        place="Blog post alone, text on Table 1",
+        text="The blog's sentence is a rule for all pairs of periods, each with its best timing.",
     ),
 )

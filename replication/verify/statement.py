@@ -8,6 +8,7 @@
 The sentence is the first paragraph of the docstring, a format string on what is read and found, in which `{x:down}` and
 `{x:up 7}` round to 9 and 7 decimals, to the safe side, and `{x:ball 9}` shows balls to 9 digits with their radius. The
 ends of a range for which something is said to hold are rounded into it, or not at all.
+`{subject}` is the plant, by its name in the papers' `plants.py`; one of one's own is "this plant".
 `<Theorem 3|the program>` names a place of the paper `source` in a certificate of that paper, and says the other words
 in any other; a statement with a source and no such words stands with certificates of that paper alone: a plant of
 one's own never borrows a paper's words.
@@ -139,7 +140,7 @@ class Statement:
             for side, number in (bounds or {}).items():
                 require(sides[side] == number, f"the {side} bound that is proved is {sides[side]}, not {number}")
             whole = Found(holds=self.holds if found.holds is None else found.holds, items=found.items, **sides)
-            known = {**given, **found.words, **sides}
+            known = {"subject": _subject(certificate), **given, **found.words, **sides}
             return Theorem(
                 sentence=_Words().vformat(self.wording(certificate.get("paper")), (), known),
                 holds=whole.holds,
@@ -215,6 +216,13 @@ def collected(*families: ModuleType) -> dict[str, Statement]:
         if found.setdefault(one.name, one) is not one:
             raise ValueError(f"two statements are named {one.name}")
     return found
+
+
+def _subject(certificate: Mapping[str, Any]) -> str:
+    """The plant in words: the name is that of the paper's data, and is not taken from a certificate of one's own."""
+    plant = certificate["plant"]
+    named = certificate.get("paper") is not None and isinstance(plant, Mapping) and plant.get("name")
+    return f"the plant {named}" if named else "this plant"
 
 
 def _chosen(value: Chosen[T], parameters: Parameters) -> T:

@@ -484,10 +484,10 @@ def test_error_poles_are_matched_by_size() -> None:
 
 def test_zero_columns_of_gains() -> None:
     plant = {"name": "", "A": [["1"]], "L": [[["1", "2"]], [["3", "0"]]]}
-    assert computed("unmeasured", times(1, 2), plant).sentence.startswith("The gains are zero in all 1 columns")
+    assert computed("unmeasured", times(1, 2), plant).sentence.startswith("The gains of this plant are zero in all 1 ")
     assert computed("unmeasured", times(1, 2), plant).holds
     wrong = computed("unmeasured", times(2, 1), plant)
-    assert wrong.holds is False and wrong.sentence.startswith("The gains are not zero in 1 of the 1 columns")
+    assert wrong.holds is False and wrong.sentence.startswith("The gains of this plant are not zero in 1 of ")
     # Both columns are not measured at the second phase, and only one of them is zero.
     assert not computed("unmeasured", times(2, 2), plant).holds
 
@@ -539,10 +539,10 @@ def test_both_rows_of_a_schur_complement_are_compared() -> None:
 
 
 def test_levels_say_for_which_schedule_they_are() -> None:
-    for name in ("gains-33", "optimum-2-3"):
-        words = "For this plant and the periods [2, 3], offsets [0, 0] of the sensors [0, 1] (counted from 0), "
+    for name, plant in {"gains-33": "gains-33", "optimum-2-3": "stable"}.items():
+        words = f"For the plant {plant} and the periods [2, 3], offsets [0, 0] of the sensors [0, 1] (counted from 0), "
         assert check(load(name)).sentence.startswith(words)
-    assert check(load("optimum-case-a")).sentence.startswith("For this plant and the periods ")
+    assert check(load("optimum-case-a")).sentence.startswith("For the plant stable and the periods ")
 
 
 @pytest.mark.parametrize("entry", ["diagonal", "C", "B_d", "D"])

@@ -52,7 +52,7 @@ for _timing, (_n, _printed) in zip(TIMINGS, DATA["blog-timing"].items(), strict=
 
 @BLOG.order(
     "order.shorter-in-general",
-    place="Blog, text on Table 1",
+    place="Blog post alone, text on Table 1",
     uses=PERIOD_TABLE,
     reading=RULE,
     pinned="refuted",
@@ -61,7 +61,7 @@ for _timing, (_n, _printed) in zip(TIMINGS, DATA["blog-timing"].items(), strict=
     ],
 )
 def shorter_is_better(results: Results) -> Evidence:
-    """Read as a rule for all periods: a shorter sensing period gives a smaller optimal level."""
+    """The blog's sentence, which the paper has not, read as a rule: a shorter period always gives a smaller optimum."""
     table = all_periods(results)
     largest = max(max(cell["periods"]) for cell in table)
     found = {timing: counterexamples(table, timing) for timing in ("synchronous", "best")}

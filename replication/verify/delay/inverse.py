@@ -96,7 +96,10 @@ def gain_residuals(*, printed: bool) -> list[Words]:
 
 PARTS = {
     "theorem-4": ("Theorem 4, with Gamma/tau_K and S^-1/tau_K^2, inverts any coercive operator (8)", inverse_residuals),
-    "lemma-5": ("Lemma 5, with the corrected inverse and (10), composes them", gain_residuals),
+    "lemma-5": (
+        "Lemma 5 in (9) gives the inverse of Theorem 4 applied to (10), both as corrected",
+        gain_residuals,
+    ),
 }
 
 

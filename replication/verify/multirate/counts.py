@@ -24,7 +24,8 @@ CYCLIC = ("cyclic-full", "cyclic-blocks")
 
 @statement("multirate.selection", parameters=TIMES, says="measured sensors")
 def selection(periods: list[int], offsets: list[int]) -> Found:
-    """The sensors (counted from 0) measured at each instant are {measured}, and again from instant {period} on.
+    """With the periods {periods} and offsets {offsets} the sensors (counted from 0) measured at each instant are
+    {measured}, and again from instant {period} on.
 
     The diagonals of S_0, S_1, .. of eq. (4), row by row.
     """
@@ -36,14 +37,14 @@ def selection(periods: list[int], offsets: list[int]) -> Found:
 
 @statement("multirate.common-period", parameters=TIMES, says="common period")
 def common_period(periods: list[int], offsets: list[int]) -> Found:
-    """The schedule first repeats after {number} {instants}."""
+    """The schedule of the periods {periods} and offsets {offsets} first repeats after {number} {instants}."""
     measured = schedule(periods, offsets)
     return _instants(next(k for k in count(1) if measured[k:] + measured[:k] == measured))
 
 
 @statement("multirate.idle-instants", parameters=TIMES, says="longest time unmeasured")
 def idle_instants(periods: list[int], offsets: list[int]) -> Found:
-    """The longest time without a measurement is {number} {instants}."""
+    """With the periods {periods}, offsets {offsets} the longest time without a measurement is {number} {instants}."""
     measured = schedule(periods, offsets)
     runs, run = [0], 0
     for rows in measured + measured:
@@ -54,7 +55,9 @@ def idle_instants(periods: list[int], offsets: list[int]) -> Found:
 
 @statement("multirate.dual-rate", parameters=TIMES, says="dual-rate schedule")
 def dual_rate(periods: list[int], offsets: list[int]) -> Found:
-    """{all_} sensors measure at instant 0 of {period}, and none at any other."""
+    """{all_} sensors measure at instant 0 of {period}, and none at any other, with the periods {periods} and offsets
+    {offsets}.
+    """
     measured = schedule(periods, offsets)
     holds = measured == [list(range(len(periods))), *([] for _ in measured[1:])]
     return Found(words={"all_": "All" if holds else "It is not so that all", "period": len(measured)}, holds=holds)
@@ -64,7 +67,7 @@ def dual_rate(periods: list[int], offsets: list[int]) -> Found:
     "multirate.variables", source="okajima2023", plant=as_written, parameters=TIMES, says="unknowns of Theorem 2"
 )
 def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
-    """Theorem 2 has {number} unknown numbers.
+    """For {subject} with the periods {periods} and offsets {offsets} Theorem 2 has {number} unknown numbers.
 
     The unknowns of Theorem 2: entries of the symmetric P_k and of Y_k at every phase, and the level.
     """
@@ -82,7 +85,7 @@ def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     says=Says(quantity="rows of Theorem 2", setting={}, readings=(NO_READING, *CYCLIC)),
 )
 def rows(plant: Plant, parameters: Any) -> Found:
-    """The matrix of Theorem 2 has {number} rows at each phase.
+    """For {subject} the matrix of Theorem 2 has {number} rows at each phase.
 
     The rows of the matrix (30) of one phase, from the sizes of its diagonal blocks; they depend on no schedule.
     """
@@ -97,8 +100,9 @@ def rows(plant: Plant, parameters: Any) -> Found:
     says=Says(quantity="rows of the cyclic inequality", readings=CYCLIC),
 )
 def cyclic_rows(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
-    """The matrix of Theorem 2 for the cyclic reformulation, with {instants} times the states, disturbances and sensors,
-    has {number} rows, whatever the blocks of its P.
+    """For {subject} with the periods {periods} and offsets {offsets} the matrix of Theorem 2 for the cyclic
+    reformulation, with {instants} times the states, disturbances and sensors, has {number} rows, whatever the blocks of
+    its P.
     """
     instants = len(schedule(periods, offsets))
     return _count(instants * _rows(plant), instants=instants)
@@ -106,7 +110,9 @@ def cyclic_rows(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
 
 @statement("multirate.unmeasured", plant=as_written, parameters=TIMES, says="unmeasured columns are zero")
 def unmeasured(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
-    """The gains are {zero} {others} columns of sensors that are not measured at that phase."""
+    """The gains of {subject} are {zero} {others} columns of sensors that are not measured at that phase, with the
+    periods {periods} and offsets {offsets}.
+    """
     measured = schedule(periods, offsets)
     L = _gains(plant, len(periods), len(measured))
     others = [(k, i) for k, rows in enumerate(measured) for i in range(len(periods)) if i not in rows]
@@ -119,7 +125,7 @@ def unmeasured(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     "multirate.observable", plant=as_written, parameters=as_written, says=Says(quantity="observability", setting={})
 )
 def observable(plant: Plant, parameters: Any) -> Found:
-    """The observability matrix of (C, A) has rank {rank}, of {n}."""
+    """For {subject} the observability matrix of (C, A) has rank {rank}, of {n}."""
     A, C = _observed(plant)
     n, power, blocks = A.nrows(), identity(A.nrows()), []
     for _ in range(n):
@@ -133,8 +139,9 @@ def observable(plant: Plant, parameters: Any) -> Found:
 
 @statement("multirate.product", plant=as_written, parameters=TIMES, says="same poles from the next instant")
 def order_of_factors(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
-    """A_e as a product over one period, later factors to the left, has {shifted} characteristic polynomial from instant
-    1 as from instant 0; with the factors in the other order it has {reverse} one.
+    """With the gains of {subject}, periods {periods} and offsets {offsets}, A_e as a product over one period, later
+    factors to the left, has {shifted} characteristic polynomial from instant 1 as from instant 0; with the factors in
+    the other order it has {reverse} one.
     """
     measured = schedule(periods, offsets)
     A, C = _observed(plant)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from replication.verify.algebra.symbolic import Symbolic, blocks, require_equal, symbols, unit
 from replication.verify.reading import integer, sized
-from replication.verify.statement import statement
+from replication.verify.statement import Found, statement
 from replication.verify.theorem import require
 
 LARGEST_SIZE = 6
@@ -13,10 +13,8 @@ SIZES = dict.fromkeys(("states", "sensors", "disturbances", "inputs"), sized(int
 
 
 @statement("multirate.error-system", source="okajima2023", parameters=SIZES, holds=True, says="error system (16)")
-def error_system(states: int, sensors: int, disturbances: int, inputs: int) -> None:
-    """The error of the observer (15) obeys eq. (16) for all entries of all matrices ({states} states, {sensors}
-    sensors, {disturbances} disturbances, {inputs} inputs).
-    """
+def error_system(states: int, sensors: int, disturbances: int, inputs: int) -> Found:
+    """The error of the observer (15) obeys eq. (16) for all entries of all matrices ({sizes})."""
     n, q, m, p = _limited(states, sensors, disturbances, inputs)
     shapes = {
         "A": (n, n), "B_u": (n, p), "B_d": (n, m), "C": (q, n), "D": (q, q), "L": (n, q), "S": (q, q),
@@ -27,25 +25,24 @@ def error_system(states: int, sensors: int, disturbances: int, inputs: int) -> N
     observer = A @ o + B_u @ u + L @ (measured - S @ C @ o)
     wanted = (A - L @ S @ C) @ (x - o) + B_d @ d - L @ S @ D @ w
     require_equal(plant - observer, wanted, "eq. (16)")
+    return _counted(states, sensors, disturbances, inputs)
 
 
 @statement("multirate.dissipation", source="okajima2023", parameters=SIZES, holds=True, says="identity (23)")
-def dissipation(states: int, sensors: int, disturbances: int, inputs: int) -> None:
-    """The quadratic form of the matrix (20) is the left-hand side of eq. (23) ({states} states, {sensors} sensors,
-    {disturbances} disturbances, {inputs} inputs).
-    """
+def dissipation(states: int, sensors: int, disturbances: int, inputs: int) -> Found:
+    """The quadratic form of the matrix (20) is the left-hand side of eq. (23) ({sizes})."""
     m, closed, level = _closed_loop(*_limited(states, sensors, disturbances, inputs))
     P, before, e, d, w = (m[name] for name in ("P", "Q", "e", "d", "w"))
     xi, noise, z = blocks([[e], [d], [w]]), blocks([[d], [w]]), m["W"] @ e
     following = blocks([closed]) @ xi
     loss = e.T @ before @ e + noise.T @ level @ noise - following.T @ P @ following - z.T @ z
     require_equal(xi.T @ _theta(m, closed) @ xi, loss, "eq. (23)")
+    return _counted(states, sensors, disturbances, inputs)
 
 
 @statement("multirate.schur", source="okajima2023", parameters=SIZES, holds=True, says="Schur complement (32)")
-def schur(states: int, sensors: int, disturbances: int, inputs: int) -> None:
-    """With Y = P L, the Schur complement of P in the matrix (30) is the matrix (20) ({states} states, {sensors}
-    sensors, {disturbances} disturbances, {inputs} inputs).
+def schur(states: int, sensors: int, disturbances: int, inputs: int) -> Found:
+    """With Y = P L, the Schur complement of P in the matrix (30) is the matrix (20) ({sizes}).
 
     Eqs. (30)-(32): with Y = P L, the Schur complement of P in the matrix (30) is the matrix (20).
 
@@ -57,6 +54,7 @@ def schur(states: int, sensors: int, disturbances: int, inputs: int) -> None:
     require_equal(blocks([[P @ A - Y @ S @ C, P @ B_d, -(Y @ S @ D)]]), P @ F, "the first row of (30)")
     rest = blocks([[before - W.T @ W, none], [none.T, level]])
     require_equal(rest - F.T @ P @ F, _theta(m, closed), "the Schur complement in (30)")
+    return _counted(states, sensors, disturbances, inputs)
 
 
 def _closed_loop(n: int, q: int, m: int, _: int) -> tuple[dict[str, Symbolic], list[Symbolic], Symbolic]:
@@ -82,6 +80,12 @@ def _theta(m: dict[str, Symbolic], closed: list[Symbolic]) -> Symbolic:
             [M.T @ P @ A_e, M.T @ P @ B_d, unit(w, g2) - M.T @ P @ M],
         ]
     )
+
+
+def _counted(*sizes: int) -> Found:
+    """The sizes in words."""
+    told = (f"{size} {name if size > 1 else name.removesuffix('s')}" for size, name in zip(sizes, SIZES, strict=True))
+    return Found(words={"sizes": ", ".join(told)})
 
 
 def _limited(*sizes: int) -> tuple[int, ...]:

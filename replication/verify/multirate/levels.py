@@ -63,8 +63,8 @@ NOISES = Depends(lambda given: sized(matrices, given.plant.noises, given.turn.nr
     ),
 )
 def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, v: Matrices, **chosen: Any) -> None:
-    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), the error
-    system of the given gains is stable, with an l2 gain between {lower:down} and {upper:up}; the upper bound is one of
+    """For {subject} and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), the error
+    system of its gains is stable, with an l2 gain between {lower:down} and {upper:up}; the upper bound is one of
     <Theorem 1|a storage function with the period of the schedule>.
 
     The gain of the given gains L_k: Theorem 1 from above, a disturbance from below.
@@ -83,7 +83,7 @@ def gain(plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, turn: fmpq_mat, 
 def optimum_noncausal(
     plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, turn: fmpq_mat, d: Matrices, **chosen: Any
 ) -> None:
-    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), <by
+    """For {subject} and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), <by
     Theorem 2 |>some observer that predicts one step has a gain of at most {upper:up}; no estimator, not even a
     smoother, has one below {lower:down}.
 
@@ -102,7 +102,7 @@ def optimum_noncausal(
 def optimum_causal(
     plant: Sensing, lower: fmpq, upper: fmpq, P: Matrices, Y: Matrices, start: int, d: Matrices, **chosen: Any
 ) -> None:
-    """For this plant and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), <by
+    """For {subject} and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), <by
     Theorem 2 |>some observer that predicts one step has a gain of at most {upper:up}; no one-step predictor, which
     estimates z(k) from the measurements up to k - 1, has one below {lower:down}, but a filter that uses y(k) too may.
 

@@ -78,7 +78,8 @@ def shorter_periods(
     says="level of Theorem 1 with one P",
 )
 def one_matrix(plant: Sensing, lower: fmpq, Z: Matrices, **_: Any) -> None:
-    """With one matrix P for all instants, Theorem 1 gives no level below {lower:down} for the given gains.
+    """With one matrix P for all instants, Theorem 1 gives no level below {lower:down} for the gains of {subject},
+    periods {periods} and offsets {offsets}.
 
     The inner products of Z_k > 0 with the matrices of Theorem 1 add up to more than 0, and to at most g^2 times the sum
     of the traces of the parts of Z_k on noises, less that of W'W on states, if the Z_k weigh the states after a step no

@@ -23,7 +23,7 @@ from replication.verify.algebra.decimals import above as above_
 from replication.verify.algebra.decimals import below as below_
 from replication.verify.algebra.linear import identity, solved
 from replication.verify.algebra.work import BALL, spend
-from replication.verify.nonuniform.system import Filter, Plant, on_filtered, seconds, step_at
+from replication.verify.nonuniform.system import Filter, Plant, in_words, on_filtered, seconds, step_at
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import MAX_ENTRIES, fields, positive, rational, sequence, sized
 from replication.verify.statement import Depends, Found, Says
@@ -70,8 +70,8 @@ POINTS = Depends(lambda given: sized(read_points, given.plant.A.nrows()))
     says=Says(quantity="output matrix", setting=_setting, readings=(NO_READING, "one motor constant")),
 )
 def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: list[list[Point]]) -> Found:
-    """With the given A_f and B_f and the level {level:up} at the middle period, the entries of C_f lie within
-    {entries}.
+    """With the given A_f and B_f and the level {level:up} at the constant period {period} s, the entries of C_f lie
+    within {entries}.
     """
     if plant.filter is None:
         raise Refused("plant lacks the field filter")
@@ -92,7 +92,7 @@ def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: li
     upper, lower = ([limit + spare for _, limit in side] for side in sides)
     items = tuple((_floor(-low), -_floor(-high)) for low, high in zip(lower, upper, strict=True))
     entries = " and ".join(f"[{below_(low, 4)}, {above_(high, 4)}]" for low, high in items)
-    return Found(words={"entries": entries}, items=items)
+    return Found(words={"entries": entries, "period": in_words(plant.middle)}, items=items)
 
 
 def half_space(plant: Plant, filter_: Filter, level: fmpq, points: list[Point]) -> tuple[list[arb], arb]:

@@ -10,7 +10,17 @@ from flint import arb, arb_mat, fmpq
 from replication.verify.algebra.roots import require_hurwitz
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform.gain import read_storage, require_level
-from replication.verify.nonuniform.system import Case, Filter, Plant, along, on_filtered, on_plant, read_filter, seconds
+from replication.verify.nonuniform.system import (
+    Case,
+    Filter,
+    Plant,
+    along,
+    in_words,
+    on_filtered,
+    on_plant,
+    read_filter,
+    seconds,
+)
 from replication.verify.reading import integer, matrix, positive, sequence, sized
 from replication.verify.statement import BOTH, Depends, Found, Says, statement
 from replication.verify.theorem import Refused, require
@@ -172,11 +182,12 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     says=Says(quantity="column of the observer", readings=("filter as an observer",)),
 )
 def observer_column(plant: Plant, column: int) -> Found:
-    """Column {place} of Phi(h) - B_f C at the middle of the range has its entries in {entries:ball 8}."""
+    """Column {place} of Phi(h) - B_f C at the period {period} s has its entries in {entries:ball 8}."""
     require(column < plant.A.nrows(), "parameters.column is not one of the columns")
     whole = grid.state_transition(plant, seconds(plant.middle)) - arb_mat(_printed(plant).B * plant.C)
     entries = [row[column] for row in whole.tolist()]
-    return Found(words={"place": column + 1, "entries": entries}, items=tuple(_ends(entry) for entry in entries))
+    words = {"place": column + 1, "entries": entries, "period": in_words(plant.middle)}
+    return Found(words=words, items=tuple(_ends(entry) for entry in entries))
 
 
 def _printed(plant: Plant) -> Filter:
