@@ -18,9 +18,9 @@ BRIEF = Brief(
     topic="Samples at irregular instants",
     card="The levels belong to [one](+gamma.1) [constant period](+filter.norm), as Sec. V-A says; over all sampling "
     "sequences the gain is larger, [in](-valid.1) [both examples](-valid.2).",
-    holds="At one constant period [Example 1](gamma.1) has its level as the optimum, and [the printed filter]"
-    "(filter.norm) has the level printed for it; both are [stable](stable.1) [throughout](stable.2).",
-    correct="[What solves (6)](valid.1) on the grid does not at every period; [one](grid.1) [element](condition-8.1) "
+    holds="At one constant period [Example 1](gamma.1) has its level as optimum, [the printed filter](filter.norm) the "
+    "one printed for it; both are [stable](stable.1) [throughout](stable.2).",
+    correct="[What solves (6)](valid.1) on the grid does not elsewhere; [one](grid.1) [element](condition-8.1) "
     "does not cover the first range; [case U3](u3) and [two maps](map) are misprinted.",
     guess="Whether the abstract promises the levels [for every sequence](robust-level.1) or for the grid; whether "
     "[one element](grid.2) covers the second range, by (8) or (9); what [step 4](algorithm) means.",

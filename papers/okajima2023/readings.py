@@ -87,8 +87,8 @@ READINGS = (
     Reading(
         name=FREE_A,
         place="Sec. IV-C, before eq. (41)",
-        text="The text excepts the matrix A, not its diagonal: any entry may differ from Sec. IV-A, so that some A with "
-        "the stated poles may do.",
+        text="The text excepts the matrix A, not its diagonal: any entry may differ from Sec. IV-A, so that one A with "
+        "the stated poles is enough.",
     ),
     Reading(
         name=RECOVERED_PLANT,
