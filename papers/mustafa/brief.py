@@ -16,14 +16,14 @@ def _higher(x: float) -> float:
 
 BRIEF = Brief(
     topic="Samples at irregular instants",
-    card="The abstract can be read as giving [robust levels](-robust-level.1). They are nominal: over all sampling "
-    "sequences the gain is larger, [in both examples](-robust-level.2).",
-    holds="At one constant period the levels are right: [Example 1](gamma.1), [Example 2](gamma.2). "
-    "[The printed filter](filter.norm) has the level printed for it.",
-    correct="Levels are nominal, as Sec. V-A says, not [robust](robust-level.1); [one grid element](condition-8.1) "
+    card="The levels belong to [one](+gamma.1) [constant period](+filter.norm), as Sec. V-A says; over all sampling "
+    "sequences the gain is larger, [in](-valid.1) [both examples](-valid.2).",
+    holds="At one constant period [Example 1](gamma.1) has its level as optimum, [the printed filter](filter.norm) the "
+    "one printed for it; both are [stable](stable.1) [throughout](stable.2).",
+    correct="[What solves (6)](valid.1) on the grid does not elsewhere; [one](grid.1) [element](condition-8.1) "
     "does not cover the first range; [case U3](u3) and [two maps](map) are misprinted.",
-    guess="Why the grids have [one element](grid.1) each: of the readings tried, only the square root of "
-    "[step 4](algorithm) lets one cover both ranges.",
+    guess="Whether the abstract promises the levels [for every sequence](robust-level.1) or for the grid; whether "
+    "[one element](grid.2) covers the second range, by (8) or (9); what [step 4](algorithm) means.",
     sketch=Sketch(
         alt="A signal is sampled at irregular instants, while the level of the filter belongs to one constant period.",
         strokes=(

@@ -68,13 +68,21 @@ def size_of_f(results: Results) -> Proof:
 
 
 def repeated_row(results: Results) -> Proof:
-    """The two printed halves of (10) have different numbers of rows; without the repeated one it is the congruence."""
+    """The right half of (10) has a row too many for a square matrix; without the repeated one it is the congruence."""
     left, right = DATA["lmi"]["left"], DATA["lmi"]["right"]
+    columns = len(left[0].split(",")) + len(right[0].split(","))
     residual = results["identities"]["congruence"]
     return Proof(
-        holds=len(right) == len(left) + 1 and len(set(right)) == len(left) and residual <= EXACT,
-        text="The right half has one row more than the left one, and one row twice. Without it (10) is the congruence.",
-        quantities={"rows, left": float(len(left)), "rows, right": float(len(right)), "largest residual": residual},
+        holds=len(left) == columns == len(right) - 1 == len(set(right)) and residual <= EXACT,
+        text="A matrix inequality is about a square matrix. The left half has as many rows as (10) has columns, the "
+        "right half one more, and one row twice. Without the repetition (10) is the congruence of (6) that the proof "
+        "asks for.",
+        quantities={
+            "columns": float(columns),
+            "rows, left": float(len(left)),
+            "rows, right": float(len(right)),
+            "largest residual": residual,
+        },
     )
 
 
@@ -98,15 +106,17 @@ def steps_of_algorithm(results: Results) -> Proof:
 
 
 def motor_constant(results: Results) -> Proof:
-    """K_theta stands in A, K_q among the values: the K_theta behind the printed filter, against K_q."""
+    """One constant of A has no value, and one value has no place in A; the printed filter bears it out."""
+    in_A, valued = (set(DATA["constants"][which]) for which in ("in A", "with a value"))
     # A_f = Phi - B_f C with C = [1 0], and the off-diagonal entries of Phi = e^{hA} are to each other as those of A.
     Phi, A, filter_ = results["nominal.2"]["Phi"], example(2)["plant"]["A"], printed_filter()
     moved, factor = filter_["A"][1][0] + filter_["B"][1][0], -float(DATA["L_a"]) * A[0][1] / Phi[0][1]
     low, high = sorted(factor * (moved + sign * 2 * HALF_UNIT) for sign in (-1, 1))
     return Proof(
-        holds=low <= float(DATA["K"]) <= high and low > 0,
-        text="If A_f = Phi - B_f C, the first columns of the printed A_f and B_f, with their rounding, leave K_theta "
-        "between two ends; K_q lies between them.",
+        holds=(in_A - valued, valued - in_A) == ({"K_theta"}, {"K_q"}) and low <= float(DATA["K"]) <= high and low > 0,
+        text="The text gives the values of the constants of A. K_theta alone has none, and K_q alone has one and no "
+        "place in A, so that one is the other. The filter bears it out: if A_f = Phi - B_f C, the first columns of the "
+        "printed A_f and B_f, with their rounding, leave K_theta between two ends, and the value lies between them.",
         quantities={"K_theta, at least": low, "K_theta, at most": high},
     )
 
@@ -167,7 +177,7 @@ ERRATA: tuple[Erratum, ...] = (
     Erratum(
         id="row", place="Eq. (10)",
         printed="the text at hand has the row [−Z 0] twice in the right half", meant="once", prove=repeated_row,
-        uses=("identities",), inference=True,
+        uses=("identities",),
     ),
     Erratum(
         id="algorithm", place="Algorithm 1, step 4",
@@ -179,7 +189,7 @@ ERRATA: tuple[Erratum, ...] = (
     Erratum(
         id="motor-constant", place="Sec. VI-B",
         printed="K_θ in A, K_q among the values", meant="one constant, K_θ = K_q = K_T",
-        prove=motor_constant, uses=("nominal.2",), inference=True,
+        prove=motor_constant, uses=("nominal.2",),
     ),
     Erratum(
         id="unit-of-J", place="Sec. VI-B",

@@ -19,11 +19,22 @@ DURATION = Reading(
     text="Sec. II does not write its norms out. Here both are weighted by the sampling periods, so that they count "
     "seconds; Sec. V-B says discrete time.",
 )
+GRID_PERIODS = Reading(
+    name="periods of the grid",
+    place="Sec. V-A; Sec. VI-B, on the level",
+    text="The level holds for the sampling periods of the grid only, here the middle of the range, as Sec. V-A says of "
+    "Algorithm 1 and Sec. VI-B of Example 2; stability is for every sequence.",
+)
 NOMINAL = Reading(
     name="least nominal level",
-    place="Sec. VI-A; Algorithm 1, step 2; Sec. V-A",
-    text="The level is the least one of step 2 on the grid of step 0, the middle of the range. The text says only that "
-    "a filter with it can be found.",
+    place="Secs. VI-A and VI-B; Algorithm 1, step 2; Sec. V-A",
+    text="The level is the least one of step 2, which minimises, on the grid of one element, the middle of the range.",
+)
+FOUND = Reading(
+    name="level of the filter found",
+    place="Secs. VI-A and VI-B; Sec. V-A",
+    text="A filter with the level can be found, says the text: the level is the norm of that filter at the middle of "
+    "the range. In Example 2 it is the printed filter; Example 1 prints none, and one of ours stands for it.",
 )
 OUR_FILTER = Reading(
     name="our filter",
@@ -34,8 +45,8 @@ OUR_FILTER = Reading(
 MOTOR = Reading(
     name="one motor constant",
     place="Sec. VI-B",
-    text="A holds K_theta, and the list of values K_q: both are taken for one constant, equal to K_T as K_q is. "
-    "The printed filter bears it out within its rounding (see the errata).",
+    text="K_theta is the one constant of A without a value, and K_q the one value without a place in A: they are one "
+    "constant, equal to K_T as K_q is (see the errata).",
 )
 OBSERVER_FORM = Reading(
     name="filter as an observer",
@@ -65,7 +76,7 @@ ANY_CHANGE = Reading(
     name="any change",
     place="Eq. (8)",
     text="The norm in (8) is the gain for every sequence theta_k, in the modal coordinates of the plant, in which the "
-    "small-gain theorem says the same of stability.",
+    "small-gain theorem says the same of stability. In the coordinates of the plant it is not evaluated.",
 )
 BOUND_9 = Reading(
     name="bound (9)",
@@ -79,12 +90,10 @@ CONDITION_8 = Reading(
     text="An element covers the periods around it for which (8) itself holds, the change held constant; a new element "
     "stands in the middle of each gap.",
 )
-ROOT = Reading(
-    name="root of alpha",
-    place="Algorithm 1, step 4",
-    text="An element covers the interval (9) with the root of alpha, which step 4 prints, also in step 3; U3 "
-    "corrected. The small-gain condition does not allow it.",
-    inference=True,
+CONDITION_8_ANY = Reading(
+    name="condition (8), any change",
+    place="Theorem 3; eq. (8)",
+    text="The same with (8) for every sequence of changes, in modal coordinates.",
 )
 UNION = Reading(
     name="no set-minus",
@@ -114,6 +123,6 @@ DRAWN = {
 """By law of the periods."""
 
 READINGS = (
-    SAMPLES, DURATION, NOMINAL, OUR_FILTER, MOTOR, OBSERVER_FORM, ONE_ELEMENT, CORRECTED_GRID, CONSTANT_CHANGE,
-    ANY_CHANGE, BOUND_9, CONDITION_8, ROOT, UNION, SET_MINUS, MULTIPLIERS, *DRAWN.values(),
+    SAMPLES, DURATION, GRID_PERIODS, NOMINAL, FOUND, OUR_FILTER, MOTOR, OBSERVER_FORM, ONE_ELEMENT, CORRECTED_GRID,
+    CONSTANT_CHANGE, ANY_CHANGE, BOUND_9, CONDITION_8, CONDITION_8_ANY, UNION, SET_MINUS, MULTIPLIERS, *DRAWN.values(),
 )  # fmt: skip

@@ -24,17 +24,15 @@ def _uncertainty() -> Stroke:
 
 BRIEF = Brief(
     topic="Sensors that tick at different rates",
-    card="[Both](+theory.theorem1) [theorems](+theory.theorem2) are tight at the stable plant, whose levels hold "
-    "except [one entry](-table1.n21) of Table 1. The unstable example "
-    "prints [a stable matrix](-unstable.same-setting).",
-    holds="Stable plant: [Theorem 1](theory.theorem1), [Theorem 2](theory.theorem2), the levels of "
-    "[Sec. IV-A](gamma.proposed) and [IV-B](timing.case-2), also with four sets of [printed gains](gains.eq33), seven "
-    "columns of [Table 1](table1.n33).",
-    correct="[Table 1](table1.n21) entry (2, 1) exceeds the rounded optimum. Sec. IV-C "
-    "[repeats](unstable.same-setting) the stable matrix. "
-    "Blog alone: [shorter periods](order.shorter-in-general), read as a rule, need not help.",
-    guess="Which noises [eq. (34)](denominator) divides by, and [the matrices](setting-of-4c) of Sec. IV-C: "
-    "a reading of each fits, neither is certain.",
+    card="The stable plant's levels hold, except [one entry](-table1.n21) of Table 1; [both](+theory.theorem1) "
+    "[theorems](+theory.theorem2) are tight at its printed gains and designs. Sec. IV-C prints [a stable "
+    "matrix](?diagonal-of-a).",
+    holds="To one part in a million [Theorem 1](theory.theorem1) is tight at four gain sets, "
+    "[Theorem 2](theory.theorem2) at all designs; [levels](gamma.proposed) and [timings](timing.case-2) come out.",
+    correct="[Table 1](table1.n21), entry (2, 1), exceeds the rounded optimum. Eq. (4) [counts](sensor-index) "
+    "states for sensors, and Fig. 1 [names](noise-index) an entry off the diagonal.",
+    guess="Which noises [eq. (34)](denominator) divides by; which [matrices](unstable.same-setting) Sec. IV-C has; "
+    "whether [shorter periods](order.shorter-in-general), as the blog says, always help.",
     sketch=Sketch(
         alt="Two sensors with periods two and three; the uncertainty of the estimate grows between measurements and "
         "shrinks at each.",

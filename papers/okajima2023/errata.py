@@ -5,9 +5,9 @@ from __future__ import annotations
 from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, DENOMINATOR, G_SIM, all_draws
 from papers.okajima2023.claims.unstable import ALL_DIAGONALS, DIAGONAL, PRINTED, RECOVERED, SETTING, USES
 from papers.okajima2023.experiments.declared import DRAWS
-from papers.okajima2023.experiments.simulations import DENOMINATORS
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import PLANT, bracketed
+from papers.okajima2023.readings import DENOMINATOR as READING_OF
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY
 from replication.audit.model import Erratum, Proof, Results
 
@@ -16,14 +16,14 @@ def denominator(results: Results) -> Proof:
     """Which readings of the denominator of eq. (34) make all four printed values possible."""
     found = all_draws(results)
     cases = found["cases"]
-    least = {what: min(case["readings"][what]["probability"] for case in cases.values()) for what in DENOMINATORS}
+    least = {what: min(case["readings"][what]["probability"] for case in cases.values()) for what in READING_OF}
     possible = [what for what, probability in least.items() if probability >= SMALLEST_PROBABILITY]
     return Proof(
         holds=possible == [ALL_NOISE]
         and all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items()),
         text=(
             f"With d alone, as printed, each of the four values lies below all {found['seeds']} draws. Of "
-            f"{len(DENOMINATORS)} readings only one makes each of the four possible: d together with both sensor "
+            f"{len(READING_OF)} readings only one makes each of the four possible: d together with both sensor "
             "noises, in every case, whether a sensor is used or not. Cases A to C run with gains of ours; none are "
             "printed. The text calls the ratio an estimate of the norm from d to e, in keeping with the print."
         ),

@@ -12,14 +12,16 @@ CYCLIC_FULL, CYCLIC_BLOCKS = "cyclic-full", "cyclic-blocks"
 CENTRAL = "central-gains"
 SAME_NOISE = "same-noise"
 RULE, RULE_BEST_TIMING = "rule", "rule-best-timing"
-RECOVERED_A, SECOND_A = "recovered-diagonal", "second-diagonal"
+TABLE_ALONE = "table-alone"
+RECOVERED_A, SECOND_A, FREE_A = "recovered-diagonal", "second-diagonal", "any-entries"
 RECOVERED_PLANT, UNROUNDED_GAINS = "recovered-plant", "unrounded-gains"
+NOISELESS = DENOMINATORS[1]
+"""The text simulates noise of the sensors: to leave it out is no reading."""
 DENOMINATOR = dict(
     zip(
-        DENOMINATORS,
+        [what for what in DENOMINATORS if what != NOISELESS],
         (
             "denominator-d",
-            "denominator-d-without-w",
             "denominator-w",
             "denominator-w-when-measured",
             "denominator-w-of-sensors-used",
@@ -33,7 +35,6 @@ DENOMINATOR = dict(
 _OURS = "Cases A to C run with our central optimal gains, since theirs are not printed."
 _ENERGIES = (
     "The denominator of eq. (34) is the energy of d, as printed.",
-    "The denominator of eq. (34) is the energy of d, as printed, and the sensors are simulated without noise.",
     "The denominator of eq. (34) is the energy of both sensor noises.",
     "The denominator of eq. (34) is the energy of d and of each sensor noise at the instants of measurement.",
     "The denominator of eq. (34) is the energy of d and of the noises of the sensors that the observer uses.",
@@ -60,8 +61,8 @@ READINGS = (
         "from measurements up to k. Filters, which use the newest measurement too, are another class.",
     ),
     *(
-        Reading(name=DENOMINATOR[what], place="Eq. (34)", text=f"{energy} {_OURS}", inference=what != DENOMINATORS[0])
-        for what, energy in zip(DENOMINATORS, _ENERGIES, strict=True)
+        Reading(name=name, place="Eq. (34)", text=f"{energy} {_OURS}", inference=what != DENOMINATORS[0])
+        for (what, name), energy in zip(DENOMINATOR.items(), _ENERGIES, strict=True)
     ),
     Reading(name=CENTRAL, place="Sec. IV-A, Cases A to C", text=_OURS),
     Reading(
@@ -84,6 +85,12 @@ READINGS = (
         inference=True,
     ),
     Reading(
+        name=FREE_A,
+        place="Sec. IV-C, before eq. (41)",
+        text="The text excepts the matrix A, not its diagonal: any entry may differ from Sec. IV-A, so that one A with "
+        "the stated poles is enough.",
+    ),
+    Reading(
         name=RECOVERED_PLANT,
         place="Sec. IV-C, eqs. (41) and (42)",
         text="A, C, B_d and D are those that a search finds from the stated poles and the gains (42); other plants may "
@@ -95,6 +102,11 @@ READINGS = (
         place="Eq. (42)",
         text="The same plant, with gains that round to the printed ones and were chosen to give the stated poles.",
         inference=True,
+    ),
+    Reading(
+        name=TABLE_ALONE,
+        place="Blog, text on Table 1",
+        text="The sentence is about the columns of Table 1, which it sums up.",
     ),
     Reading(
         name=RULE,

@@ -108,6 +108,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     threshold: for those, the number that `holds` compares a residual with, if the statement holds up to rounding, a
     printed digit or the like; the residual is then threshold − margin. threshold_reason: why that much is allowed.
     probability: for statistical claims, the two-sided probability of a draw at least as extreme as the printed one.
+    draws: the number of draws among which that probability is a rank; it cannot be shown to be less than they allow.
     quantities: named numbers that stand behind the answer and are shown with it.
     as_printed: for a claim with an erratum, the evidence for the text as printed (`value` is then the corrected one).
     outcomes: under each reading of a family, where the text leaves a choice on which the answer may depend.
@@ -128,6 +129,7 @@ class Evidence(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     threshold: float | None = None
     threshold_reason: str = ""
     probability: float | None = None
+    draws: int | None = None
     quantities: dict[str, float] = {}
     solvers: tuple[SolverRecord, ...] = ()
     note: str = ""

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from unittest.mock import patch
+
+import numpy as np
 import pytest
 
 from papers.mustafa import PAPER
 from papers.mustafa.errata import dimension
+from papers.mustafa.experiments.covering import _modal, condition
 from papers.mustafa.experiments.identities import identities
 from papers.mustafa.experiments.levels import grids, level_curve, nominal, problem, subject
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
@@ -104,6 +108,37 @@ def test_another_filter_does_not_bear_out_the_motor_constant(monkeypatch: pytest
     assert erratum.prove(results).holds
     monkeypatch.setitem(DATA["filter"], "B_f", PrintedValue("[0.6505; 1.0674]", "Sec. VI-B"))
     assert not erratum.prove(results).holds
+
+
+def test_the_motor_constant_is_one_only_if_both_symbols_are_alone() -> None:
+    """A value for K_theta, or another symbol without one, leaves the reading open."""
+    (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.motor-constant")
+    results, constants = {f"{KEY}.nominal.2": nominal(**example(2))}, DATA["constants"]
+    for which, symbol in (("with a value", "K_theta"), ("in A", "K_e")):
+        with patch.dict(DATA, {"constants": {**constants, which: [*constants[which], symbol]}}):
+            assert not erratum.prove(results).holds
+
+
+def test_a_square_right_half_has_no_row_too_many() -> None:
+    (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.row")
+    results = {f"{KEY}.identities": identities(2, 1)}
+    assert erratum.prove(results).holds
+    lmi = DATA["lmi"]
+    for right in (lmi["right"][1:], [*dict.fromkeys(lmi["right"]), "0, 0"]):
+        with patch.dict(DATA, {"lmi": {**lmi, "right": right}}):
+            assert not erratum.prove(results).holds
+
+
+def test_the_elements_by_condition_8_cover_and_fewer_do_not() -> None:
+    """By the formula in modal coordinates on a finer mesh: the grid of Algorithm 1 covers, its first element not."""
+    given = example(1)
+    system, span = problem(**given)
+    rates, h = np.linalg.eigvals(system.A), span.nodes(1001)
+    found = condition(**given, nodes=41, centres=3)
+    assert np.max(_modal(rates, np.array([span.middle]), h)) > 1
+    quarters = np.array([span.h_l + (span.h_u - span.h_l) * part for part in (0.5, 0.1, 0.9)])
+    assert np.max(np.min(_modal(rates, quarters, h), axis=0)) < 1
+    assert 1 < found["modal_elements"] <= found["elements"]
 
 
 @pytest.mark.slow

@@ -64,7 +64,10 @@ def no_filter(results: dict[str, Any]) -> None:
 
 BROKEN: dict[str, Alteration] = {
     **{
-        f"robust-level.{e}": both(to(0.08, f"bracket.{e}", "lower"), to(0.09, f"bracket.{e}", "upper"))
+        f"robust-level.{e}": both(
+            *(to(0.08, f"{name}.{e}", "lower") for name in ("bracket", "bracket-duration")),
+            *(to(0.09, f"{name}.{e}", "upper") for name in ("bracket", "bracket-duration")),
+        )
         for e in EXAMPLES
     },
     **{f"valid.{e}": to(0.0, f"curve.{e}", "floor") for e in EXAMPLES},
@@ -82,12 +85,8 @@ BROKEN: dict[str, Alteration] = {
     "recovery": to(1e-6, "identities", "recovery"),
     "congruence": to(1e-6, "identities", "congruence"),
     **{f"algorithm.{e}": to("COVERED", f"grids.{e}", "algorithm", WITH_SET_MINUS.name, "end") for e in EXAMPLES},
-    **{
-        f"grid.{e}": both(
-            to(False, f"grids.{e}", "intervals", "corrected, root", "covers"), to(3, f"condition.{e}", "elements")
-        )
-        for e in EXAMPLES
-    },
+    "grid.1": to(1, "condition.1", "modal_elements"),
+    "grid.2": both(to(3, "condition.2", "elements"), to(3, "condition.2", "modal_elements")),
     "condition-8.1": both(
         *(to(0.9, "condition.1", name) for name in ("constant", "constant_bound", "modal", "modal_bound"))
     ),
@@ -150,6 +149,23 @@ def test_a_perturbed_print_changes_the_verdict(
     matrix, other = BY_PRINT[name]
     monkeypatch.setitem(DATA["filter"], matrix, PrintedValue(other, "Sec. VI-B"))
     assert verdict(name, results) is not CLAIMS[name].expected
+
+
+def test_a_level_that_fails_on_the_grid_too_is_refuted(results: dict[str, Any]) -> None:
+    """The nominal reading alone keeps the claim on the abstract from being refuted."""
+    for e in EXAMPLES:
+        altered = copy.deepcopy(results)
+        to(0.2, f"bracket.{e}", "nominal")(altered)
+        assert verdict(f"robust-level.{e}", altered) is Verdict.REFUTED
+
+
+def test_the_levels_of_both_examples_are_judged_by_the_same_readings(results: dict[str, Any]) -> None:
+    full = {f"{KEY}.{key}": value for key, value in results.items()}
+    first, second = ([one.reading for one in CLAIMS[f"gamma.{e}"].answer(full).outcomes] for e in EXAMPLES)
+    assert first == second
+    optimum = copy.deepcopy(results)
+    to(float(DATA["gamma-2"]), "nominal.2", "formula")(optimum)
+    assert verdict("gamma.2", optimum) is CLAIMS["gamma.1"].expected
 
 
 @pytest.mark.parametrize(("name", "experiment"), [("robust-level", "bracket"), ("valid-own", "own-grid")])

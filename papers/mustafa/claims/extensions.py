@@ -44,7 +44,8 @@ def map_12(results: Results) -> Evidence:
     says=term("conservative level", "example-1", cells=16),
 )
 def same_level_for_both(results: Results) -> Evidence:
-    """Asking the same level of both channels may lead to conservative results; in Example 1 it does."""
+    """Asking the same level of both channels may lead to conservative results; in Example 1 it does, with (13) as
+    reconstructed here and a scalar scaling."""
     # With one level gamma for both channels, gamma is at least the norm of the uncertainty channel: alpha_i, or
     # alpha_i delta_i if Delta is first divided by its radius. The smaller of both is taken. A scalar scaling changes
     # neither. Against it: a free multiplier, on the same cells and in the same coordinates.

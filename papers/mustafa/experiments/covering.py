@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -24,6 +26,9 @@ from replication.estimation.nonuniform.filter_lmi import design_for_periods
 from replication.estimation.nonuniform.filters import periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 
+LeftSide = Callable[[float, float], float]
+"""The left side of (8) for an element h_0, at a period."""
+
 
 def condition(plant: Matrices, periods: list[float], nodes: int, centres: int) -> Json:
     """The left side of (8) with the middle of the range for h_0, largest over `nodes` periods of the range.
@@ -31,7 +36,8 @@ def condition(plant: Matrices, periods: list[float], nodes: int, centres: int) -
     constant: for each change held constant, in the coordinates of the plant. modal: for every sequence of changes, in
     modal coordinates; no coordinates have less for constant changes. Each with a bound between the nodes.
     best: the least value of modal over `centres` other h_0, and there. elements: of a grid whose elements cover what
-    (8) covers. ends: those of (9), with what their proof bounds there.
+    (8) covers, for constant changes; modal_elements: for every sequence, in modal coordinates. ends: those of (9), with
+    what their proof bounds there.
     """
     system, span = problem(plant, periods)
     h, h_0, half = span.nodes(nodes), span.middle, (span.h_u - span.h_l) / (nodes - 1) / 2
@@ -52,7 +58,8 @@ def condition(plant: Matrices, periods: list[float], nodes: int, centres: int) -
         "modal_bound": float(np.max(modal) + np.max(steep) * half),
         "best": float(np.min(least)),
         "best_at": float(others[int(np.argmin(least))]),
-        "elements": _elements(system, span),
+        "elements": _elements(partial(_left_side, system), span),
+        "modal_elements": _elements(lambda h_0, t: float(_modal(rates, np.array([h_0]), np.array([t]))[0, 0]), span),
         "ends": _ends(system, h_0),
     }
 
@@ -73,30 +80,30 @@ def _modal(rates: Any, centres: Any, h: Any) -> Any:
     return np.max(np.abs(stop[None] - start[:, None]) / (1 - np.abs(start[:, None])), axis=2)
 
 
-def _elements(plant: SampledPlant, span: PeriodRange, limit: int = 64, nodes: int = 33) -> int:
-    """Elements of Algorithm 1 if each covers the periods around it at which (8) holds with the change constant."""
+def _elements(left_side: LeftSide, span: PeriodRange, limit: int = 64, nodes: int = 33) -> int:
+    """Elements of Algorithm 1 if each covers the periods around it at which the left side of (8) is below one."""
     new, intervals = [span.middle], list[Interval]()
     while new and len(intervals) < limit:
-        intervals += [_around(plant, h, span, nodes) for h in new]
+        intervals += [_around(left_side, h, span, nodes) for h in new]
         new = [(a + b) / 2 for a, b in gaps(intervals, span)]
     return len(intervals)
 
 
-def _around(plant: SampledPlant, h_0: float, span: PeriodRange, nodes: int) -> Interval:
+def _around(left_side: LeftSide, h_0: float, span: PeriodRange, nodes: int) -> Interval:
     """Where (8) holds around h_0, seen at `nodes` periods of each side; just beyond the range if on all of it."""
     beyond = 1e-9
     return Interval(
-        _edge(plant, h_0, span.h_l - beyond, nodes),
-        _edge(plant, h_0, span.h_u + beyond, nodes),
+        _edge(left_side, h_0, span.h_l - beyond, nodes),
+        _edge(left_side, h_0, span.h_u + beyond, nodes),
     )
 
 
-def _edge(plant: SampledPlant, h_0: float, end: float, nodes: int) -> float:
+def _edge(left_side: LeftSide, h_0: float, end: float, nodes: int) -> float:
     from scipy.optimize import brentq  # slow to load
 
     for near, far in pairwise(np.linspace(h_0, end, nodes)):
-        if _left_side(plant, h_0, float(far)) >= 1:
-            return float(brentq(lambda h: _left_side(plant, h_0, h) - 1, near, far, xtol=1e-9))
+        if left_side(h_0, float(far)) >= 1:
+            return float(brentq(lambda h: left_side(h_0, h) - 1, near, far, xtol=1e-9))
     return end
 
 

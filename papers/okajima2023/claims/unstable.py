@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from papers.okajima2023.claims.levels import solvers_of
+from papers.okajima2023.experiments.declared import HALF_UNIT_OF_POLES
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
 from papers.okajima2023.printed import DATA, bracketed, poles
-from papers.okajima2023.readings import RECOVERED_A, RECOVERED_PLANT, SECOND_A, UNROUNDED_GAINS
+from papers.okajima2023.readings import FREE_A, RECOVERED_A, RECOVERED_PLANT, SECOND_A, UNROUNDED_GAINS
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import Evidence, Numbers, Outcome, Results
 from replication.verify.predicate import Predicate, Term, term
@@ -16,6 +17,7 @@ from replication.verify.subjects import theorems
 UNSTABLE = Part("Sec. IV-C, unstable plant, gains (42)", reading=RECOVERED_PLANT)
 
 PRINTED, RECOVERED, ALL_DIAGONALS = "unstable.as-printed", "unstable.recovered", "unstable.diagonals"
+ANY_ENTRIES = "unstable.any-entries"
 USES = (PRINTED, RECOVERED)
 DIAGONAL, SETTING = "diagonal-of-a", "setting-of-4c"
 AFTER: dict[str, Any] = {"uses": USES, "pinned": "compatible"}
@@ -66,37 +68,53 @@ def _by_stated_order(found: list[list[float]]) -> Numbers:
 @UNSTABLE.feasible(
     "unstable.same-setting",
     place="Sec. IV-C, before eq. (41)",
-    erratum=DIAGONAL,
-    uses=(*USES, ALL_DIAGONALS),
-    pinned="refuted",
-    reading=RECOVERED_A,
+    uses=(*USES, ALL_DIAGONALS, ANY_ENTRIES),
+    pinned="undetermined",
+    reading=FREE_A,
     says=[
         Predicate(of=recovered("stable error system", *TIMES, "diagonal", design=name), reading=reading)
         for reading, name in ((RECOVERED_A, "section-4c-design"), (SECOND_A, "section-4c-second-setting"))
     ],
 )
 def same_setting(results: Results) -> Evidence:
-    """If only the diagonal of A differs from Sec. IV-A, giving it the stated poles, the gains (42) stabilise A_e."""
+    """With some A that has the stated poles, and all else as in Sec. IV-A, the gains (42) stabilise A_e."""
     radius = _radius(results[RECOVERED]["outputs"]["error_poles_printed_C"])
-    found = results[ALL_DIAGONALS]
+    found, free = results[ALL_DIAGONALS], results[ANY_ENTRIES]
     least = [row["least_radius"] for row in found["found"]]
-    return positive(
-        1 - radius,
-        method="Spectral radius over one period of A_e with this A, the C of Sec. IV-A and the gains (42).",
+    fits = _rounds_to(free["poles"], poles(DATA["poles"]), HALF_UNIT_OF_POLES)
+    return Evidence(
+        method="Spectral radius over one period of A_e with such an A, the C of Sec. IV-A and the gains (42).",
+        holds=fits and free["radius"] < 1,
+        margin=1 - free["radius"] if fits else None,
         cross_check=(
             f"{len(least)} real diagonals have the stated poles exactly; at {found['moved']} points of the rounding of "
             f"these poles the radius is never below {min(least):.3f}."
         ),
-        outcomes=tuple(
-            Outcome(reading=name, holds=size < 1, margin=1 - size)
-            for name, size in zip((RECOVERED_A, SECOND_A), (radius, *least[1:]), strict=True)
+        outcomes=(
+            Outcome(reading=FREE_A, holds=fits and free["radius"] < 1, margin=1 - free["radius"] if fits else None),
+            *(
+                Outcome(reading=name, holds=size < 1, margin=1 - size)
+                for name, size in zip((RECOVERED_A, SECOND_A), (radius, *least[1:]), strict=True)
+            ),
         ),
-        quantities={"spectral radius": radius},
-        note="The text says only that A differs. An A that differs off its diagonal too is not considered.",
-        as_printed=positive(
-            1 - _radius(results[PRINTED]["error_poles"]), method="The same with A as printed, without the stated poles."
-        ),
+        quantities={
+            "spectral radius, other entries free": free["radius"],
+            "furthest entry of that A from its print": free["furthest"],
+            **{f"pole of A_e {i + 1}, before that A is rounded": pole[0] for i, pole in enumerate(free["error_poles"])},
+            "spectral radius, diagonal on the grid": radius,
+            "spectral radius, A as printed": _radius(results[PRINTED]["error_poles"]),
+        },
+        note="The text excepts A and says no more. If A differs on its diagonal alone, as its print suggests, the "
+        f"gains (42) do not stabilise A_e. With all entries free, A = {bracketed(free['rounded'])} has the stated "
+        "poles and is stabilised; there A_e has the stated poles too, before A is rounded. It is one of many, found "
+        "for the purpose, and no proposal of what was meant.",
     )
+
+
+def _rounds_to(found: list[list[float]], stated: list[list[float]], half_unit: float) -> bool:
+    """Whether poles, one of each pair, are the stated ones within half a unit of each part; in the same order."""
+    pairs = zip(found, stated, strict=True)
+    return all(abs(a - b) <= half_unit for pole, other in pairs for a, b in zip(pole, other, strict=True))
 
 
 @UNSTABLE.value(
@@ -140,7 +158,8 @@ def plant_unstable(results: Results) -> Evidence:
 
 @UNSTABLE.feasible("unstable.gains-optimal", place="Eq. (42)", erratum=SETTING, **AFTER)
 def gains_near_optimal(results: Results) -> Evidence:
-    """For the recovered plant, the gains (42) have the smallest level, up to the rounding of their entries."""
+    """For the recovered plant, the gains (42) exceed the smallest level by less than rounding them can cost, to first
+    order."""
     inputs, achieved = results[RECOVERED]["inputs"], results[RECOVERED]["gains"]
     return below(
         achieved["norm"]["value"] - achieved["optimum"],
@@ -152,7 +171,8 @@ def gains_near_optimal(results: Results) -> Evidence:
         ),
         cross_check=(
             "Nearest analytic centre of the matrix inequality, which interior-point methods follow: largest difference "
-            f"of the 15 entries {inputs['largest_gain_difference']:.5f}."
+            f"of the 15 entries {inputs['largest_gain_difference']:.5f}, where rounding explains "
+            f"{results[RECOVERED]['attained']['half_unit']:g}."
         ),
         quantities={
             "norm of the printed gains": achieved["norm"]["value"],

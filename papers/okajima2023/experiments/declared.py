@@ -24,6 +24,8 @@ DIAGONAL_STEP, LARGEST_ENTRY, WIDER = 0.01, 3, 5
 """Grids of the search behind Sec. IV-C: step of the diagonal of A, largest entry of C, and of its possible rivals."""
 SECOND_DECIMALS = 6
 """Of the second diagonal with the stated poles, in the theorem on it."""
+ENTRY_DECIMALS = 4
+"""Of an A all of whose entries may differ from the printed ones: with so many it still has the stated poles."""
 WORST_HORIZON = 300
 SUMMED_SLACK, SUMMED_DRAWS, SUMMED_LAST = 0.05, 20, 59
 """The steps (26)-(28): level over the smallest one of Theorem 1, relative; random noises; last instant of each."""
@@ -126,7 +128,6 @@ EXPERIMENTS = (
     experiment("identities", identities.identities, trials=IDENTITY_TRIALS, seed=SEED),
     experiment("summation", identities.summation, plant=PLANT, **_PROPOSED, **_SUMMED),
     experiment("observability", identities.observability, plant=PLANT),
-    experiment("observable-not-detectable", identities.observable_but_not_detectable),
     experiment("product-orders", identities.product_orders, plant=PLANT, **times(_PROPOSED), gains=GAINS["33"]),
     experiment("responses", simulations.response, plant=PLANT, cases=_SIMULATED | _TIMED, **_NOISE, seed=SEED),
     *(
@@ -146,6 +147,16 @@ EXPERIMENTS = (
         stated_error_poles=_ERROR_POLES,
         half_unit=HALF_UNIT_OF_POLES,
         bound=LARGEST_ENTRY,
+    ),
+    experiment(
+        "unstable.any-entries",
+        unstable.any_entries,
+        printed_A=matrix(DATA["unstable-A"]),
+        C=PLANT["C"],
+        printed_gains=GAINS["42"],
+        stated_poles=poles(DATA["poles"]),
+        stated_error_poles=_ERROR_POLES,
+        decimals=ENTRY_DECIMALS,
     ),
     experiment(
         "unstable.recovered",

@@ -172,20 +172,6 @@ def product_orders(plant: dict[str, Matrix], periods: list[int], offsets: list[i
     }
 
 
-def observable_but_not_detectable() -> Json:
-    """A swap of two growing states seen every second instant: (C, A) is observable, the sampled pair is not detectable.
-
-    Returns the ranks of both observability matrices and the modulus per period of the mode that is never seen.
-    """
-    A, C, period = 1.1 * np.array([[0.0, 1.0], [1.0, 0.0]]), np.array([[1.0, 0.0]]), 2
-    sampled = np.linalg.matrix_power(A, period)
-    return {
-        "rank_every_instant": int(np.linalg.matrix_rank(np.vstack([C, C @ A]))),
-        "rank_sampled": int(np.linalg.matrix_rank(np.vstack([C, C @ sampled]))),
-        "unseen_mode": float(np.abs(np.linalg.eigvals(sampled)).max()),
-    }
-
-
 def observability(plant: dict[str, Matrix]) -> Json:
     """Smallest singular value of the observability matrix of (C, A) relative to the largest."""
     A, C = np.array(plant["A"]), np.array(plant["C"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 
 import numpy as np
 
@@ -135,17 +136,56 @@ def smallest_change(plant: dict[str, Matrix], gains: Array, poles: Array) -> Arr
     def coefficients(change: Array) -> Array:
         return np.real(np.poly(problem.error_system(gains + placed(change)).monodromy())[1:])
 
-    change = np.zeros(len(acting))
+    return placed(_root(lambda change: coefficients(change) - target, np.zeros(len(acting))))
+
+
+def _root(residual: Callable[[Array], Array], start: Array) -> Array:
+    """A root near `start` by Gauss-Newton, with the least change in the Euclidean norm each time."""
+    found = start
     for _ in range(20):
-        residual = target - coefficients(change)
-        if np.abs(residual).max() < 1e-13:
+        if np.abs(residual(found)).max() < 1e-13:
             break
         step = 1e-7
-        jacobian = np.array(
-            [
-                (coefficients(change + step * row) - coefficients(change - step * row)) / (2 * step)
-                for row in np.eye(len(acting))
-            ]
-        ).T
-        change = change + np.linalg.lstsq(jacobian, residual, rcond=None)[0]
-    return placed(change)
+        moves = step * np.eye(len(found))
+        jacobian = np.array([(residual(found + move) - residual(found - move)) / (2 * step) for move in moves]).T
+        found = found - np.linalg.lstsq(jacobian, residual(found), rcond=None)[0]
+    return found
+
+
+def any_entries(
+    printed_A: Matrix,
+    C: Matrix,
+    printed_gains: list[Matrix],
+    stated_poles: list[list[float]],
+    stated_error_poles: list[float],
+    decimals: int,
+) -> Json:
+    """An A with the stated poles for which A_e with this C and these gains has the stated poles too.
+
+    All its entries may differ from the printed ones; it is sought from the first diagonal with the stated poles on.
+    Of A there are more entries than conditions, so it is one of many. error_poles: those of A_e. rounded: A to
+    `decimals` places, with its poles and the spectral radius of A_e for it.
+    """
+    start = np.array(_row(printed_A, exact_diagonals(printed_A, stated_poles)[0])["A"])
+    known = [complex(*pole) for pole in stated_poles]
+    target = np.poly([*known, *(pole.conjugate() for pole in known if pole.imag)]).real[1:]
+    gains, error_target = np.array(printed_gains), np.poly(stated_error_poles)[1:]
+
+    def monodromy(A: Array) -> Array:
+        plant = {"A": A.tolist(), "B_d": [[0.0]] * len(A), "C": C, "D": np.eye(len(C)).tolist()}
+        return build(plant, PERIODS, OFFSETS, list(range(len(C)))).error_system(gains).monodromy()
+
+    def residual(entries: Array) -> Array:
+        A = entries.reshape(start.shape)
+        found = (np.poly(A) - [1.0, *target], np.poly(monodromy(A)) - [1.0, *error_target])
+        return np.real(np.concatenate([difference[1:] for difference in found]))
+
+    A = _root(residual, start.ravel()).reshape(start.shape)
+    rounded = np.round(A, decimals)
+    return {
+        "error_poles": by_modulus(np.linalg.eigvals(monodromy(A))),
+        "furthest": float(np.abs(A - printed_A).max()),
+        "rounded": rounded.tolist(),
+        "poles": upper_half(np.linalg.eigvals(rounded)),
+        "radius": float(np.abs(np.linalg.eigvals(monodromy(rounded))).max()),
+    }

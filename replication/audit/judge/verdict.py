@@ -34,6 +34,7 @@ class Case:
 
     proof_holds: of the claim's erratum, None if its proof could not be run. inferred: whether that is an inference.
     readings: those of the paper. target: the printed value, if the claim has one; or why it cannot be read.
+    printed: whether the evidence is for the text as printed, without the correction of the erratum.
     """
 
     claim: StatedClaim
@@ -42,6 +43,7 @@ class Case:
     inferred: bool
     readings: Mapping[str, Reading]
     target: Target | AuditError | None
+    printed: bool = False
 
     def reading(self, name: str) -> Reading:
         """The reading of the paper with this name; AuditError if there is none."""
@@ -105,7 +107,7 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     evidence = case.evidence
     verdict = Verdict.DIFFERS if _compares_numbers(case.claim) else Verdict.UNDETERMINED
     if evidence.as_printed is not None:
-        printed = _found(replace(case, evidence=evidence.as_printed))
+        printed = _found(replace(case, evidence=evidence.as_printed, printed=True))
         before, verdict = f"As printed: {printed.reason}", printed.verdict
         if printed.verdict in AGREES:
             return printed
@@ -142,6 +144,9 @@ def _found(case: Case) -> Judgement:
     if case.claim.reading in ("", NO_READING):
         return judgement
     reading = case.reading(case.claim.reading)
+    if case.printed and reading.inference:
+        # Chosen with the print in view, it is a part of the correction.
+        return judgement
     verdict, reason = judgement.verdict, f"Under the reading {reading.name}: {judgement.reason}"
     if reading.inference and verdict is Verdict.REPRODUCED:
         verdict = Verdict.COMPATIBLE
@@ -254,6 +259,9 @@ def _statistical(case: Case) -> Judgement:
         raise AuditError(f"a probability lies between 0 and 1, got {probability!r}")
     probable = probability >= SMALLEST_PROBABILITY
     told = digits(Fraction(probability), Fraction(str(SMALLEST_PROBABILITY)))
+    draws = case.evidence.draws
+    if draws is not None and probability <= least_rank(draws):
+        told = f"at most {told}, the least that a rank among {draws} draws can show"
     reason = (
         f"A draw at least as extreme as the printed one has probability {told},"
         f" {'not less' if probable else 'less'} than {SMALLEST_PROBABILITY}."
@@ -264,6 +272,11 @@ def _statistical(case: Case) -> Judgement:
         reason = f"{reason} {statement.reason}"
         verdict = statement.verdict if probable and statement.verdict is Verdict.REFUTED else verdict
     return Judgement(verdict=verdict, reason=reason)
+
+
+def least_rank(draws: int) -> float:
+    """The two-sided probability of a value beyond all of so many draws: what a rank among them shows at least."""
+    return 2 / (draws + 1)
 
 
 def require_finite(path: str, value: Any) -> None:

@@ -17,7 +17,8 @@ _EVIDENCE = (
 _JUDGEMENT = ("verdict", "reason", "deviation_ulp", "proved", "unproved")
 _UNKNOWN: dict[str, Any] = {
     "method": "", "cross_check": "", "quantities": {}, "solvers": [], "note": "", "not_checkable": "",
-    "outcomes": [], "over_inputs": None, "as_printed": None, "code": "", "seconds": 0.0, "certificates": [],
+    "draws": None, "outcomes": [], "over_inputs": None, "as_printed": None, "code": "", "seconds": 0.0,
+    "certificates": [],
 }  # fmt: skip
 """What that schema did not keep of the evidence for the text as printed."""
 

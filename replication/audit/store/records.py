@@ -27,6 +27,7 @@ DECIDING = (
     "threshold",
     "threshold_reason",
     "probability",
+    "draws",
     "outcomes",
     "over_inputs",
 )

@@ -25,12 +25,13 @@ GAIN, LEAST, GIVEN, EVERY = (
 )
 SEQUENCES = {"samples": "every sequence, samples", "duration": "every sequence, seconds"}
 """Readings of the paper: what its norms count."""
+AT_ONE_PERIOD = (NO_READING, "least nominal level", "one motor constant", "periods of the grid")
 
 
 def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     """At one constant period both norms count alike, and the text speaks of it as nominal, for one motor constant."""
     if parameters["from"] == parameters["to"]:
-        return (NO_READING, "least nominal level", "one motor constant")
+        return (*AT_ONE_PERIOD, "level of the filter found")
     return (SEQUENCES[parameters["weight"]],)
 
 
@@ -47,7 +48,7 @@ AT_PERIOD = Says(
     quantity=LEAST,
     estimators=(EVERY,),
     setting=lambda given: {"from": given["period"], "to": given["period"]},
-    readings=(NO_READING, "least nominal level", "one motor constant"),
+    readings=AT_ONE_PERIOD,
 )
 WITHIN_RANGE = Says(
     quantity=LEAST,

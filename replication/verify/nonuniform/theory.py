@@ -155,9 +155,9 @@ def stalls(plant: Plant, witness: grid.Alpha) -> Found:
     says=Says(quantity="conservative level", readings=("(13) reconstructed",)),
 )
 def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, level: fmpq, **proof: Any) -> Found:
-    """With {cells} cells, in modal coordinates, one level for both channels is at least {forced:down},
-    whether or not Delta is divided by its norm; a filter of form (4) has the level
-    {level:up} for every sequence.
+    """For (13), which is missing, as it is reconstructed here, with a scalar scaling: with {cells} cells, in modal
+    coordinates, one level for both channels is at least {forced:down}, whether or not Delta is divided by its norm; a
+    filter of form (4) has the level {level:up} for every sequence.
 
     Modal coordinates, in which A is [a, b; -b, a], are those of (13) as it is reconstructed; others would change alpha
     and the norm of Delta.
