@@ -8,7 +8,7 @@ from typing import Any
 from papers._common import INPUTS
 from papers.peet2019 import common
 from papers.peet2019.experiments import examples, measured, scaling, timed
-from papers.peet2019.experiments.finite import lmi_3
+from papers.peet2019.experiments.finite import lmi_3, self_adjoint
 from papers.peet2019.experiments.identities import identities
 from papers.peet2019.experiments.inversion import inverse_identities
 from papers.peet2019.experiments.readings import readings
@@ -84,6 +84,7 @@ EXPERIMENTS = (
         printed={name: DATA[f"gamma-{name}"]["d1"] for name in OFF_THE_PRINT}, epsilon=WIDER,
     ),
     experiment("lmi-3", lmi_3, trials=TRIALS, seed=SEED),
+    experiment("self-adjoint", self_adjoint),
     experiment("identities", identities, trials=TRIALS, seed=SEED),
     experiment("inversion", inverse_identities, trials=TRIALS, seed=SEED),
     experiment("printed-signs", examples.as_printed, plant=SECOND, degree=1),
