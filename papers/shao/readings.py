@@ -89,6 +89,13 @@ READINGS = (
         "To work alike means here: bandwidths within five per cent, at errors of 10, 29.3 and 50 per cent.",
     ),
     _reading(
+        "window",
+        TABLE,
+        "Each number by itself, under any reading of its cell and any of the three ζ(0): the largest error is taken "
+        "over a window of whole slow periods within the first hundred, half a period of the reference long or longer.",
+        inference=True,
+    ),
+    _reading(
         "elapsed-period",
         "eq. (15)",
         "The time elapsed in (15) is the whole period T, the most that V_m allows; at t_k itself V_m is zero.",

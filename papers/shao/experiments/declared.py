@@ -7,7 +7,7 @@ import numpy as np
 from papers._common import INPUTS
 from papers.shao import common, sensitivity
 from papers.shao.experiments import motor, theorem, tracking
-from papers.shao.experiments.readings import SEARCH, block
+from papers.shao.experiments.readings import SEARCH, block, windows
 from papers.shao.printed import DATA
 from papers.shao.problem import COLUMNS, FREQUENCIES
 from replication.audit.declare import experiment
@@ -34,6 +34,7 @@ EXPERIMENTS = (
     ),
     experiment("table", tracking.table, simulated_periods=60),
     experiment("orderings", tracking.orderings),
+    experiment("windows", windows),
     experiment(
         "frequencies", tracking.frequency_sweep, frequencies=np.geomspace(0.05, 8.0, 40).tolist(),
         levels=[0.1, 1 - 0.5**0.5, 0.5],

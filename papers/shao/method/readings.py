@@ -146,9 +146,13 @@ def _column(space: ReadingSpace, observer: str, structure: Structure, frequency:
         steady = [tracking_error_ratio(loop, points) for points in Points]
     except InfeasibleError:  # an unstable loop still has an error in every window
         steady = [np.nan] * len(Points)
+    return np.concatenate([steady, windowed_errors(space, loop).ravel()])
+
+
+def windowed_errors(space: ReadingSpace, loop: DualRateLoop) -> Array:
+    """Error ratios of a loop from each ζ(0), at each kind of points, over all windows: (starts, points, windows)."""
     starts = np.array([_start(space, loop, start) for start in Start])
-    peaks = np.moveaxis(_peaks(space, loop, starts), 2, 0)
-    return np.concatenate([steady, _window_maxima(peaks).ravel()])
+    return _window_maxima(np.moveaxis(_peaks(space, loop, starts), 2, 0))
 
 
 def first_estimate(start: Start, x: Array, output: Array) -> Array:

@@ -18,9 +18,10 @@ from papers.shao import PAPER
 from papers.shao.claims.outcomes import by_margin
 from papers.shao.claims.table import described, ordering_counts
 from papers.shao.experiments import motor as motor_experiments
-from papers.shao.experiments.readings import SEARCH, merged, table_columns
+from papers.shao.experiments.readings import SEARCH, _over_windows, merged, table_columns
 from papers.shao.experiments.tracking import _energy
 from papers.shao.method.lyapunov import _increment_gap, increment_order, prediction_gap
+from papers.shao.method.readings import windowed_errors
 from papers.shao.method.search import search_block
 from papers.shao.printed import DATA
 from papers.shao.problem import (
@@ -40,6 +41,7 @@ from replication.audit.judge.recording import make_record
 from replication.audit.model import NO_READING, Kind, Verdict
 from replication.estimation.dualrate.problem import make_plant
 from replication.estimation.dualrate.response import time_response
+from replication.estimation.dualrate.tracking import Points
 
 CLAIMS = {claim.id.removeprefix("shao."): claim for claim in PAPER.claims}
 EXPERIMENTS = {experiment.name: experiment for experiment in PAPER.experiments}
@@ -137,6 +139,13 @@ def as_printed(column: str) -> Change:
     return change
 
 
+def windows_as_printed(results: dict[str, Any]) -> None:
+    """Each number comes out over some window."""
+    for column, cells in results["windows"].items():
+        for cell, row in zip(cells, DATA["table-1"].values(), strict=True):
+            cell["nearest"] = float(row[f"DRC-{column.upper()}"])
+
+
 def jumping(results: dict[str, Any]) -> None:
     """(6) has the rate from neither start."""
     results["theorem"]["increment_order"][APO] = {"measurement": 0.0, "estimate": 0.0}
@@ -173,6 +182,7 @@ CHANGES: dict[str, Change] = {
     **{f"order.estimate-{figure}": estimates_off for figure in DATA["frequency"]},
     "order.transient": quick,
     **{f"table.src-{row}": not_excited for row in range(1, 7)},
+    "table.any-window": windows_as_printed,
     **{f"table.{column}-{row}": as_printed(column) for column in COLUMNS for row in range(1, 7)},
     "order.apo-below-pmi": large_errors,
     **{f"order.growth-{column}": falling for column in COLUMNS},
@@ -199,6 +209,19 @@ def test_table_one_is_reproduced_if_the_nearest_reading_is_printed() -> None:
     assert verdict("table.any-reading") is Verdict.DIFFERS
     assert verdict("table.any-reading", printed=nearest) is not Verdict.DIFFERS
     assert len(claim.printed.split(";")) == 6
+
+
+def test_a_window_is_found_where_the_print_is_made_from_it() -> None:
+    """The maximum over one window is planted as the print of a cell: the search hits it, and no cell as printed."""
+    assert [cell["hits"]["long"] for column in COLUMNS for cell in result("shao.windows")[column]] == [0] * 12
+    errors = windowed_errors(READINGS, READINGS.loop(APO, *MEASURES["fast-instants"][:1], 1.0))
+    index = READINGS.windows.index((3, 9))
+    planted = float(errors[1, list(Points).index(Points.FAST), index])
+    column = table_columns(0, 0)["apo"]
+    other = replace(column, values=np.full(6, planted), half_widths=np.full(6, 1e-9))
+    found = _over_windows("apo", other, 1)
+    assert found["hits"]["long"] >= 1
+    assert found["nearest"] == pytest.approx(100 * planted)
 
 
 def test_printed_example_not_covered_is_told_and_not_judged() -> None:
