@@ -88,7 +88,7 @@ def lmi_3(trials: int, seed: int) -> dict[str, Any]:
 
 
 def self_adjoint() -> dict[str, float]:
-    """A case of Theorem 1 as printed, 𝒫 ≠ 𝒫*: 𝒫 = I + J with J the rotation by a right angle, 𝒵 = 0, B = C_1 = I, γ = 2.
+    """A case of Theorem 1 as printed, 𝒫 ≠ 𝒫*: 𝒫 = I + J, J the rotation by a right angle, 𝒵 = 0, B = C_1 = I, γ = 2.
 
     coercive: least eigenvalue of ⟨e, 𝒫e⟩. largest: of the inequality, in (e, w, v). abscissa: of the error.
     """

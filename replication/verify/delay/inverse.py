@@ -96,8 +96,8 @@ def gain_residuals(*, printed: bool) -> list[Words]:
 
 PARTS = {
     "theorem-4": (
-        "Theorem 4, with Gamma/tau_K and S^-1/tau_K^2, inverts any coercive P = P* of the form (8) with Q_i = H_i Z and "
-        "R_ij = Z' Gamma_ij Z",
+        "Theorem 4, with Gamma/tau_K and S^-1/tau_K^2, inverts any coercive P = P* of the form (8) with Q_i = H_i Z "
+        "and R_ij = Z' Gamma_ij Z",
         inverse_residuals,
     ),
     "lemma-5": (
