@@ -7,12 +7,13 @@ entries so that every equality holds exactly; whether they are positive definite
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sparse
 from flint import fmpq, fmpq_mat
 from numpy.polynomial import legendre as classical
+from scipy.sparse.linalg import lsqr
 
 from replication.certify.delay.forms import (
     Basis,
@@ -40,8 +41,12 @@ from replication.estimation.validation import Array
 
 CENTRE = SdpaOptions(tolerance=1e-9, scale=1e2, gap=1.0, residual=1e-4)
 """For the centre: any point with a margin serves, so that the gap of its objective says nothing."""
-ROOM = 5e-8
-"""Least eigenvalue below which the residuals of the solver could spoil the rounding."""
+CAREFUL = replace(CENTRE, scale=1e1, step=0.7)
+"""Shorter steps from nearer by, for levels close to the least, where the long ones leave no room."""
+ROOM = 1e-9
+"""Least eigenvalue below which the residuals that are left could spoil the rounding."""
+PROJECTIONS = 3
+"""The first leaves what least squares leave, the others rounding."""
 SPARE_BITS = 10
 """Bits of the rounding beyond the margin of the centre."""
 
@@ -75,17 +80,28 @@ def centred(system: DelaySystem, gamma: float, degree: int, trace: float, *, tot
         2,
         base.blocks,
     )
-    solution = solve_sdpa(program, CENTRE)
-    margin = float(solution.linear[0])
-    if not margin >= ROOM:
+    for options in (CENTRE, CAREFUL):
+        solution = solve_sdpa(program, options)
+        blocks = base.matrices(_projected(base, solution.x[2:] + float(solution.linear[0]) * eye))
+        margin = min(float(np.linalg.eigvalsh(block)[0]) for block in blocks)
+        if margin >= ROOM:
+            break
+    else:
         raise InfeasibleError(f"no room for rounding at the level {gamma!r}: margin {margin:.1e}; raise the level")
     functions = system.states * system.delay_count
     grams = [
-        _in_powers(block + margin * np.eye(block.shape[0]), order, functions, total)
-        for block, order in zip(solution.blocks, (degree, degree - 1, degree, degree - 1), strict=True)
+        _in_powers(block, order, functions, total)
+        for block, order in zip(blocks, (degree, degree - 1, degree, degree - 1), strict=True)
     ]
     least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
     return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
+
+
+def _projected(program: Program, x: Array) -> Array:
+    """The point of Ax = b that is nearest to x: less of the margin is lost so than where the rounding mends it all."""
+    for _ in range(PROJECTIONS):
+        x = x - lsqr(program.a, program.a @ x - program.b, atol=0.0, btol=0.0, conlim=0.0)[0]
+    return x
 
 
 def _in_powers(gram: Array, degree: int, functions: int, total: bool) -> Array:
