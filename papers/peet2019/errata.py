@@ -31,6 +31,23 @@ def terms(misprints: tuple[str, ...], results: Results, note: str = "") -> Proof
     )
 
 
+def not_self_adjoint(results: Results) -> Proof:
+    """All that Theorem 1 prints holds, and the error of the observer grows."""
+    found = results["self-adjoint"]
+    return Proof(
+        holds=found["coercive"] > 0.0 > found["largest"] and found["abscissa"] > 0.0,
+        text=(
+            "Two states without delays: 𝒫 is coercive and not self-adjoint, the inequality holds, and the error is "
+            "unstable. With 𝒫 = 𝒫* the proof is right."
+        ),
+        quantities={
+            "least eigenvalue of the form ⟨e, 𝒫e⟩": found["coercive"],
+            "largest eigenvalue of the inequality": found["largest"],
+            "spectral abscissa of the error [1/s]": found["abscissa"],
+        },
+    )
+
+
 def theorem_4(results: Results) -> Proof:
     """P̂P against the identity, with the factors as printed and corrected."""
     found = results["inversion"]
@@ -156,6 +173,14 @@ ERRATA: tuple[Erratum, ...] = (
         uses=("identities",),
     ),
     Erratum(
+        id="theorem-1-self-adjoint",
+        place="Theorem 1",
+        printed="Bounded linear operators 𝒫 and 𝒵 such that 𝒫 is coercive",
+        meant="𝒫 = 𝒫* too, as in Theorem 4: V = ⟨e, 𝒫e⟩ has the rate of the proof for such 𝒫 alone",
+        prove=not_self_adjoint,
+        uses=("self-adjoint",),
+    ),
+    Erratum(
         id="eq-10-factor",
         place="Eq. (10)",
         printed="z_i(s) in the second row; the proof of Theorem 3 has τ_K g_i(s); G_2ij in the proof lacks τ_K",
@@ -168,7 +193,7 @@ ERRATA: tuple[Erratum, ...] = (
         place="Theorem 3, T_00; proof, D_4",
         printed="Z_1 in T_00, C_0 and C_i in D_4",
         meant="Z_0, as in (10) and D_2; C_10 and C_1i",
-        prove=partial(terms, ("z0-name",), note=f" {CONVERSION}"),
+        prove=partial(terms, ("z0-name",), note=f" Tried is Z_1 in T_00; the others are names alone. {CONVERSION}"),
         uses=("identities",),
     ),
     Erratum(
@@ -176,7 +201,11 @@ ERRATA: tuple[Erratum, ...] = (
         place="Theorem 1, v; Sec. VI, the identity, three times",
         printed="+‖C_1e‖²/γ, beside a form in h that holds v",
         meant="-γ‖v‖² + 2⟨v, C_1e⟩, which equals it for v = C_1e/γ alone; v ∈ R^p, and with it h, not R^q",
-        prove=partial(terms, ("theorem-1-sign",)),
+        prove=partial(
+            terms,
+            ("theorem-1-sign",),
+            note=" Tried is the square, for every v; that v ∈ R^p is a matter of dimensions.",
+        ),
         uses=("identities",),
     ),
     Erratum(

@@ -18,6 +18,7 @@ from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATE
 from papers.peet2019.readings import JORDAN, READINGS
 from replication.audit.declare import Part, paper
 from replication.audit.inspect.coverage import tallies
+from replication.audit.judge.numerals import at_most
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Results
 from replication.audit.parts import Formula, Sensitivity, Table
@@ -78,18 +79,18 @@ def findings(results: Results) -> tuple[str, ...]:
     lumped = max(abs(lumped_error(example, results)) for example in EXAMPLES)
     words = ["stable" if ends["largest"] < 0.0 else "unstable" for ends in (one, negative)]
     return (
-        f"In Examples 1-3, Theorem 3 as corrected, under z2-each, comes within a relative {worst:.0e} of the "
+        f"In Examples 1-3, Theorem 3 as corrected, under z2-each, comes within a relative {at_most(worst, 1)} of the "
         "optimum at degree 3: it is not conservative there.",
         f"Degree 1, Examples 2 and 3: under none of {len(RULES)} degree rules tried are the printed gains the least; "
         f"under {len(attained(results))} both lie above it.",
         f"Theorem 3 cannot be met as printed; its identity holds to rounding in {trials} random "
         f"cases once {len(OF_THE_IDENTITY)} groups of misprints are corrected.",
-        f"With twenty lumped states per delay, in plant and observer, H∞ norms err by {100 * lumped:.1f} % at most "
-        "in Examples 1-3; no accuracy is defined.",
+        "With twenty lumped states per delay, in plant and observer, H∞ norms err by at most "
+        f"{at_most(100 * lumped)} % in Examples 1-3; no accuracy is defined.",
         "The text does not settle whether Example 4 is unstable: the eigenvalue of J is missing. "
         f"With {JORDAN['jordan-one']:g} it is {words[0]}, with −{-JORDAN['jordan-negative']:g} {words[1]}.",
-        f"At equal n·K the printed seconds differ by a factor of {ratios[0]:.1f} at most, ours, of another program and "
-        f"solver, by {ratios[1]:.0f}.",
+        f"At equal n·K the printed seconds differ by a factor of at most {at_most(ratios[0])}, ours, of another "
+        f"program and solver, of at most {at_most(ratios[1])}.",
     )
 
 

@@ -33,7 +33,7 @@ READINGS = (
         Reading(
             name=name,
             place="Corollary 2; Part 1 has its cone",
-            text=f"Theorem 3 as corrected. {rule.text}{BESIDES.get(name, '')}.",
+            text=f"Theorem 3 as corrected, as ε → 0. {rule.text}{BESIDES.get(name, '')}.",
         )
         for name, rule in RULES.items()
     ),

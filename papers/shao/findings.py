@@ -11,7 +11,7 @@ from papers.shao.experiments.tracking import LOW_FREQUENCY
 from papers.shao.method.search import chance
 from papers.shao.printed import table_1
 from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, PMI, REPAIRED, SRC, START
-from replication.audit.judge.numerals import short
+from replication.audit.judge.numerals import at_least, at_most, short
 from replication.audit.model import Results
 
 
@@ -37,11 +37,11 @@ def findings(results: Results) -> tuple[str, ...]:
         "In (14) the prediction error needs its modulus and the factor t − t_k: as printed the bound is negative where "
         "that error is.",
         f"In {bounds['trials']} random loops the left sides of (12), (13) and the corrected (14) reach at most "
-        f"{max(bounds['worst'][name] for name in ('12', '13', '14')):.2f} of their bounds.",
+        f"{at_most(max(bounds['worst'][name] for name in ('12', '13', '14')))} of their bounds.",
         "The printed example does not meet (18), which the manuscript does not claim, and is stable: the left side of "
         f"(18) is {short(theorem['motor']['condition'], 2)}.",
         "The corrected feedforward, the error at fast instants alone, or both, give no number of Table I: literal "
-        f"numbers move by at most {_largest_move(results):.1%}.",
+        f"numbers move by at most {at_most(100 * _largest_move(results))} %.",
         f"{sum(found.hits.values()) or 'None'} of {sum(found.tried.values()):,} readings searched gives a whole column "
         "of Table I.",
         f"Only {sum(found.distinct.values()):,} of the readings searched differ to print within their structure: late "
@@ -62,8 +62,8 @@ def findings(results: Results) -> tuple[str, ...]:
         *_against_a_fast_sensor(results),
         f"On the motor the repaired predictor has nearly the monodromy radius of a fast sensor: {radius[REPAIRED]:.5f} "
         f"and {radius[FAST]:.5f}.",
-        f"DRC-PMI with the gain L/M obtains {min(shares):.0%} to {max(shares):.0%} of the error reduction from the "
-        "literal DRC-PMI to DRC-APO at the frequencies of Table I.",
+        f"DRC-PMI with the gain L/M obtains {at_least(100 * min(shares))} % to {at_most(100 * max(shares))} % of the "
+        "error reduction from the literal DRC-PMI to DRC-APO at the frequencies of Table I.",
         f"At {LOW_FREQUENCY:g} rad/s, far below the rates of the loops, the error of DRC-APO is "
         f"{1 - table['slow'][APO] / table['slow'][PMI]:.0%} smaller than that of the literal DRC-PMI.",
         f"SRC is unstable, as the manuscript says: the monodromy radius is {radius[SRC]:.3f}.",
@@ -113,7 +113,7 @@ def _against_a_fast_sensor(results: Results) -> tuple[str, str]:
     upper = max(abs(gap) for gap, sigma in zip(gaps, FREQUENCIES, strict=True) if sigma >= FREQUENCIES[1])
     return (
         f"In the steady state DRC-APO tracks nearly like a fast sensor: at {FREQUENCIES[1]:g} rad/s and the higher "
-        f"frequencies of Table I errors agree within {upper:.1%}.",
+        f"frequencies of Table I errors agree within {at_most(100 * upper)} %.",
         f"At {FREQUENCIES[0]:g} rad/s the steady-state error of DRC-APO is {abs(gaps[0]):.0%} "
         f"{'larger' if gaps[0] > 0 else 'smaller'} than with a fast sensor.",
     )

@@ -72,6 +72,19 @@ def test_seconds(number: float, text: str) -> None:
     assert numerals.seconds(number) == text
 
 
+@given(st.floats(min_value=1e-4, max_value=1e9), st.integers(1, 6))
+def test_bounds_in_text_are_rounded_outwards(number: float, digits: int) -> None:
+    low, high = (float(bound(number, digits)) for bound in (numerals.at_least, numerals.at_most))
+    assert low <= number <= high
+    assert high - low <= 2 * number * 10.0 ** (1 - digits)
+
+
+def test_bounds_in_text_keep_what_is_exact() -> None:
+    assert numerals.at_most(0.5) == numerals.at_least(0.5) == "0.5"
+    assert (numerals.at_least(84.92), numerals.at_most(96.08)) == ("84", "97")
+    assert numerals.at_most(3.119e-9, 1) == "4×10⁻⁹"
+
+
 def test_layouts_and_exact_fractions() -> None:
     assert numerals.layout(1.5) == "1.5"
     assert numerals.layout((1.0, -2.0)) == "(1, −2)"

@@ -104,6 +104,12 @@ def test_the_bound_of_theorem_1_completes_a_square() -> None:
         check(certificate("observer-bound"))
 
 
+def test_theorem_1_needs_a_self_adjoint_operator() -> None:
+    delay_identity.require_self_adjoint(fmpq(1))
+    with pytest.raises(Refused, match="may vanish"):
+        delay_identity.require_self_adjoint(fmpq(0))  # P = I, with which the theorem holds
+
+
 @pytest.mark.parametrize("part", delay_inverse.PARTS)
 def test_inverse_and_gains_hold_only_as_corrected(part: str) -> None:
     theorem = check(certificate(part))

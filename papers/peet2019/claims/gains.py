@@ -25,13 +25,6 @@ RUNS = {HOUSE: "tensor", "z2-total": "total", "z2-wide": "wide"}
 ENDS = ("lower", "upper")
 
 
-def tried(example: str, degree: int) -> tuple[str, ...]:
-    """The readings of the degree rule under which the least gain is computed."""
-    if degree == 1:
-        return tuple(RULES) if example in OFF_THE_PRINT else tuple(RUNS)
-    return tuple(RUNS)[:2]
-
-
 def optimum_of(example: str, results: Results) -> float:
     """The optimum without sums of squares: where y does not see x₁ the plant's gain, else the Riccati equation.
 
@@ -47,7 +40,7 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
     """Least γ of Theorem 3 under each degree rule that is tried."""
     found, optimum = results[f"sos.ex{example}.d{degree}"], optimum_of(example, results)
     off = degree == 1 and example in OFF_THE_PRINT
-    gammas = _runs(example, found, results["readings"] if off else {})
+    gammas = _runs(example, degree, results)
     gamma = found["tensor"]["gamma"]
     variants: dict[str, float] = {}
     if degree == 1:
@@ -56,7 +49,10 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
             **{f"γ with ε = {epsilon}": value for epsilon, value in found["epsilon"].items()},
         }
     return Evidence(
-        method=f"Theorem 3 as corrected, ε = 0, Z₂ of degree d = {degree} in each variable, solved by SDPA.",
+        method=(
+            f"Theorem 3 as corrected, least level as ε → 0, Z₂ of degree d = {degree} in each variable, solved by SDPA "
+            f"at ε = 0; {len(RULES)} degree rules."
+        ),
         cross_check=f"Optimum without sums of squares: {optimum:.9f}; we measured the residuals and the gap.",
         value=gamma,
         solvers=tuple(SolverRecord(**found[rule]["solver"]) for rule in ("tensor", "total")),
@@ -66,7 +62,7 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
             **variants,
             **(_epsilons(example, results["readings"]) if off else {}),
         },
-        outcomes=outcomes(gammas, optimum),
+        outcomes=outcomes(gammas, optimum, degree),
         note=(_on_the_rule(results["readings"], unsharp(gammas)) if off else ONE_RULE_OF_MANY) + delay_of(example),
     )
 
@@ -81,30 +77,41 @@ def delay_of(example: str) -> str:
     )
 
 
-def _runs(example: str, found: Results, rules: Results) -> dict[str, list[float]]:
-    """γ at ε = 0 under each reading, in every run that there is."""
+def _runs(example: str, degree: int, results: Results) -> dict[str, list[float]]:
+    """γ at ε = 0 under each reading, in every run that there is; of some rules there is none."""
+    found = results[f"sos.ex{example}.d{degree}"]
     ours = {name: [found[rule]["gamma"]] for name, rule in RUNS.items() if rule in found}
-    return ours | {name: [*ours.get(name, []), *runs(rules, name, example)] for name in rules}
+    if degree == 1 and example in OFF_THE_PRINT:
+        more = {name: runs(results["readings"], name, example) for name in RULES}
+    else:
+        by_rule = {name: results["rules"][name][example] for name in RULES}
+        more = {name: [gains[str(degree)]] for name, gains in by_rule.items() if str(degree) in gains}
+    return {name: [*ours.get(name, []), *more.get(name, [])] for name in RULES}
 
 
 def unsharp(gammas: Mapping[str, list[float]]) -> tuple[str, ...]:
     """The readings whose runs differ: their infimum is not determined."""
-    return tuple(name for name, values in gammas.items() if max(values) - min(values) > UNSHARP)
+    return tuple(name for name, values in gammas.items() if values and max(values) - min(values) > UNSHARP)
 
 
-def outcomes(gammas: Mapping[str, list[float]], optimum: float) -> tuple[Outcome, ...]:
-    """Under each reading the least γ found, and between which ends the infimum lies, as far as there are several runs.
+def outcomes(gammas: Mapping[str, list[float]], optimum: float, degree: int) -> tuple[Outcome, ...]:
+    """Under each reading the least γ found, and between which ends the infimum lies, where that is known.
 
     Where the runs differ the least found is its upper end, and the lower one that of a rule that holds all its
-    certificates and whose runs agree, or the optimum of all observers.
+    certificates and whose runs agree, or the optimum of all observers. Where there is none, γ lies between the optimum
+    and the least found under a rule whose certificates it holds.
     """
     open_ones = unsharp(gammas)
     found = []
     for name, values in gammas.items():
+        if not values:
+            held = min(min(gammas[b]) for b in gammas if gammas[b] and inside(RULES[b], RULES[name], degree))
+            found.append(Outcome(reading=name, value=held, lower=min(optimum, held), upper=held))
+            continue
         low, high = min(values), max(values)
         if name in open_ones:
-            wider = [min(gammas[b]) - UNSHARP for b in gammas if b not in open_ones and inside(RULES[name], RULES[b])]
-            low, high = max([optimum, *wider]), low
+            sharp = [b for b in gammas if gammas[b] and b not in open_ones and inside(RULES[name], RULES[b], degree)]
+            low, high = max([optimum, *(min(gammas[b]) - UNSHARP for b in sharp)]), low
         ends = (low, high) if len(values) > 1 else (None, None)
         found.append(Outcome(reading=name, value=min(values), lower=ends[0], upper=ends[1]))
     return tuple(found)

@@ -66,12 +66,14 @@ def lmi_3(results: Results) -> Evidence:
 @THEOREM_1.order(
     "theory.theorem-1",
     place="Theorem 1",
-    uses=("lmi-3", *LOOPS),
+    pinned=CORRECTED,
+    uses=("lmi-3", "self-adjoint", *LOOPS),
+    erratum="theorem-1-self-adjoint",
     reading=HOUSE,
     says=Predicate(of=term("bound (7)"), reading=NO_READING),
 )
 def theorem_1(results: Results) -> Evidence:
-    """Where 𝒫 is coercive and the inequality holds, the error obeys the bound (7)."""
+    """Where 𝒫 = 𝒫* is coercive and the inequality holds, the error obeys the bound (7)."""
     loops = [results[name] for name in LOOPS]
     kept = [loop for loop in loops if loop["storage"] > 0.0 and loop["dissipation"] <= 0.0]
     room = min((1.0 - loop["norms"][-1] / loop["level"] for loop in kept), default=-1.0)
@@ -91,18 +93,35 @@ def theorem_1(results: Results) -> Evidence:
             "theorem takes 𝒵 as bounded on Y; that of (10) evaluates histories at -τᵢ, which L₂ does not allow. "
             "How the proof carries over is not checked here."
         ),
+        as_printed=without_symmetry(results),
+    )
+
+
+def without_symmetry(results: Results) -> Evidence:
+    """Theorem 1 as printed, which does not ask for 𝒫 = 𝒫*: a case in which the inequality holds and the error grows."""
+    found = results["self-adjoint"]
+    return positive(
+        -found["abscissa"] if found["coercive"] > 0.0 > found["largest"] else 1.0,
+        method="Two states without delays, 𝒫 = I + J with a rotation J, 𝒵 = 0: eigenvalues of the inequality and of 𝒜.",
+        quantities={
+            "least eigenvalue of the form ⟨e, 𝒫e⟩": found["coercive"],
+            "largest eigenvalue of the inequality": found["largest"],
+            "spectral abscissa of the error [1/s]": found["abscissa"],
+        },
     )
 
 
 @THEOREM_1.order(
     "theory.vanishing-error",
     place="Sec. III, after Theorem 1",
-    uses=LOOPS,
+    pinned=CORRECTED,
+    uses=("self-adjoint", *LOOPS),
+    erratum="theorem-1-self-adjoint",
     reading=HOUSE,
     says=Predicate(of=term("error vanishes with w"), reading=NO_READING),
 )
 def vanishing(results: Results) -> Evidence:
-    """Under the conditions of Theorem 1 the error tends to zero if the disturbance does."""
+    """Under the conditions of Theorem 1, with 𝒫 = 𝒫*, the error tends to zero if the disturbance does."""
     abscissas = {name: results[name]["abscissa"] for name in LOOPS}
     return positive(
         -max(abscissas.values()),
@@ -112,6 +131,7 @@ def vanishing(results: Results) -> Evidence:
             "Instances. In general V' ≤ -(ε/c)V + γ‖w‖², with c the norm of 𝒫, makes V, and so ‖e‖, tend to zero "
             "with w."
         ),
+        as_printed=without_symmetry(results),
     )
 
 
@@ -162,7 +182,12 @@ for _misprint, _erratum, _place, _what in (
     ("d-sign", "theorem-3-signs", "Theorem 3, D", "The blocks of D that hold S_i(-τ_i)."),
     ("e-transposes", "theorem-3-transposes", "Theorem 3, E_i", "The transposes in E_i, Φ_0i and Φ_ji."),
     ("f-sign", "theorem-3-signs", "Theorem 3, F_i", "The term of F_i that holds the derivative of S_i."),
-    ("theorem-1-sign", "proof-square", "Sec. VI, proof", "The square of C_1e in the identity that the proof states."),
+    (
+        "theorem-1-sign",
+        "proof-square",
+        "Sec. VI, proof",
+        "The square of C_1e in the identity that the proof states; every v.",
+    ),
 ):
     THEOREM_3.feasible(
         f"theory.{_misprint}",
@@ -203,7 +228,11 @@ def feasible(results: Results) -> Evidence:
 
 
 for _part, _place, _statement in (
-    ("theorem-4", "Theorem 4", "The operator that Theorem 4 gives inverts a coercive one of the form (8)."),
+    (
+        "theorem-4",
+        "Theorem 4",
+        "The operator that Theorem 4 gives inverts a coercive 𝒫 = 𝒫* of the form (8) with Qᵢ = HᵢZ, Rᵢⱼ = ZᵀΓᵢⱼZ.",
+    ),
     ("lemma-5", "Lemma 5", "The gains of Lemma 5 compose the inverse of Theorem 4 with 𝒵 of (10)."),
 ):
     THEOREM_4.feasible(

@@ -8,10 +8,10 @@ from typing import Any
 from papers._common import INPUTS
 from papers.peet2019 import common
 from papers.peet2019.experiments import examples, measured, scaling, timed
-from papers.peet2019.experiments.finite import lmi_3
+from papers.peet2019.experiments.finite import lmi_3, self_adjoint
 from papers.peet2019.experiments.identities import identities
 from papers.peet2019.experiments.inversion import inverse_identities
-from papers.peet2019.experiments.readings import readings
+from papers.peet2019.experiments.readings import least_gains, readings
 from papers.peet2019.printed import DATA, DEGREES, DELAY_COUNTS, EXAMPLES, OWN_SYSTEMS, STATES
 from papers.peet2019.readings import JORDAN
 from papers.peet2019.sensitivity import pade_level
@@ -36,6 +36,12 @@ DEFAULT_CELLS = tuple((n, k) for k in DELAY_COUNTS for n in STATES if n * k <= 1
 """Cells (n, K) of Table I that are run with the full cone of degree 1."""
 SMALL_CONE_CELLS = tuple((n, k) for k in DELAY_COUNTS for n in STATES if 15 < n * k <= 30)
 """Larger cells, run with the small cone; `benchmarks/bench_delay.py --full` runs all."""
+
+
+def degrees_of(example: str) -> list[int]:
+    """Degrees of the printed gains of Theorem 3 but for those that "readings" has; the text names one more."""
+    table = [degree for degree in DEGREES if degree > 1 or example not in OFF_THE_PRINT]
+    return [*table, *([DATA["text-2-degree"]] if example == "2" else [])]
 
 
 def _alone(plant: dict[str, Any]) -> dict[str, Any]:
@@ -83,7 +89,11 @@ EXPERIMENTS = (
         "readings", readings, plants={name: EXAMPLES[name] for name in OFF_THE_PRINT},
         printed={name: DATA[f"gamma-{name}"]["d1"] for name in OFF_THE_PRINT}, epsilon=WIDER,
     ),
+    experiment(
+        "rules", least_gains, plants=EXAMPLES, degrees={name: degrees_of(name) for name in EXAMPLES},
+    ),
     experiment("lmi-3", lmi_3, trials=TRIALS, seed=SEED),
+    experiment("self-adjoint", self_adjoint),
     experiment("identities", identities, trials=TRIALS, seed=SEED),
     experiment("inversion", inverse_identities, trials=TRIALS, seed=SEED),
     experiment("printed-signs", examples.as_printed, plant=SECOND, degree=1),

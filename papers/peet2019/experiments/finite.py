@@ -87,6 +87,24 @@ def lmi_3(trials: int, seed: int) -> dict[str, Any]:
     }
 
 
+def self_adjoint() -> dict[str, float]:
+    """A case of Theorem 1 as printed, 𝒫 ≠ 𝒫*: 𝒫 = I + J, J the rotation by a right angle, 𝒵 = 0, B = C_1 = I, γ = 2.
+
+    coercive: least eigenvalue of ⟨e, 𝒫e⟩. largest: of the inequality, in (e, w, v). abscissa: of the error.
+    """
+    one, level = np.eye(2), 2.0
+    rotation = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    p = one + rotation
+    a = np.linalg.solve(p, 2.0 * rotation - one)
+    plant = {"a": a, "b": one, "c1": one, "c2": one, "d": 0.0 * one}
+    inequality = matrix_3(p, 0.0 * one, plant, level)
+    return {
+        "coercive": float(np.linalg.eigvalsh((p + p.T) / 2.0)[0]),
+        "largest": float(np.linalg.eigvalsh(inequality)[-1]),
+        "abscissa": float(np.linalg.eigvals(a).real.max()),
+    }
+
+
 def _drawn(rng: np.random.Generator) -> tuple[dict[str, Array], Array]:
     """A plant, and a gain that makes its error dynamics stable."""
     stable = rng.standard_normal((N, N))

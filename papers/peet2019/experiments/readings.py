@@ -1,4 +1,4 @@
-"""Degree 1 of Examples 2 and 3 under readings of the degree rule, which Part 1 defines and this text does not.
+"""Theorem 3 under readings of the degree rule, which Part 1 defines and this text does not.
 
 A reading gives, for V and for the dissipation, the degree of Z_1, the degrees of Z_2 in its inner and outer variable
 (or their total), and the degrees of the term weighted with -η(η+1): the same, or lower by one.
@@ -7,7 +7,7 @@ Theorem 3 is taken as corrected.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,9 +24,6 @@ from replication.estimation.delay.sos.synthesis import Assembly, program
 from replication.estimation.delay.system import DelaySystem, delay_system, gain_scaled, measured_last
 
 Json = dict[str, Any]
-
-COUNT = 7
-"""Legendre coefficients that hold every product of the readings: degree 2·2 and the weight."""
 
 
 @dataclass(frozen=True)
@@ -47,34 +44,79 @@ class Block(ConeBlock):
 Shape = tuple[int, int, int, bool, int]
 """Degree of Z_1, inner and outer degree of Z_2, total rule, and by how much the weighted term is lower."""
 
-TENSOR, TOTAL = (1, 1, 1, False, 1), (1, 1, 1, True, 1)
-TENSOR_SAME, TOTAL_SAME = (1, 1, 1, False, 0), (1, 1, 1, True, 0)
-WIDE = (1, 1, 2, False, 0)
+
+MOST_SOLVED = 2
+"""Degree up to which γ is solved under every reading."""
+
+
+def each(d: int) -> Shape:
+    """Degree d in each variable, the weighted term one lower."""
+    return d, d, d, False, 1
+
+
+def total(d: int) -> Shape:
+    """Total degree d, the weighted term one lower."""
+    return d, d, d, True, 1
+
+
+def each_same(d: int) -> Shape:
+    """Degree d in each variable, the weighted term the same."""
+    return d, d, d, False, 0
+
+
+def total_same(d: int) -> Shape:
+    """Total degree d, the weighted term the same."""
+    return d, d, d, True, 0
+
+
+def wide(d: int) -> Shape:
+    """Degree d in the inner and 2d in the outer variable, the weighted term the same."""
+    return d, d, 2 * d, False, 0
+
+
+def outer(d: int) -> Shape:
+    """Degree d in the outer variable only, the weighted term the same."""
+    return d, 0, d, False, 0
+
+
+def inner(d: int) -> Shape:
+    """Degree d in the inner variable only, the weighted term the same."""
+    return d, d, 0, False, 0
+
+
+def wider(d: int) -> Shape:
+    """Degree d in each variable, Z_1 of degree d + 1, the weighted term the same."""
+    return d + 1, d, d, False, 0
+
+
+def following(d: int) -> Shape:
+    """Total degree d + 1, the weighted term the same."""
+    return total_same(d + 1)
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A reading of the degree rule in words, and its shapes for V and for the dissipation."""
+    """A reading of the degree rule in words, and its shapes of degree d for V and for the dissipation."""
 
     text: str
-    storage: Shape
-    dissipation: Shape
+    storage: Callable[[int], Shape]
+    dissipation: Callable[[int], Shape]
 
 
 HOUSE = "z2-each"
 """The rule of the library."""
 READINGS: dict[str, Rule] = {
-    HOUSE: Rule("Z₂ of degree d in each variable; the weighted term one degree lower", TENSOR, TENSOR),
-    "z2-total": Rule("Z₂ of total degree d; the weighted term one degree lower", TOTAL, TOTAL),
-    "z2-each-same": Rule("Z₂ of degree d in each variable; the weighted term the same", TENSOR_SAME, TENSOR_SAME),
-    "z2-total-same": Rule("Z₂ of total degree d; the weighted term the same", TOTAL_SAME, TOTAL_SAME),
-    "z2-wide": Rule("Z₂ of degree d in its inner and 2d in its outer variable; the weighted term the same", WIDE, WIDE),
-    "z2-outer": Rule("Z₂ of degree d in its outer variable only", (1, 0, 1, False, 0), (1, 0, 1, False, 0)),
-    "z2-inner": Rule("Z₂ of degree d in its inner variable only", (1, 1, 0, False, 0), (1, 1, 0, False, 0)),
-    "z2-total-wide": Rule("V as z2-total-same; dissipation as z2-wide", TOTAL_SAME, WIDE),
-    "z2-each-wide": Rule("V as z2-each-same; dissipation as z2-wide", TENSOR_SAME, WIDE),
-    "z2-total-z1": Rule("V as z2-total; dissipation with Z₁ of degree d + 1", TOTAL, (2, 1, 1, False, 0)),
-    "z2-total-next": Rule("V as z2-total; dissipation of total degree d + 1", TOTAL, (2, 2, 2, True, 0)),
+    HOUSE: Rule("Z₂ of degree d in each variable; the weighted term one degree lower", each, each),
+    "z2-total": Rule("Z₂ of total degree d; the weighted term one degree lower", total, total),
+    "z2-each-same": Rule("Z₂ of degree d in each variable; the weighted term the same", each_same, each_same),
+    "z2-total-same": Rule("Z₂ of total degree d; the weighted term the same", total_same, total_same),
+    "z2-wide": Rule("Z₂ of degree d in its inner and 2d in its outer variable; the weighted term the same", wide, wide),
+    "z2-outer": Rule("Z₂ of degree d in its outer variable only", outer, outer),
+    "z2-inner": Rule("Z₂ of degree d in its inner variable only", inner, inner),
+    "z2-total-wide": Rule("V as z2-total-same; dissipation as z2-wide", total_same, wide),
+    "z2-each-wide": Rule("V as z2-each-same; dissipation as z2-wide", each_same, wide),
+    "z2-total-z1": Rule("V as z2-total; dissipation with Z₁ of degree d + 1", total, wider),
+    "z2-total-next": Rule("V as z2-total; dissipation of total degree d + 1", total, following),
 }
 
 
@@ -85,7 +127,7 @@ def _blocks(shape: Shape) -> tuple[Block, Block]:
     return plain, Block(z1 - lower, DegreeRule.TENSOR, True, max(inner - lower, 0), max(outer - lower, 0), total)
 
 
-def inside(small: Rule, big: Rule) -> bool:
+def inside(small: Rule, big: Rule, degree: int) -> bool:
     """Whether every certificate of one rule is one of the other: the least γ of `big` is then no greater."""
 
     def members(block: Block) -> set[tuple[int, int]]:
@@ -94,7 +136,7 @@ def inside(small: Rule, big: Rule) -> bool:
     return all(
         a.degree <= b.degree and members(a) <= members(b)
         for one, other in ((small.storage, big.storage), (small.dissipation, big.dissipation))
-        for a, b in zip(_blocks(one), _blocks(other), strict=True)
+        for a, b in zip(_blocks(one(degree)), _blocks(other(degree)), strict=True)
     )
 
 
@@ -104,29 +146,49 @@ def _cone(space: FormSpace, shape: Shape) -> tuple[sparse.csr_array, tuple[Index
     return sparse.hstack(maps, format="csr"), (plain.labels(space), weighted.labels(space))
 
 
-def least(system: DelaySystem, reading: Rule, epsilon: float) -> float:
+def least(system: DelaySystem, reading: Rule, epsilon: float, degree: int = 1) -> float:
     """Least γ of Theorem 3 for one reading, in the units of the system, on which the meaning of ε depends."""
-    inner, change = measured_last(system)
-    storage, v_labels = _cone(lie.state_space(inner, COUNT), reading.storage)
-    dissipation, h_labels = _cone(lie.derivative_space(inner, COUNT), reading.dissipation)
+    turned, change = measured_last(system)
+    count = 4 * degree + 3  # Legendre coefficients that hold every product of the readings: twice 2d, and the weight
+    storage, v_labels = _cone(lie.state_space(turned, count), reading.storage(degree))
+    dissipation, h_labels = _cone(lie.derivative_space(turned, count), reading.dissipation(degree))
     assembly = Assembly(
-        system=inner,
+        system=turned,
         change=change,
-        degree=1,
+        degree=degree,
         rule=DegreeRule.TENSOR,
-        count=COUNT,
+        count=count,
         storage=storage,
-        derivative=lie.lie_derivative(inner, COUNT),
+        derivative=lie.lie_derivative(turned, count),
         dissipation=dissipation,
         v_labels=v_labels,
         h_labels=h_labels,
-        kept=~lie.absorbed(inner, COUNT),
+        kept=~lie.absorbed(turned, count),
     )
     return float(solve_sdpa(program(reduced(assembly), epsilon), LOOSE).linear[0])
 
 
+def least_gains(plants: dict[str, Json], degrees: dict[str, list[int]]) -> Json:
+    """By reading, example and degree: γ at ε = 0.
+
+    From degree 3 on only for readings that leave out a certificate of total degree d, which others contain.
+    """
+    narrow = READINGS["z2-total"]
+    return {
+        name: {
+            example: {
+                str(degree): least(delay_system(**plants[example]), reading, 0.0, degree)
+                for degree in listed
+                if degree <= MOST_SOLVED or not inside(narrow, reading, degree)
+            }
+            for example, listed in degrees.items()
+        }
+        for name, reading in READINGS.items()
+    }
+
+
 def readings(plants: dict[str, Json], printed: dict[str, str], epsilon: float) -> Json:
-    """For each reading and example: γ at ε = 0 and at `epsilon`, and the ε that give the print were γ linear in ε.
+    """For each reading and example, degree 1: γ at ε = 0 and at `epsilon`, and ε for the print were γ linear in ε.
 
     gamma and rescaled are the same infimum in two units; where they differ it is not sharply defined numerically.
     solved: γ where it is solved at the middle of those ε, None if that is negative.

@@ -135,6 +135,16 @@ def _outward(number: Fraction, rounding: str, width: Fraction | None, ends: Sequ
     return of_decimals(number)
 
 
+def at_most(number: float, digits: int = 2) -> str:
+    """An upper bound to so many significant digits, rounded up: what "at most" stands before."""
+    return decimal(Context(prec=digits, rounding=ROUND_CEILING).create_decimal(Decimal(number)))
+
+
+def at_least(number: float, digits: int = 2) -> str:
+    """A lower bound to so many significant digits, rounded down: what "at least" stands before."""
+    return decimal(Context(prec=digits, rounding=ROUND_FLOOR).create_decimal(Decimal(number)))
+
+
 def digits(number: Fraction, *ends: Fraction | None, least: int = 6) -> str:
     """`number` in `least` significant digits, or in as many as it takes to stand on its side of all `ends`."""
     value = nearest(number)

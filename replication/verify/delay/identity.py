@@ -12,6 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from flint import fmpq, fmpq_mat
+
+from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
 from replication.verify.algebra.words import Letter, Words, letter, number, one
 from replication.verify.reading import sequence, sized, text
 from replication.verify.statement import Found, Says, statement
@@ -26,7 +29,7 @@ MISPRINTS = {
     "f-sign": "the derivative of S_i in F_i",
     "e-transposes": "the transposes in E_i",
     "eq10-factor": "the second row of (10)",
-    "theorem-1-sign": "the square of C_1 e",
+    "theorem-1-sign": "the square of C_1 e, which is right for v = C_1 e/gamma alone",
 }
 
 
@@ -155,8 +158,9 @@ def require_identity(misprints: Sequence[str]) -> None:
 )
 def dissipation_identity(misprints: list[str]) -> Found:
     """The dissipation is the quadratic form of Theorem 3, with the transposes in D and the name Z_1 in T_00 corrected
-    and G_2ij as in the theorem, not its proof, for any number of states, signals and delays and all differentiable
-    storages, if these are corrected too; with any one of them as printed it is not: {corrected}.
+    and G_2ij as in the theorem, not its proof, for any number of states, signals and delays, every v and all
+    differentiable self-adjoint storages, if these are corrected too; with any one of them as printed it is not:
+    {corrected}.
     """
     require(bool(misprints) and set(misprints) <= MISPRINTS.keys(), f"misprints must be among {', '.join(MISPRINTS)}")
     require(len(set(misprints)) == len(misprints), "parameters.misprints names one twice")
@@ -166,13 +170,14 @@ def dissipation_identity(misprints: list[str]) -> Found:
 
 @statement("delay.observer-bound", source="peet2019", holds=True, says=("bound (7)", "error vanishes with w"))
 def observer_bound() -> None:
-    """Where the inequality of Theorem 1, or LMI (3), holds with a coercive P, the observer with L = P^-1 Z obeys (7),
-    and its error tends to zero with w, along solutions with d<e, P e>/dt = 2<e, P e'>, for any number of states and
-    signals.
+    """Where the inequality of Theorem 1, or LMI (3), holds with a coercive P = P*, the observer with L = P^-1 Z obeys
+    (7), and its error tends to zero with w, along solutions with d<e, P e>/dt = 2<e, P e'>, for any number of states
+    and signals; with a coercive P that is not self-adjoint the inequality does not suffice, with two states.
 
     With v = z/gamma the inequality is V' + |z|^2/gamma - gamma |w|^2 <= -eps |e|^2 along (6) for V = <e, P e>. Summed
     from e(0) = 0 it is (7), as V >= 0. With c the norm of P it gives V' <= gamma |w|^2 - (eps/c) V, so that V, and with
-    it |e|, tends to zero with w. A strict LMI (3) is the inequality with some eps > 0.
+    it |e|, tends to zero with w. A strict LMI (3) is the inequality with some eps > 0. In the example with P != P* the
+    error equation is e' = A e - w with z = e and an unstable A: a pulse w makes e grow without bound.
     """
     P, L, A, B, C1, C2, D, e, w, v = (a(name) for name in ("P", "L", "A", "B", "C1", "C_2", "D", "e", "w", "v"))
     Z, z = P * L, C1 * e
@@ -182,3 +187,20 @@ def observer_bound() -> None:
     square = (z - v * GAMMA).T * (z - v * GAMMA)
     supply = (v.T * z * 2 - v.T * v * GAMMA) * GAMMA
     require(canonical(supply - z.T * z + square).is_zero(), "with v = z/gamma the supply is not |z|^2/gamma")
+    require_self_adjoint(fmpq(1))
+
+
+def require_self_adjoint(turn: fmpq) -> None:
+    """Refuse unless the inequality of Theorem 1 holds for P = I + turn J, coercive, L = 0 and an error that grows.
+
+    J is the rotation by a right angle, A = P^-1 (2 J - I), B = C_1 = I, gamma = 2. The trace of A, the sum of the real
+    parts of its eigenvalues, is positive: one of them has a positive real part.
+    """
+    one, J = identity(2), fmpq_mat([[0, 1], [-1, 0]])
+    P = one + J * turn
+    A = P.inv() * (J * 2 - one)
+    rate = P * A + (P * A).transpose()
+    require_positive_definite(P + P.transpose(), "P + P'")
+    form = block([[rate, -P, one], [-P.transpose(), one * -2, zeros(2, 2)], [one, zeros(2, 2), one * -2]])
+    require_positive_definite(form * -1, "the inequality of Theorem 1")
+    require(A[0, 0] + A[1, 1] > 0, "the error of the example with P that is not self-adjoint may vanish")

@@ -95,7 +95,11 @@ def gain_residuals(*, printed: bool) -> list[Words]:
 
 
 PARTS = {
-    "theorem-4": ("Theorem 4, with Gamma/tau_K and S^-1/tau_K^2, inverts any coercive operator (8)", inverse_residuals),
+    "theorem-4": (
+        "Theorem 4, with Gamma/tau_K and S^-1/tau_K^2, inverts any coercive P = P* of the form (8) with Q_i = H_i Z "
+        "and R_ij = Z' Gamma_ij Z",
+        inverse_residuals,
+    ),
     "lemma-5": (
         "Lemma 5 in (9) gives the inverse of Theorem 4 applied to (10), both as corrected",
         gain_residuals,
