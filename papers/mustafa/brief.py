@@ -22,8 +22,8 @@ BRIEF = Brief(
     "one printed for it; both are [stable](stable.1) [throughout](stable.2).",
     correct="[What solves (6)](valid.1) on the grid does not elsewhere; [one](grid.1) [element](condition-8.1) "
     "does not cover the first range; [case U3](u3) and [two maps](map) are misprinted.",
-    guess="Whether the abstract promises the levels [for every sequence](robust-level.1) or for the grid; whether "
-    "[one element](grid.2) covers the second range, by (8) or (9); what [step 4](algorithm) means.",
+    guess="Whether the abstract promises its levels [for every sequence](robust-level.1) or for the grid; whether "
+    "[one element](grid.2) covers the second range; what [step 4](algorithm) means.",
     sketch=Sketch(
         alt="A signal is sampled at irregular instants, while the level of the filter belongs to one constant period.",
         strokes=(

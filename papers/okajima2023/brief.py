@@ -24,8 +24,8 @@ def _uncertainty() -> Stroke:
 
 BRIEF = Brief(
     topic="Sensors that tick at different rates",
-    card="The stable plant's levels hold, except [one entry](-table1.n21) of Table 1; [both](+theory.theorem1) "
-    "[theorems](+theory.theorem2) are tight at its printed gains and designs. Sec. IV-C prints [a stable "
+    card="The stable plant's levels hold, except [one](-table1.n21) in Table 1; [both](+theory.theorem1) "
+    "[theorems](+theory.theorem2) are tight at its gains and designs. Sec. IV-C prints [a stable "
     "matrix](?diagonal-of-a).",
     holds="To one part in a million [Theorem 1](theory.theorem1) is tight at four gain sets, "
     "[Theorem 2](theory.theorem2) at all designs; [levels](gamma.proposed) and [timings](timing.case-2) come out.",

@@ -10,7 +10,7 @@ from sample import paper_record
 from replication.audit.declare import Part
 from replication.audit.declare import paper as declared
 from replication.audit.inspect.headline import counts, headline, sentence
-from replication.audit.judge.policies import EXCESS, EXCESS_REASON, once
+from replication.audit.judge.policies import CHOSEN, EXCESS, EXCESS_REASON, once
 from replication.audit.judge.validate import validate_claims
 from replication.audit.model import Evidence, How, Kind, Outcome, OverInputs, Reading, Verdict
 from replication.audit.publish.readme import results_block
@@ -27,6 +27,7 @@ def test_the_excess_of_a_printed_optimum_is_told_and_the_verdict_stays() -> None
     verdict, reason = optimum("1.14")
     assert verdict is Verdict.DIFFERS
     assert "0.0353 % above the optimum. " + EXCESS_REASON in reason
+    assert reason.endswith(CHOSEN)
     plain = judge(value_case("1.14", **PROVED))
     assert plain.verdict is Verdict.DIFFERS and "above the optimum" not in plain.reason
 

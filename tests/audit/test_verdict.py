@@ -136,6 +136,27 @@ def test_a_draw_that_an_erratum_makes_probable_is_compatible() -> None:
     assert judge(tried).verdict is Verdict.COMPATIBLE
 
 
+def test_an_inference_belongs_to_the_correction_and_not_to_the_text_as_printed() -> None:
+    """A reading of the text stays in both; one chosen with the print in view is named for the correction alone."""
+    for inference in (False, True):
+        reading = Reading(name="chosen", place="p", text="t", inference=inference)
+        tried = value_case(
+            "1.33", 1.33, as_printed=Evidence(method="m", value=1.40), erratum="e", proof_holds=True, reading="chosen"
+        )
+        corrected, _, printed = judge(tried, readings=[reading]).reason.partition("As printed: ")
+        assert "Under the reading chosen" in corrected
+        assert ("Under the reading chosen" in printed) is not inference
+
+
+@pytest.mark.parametrize(("probability", "told"), [(2 / 2001, True), (0.5, False)])
+def test_a_rank_shows_no_less_than_its_draws_allow(probability: float, told: bool) -> None:
+    ranked = Evidence(method="m", probability=probability, draws=2000)
+    reason = judge(case(Kind.STATISTICAL, ranked, printed="0.4")).reason
+    assert ("at most" in reason and "the least that a rank among 2000 draws can show" in reason) is told
+    alone = replace(ranked, draws=None)
+    assert "at most" not in judge(case(Kind.STATISTICAL, alone, printed="0.4")).reason
+
+
 # Readings.
 
 NORM = Reading(name="norm", place="eq. (3)", text="the Euclidean norm")

@@ -32,8 +32,12 @@ AGREEMENT = 1e-8
 NORM_OF_GAINS = 1e-7
 
 
-SUPPORTED = {"unstable.error-poles": "unrounded-gains"}
-"""A claim that rests on two readings, under one of which there is no theorem."""
+SUPPORTED = {
+    "unstable.error-poles": "unrounded-gains",
+    "unstable.same-setting": "any-entries",
+    "order.shorter-in-general": "table-alone",
+}
+"""Claims that rest on several readings, under one of which there is no theorem."""
 
 
 @pytest.mark.slow
@@ -41,7 +45,7 @@ def test_theorems_say_every_claim_that_they_are_about(fresh_run: Outcome) -> Non
     claims = {claim.id.partition(".")[2]: claim for claim in fresh_run.results.claims if claim.paper == KEY}
     about = {name: claim.judgement for name, claim in claims.items() if claim.evidence.certificates}
     assert {name for name, judgement in about.items() if not judgement.proved} == set(SUPPORTED)
-    assert all(f"not {reading}" in about[name].supported for name, reading in SUPPORTED.items())
+    assert all(reading in about[name].supported for name, reading in SUPPORTED.items())
     assert all(claim.judgement.unproved for name, claim in claims.items() if name not in about)
 
 

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from papers.okajima2023 import certificates
+from papers.okajima2023.experiments.declared import EXPERIMENTS, HALF_UNIT_OF_POLES
+from papers.okajima2023.experiments.unstable import any_entries
 from papers.okajima2023.method.central_path import central_path
 from papers.okajima2023.method.input_recovery import recover_inputs, schedule_of
 from papers.okajima2023.method.recovery import exact_diagonals, recover_outputs, recover_poles
@@ -63,6 +65,19 @@ def test_two_diagonals_have_the_stated_poles() -> None:
     first, second = exact_diagonals(A_41, STATED_POLES)
     assert first == pytest.approx(np.diag(A_RECOVERED), abs=1e-3)
     assert np.abs(np.array(second) - first).min() > 0.1
+
+
+def test_some_a_with_the_stated_poles_is_stabilised_and_its_error_system_has_the_stated_poles() -> None:
+    """By products written out here."""
+    (given,) = (one.inputs for one in EXPERIMENTS if one.name == "unstable.any-entries")
+    found = any_entries(**given)
+    A, C = np.array(found["rounded"]), np.array(given["C"])
+    monodromy = np.linalg.multi_dot([A - np.array(gain) @ C for gain in given["printed_gains"][::-1]])
+    assert np.abs(np.linalg.eigvals(monodromy)).max() == pytest.approx(found["radius"], rel=1e-6)
+    assert found["radius"] < 1
+    assert np.abs(np.array(found["poles"]) - np.array(given["stated_poles"])).max() < HALF_UNIT_OF_POLES
+    reached = sorted(real for real, _ in found["error_poles"])
+    assert reached == pytest.approx(sorted(given["stated_error_poles"]), abs=1e-6)
 
 
 def test_exact_diagonals_refuse_entries_that_cannot_be_told_apart() -> None:

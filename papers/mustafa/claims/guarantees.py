@@ -21,9 +21,9 @@ FILTERED = {1: "our-filter", 2: "printed-filter"}
 
 
 def robust_level(e: int) -> list[Predicate]:
-    """That the level is kept by the filter that the bracket is of, and by some filter."""
+    """That the level is kept, to its digits, by the filter that the bracket is of, and by some filter."""
     return [
-        Predicate(of=gain, relation="at most", to=str(GAMMA[e]), reading=reading.name)
+        Predicate(of=gain, relation="at most", to=str(upper_end(GAMMA[e])), reading=reading.name)
         for reading, over in ((SAMPLES, RANGE), (DURATION, RANGE), (GRID_PERIODS, MIDDLE))
         for gain in (
             term("gain over sequences", FILTERED[e], "the given filter", **over),

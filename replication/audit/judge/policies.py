@@ -22,6 +22,10 @@ EXCESS_REASON = (
 )
 
 
+CHOSEN = "The parameters that the text chooses are exact, so that no rounding of theirs explains it."
+"""Of the inputs of an optimum: a plant and a schedule are what a text computes with, not results that it rounds."""
+
+
 @dataclass(frozen=True)
 class Excess:
     """How far the least number that rounds to the print lies above the optimum, relative to it, and at most so far."""
@@ -67,14 +71,17 @@ def with_excess(claim: StatedClaim, target: Target, evidence: Evidence, judgemen
         words = f"{words}. {EXCESS_REASON}; the print is still not the optimum that the text speaks of."
     else:
         words = f"{words}, more than a solver that stops early explains ({short(100 * EXCESS)} %)."
-    return msgspec.structs.replace(judgement, reason=f"{judgement.reason} {words}")
+    chosen = f" {CHOSEN}" if evidence.over_inputs is None else ""
+    return msgspec.structs.replace(judgement, reason=f"{judgement.reason} {words}{chosen}")
 
 
 def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgement: Judgement) -> Judgement:
     """The judgement with the rounding of printed inputs in view: `compatible` for `differs` where it may explain it.
 
-    The outcome over all inputs that round to the print is a range. Where it meets what the printed number stands for,
-    the text does not tell the two apart. Raises AuditError if it is not the range of one number, or leaves it out.
+    Inputs here are printed results, such as gains, poles or a filter, which the text had with more digits; parameters
+    that it chooses are exact. The outcome over all inputs that round to the print is a range. Where it meets what the
+    printed number stands for, the text does not tell the two apart. Raises AuditError if it is not the range of one
+    number, or leaves it out.
     """
     over = evidence.over_inputs
     if over is None:
