@@ -67,8 +67,7 @@ Command = Callable[[int], acb]
 
 @dataclass(frozen=True, kw_only=True)
 class Loop:
-    """Plant (1), one input, one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) and name if given.
-    """
+    """Plant (1), one input, one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) and its name."""
 
     A: fmpq_mat
     B: fmpq_mat

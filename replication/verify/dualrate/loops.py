@@ -47,8 +47,8 @@ def read_guess(value: Any, path: str) -> acb:
     says=Says(quantity=RADIUS, readings=_readings),
 )
 def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb) -> None:
-    """Over one slow period {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) has the spectral
-    radius {lower:down} to {upper:up}.
+    """Over one slow period {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) has the
+    spectral radius {lower:down} to {upper:up}.
 
     Bounds of the largest modulus of the eigenvalues of Φ.
     """
