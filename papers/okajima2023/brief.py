@@ -32,7 +32,7 @@ BRIEF = Brief(
     "columns of [Table 1](table1.n33).",
     correct="[Table 1](table1.n21) entry (2, 1) exceeds the rounded optimum. Sec. IV-C "
     "[repeats](unstable.same-setting) the stable matrix. "
-    "Blog alone: [shorter periods](order.shorter-in-general), read as a rule, need not help.",
+    "Blog: [shorter periods](order.shorter-in-general), read as a rule, need not help.",
     guess="Which noises [eq. (34)](denominator) divides by, and [the matrices](setting-of-4c) of Sec. IV-C: "
     "a reading of each fits, neither is certain.",
     sketch=Sketch(
