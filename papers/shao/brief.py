@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 
 from papers._sketch import curve, dots, label, signal, ticks
+from papers.shao.problem import DESIGN
 from replication.audit.brief import Brief, Draws, Sketch
 
-SLOW = range(14, 303, 72)
-FAST = [x for x in range(14, 303, 12) if x not in SLOW]
+STEP = 14
+PERIOD = STEP * DESIGN.ratio
+SLOW = range(14, 303, PERIOD)
+FAST = [x for x in range(14, 303, STEP) if x not in SLOW]
 
 
 def _virtual(x: float) -> float:
     """The model drifts away from the signal until the sensor measures again."""
-    since = (x - 14) % 72
+    since = (x - 14) % PERIOD
     return signal(x) - 0.3 * since * math.cos(x / 40)
 
 
@@ -28,8 +31,8 @@ BRIEF = Brief(
     guess="Whether DRC-APO [tracks better](order.apo-below-pmi), or has [the better transient](order.transient), "
     "depends on what the text leaves open.",
     sketch=Sketch(
-        alt="A slow sensor measures at every sixth fast instant; a model fills in virtual measurements between, which "
-        "drift away from the output.",
+        alt=f"A slow sensor measures at every {DESIGN.ratio}th fast instant; a model fills in virtual measurements "
+        "between, which drift away from the output.",
         strokes=(
             curve(Draws.TRUTH),
             dots(Draws.VIRTUAL, FAST, _virtual),

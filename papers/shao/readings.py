@@ -33,6 +33,7 @@ STARTS: Mapping[str, Start] = {
 }
 """Readings of ζ(0), which is not printed."""
 SLOWEST = "slowest-mode"
+EVERY = "every-structure"
 
 _SETTINGS = (
     "The command is as printed and held over T; L is a gain in continuous time; all parameters are exactly the printed "
@@ -76,7 +77,14 @@ READINGS = (
     _reading(
         SLOWEST,
         "Secs. I and V, Figs. 2 and 3",
-        "Transients are compared by their slowest mode, which all starts but those of a subspace excite.",
+        "Transients are compared by their slowest mode, which all starts but those of a subspace excite: the better "
+        "one decays faster, and one that is alike no slower.",
+    ),
+    _reading(
+        EVERY,
+        TABLE,
+        "All stable loops together over the observers that may be meant, the feedforward, the timing of the reference, "
+        "the kind of gain and the form of the observer: what holds must hold for each.",
     ),
     _reading(
         "steady-errors",

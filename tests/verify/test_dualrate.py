@@ -374,7 +374,7 @@ def test_sentences_hold_the_numbers() -> None:
     assert "1123960" in sentences["condition"]
     assert "0.00157039" in sentences["counterexample"]
     assert "0.5605" in sentences["prediction-bound"]
-    assert sentences["lyapunov"].startswith("For the printed data ")
+    assert sentences["lyapunov"].startswith("For the printed data of the plant motor ")
     assert check(own("lyapunov")).sentence.startswith("For this plant ")
     assert "with the factors 1 of ‖CA‖, 2 of ‖CBK‖" in sentences["output-bounds"]
     assert "with the factors 2 of ‖KÂ‖, 2 of ‖KBK‖, 1 of ‖KLC‖" in sentences["estimate-bound"]

@@ -120,27 +120,31 @@ def estimate_bound(results: Results) -> Evidence:
     place="Sec. IV, above eq. (15)",
     uses="theorem",
     reading="from-estimate",
-    pinned="undetermined",
+    pinned="refuted",
 )
 def prediction_rate(results: Results) -> Evidence:
-    """Over a fast period the virtual output (6) changes by the integral of C A ζ + C B u, up to terms of order T²."""
-    order = results["theorem"]["increment_order"]
+    """Over a fast period the virtual output (6) has the rate C A ζ + C B u."""
+    theorem = results["theorem"]
+    order, gap = theorem["increment_order"], theorem["increment_rate_gap"]
     return by_margin(
-        {f"from-{start}": order[APO][start] - 1 for start in ("estimate", "measurement")},
+        {f"from-{start}": ROUND_OFF - gap[start] for start in ("estimate", "measurement")},
         method=(
-            "power of T with which the two sides part as T → 0, for the printed loop and the worst unit ζ, u and ȳ, "
-            "less one"
+            "change of (6) over T against the integral of C A ζ + C B u, ζ by (3), over T, for the printed loop at "
+            f"T = {theorem['periods'][0]:g} s and the worst unit ζ, u and ȳ"
         ),
         quantities={
-            f"{name}, from the {start}: power of T": value
-            for name, found in (("virtual measurement (6)", order[APO]), ("repaired predictor", order[REPAIRED]))
-            for start, value in found.items()
+            **{f"departure over T, from the {start}, 1/s": value for start, value in gap.items()},
+            **{
+                f"{name}, from the {start}: power of T": value
+                for name, found in (("virtual measurement (6)", order[APO]), ("repaired predictor", order[REPAIRED]))
+                for start, value in found.items()
+            },
         },
         note=(
-            "The proof integrates this rate from an error of zero. Counted from the estimate, (6) has the rate, and "
-            "the error C ξ(t_{k−1}) of the estimate to begin with; counted from the measurement, (6) jumps by it. The "
-            "repaired predictor has the rate counted from the measurement, where the error is zero. The text has no "
-            "terms of order T²: they arise because ζ follows (3) over the period, and (6) the model alone."
+            "(6) has the rate C A ζ_p + C B u of the model alone, and ζ follows (3). Counted from the estimate the "
+            "changes over T agree up to terms of order T², which the text does not have, and the error C ξ(t_{k−1}) of "
+            "the estimate is there to begin with; counted from the measurement (6) jumps by it. The proof integrates "
+            "the rate from an error of zero."
         ),
     )
 

@@ -14,6 +14,7 @@ from papers.shao.method.lyapunov import (
     increment_order,
     norm,
     prediction_gap,
+    rate_gap,
     slow_rate_gap,
     slow_rates,
     theorem_constants,
@@ -34,7 +35,7 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
 
     periods: decreasing T in s for the limits. ratios: M of the counter-example. printed_gap: (15) at the printed T.
     repaired_gap: (15) with the repaired predictor. increment_order: `increment_order` of (6) and of that predictor,
-    from either start.
+    from either start. increment_rate_gap: `rate_gap` at the largest T, from either start.
     """
     motor, scalar = theorem_constants(DESIGN), theorem_constants(COUNTEREXAMPLE)
 
@@ -63,6 +64,10 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
                 for start, measured in (("measurement", True), ("estimate", False))
             }
             for name, repaired in ((APO, False), (REPAIRED, True))
+        },
+        "increment_rate_gap": {
+            start: rate_gap(replace(DESIGN, period=periods[0]), measured=measured)
+            for start, measured in (("measurement", True), ("estimate", False))
         },
         "radius": {name: radius(COUNTEREXAMPLE, name) for name in COMPARED},
         "rate_gap": {

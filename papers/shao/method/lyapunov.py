@@ -84,6 +84,11 @@ def increment_order(design: DualRateDesign, periods: tuple[float, float], *, mea
     return float(np.log(departures[0] / departures[1]) / np.log(periods[0] / periods[1]))
 
 
+def rate_gap(design: DualRateDesign, *, measured: bool) -> float:
+    """By how much (6) departs from the integral of C A ζ + C B u over a period, over T, counted as above."""
+    return _increment_gap(design, measured, False) / design.period
+
+
 def _increment_gap(design: DualRateDesign, measured: bool, repaired: bool) -> float:
     A, B, C, L = design.model.state, design.model.input, design.model.output, design.injection
     (n, m), p, T = B.shape, len(C), design.period

@@ -57,7 +57,7 @@ def match(claim: StatedClaim, evidence: Evidence, certificates: Sequence[Certifi
     first = claim.says[0]
     return Match(
         by_reading=by_reading,
-        difference=_told(missing),
+        difference=_told(missing, by_reading),
         bounds=_bounds(first.of, first, offers),
     )
 
@@ -73,11 +73,15 @@ def _all(decided: Sequence[bool | None]) -> bool | None:
     return None if None in decided or not decided else True
 
 
-def _told(missing: Sequence[str]) -> str:
+def _told(missing: Sequence[str], by_reading: Mapping[str, bool | None]) -> str:
+    """What is decided under some readings, then what is not."""
     if not missing:
         return ""
+    words = {True: "says", False: "denies"}
+    ways = {holds: [name for name, found in by_reading.items() if found is holds] for holds in words}
+    decided = [f"A theorem {words[holds]} it under {', '.join(names)}. " for holds, names in ways.items() if names]
     more = f"; and {len(missing) - 1} more" if len(missing) > 1 else ""
-    return f"{missing[0]}{more}."
+    return f"{''.join(decided)}{missing[0]}{more}."
 
 
 def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:

@@ -121,7 +121,7 @@ def tracking_errors(
     errors: list[Error],
 ) -> Found:
     """With y_d = sin σt and the command <{command}|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = {input}>, held over T, the
-    largest tracking error of {observer.words} {where} of the steady state is {sizes}.
+    largest tracking error of {observer.words}< of the plant {plant.name}|> {where} of the steady state is {sizes}.
 
     Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state.
 
@@ -168,7 +168,8 @@ def tracking_errors(
 )
 def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency: fmpq) -> Found:
     """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
-    y_d' + a₃ y_d>, held over T, the largest error of C x̂ at the fast instants in the steady state is {sizes}.
+    y_d' + a₃ y_d>, held over T, the largest error of C x̂ at the fast instants in the steady state< of the plant
+    {plant.name}|> is {sizes}.
 
     The largest |y − C x̂| over the fast instants is smaller for one observer than for another.
 

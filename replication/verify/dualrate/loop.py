@@ -67,7 +67,7 @@ Command = Callable[[int], acb]
 
 @dataclass(frozen=True, kw_only=True)
 class Loop:
-    """Plant (1), one input, one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) if given."""
+    """Plant (1), one input, one output, gains K of (8) and L of (3), fast period T in s, ratio M; x(0) and its name."""
 
     A: fmpq_mat
     B: fmpq_mat
@@ -77,6 +77,15 @@ class Loop:
     T: fmpq
     M: int
     start: fmpq_mat = field(default_factory=partial(fmpq_mat, 0, 1))
+    name: str = ""
+
+    @property
+    def data(self) -> str:
+        """Its matrices, gains and M where all are numbers, else its size and M."""
+        if self.order > 1:
+            return f"{self.order} states, M = {self.M}"
+        listed = ((name, getattr(self, name)[0, 0]) for name in "ABCKL")
+        return ", ".join([*(f"{name} = {value}" for name, value in listed), f"M = {self.M}"])
 
     @property
     def order(self) -> int:
@@ -103,7 +112,7 @@ class Passage:
 
 def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
     """The loop of a certificate, with x(0) where `start` names it; refused unless all shapes fit."""
-    _, A, B, C, K, L, T, M, *first = fields(plant, path, "name", "A", "B", "C", "K", "L", "T", "M", *start)
+    name, A, B, C, K, L, T, M, *first = fields(plant, path, "name", "A", "B", "C", "K", "L", "T", "M", *start)
     A = states(A, f"{path}.A")
     n = A.nrows()
     ratio = positive(M, f"{path}.M")
@@ -117,6 +126,7 @@ def read_loop(plant: Any, path: str = "plant", *start: str) -> Loop:
         T=positive(T, f"{path}.T"),
         M=int(ratio.p),
         start=matrix(first[0], f"{path}.start", n, 1) if first else fmpq_mat(0, 1),
+        name=str(name),
     )
 
 

@@ -47,7 +47,8 @@ def read_guess(value: Any, path: str) -> acb:
     says=Says(quantity=RADIUS, readings=_readings),
 )
 def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb) -> None:
-    """Over one slow period {observer.words} has the spectral radius {lower:down} to {upper:up}.
+    """Over one slow period {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) has the
+    spectral radius {lower:down} to {upper:up}.
 
     Bounds of the largest modulus of the eigenvalues of Φ.
     """
@@ -63,7 +64,8 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     says=Says(quantity=RADIUS, readings=_readings, found=lambda known: Found(upper=known["radius"])),
 )
 def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
-    """Without a reference {observer.words} is stable: its spectral radius over one slow period is below {radius:up}.
+    """Without a reference {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) is stable: its
+    spectral radius over one slow period is below {radius:up}.
 
     All eigenvalues of Φ lie inside a circle of radius below one.
     """
@@ -100,8 +102,8 @@ def no_bounded_error(
     plant: Loop, observer: Observer, frequency: fmpq, starts: Mapping[str, list[fmpq]], root: acb
 ) -> Found:
     """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
-    y_d' + a₃ y_d>, held over T, {observer.words} has no bounded tracking error from this x(0) and ζ(0) = {listed}: each
-    excites an eigenvalue of modulus {size:down 3} or more.
+    y_d' + a₃ y_d>, held over T, {observer.words}< of the plant {plant.name}|> has no bounded tracking error from this
+    x(0) and ζ(0) = {listed}: each excites an eigenvalue of modulus {size:down 3} or more.
 
     The tracking error is unbounded from x(0) = start with each of the given ζ(0).
 

@@ -78,7 +78,8 @@ def coordinates(plant: Motor) -> None:
 
 @on_loop("dualrate.hurwitz", parameters={"matrix": text}, holds=True, says="Hurwitz")
 def hurwitz(plant: Loop, matrix: str) -> Found:
-    """{name} is Hurwitz: the Hurwitz determinants of its characteristic polynomial are positive.
+    """<For the plant {plant.name}, {name}|{name}> is Hurwitz: the Hurwitz determinants of its characteristic polynomial
+    are positive.
 
     All eigenvalues of A + B K (`feedback`) or A − L C (`observer`) have negative real parts.
     """

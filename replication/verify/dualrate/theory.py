@@ -53,7 +53,8 @@ def collected_constant() -> None:
     says="Lyapunov equation",
 )
 def lyapunov(plant: Loop, P: fmpq_mat) -> None:
-    """For <the printed data|this plant> the Lyapunov equation is solved exactly by a positive definite matrix.
+    """For <the printed data of the plant {plant.name}|this plant> the Lyapunov equation is solved exactly by a positive
+    definite matrix.
 
     ÃᵀP + P Ã = −I has a positive definite solution.
     """
@@ -126,8 +127,8 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
     says=Says(quantity="bound (15)", setting={}, readings=("elapsed-period",), universal=True),
 )
 def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_mat) -> Found:
-    """For no period T up to {longest} s does (15) hold: from some χ at a slow instant the error of the next virtual
-    measurement is at least {gap:down}, its bound at most {side:up}.
+    """For the plant< {plant.name}|> and its gains ({plant.data}) (15) holds for no period T up to {longest} s: from
+    some χ at a slow instant the error of the next virtual measurement is at least {gap:down}, its bound at most {side:up}.
     """
     gap, side = equation.prediction_sides(plant, lyapunov, chi, longest)
     require(is_less(side, gap), f"(15) is not proved to fail for all periods up to {longest} s")
@@ -136,8 +137,8 @@ def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_m
 
 @on_loop("dualrate.condition", source="shao", witness={"lyapunov": SOLUTION}, says="condition (18)")
 def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
-    """The loop <{verb} (18), whose left side is|has α₄ λ_max(P) T, which must be below one, at> {side:down} to
-    {side:up}.
+    """The loop< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) <{verb} (18), whose left side is|has α₄
+    λ_max(P) T, which must be below one, at> {side:down} to {side:up}.
     """
     side = equation.condition_per_second(plant, lyapunov) * arb(plant.T)
     holds = is_less(side, 1)
