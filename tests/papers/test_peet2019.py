@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import runpy
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,16 @@ from papers.peet2019.experiments.finite import lmi_3, matrix_3
 from papers.peet2019.experiments.identities import MISPRINTS, identities
 from papers.peet2019.experiments.inversion import inverse_identities
 from papers.peet2019.experiments.measured import RECORD, recorded
-from papers.peet2019.experiments.readings import HOUSE, READINGS, attainable, common_epsilon, inside, readings
+from papers.peet2019.experiments.readings import (
+    HOUSE,
+    READINGS,
+    Rule,
+    Shape,
+    attainable,
+    common_epsilon,
+    inside,
+    readings,
+)
 from papers.peet2019.experiments.scaling import (
     SMALL_LEVEL,
     cost,
@@ -41,6 +51,7 @@ from replication.audit.model import Kind, Verdict
 from replication.estimation.delay import delay_system, rightmost_roots
 from replication.estimation.delay.sos.synthesis import assemble, program
 from replication.estimation.validation import Array
+from replication.verify.delay import levels
 
 ROUNDING = 1e-10
 
@@ -302,6 +313,22 @@ def test_rules_that_hold_all_certificates_of_another_are_known() -> None:
     assert "z2-outer" not in held["z2-inner"] and held["z2-wide"] == {"z2-wide"}
     for name, others in held.items():
         assert all(held[other] <= others for other in others), name
+
+
+def _always(shape: Shape) -> Callable[[int], Shape]:
+    return lambda _: shape
+
+
+@pytest.mark.parametrize("degree", levels.DEGREES)
+def test_theorems_speak_of_the_rules_that_hold_their_squares(degree: int) -> None:
+    """What the verifier says of the readings, against the members of Z_1 and Z_2 that they list."""
+    for given in range(1, degree + 1):
+        for total, name in ((False, "z2-each"), (True, "z2-total")):
+            said = levels.above(degree, total=total).readings({"degree": given})
+            shape = _always(READINGS[name].storage(given))
+            holding = {other for other, rule in READINGS.items() if inside(Rule("", shape, shape), rule, degree)}
+            assert set(said) == holding if given == degree else set(said) <= holding
+    assert set(levels.below(degree).readings) == set(READINGS)
 
 
 def test_a_common_epsilon_is_recognised() -> None:

@@ -19,29 +19,32 @@ DEGREES = (1, 2, 3, 4)
 """Those of the paper's tables and text."""
 LEAST, GAIN, RATIO, MET = "least level of Theorem 3", "gain of the error", "gain over the least", "Theorem 3 met"
 OBSERVERS = ("observers by Theorem 3",)
-TENSOR, TOTAL, WIDE = "z2-each", "z2-total", "z2-wide"
-"""Readings of the degree rule of Z_2: the degree in each variable, in total, and twice of it in the outer variable."""
+TENSOR = "z2-each"
+BY_EACH = (TENSOR, "z2-each-same", "z2-wide", "z2-each-wide")
+BY_TOTAL = ("z2-total", "z2-total-same", "z2-total-wide", "z2-total-z1", "z2-total-next")
+NARROW = ("z2-outer", "z2-inner")
+"""Readings of the degree rule of Z_2: those that hold all powers up to the degree in each variable, those that hold
+all of that total degree at least, and those with one variable only."""
 UNDER = ("none", TENSOR, "sinc")
 """Readings under which the text speaks of the gain of such an observer, and of conditions that are met."""
 
 
-def above(degree: int, rule: str = TENSOR) -> Says:
-    """What squares of a degree and rule, or less of it, are for one that allows as much."""
+def above(degree: int, *, total: bool = False) -> Says:
+    """What squares of a degree, in each variable or in total, or less of it, are for a rule that allows as much."""
 
     def readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
         least = parameters["degree"]
         if least > degree:
             return ()
         # Powers of s and t up to d each have total degree 2 d at most; of total degree d they are up to d each.
-        wide = (WIDE,) if degree == 1 else ()
-        return (TENSOR, *wide, *((TOTAL,) if rule == TOTAL or 2 * least <= degree else ()))
+        return (*BY_EACH, *(BY_TOTAL if total or 2 * least <= degree else ()))
 
     return Says(quantity=LEAST, setting={"degree": degree}, readings=readings)
 
 
 def below(degree: int) -> Says:
     """No observer is better, whatever the degree and the rule."""
-    return Says(quantity=LEAST, setting={"degree": degree}, readings=(TENSOR, TOTAL, WIDE))
+    return Says(quantity=LEAST, setting={"degree": degree}, readings=(*BY_EACH, *BY_TOTAL, *NARROW))
 
 
 def ratio(degree: int) -> Says:
@@ -81,7 +84,7 @@ def gain_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> N
     parameters={"degree": DEGREE},
     bound=UPPER,
     witness=PROOF,
-    says=tuple(above(degree, TOTAL) for degree in DEGREES),
+    says=tuple(above(degree, total=True) for degree in DEGREES),
 )
 def total_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> None:
     """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program>, with the squares of total degree

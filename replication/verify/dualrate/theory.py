@@ -128,7 +128,8 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
 )
 def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_mat) -> Found:
     """For the plant< {plant.name}|> and its gains ({plant.data}) (15) holds for no period T up to {longest} s: from
-    some χ at a slow instant the error of the next virtual measurement is at least {gap:down}, its bound at most {side:up}.
+    some χ at a slow instant the error of the next virtual measurement is at least {gap:down}, its bound at most
+    {side:up}.
     """
     gap, side = equation.prediction_sides(plant, lyapunov, chi, longest)
     require(is_less(side, gap), f"(15) is not proved to fail for all periods up to {longest} s")
