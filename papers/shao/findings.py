@@ -41,7 +41,7 @@ def findings(results: Results) -> tuple[str, ...]:
         "The printed example does not meet (18), which the manuscript does not claim, and is stable: the left side of "
         f"(18) is {short(theorem['motor']['condition'], 2)}.",
         "The corrected feedforward, the error at fast instants alone, or both, give no number of Table I: literal "
-        f"numbers move by at most {at_most(100 * _largest_move(results))} %.",
+        f"numbers move by at most {at_most(100 * _largest_move(results))}%.",
         f"{sum(found.hits.values()) or 'None'} of {sum(found.tried.values()):,} readings searched gives a whole column "
         "of Table I.",
         f"Only {sum(found.distinct.values()):,} of the readings searched differ to print within their structure: late "
@@ -62,7 +62,7 @@ def findings(results: Results) -> tuple[str, ...]:
         *_against_a_fast_sensor(results),
         f"On the motor the repaired predictor has nearly the monodromy radius of a fast sensor: {radius[REPAIRED]:.5f} "
         f"and {radius[FAST]:.5f}.",
-        f"DRC-PMI with the gain L/M obtains {at_least(100 * min(shares))} % to {at_most(100 * max(shares))} % of the "
+        f"DRC-PMI with the gain L/M obtains {at_least(100 * min(shares))}% to {at_most(100 * max(shares))}% of the "
         "error reduction from the literal DRC-PMI to DRC-APO at the frequencies of Table I.",
         f"At {LOW_FREQUENCY:g} rad/s, far below the rates of the loops, the error of DRC-APO is "
         f"{1 - table['slow'][APO] / table['slow'][PMI]:.0%} smaller than that of the literal DRC-PMI.",
@@ -113,7 +113,7 @@ def _against_a_fast_sensor(results: Results) -> tuple[str, str]:
     upper = max(abs(gap) for gap, sigma in zip(gaps, FREQUENCIES, strict=True) if sigma >= FREQUENCIES[1])
     return (
         f"In the steady state DRC-APO tracks nearly like a fast sensor: at {FREQUENCIES[1]:g} rad/s and the higher "
-        f"frequencies of Table I errors agree within {at_most(100 * upper)} %.",
+        f"frequencies of Table I errors agree within {at_most(100 * upper)}%.",
         f"At {FREQUENCIES[0]:g} rad/s the steady-state error of DRC-APO is {abs(gaps[0]):.0%} "
         f"{'larger' if gaps[0] > 0 else 'smaller'} than with a fast sensor.",
     )

@@ -9,7 +9,7 @@ import pytest
 
 import papers
 from replication.audit.judge import proofs
-from replication.audit.judge.match import Match, match
+from replication.audit.judge.match import Match, _told, match
 from replication.audit.model import Evidence, Outcome
 from replication.audit.run.prove import prove
 from replication.audit.store.records import CertificateRecord, StatedClaim
@@ -87,4 +87,10 @@ def test_a_reading_of_the_evidence_of_which_nothing_is_said_is_open() -> None:
     names = ("ex1-pade-upper", "ex1-pade-lower")
     assert matched("peet2019.ex1.gamma-pade", *names).proved
     found = matched("peet2019.ex1.gamma-pade", *names, readings=("pade-square", "another"))
-    assert not found.proved and "nothing is said under the reading another" in found.difference
+    assert not found.proved and "othing is said under the reading another" in found.difference
+
+
+def test_what_theorems_decide_under_some_readings_is_said() -> None:
+    told = _told(["nothing is said under the reading c"], {"a": False, "b": True, "c": None})
+    assert told == "A theorem says it under b. A theorem denies it under a. Nothing is said under the reading c."
+    assert _told([], {"a": True}) == ""

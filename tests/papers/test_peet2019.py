@@ -139,6 +139,7 @@ def test_every_erratum_can_be_refuted() -> None:
         "identities": identity,
         "inversion": {"theorem_4": part, "lemma_5": part, "present_only": {"l0": rounded}},
         "hats": {"norm": 2.0, "level": 1.0, "all_gains": 0.9},
+        "self-adjoint": {"coercive": 1.0, "largest": -0.1, "abscissa": 0.5},
         "sos.ex2.d3": {"tensor": {"gamma": level}},
         "sos.ex3.d3": {"tensor": {"gamma": level / 2.0}},
     }
@@ -146,6 +147,7 @@ def test_every_erratum_can_be_refuted() -> None:
         "identities": identity | {"theorem_3": dict.fromkeys(MISPRINTS, rounded)},
         "inversion": {name: dict.fromkeys(entry, wrong) for name, entry in good["inversion"].items()},
         "hats": {"norm": 0.9, "level": 1.0, "all_gains": 0.9},
+        "self-adjoint": {"coercive": 1.0, "largest": -0.1, "abscissa": -0.5},
         "sos.ex2.d3": {"tensor": {"gamma": level / 2.0}},
         "sos.ex3.d3": {"tensor": {"gamma": level}},
     }
