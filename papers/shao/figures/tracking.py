@@ -127,7 +127,7 @@ def describe_lag_curves(drawn: FigureData) -> str:
     )
 
 
-PARAMETERS = {"inertia": "inertia J", "flux": "flux Ψ_f and torque constant K_T", "resistance": "resistance R"}
+PARAMETERS = {"inertia": "inertia J", "flux": "flux with torque constant", "resistance": "resistance R"}
 
 
 def robustness_curves(results: Results) -> FigureData:
@@ -205,7 +205,7 @@ FIGURES = (
         title=say_robustness_curves,
         caption="Error at 1 rad/s, steady state, under the literal reading. The observer and the feedforward keep "
         "the printed parameters; "
-        "with Ψ_f the torque constant moves too.",
+        "with the flux the torque constant moves, too.",
         uses=("robustness",),
         data=robustness_curves,
         plot=plot_robustness_curves,
