@@ -36,7 +36,7 @@ def plot_fig_1(figure: FigureData) -> Any:
     for index, (name, side) in enumerate((("e_1", -1), ("w", 1), ("e_2", -1))):
         (curve,) = axis.plot(t, c[name], **line(index))
         peak = t[_peak(c[name])]
-        name_line(axis, curve, LABELS[name], peak, side=side, ha="right" if name == "e_2" else "left")
+        name_line(axis, curve, f"{LABELS[name]}  ", peak, side=side, ha="right" if name == "e_2" else "left")
     axis.set_ylim(1.25 * min(c["e_1"]), 1.25 * max(c["w"]))
     axis.set_xlim(-0.12 * t[-1], t[-1])
     axis.set_xticks([share * t[-1] for share in (0, 0.25, 0.5, 0.75, 1)])

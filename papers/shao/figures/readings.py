@@ -109,7 +109,7 @@ def plot_decoys(drawn: FigureData) -> Any:
     return drawing
 
 
-WORDS = {"pmi": (20, 0, "right"), "apo": (0, 1, "left"), "common": (8, 0, "left")}
+WORDS = {"pmi": (20, 0, "right"), "apo": (0, 1, "left"), "common": (2, 0, "left")}
 """Where the name of a curve stands: at which decoy, above it (1) or beside it (0), and which end of the words."""
 
 
