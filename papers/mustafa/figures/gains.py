@@ -100,8 +100,8 @@ def plot_brackets(figure: FigureData) -> Any:
     (upper,) = axis.plot(c["h_u"], c["upper"], marker="v", **line(0))
     (lower,) = axis.plot(c["h_u"], c["lower"], marker="^", **line(1))
     middle = c["h_u"][2]
-    name_line(axis, upper, "proved for every sequence ", middle, ha="right")
-    name_line(axis, lower, " one sequence attains it", middle, side=-1, ha="left")
+    name_line(axis, upper, "proved for every sequence", middle, ha="right")
+    name_line(axis, lower, "one sequence attains it", middle, side=-1, ha="left")
     name_axes(axis, "worst-case gain (1)", "longest period (s)")
     axis.set_ylim(0, 1.15 * max(c["upper"]))
     return drawing

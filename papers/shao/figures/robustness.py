@@ -54,7 +54,7 @@ PLACES = (
     (PMI, 0.6, 1, "left"),
     (HELD, 1.5, -1, "left"),
     (APO, 1.0, -1, "right"),
-    (REPAIRED, 1.075, 1, "left"),
+    (REPAIRED, 1.12, -1, "left"),
     (FAST, 1.075, -1, "left"),
 )
 """Where the names of the curves stand: abscissa, side, and which end of the words is there."""
