@@ -11,3 +11,4 @@ print(best)  # level, bracket, evidence
 observer = best.observer()
 for heights in ([0.4, None], [0.6, None], [0.5, 0.45]):  # None: no satellite fix at this step
     print(observer.step(None, heights))
+figure = best.plot()

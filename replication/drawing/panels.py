@@ -32,9 +32,14 @@ def draw(panels: Sequence[Panel]) -> Figure:
 
 def draw_svg(panels: Sequence[Panel], name: str) -> str:
     """The same as a small stand-alone SVG file, the same bytes every time; `name` starts its ids."""
+    return as_svg(draw(panels), name)
+
+
+def as_svg(figure: Figure, name: str) -> str:
+    """Any figure in the house style as such a file."""
     import matplotlib as mpl
 
     with house_style(), mpl.rc_context({"svg.hashsalt": name}):
         stream = io.StringIO()
-        draw(panels).savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     return svg.tidy(stream.getvalue(), name)

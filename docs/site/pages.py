@@ -1,0 +1,93 @@
+"""Hook of the documentation site: what is wide may scroll, the colours are the report's, and the search has its index."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import asdict, dataclass
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+from mkdocs.exceptions import PluginError
+
+REPORT = Path(__file__).resolve().parents[2] / "report"
+HEADINGS = ("h1", "h2", "h3", "h4")
+PERMALINK = "#"
+UNREAD = ("svg", "math", "style", "script")
+"""Drawings and formulas are not searched."""
+
+_sections: list[Section] = []
+
+
+@dataclass
+class Section:
+    """What the search finds: page and heading, where they are, and the words below."""
+
+    page: str
+    heading: str
+    address: str
+    text: str = ""
+
+
+def on_pre_build(**_: Any) -> None:
+    """Forget the sections of the build before."""
+    _sections.clear()
+
+
+def on_page_content(html: str, page: Any, **_: Any) -> str:
+    """Wrap the tables, and note the words of the page."""
+    reader = _Reader(str(page.title), str(page.url))
+    reader.feed(html)
+    _sections.extend(reader.sections)
+    return re.sub(r"(<table\b.*?</table>)", r'<div class="scroll">\1</div>', html, flags=re.DOTALL)
+
+
+def on_post_build(config: Any) -> None:
+    """Write the index as a script, which a page that was opened as a file may load, and the colours of the report."""
+    site = Path(config.site_dir)
+    found = [asdict(section) | {"text": " ".join(section.text.split())} for section in _sections]
+    (site / "index.js").write_text(f"window.searchIndex = {json.dumps(found, ensure_ascii=False)};\n", encoding="utf-8")
+    (site / "palette.css").write_text(palette((REPORT / "style.css").read_text(encoding="utf-8")), encoding="utf-8")
+
+
+def palette(style: str) -> str:
+    """The rules of a style sheet that set nothing but its variables, in both colour schemes."""
+    rules = re.findall(r"^:root \{.*?^\}\n|^@media [^{]*\{\s*:root \{.*?^\}\n", style, re.DOTALL | re.MULTILINE)
+    if len(rules) < 2 or "--paper:" not in rules[0]:
+        raise PluginError("report/style.css no longer begins with the palette in two colour schemes")
+    return "".join(rules)
+
+
+class _Reader(HTMLParser):
+    """The sections of a page, each from one heading to the next."""
+
+    def __init__(self, title: str, url: str) -> None:
+        super().__init__()
+        self.title, self.url = title, url
+        self.sections = [Section(title, title, url)]
+        self.inside: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        anchor = dict(attrs).get("id")
+        if tag in HEADINGS and anchor:
+            self.sections.append(Section(self.title, "", f"{self.url}#{anchor}"))
+        if tag in (*HEADINGS, *UNREAD):
+            self.inside.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        if self.inside and self.inside[-1] == tag:
+            self.inside.pop()
+
+    def handle_data(self, data: str) -> None:
+        where = self.inside[-1] if self.inside else ""
+        if where in UNREAD or data == PERMALINK:
+            return
+        section = self.sections[-1]
+        if where in HEADINGS and section.address != self.url:
+            section.heading += data
+        else:
+            section.text += f" {data}"
+
+
+
