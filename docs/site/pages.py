@@ -16,6 +16,7 @@ HEADINGS = ("h1", "h2", "h3", "h4")
 PERMALINK = "#"
 UNREAD = ("svg", "math", "style", "script")
 """Drawings and formulas are not searched."""
+INLINE = ("span", "a", "code", "em", "strong", "b", "i", "sub", "sup")
 
 _sections: list[Section] = []
 
@@ -40,6 +41,7 @@ def on_page_content(html: str, page: Any, **_: Any) -> str:
     reader = _Reader(str(page.title), str(page.url))
     reader.feed(html)
     _sections.extend(reader.sections)
+    html = html.replace("<th></th>", "<td></td>")  # a corner that heads nothing
     return re.sub(r"(<table\b.*?</table>)", r'<div class="scroll">\1</div>', html, flags=re.DOTALL)
 
 
@@ -69,6 +71,7 @@ class _Reader(HTMLParser):
         self.inside: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self._part(tag)
         anchor = dict(attrs).get("id")
         if tag in HEADINGS and anchor:
             self.sections.append(Section(self.title, "", f"{self.url}#{anchor}"))
@@ -76,8 +79,14 @@ class _Reader(HTMLParser):
             self.inside.append(tag)
 
     def handle_endtag(self, tag: str) -> None:
+        self._part(tag)
         if self.inside and self.inside[-1] == tag:
             self.inside.pop()
+
+    def _part(self, tag: str) -> None:
+        """Words of two paragraphs, items or cells are two words; code that is coloured stays in one piece."""
+        if tag not in INLINE:
+            self.sections[-1].text += " "
 
     def handle_data(self, data: str) -> None:
         where = self.inside[-1] if self.inside else ""
@@ -87,7 +96,7 @@ class _Reader(HTMLParser):
         if where in HEADINGS and section.address != self.url:
             section.heading += data
         else:
-            section.text += f" {data}"
+            section.text += data
 
 
 
