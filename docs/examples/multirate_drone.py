@@ -5,8 +5,7 @@ import control
 from replication.estimation import multirate
 
 A, B, C = [[1.0, 0.1], [0.0, 0.95]], [[0.005], [0.1]], [[1.0, 0.0], [1.0, 0.0]]
-names = {"states": ["height", "climb"], "outputs": ["barometer", "satellite"]}
-drone = control.ss(A, B, C, 0, 0.1, **names)
+drone = control.ss(A, B, C, 0, 0.1, states=["height", "climb"], outputs=["barometer", "satellite"])
 best = multirate.design(drone, periods=(1, 5), offsets=(0, 2), noise=[2.0, 0.3])
 print(best)
 observer = best.observer()  # runs in your loop: None where a sensor is silent

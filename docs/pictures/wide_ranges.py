@@ -11,7 +11,7 @@ arm = nonuniform.SampledPlant(  # a flexible arm: its position is measured, its 
 )
 longest = np.array([0.4, 0.8, 1.2])
 one, whole = (
-    [nonuniform.design(arm, periods=(0.3, end), goal=goal, leaves=2, horizon=40) for end in longest]
+    [nonuniform.design(arm, periods=(0.3, end), goal=goal, leaves=2, horizon=60) for end in longest]
     for goal in ("nominal", "robust")
 )
 without = one[-1].fact("level without sensors").value

@@ -1,4 +1,4 @@
-"""Hook of the documentation site: what is wide may scroll, the colours are the report's, and the search has its index."""
+"""Hook of the documentation site: what is wide may scroll; colours of the report; index of the search."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
-from mkdocs.exceptions import PluginError
+from replication.audit.publish.notebooks import colours
 
-REPORT = Path(__file__).resolve().parents[2] / "report"
 HEADINGS = ("h1", "h2", "h3", "h4")
 PERMALINK = "#"
 UNREAD = ("svg", "math", "style", "script")
@@ -46,19 +45,11 @@ def on_page_content(html: str, page: Any, **_: Any) -> str:
 
 
 def on_post_build(config: Any) -> None:
-    """Write the index as a script, which a page that was opened as a file may load, and the colours of the report."""
+    """Write the colours, and the index as a script, which a page that was opened as a file may load."""
     site = Path(config.site_dir)
     found = [asdict(section) | {"text": " ".join(section.text.split())} for section in _sections]
     (site / "index.js").write_text(f"window.searchIndex = {json.dumps(found, ensure_ascii=False)};\n", encoding="utf-8")
-    (site / "palette.css").write_text(palette((REPORT / "style.css").read_text(encoding="utf-8")), encoding="utf-8")
-
-
-def palette(style: str) -> str:
-    """The rules of a style sheet that set nothing but its variables, in both colour schemes."""
-    rules = re.findall(r"^:root \{.*?^\}\n|^@media [^{]*\{\s*:root \{.*?^\}\n", style, re.DOTALL | re.MULTILINE)
-    if len(rules) < 2 or "--paper:" not in rules[0]:
-        raise PluginError("report/style.css no longer begins with the palette in two colour schemes")
-    return "".join(rules)
+    (site / "palette.css").write_text(colours(), encoding="utf-8")
 
 
 class _Reader(HTMLParser):
@@ -97,6 +88,3 @@ class _Reader(HTMLParser):
             section.heading += data
         else:
             section.text += data
-
-
-

@@ -20,6 +20,7 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.wait import WebDriverWait
 
 from replication.audit.publish.examples import run_example
+from replication.audit.publish.notebooks import build_notebooks
 from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,6 +34,10 @@ EXAMPLES = {
 METHODS = tuple(EXAMPLES)
 PAGES = ("index", "methods/index", "methods/costs", "reference/multirate", "tutorials/nonuniform", "adding-a-paper")
 """One page of each kind; `PAGES=all` looks at every page."""
+
+STUCK = """return [...document.querySelectorAll('main *')].filter((e) => getComputedStyle(e).overflowX === 'auto'
+  && e.scrollWidth > e.clientWidth && e.tabIndex < 0).map((e) => e.outerHTML.slice(0, 80))"""
+"""What scrolls and cannot be reached by Tab."""
 
 pytestmark = pytest.mark.slow
 
@@ -55,17 +60,28 @@ def read(site: Path) -> Callable[[str], Element]:
 
 
 @pytest.fixture
-def visit_page(browser: Any, site: Path) -> Callable[..., Any]:
-    """Open a page of the site in a window of some width and colour scheme."""
+def window(browser: Any) -> Callable[..., Any]:
+    """A window of some width and colour scheme."""
 
-    def go(page: str = "index", width: int = 1440, scheme: str = "light") -> Any:
+    def go(width: int = 1440, scheme: str = "light") -> Any:
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": features})
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
-        browser.get((site / f"{page}.html").as_uri())
         return browser
+
+    return go
+
+
+@pytest.fixture
+def visit_page(window: Callable[..., Any], site: Path) -> Callable[..., Any]:
+    """Open a page of the site in such a window."""
+
+    def go(page: str = "index", width: int = 1440, scheme: str = "light") -> Any:
+        opened = window(width, scheme)
+        opened.get((site / f"{page}.html").as_uri())
+        return opened
 
     return go
 
@@ -204,16 +220,26 @@ def test_axe_finds_no_violation(site: Path, visit_page: Callable[..., Any]) -> N
 
 
 @pytest.mark.browser
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_pages_of_tutorials_are_for_everyone(scheme: str, tmp_path: Path, window: Callable[..., Any]) -> None:
+    """No violation, nothing wider than the window, and a tab stop for each box that scrolls."""
+    for built in build_notebooks(ROOT, tmp_path, METHODS if os.environ.get("PAGES") == "all" else METHODS[:1]):
+        page = window(320, scheme)
+        page.get(built.page.as_uri())
+        assert violations(page) == [], built.page
+        assert page.execute_script("return document.documentElement.scrollWidth") == 320, built.page
+        assert page.execute_script(STUCK) == [], built.page
+
+
+@pytest.mark.browser
 @pytest.mark.parametrize("width", [320, 1440])
 def test_pages_fit_the_window_and_what_scrolls_has_a_tab_stop(
     width: int, site: Path, visit_page: Callable[..., Any]
 ) -> None:
-    stuck = """return [...document.querySelectorAll('main *')].filter((e) => getComputedStyle(e).overflowX === 'auto'
-      && e.scrollWidth > e.clientWidth && e.tabIndex < 0).map((e) => e.outerHTML.slice(0, 80))"""
     for name in names(site):
         page = visit_page(name, width)
         assert page.execute_script("return document.documentElement.scrollWidth") == width, name
-        assert page.execute_script(stuck) == [], name
+        assert page.execute_script(STUCK) == [], name
 
 
 @pytest.mark.browser

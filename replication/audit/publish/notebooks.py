@@ -17,12 +17,13 @@ from markupsafe import Markup
 
 from replication.audit.names import one_of
 from replication.audit.report.formulas import set_inline
-from replication.audit.report.templates import environment, source, style_sheet
+from replication.audit.report.templates import SOURCES, environment, source
 from replication.audit.store.provenance import LOCK
 from replication.errors import AuditError
 from replication.files import write_atomically
 
 FOLDER, CACHE = "docs/notebooks", ".cache/notebooks"
+SITE_STYLE = SOURCES.parent / "docs" / "site" / "site.css"
 KEY = "made_from"
 """Entry of a kept notebook: the checksum of all that it was made from."""
 SECONDS = 600
@@ -92,7 +93,8 @@ def execute(path: Path, root: Path) -> Any:
     with tempfile.TemporaryDirectory() as sockets:
         # Sockets of the file system: no port of the machine is opened.
         transport = config.Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}})
-        client = nbclient.NotebookClient(notebook, config=transport, kernel_name="python3", timeout=SECONDS, resources=where)
+        options = {"kernel_name": "python3", "timeout": SECONDS, "resources": where}
+        client = nbclient.NotebookClient(notebook, config=transport, **options)
         try:
             client.execute()
         except failed as error:
@@ -110,7 +112,6 @@ def _needed(name: str) -> Any:
 
 def _page(notebook: Any) -> str:
     from nbconvert import HTMLExporter
-    from pygments.formatters import HtmlFormatter
 
     for cell in notebook.cells:
         if cell.cell_type == "markdown":
@@ -119,6 +120,10 @@ def _page(notebook: Any) -> str:
     body, _ = exporter.from_notebook_node(notebook)
     drawn = iter(_drawing_lines(notebook))
     body = _NO_ALT.sub(lambda found: f'alt="Figure: {escape(next(drawn))}"', body)
+    for kind, name in (("input", "Code"), ("output", "Output")):  # may scroll, so it has a tab stop
+        body = body.replace(
+            f'<div class="{kind}">', f'<div class="{kind}" tabindex="0" role="group" aria-label="{name}">'
+        )
     heading = re.match(r"# (.*)", notebook.cells[0].source)
     return (
         environment()
@@ -126,12 +131,18 @@ def _page(notebook: Any) -> str:
         .render(
             title=heading[1] if heading else "Tutorial",
             body=Markup(body),
-            style=Markup(style_sheet()),
-            own=Markup(source("notebook.css")),
-            code_light=Markup(HtmlFormatter(style="default").get_style_defs(".highlight")),
-            code_dark=Markup(HtmlFormatter(style="github-dark").get_style_defs(".highlight")),
+            style=Markup(colours() + SITE_STYLE.read_text(encoding="utf-8") + source("notebook.css")),
         )
     )
+
+
+def colours() -> str:
+    """The palette of the report, which is the start of its style sheet, and what code takes of it."""
+    style = source("style.css")
+    rules = re.findall(r"^:root \{.*?^\}\n|^@media [^{]*\{\s*:root \{.*?^\}\n", style, re.DOTALL | re.MULTILINE)
+    if len(rules) < 2 or "--paper:" not in rules[0]:
+        raise AuditError("report/style.css no longer begins with the palette in two colour schemes; keep it in :root")
+    return "".join(rules) + source("code.css")
 
 
 def _drawing_lines(notebook: Any) -> Iterator[str]:
@@ -150,4 +161,3 @@ def _sources(root: Path) -> bytes:
     for path in files:
         digest.update(path.read_bytes() if path.is_file() else b"")
     return digest.digest()
-

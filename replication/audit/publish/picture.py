@@ -38,7 +38,7 @@ def notes(results: ResultsFile) -> dict[str, str]:
         raise AuditError("the results come from sources that are not committed; commit, then `make picture`")
     moved = [claim.id for claim in results.claims if claim.unexpected]
     if moved:
-        raise AuditError(f"{len(moved)} verdicts are not the expected ones ({moved[0]}); settle them, then `make picture`")
+        raise AuditError(f"{len(moved)} verdicts are unexpected ({moved[0]}); settle them, then `make picture`")
     return {COMMIT: results.run.commit, VERDICTS: verdicts(results)}
 
 

@@ -1,4 +1,4 @@
-"""The parts of the README that come from a run, between markers: the results in a line for each paper, and an example."""
+"""The parts of the README that come from a run, between markers: a line for each paper, and an example."""
 
 from __future__ import annotations
 
@@ -41,7 +41,9 @@ def badges(results: ResultsFile) -> dict[str, str]:
     claims = {"all": results.claims} | {
         paper.key: tuple(claim for claim in results.claims if claim.paper == paper.key) for paper in results.papers
     }
-    return {f"{BADGES}/{name}.svg": badge("claims" if name == "all" else name, chosen) for name, chosen in claims.items()}
+    return {
+        f"{BADGES}/{name}.svg": badge("claims" if name == "all" else name, chosen) for name, chosen in claims.items()
+    }
 
 
 def replace_block(text: str, block: str, begin: str = BEGIN, end: str = END) -> str:
