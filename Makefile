@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme picture test test-fast mutants docs certificates verify verify-both coq artifact bench lint format lock clean help
+.PHONY: report figures readme picture test test-fast mutants docs access certificates verify verify-both coq artifact bench lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
@@ -38,6 +38,9 @@ mutants: $(STAMP) ## every small change of the verifier, of which `make test` tr
 
 docs: $(STAMP) ## the documentation as pages in build/docs, which need no network
 	$(BIN)/python -m mkdocs build --quiet
+
+access: $(STAMP) ## every page of documentation and tutorials for everyone, of which `make test` looks at some
+	PAGES=all $(BIN)/python -m pytest tests/audit/test_site.py
 
 certificates: $(STAMP) ## make the certificates that are wanted and not there, or no longer proved
 	$(BIN)/python -m replication certify
