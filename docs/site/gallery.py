@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import inspect
 import textwrap
 from html import escape
@@ -12,7 +13,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 import papers
-from replication.audit.parts import Figure
+from replication.audit.parts import Figure, FigureData
 
 FIGURES = Path(__file__).resolve().parents[2] / "figures"
 MARK = "<!-- figures -->"
@@ -39,12 +40,20 @@ def _gallery() -> str:
 
 
 def _shown(figure: Figure) -> str:
-    if not (FIGURES / f"{figure.name}.svg").is_file():
-        raise PluginError(f"figures/{figure.name}.svg is missing; `make report` draws it")
-    said = escape(f"{figure.place}: {figure.title}")
+    drawing, table = (FIGURES / f"{figure.name}{suffix}" for suffix in (".svg", ".csv"))
+    if not (drawing.is_file() and table.is_file()):
+        raise PluginError(f"figures/{figure.name} is missing; `make report` draws it")
+    data = FigureData(columns=_columns(table))
+    title = figure.title(data) if callable(figure.title) else figure.title
+    said, alt = escape(f"{figure.place}: {title}"), escape(figure.alt(data))
     code = textwrap.dedent(inspect.getsource(figure.plot))
     return (
-        f'<figure><img src="figures/{figure.name}.svg" alt="{said}" loading="lazy"><figcaption>{said}. '
+        f'<figure><img src="figures/{figure.name}.svg" alt="{alt}" loading="lazy"><figcaption>{said}. '
         f'<a href="figures/{figure.name}.csv">The data of {figure.name}</a></figcaption></figure>\n\n'
         f'<details markdown="1"><summary>The code of {figure.name}</summary>\n\n```python\n{code}\n```\n\n</details>'
     )
+
+
+def _columns(table: Path) -> dict[str, tuple[float, ...]]:
+    rows = list(csv.reader(table.read_text(encoding="utf-8").splitlines()))
+    return {name: tuple(float(cell) for cell in column if cell) for name, *column in zip(*rows, strict=True)}

@@ -34,7 +34,7 @@ def test_faint_text_is_found_also_where_axe_cannot_decide(visit: Any) -> None:
     page = unfold(visit())
     page.execute_script("""const cell = document.querySelector('.scroll td');
       cell.style.color = '#aaa'; cell.textContent = 'faint';""")
-    assert {rule for rule, _ in violations(page)} & {"contrast", "color-contrast"}
+    assert "contrast" in {rule for rule, _ in violations(page)}
 
 
 @pytest.mark.parametrize("width", WIDTHS)

@@ -229,6 +229,11 @@ def test_the_pages_of_tutorials_are_for_everyone(scheme: str, tmp_path: Path, wi
         assert violations(page) == [], built.page
         assert page.execute_script("return document.documentElement.scrollWidth") == 320, built.page
         assert page.execute_script(STUCK) == [], built.page
+        box = page.find_element(By.CSS_SELECTOR, ".input")
+        page.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
+        assert page.switch_to.active_element == box
+        box.send_keys(Keys.ARROW_RIGHT)
+        WebDriverWait(page, 10).until(lambda page: page.execute_script("return document.activeElement.scrollLeft > 0"))
 
 
 @pytest.mark.browser
