@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 import inspect
 import textwrap
 from html import escape
@@ -46,12 +47,17 @@ def _shown(figure: Figure) -> str:
     data = FigureData(columns=_columns(table))
     title = figure.title(data) if callable(figure.title) else figure.title
     said, alt = escape(f"{figure.place}: {title}"), escape(figure.alt(data))
-    code = textwrap.dedent(inspect.getsource(figure.plot))
+    code = textwrap.dedent(inspect.getsource(_function(figure.plot)))
     return (
         f'<figure><img src="figures/{figure.name}.svg" alt="{alt}" loading="lazy"><figcaption>{said}. '
         f'<a href="figures/{figure.name}.csv">The data of {figure.name}</a></figcaption></figure>\n\n'
         f'<details markdown="1"><summary>The code of {figure.name}</summary>\n\n```python\n{code}\n```\n\n</details>'
     )
+
+
+def _function(plot: Any) -> Any:
+    """The function behind one of which some arguments are given already."""
+    return _function(plot.func) if isinstance(plot, functools.partial) else plot
 
 
 def _columns(table: Path) -> dict[str, tuple[float, ...]]:
