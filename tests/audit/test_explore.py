@@ -15,8 +15,8 @@ import pytest
 from sample import KEY, brief, explorer, results
 
 from replication.audit.report.claim import targets, views
-from replication.audit.report.explore import PictureView, explorers
-from replication.audit.report.ladder import Ladder, ladders
+from replication.audit.report.pictures.explore import PictureView, explorers
+from replication.audit.report.pictures.ladder import Ladder, ladders
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 
