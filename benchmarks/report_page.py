@@ -11,6 +11,7 @@ second for a keystroke. Exit code 1 if one is missed.
 from __future__ import annotations
 
 import argparse
+import shutil
 import statistics
 import sys
 import tempfile
@@ -56,11 +57,15 @@ def _again(record: ClaimRecord, copy: int) -> ClaimRecord:
 
 
 def started() -> webdriver.Chrome:
-    """Chromium without a window."""
+    """Chromium without a window; SystemExit if it is not installed."""
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        raise SystemExit("Chromium or its driver is missing; install both (Debian: chromium chromium-driver)")
     options = webdriver.ChromeOptions()
+    options.binary_location = chromium
     for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
         options.add_argument(argument)
-    return webdriver.Chrome(options=options)
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
 
 
 def measured(browser: webdriver.Chrome, page: Path) -> tuple[float, float]:
