@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, cast
 
@@ -9,6 +10,7 @@ from replication.drawing.style import BAND, FOREGROUND
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.lines import Line2D
 
 GAP = 4
@@ -24,6 +26,26 @@ def name_axes(axes: Axes, y: str = "", x: str = "", *, ticks: int = 4) -> None:
         axes.set_xlabel(x)
     if axes.get_yscale() == "linear":
         axes.locator_params(axis="y", nbins=ticks)
+    for axis in (axes.xaxis, axes.yaxis):
+        if axis.get_scale() == "log":
+            _plain_decades(axis)
+
+
+def _plain_decades(axis: Axis) -> None:
+    """Write powers of ten at the size of all text; ticks that have words of their own keep them."""
+    if type(axis.get_major_formatter()).__name__ == "LogFormatterSciNotation":
+        axis.set_major_formatter(lambda value, _: decade(value))
+        axis.set_minor_formatter(lambda value, _: "")
+
+
+def decade(value: float) -> str:
+    """A power of ten: as a number where that is short, else with raised digits."""
+    power = round(math.log10(value))
+    return f"{10.0**power:g}" if -PLAIN <= power <= PLAIN else f"10{str(power).translate(RAISED)}"
+
+
+PLAIN, RAISED = 3, str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+"""Up to which power of ten zeros are counted at a glance; the raised digits of the others."""
 
 
 def name_line(axes: Axes, curve: Line2D, text: str, at: float, *, side: int = 1, **more: Any) -> None:

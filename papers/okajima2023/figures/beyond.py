@@ -193,7 +193,7 @@ def describe_disturbances(figure: FigureData) -> str:
     worst, random, norm = (figure.columns[name][0] for name in ("ratio_worst", "ratio_random", "norm"))
     return (
         f"Error size over {len(figure.columns['k'])} instants for disturbances of unit energy: the worst over these "
-        f"instants has the ratio {worst:.4f}, against the norm {norm:.4f} over all time; a random one {random:.4f}."
+        f"instants has the ratio {worst:.3f}, against the norm {norm:.4f} over all time; a random one {random:.3f}."
     )
 
 

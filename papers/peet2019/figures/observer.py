@@ -9,7 +9,7 @@ from typing import Any
 from papers.peet2019.figures.columns import columns
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.labels import name_axes, name_end, name_line
+from replication.drawing.labels import RAISED, name_axes, name_end, name_line
 from replication.drawing.style import line, new_axes
 
 
@@ -62,12 +62,12 @@ def plot_gains(figure: FigureData) -> Any:
             name_end(axis, curve, "both" if same else f"x{'₁₂'[i]}")
         axis.set_ylim(*_room([value for values in scaled for value in values]))
         axis.set_xticks((c["s"][0], c["s"][0] / 2, 0.0))
-        unit = f"10{str(power).translate(_RAISED)}" if power else "1"
+        unit = f"10{str(power).translate(RAISED)}" if power else "1"
         name_axes(axis, f"L{'₃₄₅₆'[GAINS.index(name)]} ({unit})", "history s (s)" if axis in axes[2:] else "", ticks=3)
     return drawing
 
 
-SMALL, _RAISED = 0.01, str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+SMALL = 0.01
 
 
 def _room(values: Sequence[float]) -> tuple[float, float]:

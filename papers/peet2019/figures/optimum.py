@@ -70,10 +70,15 @@ BOTTOM = 1e-11
 
 def say_convergence(figure: FigureData) -> str:
     """The message: which order of the models is as good as the last degree of Theorem 3."""
+    degree = figure.columns["degree"][-1]
+    return f"Theorem 3 at degree {degree:g} is as near the optimum as models of order {_order(figure):g}"
+
+
+def _order(figure: FigureData) -> float:
+    """The least order at which both models are as near as Theorem 3 at its last degree."""
     c = figure.columns
-    nearest = c["sos"][-1]
-    order = next(k for k, *away in zip(c["order"], c["pade"], c["chebyshev"], strict=True) if max(away) <= nearest)
-    return f"Theorem 3 at degree {c['degree'][-1]:g} is as near the optimum as models of order {order:g}"
+    models = zip(c["order"], c["pade"], c["chebyshev"], strict=True)
+    return next(order for order, *away in models if max(away) <= c["sos"][-1])
 
 
 def describe_convergence(figure: FigureData) -> str:
@@ -84,7 +89,7 @@ def describe_convergence(figure: FigureData) -> str:
         for name in ("pade", "chebyshev")
     ]
     degrees = ", ".join(f"{e:.1e} at degree {d:g}" for d, e in zip(c["degree"], c["sos"], strict=True))
-    told = f"{'; '.join(parts)}. Theorem 3: {degrees}."
+    told = f"{'; '.join(parts)}. Theorem 3: {degrees}, which both models reach at order {_order(figure):g}."
     floor = f"Half the bracket is {c['floor'][0]:.1e}"
     return f"Relative distance from the optimum of Example 2, the middle of its bracket. {told} {floor}."
 

@@ -150,7 +150,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A figure as the report shows it; the files lie in `figures/` under `name`, with the checksum of the data.
 
-    code: `file:line` of the function that draws it; empty in files of earlier runs.
+    code: `file:line` of the function that draws it.
     """
 
     name: str
@@ -162,7 +162,7 @@ class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     alt: str
     csv_sha256: str
     error: str
-    code: str = ""
+    code: str
 
 
 class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
