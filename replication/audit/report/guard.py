@@ -4,8 +4,7 @@ A number may stand on the page if it is part of a text of the results (a stateme
 or if it is a number of the results, or one that a builder derived from them and handed over as a number (a count, a
 deviation), written with as many digits as one likes. Names, checksums and inputs (`code`, `pre`) and drawings (`svg`),
 which have a checksum of their own, are not read. A number that was typed into a template or into a sentence is neither.
-Briefs and captions are written by hand: a number in them must stand elsewhere in the results. The title of a figure is
-made from its data by the run.
+Briefs, titles and captions are written by hand: a number in them must stand elsewhere in the results.
 """
 
 from __future__ import annotations
@@ -74,7 +73,7 @@ def numbers_of(source: Any) -> Iterator[float | Fraction]:
 
 def _texts(source: Any) -> Iterator[str]:
     if isinstance(source, FigureRecord):
-        source = (source.place, source.title, source.alt, source.error)
+        source = (source.place, source.alt, source.error)
     if not isinstance(source, str):
         for part in () if isinstance(source, Brief) else _parts(source):
             yield from _texts(part)
