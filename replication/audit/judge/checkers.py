@@ -32,4 +32,6 @@ def _left(path: Path, command: str, *keys: str) -> dict[str, Any]:
         record = json.loads(path.read_text(encoding="utf-8"))
         return {key: record[key] for key in keys}
     except (ValueError, KeyError, TypeError) as error:
-        raise AuditError(f"{path} is not what `{command}` writes ({error!r}); run it again, or remove the file") from None
+        raise AuditError(
+            f"{path} is not what `{command}` writes ({error!r}); run it again, or remove the file"
+        ) from None
