@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import Any
 
 from papers.mustafa.claims.preliminaries import down, up
@@ -9,11 +10,12 @@ from papers.mustafa.experiments.draws import DRAWS, merged
 from papers.mustafa.printed import EXAMPLES, GAMMA
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
-from replication.drawing.style import COLOURS, line, new_axes
+from replication.drawing.labels import name_axes, name_end, name_line, say
+from replication.drawing.style import FOREGROUND, GREY, OURS, SOFT, line, new_axes
 
 OF_FILTER = {1: "our filter", 2: "printed filter"}
-SHOWN = 400
-"""Last samples of the worst sequence of Example 1 that its figure shows."""
+SHOWN, ZOOMED, FIRST = 400, 120, 60
+"""Samples: the last ones of the worst sequence in its table, the first of them in its picture; those of Fig. 3."""
 
 
 def responses(results: Results) -> FigureData:
@@ -25,22 +27,37 @@ def responses(results: Results) -> FigureData:
 def plot_responses(figure: FigureData) -> Any:
     """Disturbance, band and one draw on one axis."""
     c = figure.columns
-    drawing, (axis,) = new_axes(1, row_height=2.6)
-    axis.fill_between(c["k"], c["band_low"], c["band_high"], color=COLOURS[0], alpha=0.3, linewidth=0)
-    axis.plot(c["k"], c["e"], linewidth=0.8, label="error, one draw", **line(0))
-    axis.plot(c["k"], c["w"], linewidth=0.8, label="disturbance", **line(1))
-    axis.set(xlabel="sample $k$", ylabel="$e_k$, $w_k$")
-    axis.legend()
+    drawing, (axis,) = new_axes(1, row_height=2.4)
+    axis.fill_between(c["k"], c["band_low"], c["band_high"], color=SOFT, linewidth=0)
+    (disturbance,) = axis.plot(c["k"], c["w"], linewidth=1.1, color=FOREGROUND, linestyle="--")
+    (error,) = axis.plot(c["k"], c["e"], linewidth=1.1, color=OURS)
+    name_line(axis, disturbance, "disturbance w", 27, ha="left")
+    axis.annotate(
+        "error e, one draw (line)\nand all draws (band)", (150, max(c["band_high"][140:160])), xytext=(6, 22),
+        textcoords="offset points", color=error.get_color(), arrowprops={"arrowstyle": "-", "color": OURS},
+    )  # fmt: skip
+    axis.set_ylim(1.2 * min(c["w"]), 1.2 * max(c["w"]))
+    name_axes(axis, "error e, disturbance w (1)", "sample k")
     return drawing
+
+
+def say_responses(figure: FigureData) -> str:
+    """The message of Fig. 2."""
+    error, disturbance = _peaks(figure)
+    return f"The error of any draw peaks at {error:.2f}, the disturbance at {disturbance:.2f}"
+
+
+def _peaks(figure: FigureData) -> tuple[float, float]:
+    c = figure.columns
+    return max(map(abs, c["band_low"] + c["band_high"])), max(map(abs, c["w"]))
 
 
 def describe_responses(figure: FigureData) -> str:
     """Peaks of disturbance and error."""
-    c = figure.columns
-    peak = max(max(map(abs, c["band_low"])), max(map(abs, c["band_high"])))
+    c, (error, disturbance) = figure.columns, _peaks(figure)
     return (
-        f"Over {len(c['k'])} samples the disturbance peaks at {max(map(abs, c['w'])):.3f}, the error of one draw at "
-        f"{max(map(abs, c['e'])):.3f}, that of any draw at {peak:.3f}."
+        f"Over {len(c['k'])} samples the disturbance peaks at {disturbance:.2f}, the error of one draw at "
+        f"{max(map(abs, c['e'])):.2f}, that of any draw at {error:.2f}."
     )
 
 
@@ -51,17 +68,35 @@ def intervals(results: Results) -> FigureData:
 
 
 def plot_intervals(figure: FigureData) -> Any:
-    """Periods against samples as steps."""
-    drawing, (axis,) = new_axes(1, row_height=2.2)
-    axis.step(figure.columns["k"], figure.columns["h"], where="post", linewidth=0.6, **line(0))
-    axis.set(xlabel="sample $k$", ylabel="$h_k$ (s)")
+    """The first periods as steps; beside them how often each length occurs among all."""
+    h = figure.columns["h"]
+    drawing, (axis, counts) = new_axes(
+        1, 2, row_height=1.9, share_x=False, sharey=True, gridspec_kw={"width_ratios": (3, 1)}
+    )
+    axis.step(figure.columns["k"][:FIRST], h[:FIRST], where="post", linewidth=1.1, color=OURS)
+    for end, side in ((min(h), -1), (max(h), 1)):
+        axis.axhline(end, color=GREY, linestyle="--", linewidth=1.1)
+        say(axis, f"{'shortest' if side < 0 else 'longest'} {end:.4f} s", (FIRST / 2, end), side=side, color=GREY)
+    counts.hist(h, bins=10, orientation="horizontal", facecolor=SOFT, edgecolor=OURS, linewidth=0.7)
+    axis.set_ylim(-0.02, 0.12)
+    name_axes(axis, "period h (s)", f"sample k, first {FIRST}")
+    name_axes(counts, "", f"of {len(h)}")
     return drawing
+
+
+def say_intervals(figure: FigureData) -> str:
+    """The message of Fig. 3."""
+    h = figure.columns["h"]
+    return f"Each draw takes its periods evenly from {min(h):.3f} to {max(h):.3f} s"
 
 
 def describe_intervals(figure: FigureData) -> str:
     """Range and mean of the periods."""
     h = figure.columns["h"]
-    return f"{len(h)} sampling periods between {min(h):.4f} and {max(h):.4f} s, {sum(h) / len(h):.4f} s on average."
+    return (
+        f"{len(h)} sampling periods between {min(h):.4f} and {max(h):.4f} s, {sum(h) / len(h):.4f} s on average; "
+        f"the first {FIRST} are drawn, from {min(h):.3f} to {max(h):.3f} s."
+    )
 
 
 def curves(results: Results) -> FigureData:
@@ -76,17 +111,42 @@ def curves(results: Results) -> FigureData:
 
 
 def plot_curves(figure: FigureData) -> Any:
-    """One panel per example."""
+    """One panel per example: what happens at constant periods, and the worst case above."""
     c = figure.columns
-    drawing, axes = new_axes(1, 2, row_height=2.6, share_x=False)
+    drawing, axes = new_axes(len(EXAMPLES), row_height=2.3, share_x=False)
     for e, axis in zip(EXAMPLES, axes, strict=True):
-        axis.plot(c[f"h_{e}"], c[f"optimum_{e}"], label="optimum for constant $h$", **line(0))
-        axis.plot(c[f"h_{e}"], c[f"filter_{e}"], label="filter, constant $h$", **line(1))
-        axis.plot(c[f"middle_{e}"], c[f"published_{e}"], "o", color=COLOURS[2], label="published level")
-        axis.axhspan(*c[f"lower_{e}"], *c[f"upper_{e}"], color=COLOURS[3], label="filter, all sequences")
-        axis.set(xlabel="constant period $h$ (s)", ylabel="gain", title=f"Example {e}, {OF_FILTER[e]}")
-    axes[1].legend(loc="center")
+        h, low, top = c[f"h_{e}"], c[f"lower_{e}"][0], c[f"upper_{e}"][0]
+        axis.axhspan(low, top, color=OURS, linewidth=0.8)
+        say(
+            axis,
+            f"{OF_FILTER[e]}, all sequences: at least {down(low)}",
+            (h[0], top),
+            ha="left",
+            color=OURS,
+        )
+        (own,) = axis.plot(h, c[f"filter_{e}"], **line(0))
+        (optimum,) = axis.plot(h, c[f"optimum_{e}"], **line(1))
+        name_end(axis, own, "filter", lift=5)
+        name_end(axis, optimum, "optimum", lift=-5)
+        level = (c[f"middle_{e}"][0], c[f"published_{e}"][0])
+        axis.plot(*level, "o", color=FOREGROUND, markersize=6)
+        axis.annotate(
+            f"printed {level[1]} at {level[0]:.4f} s", level, xytext=(0, 34), textcoords="offset points", ha="center",
+            family="serif", arrowprops={"arrowstyle": "-", "color": FOREGROUND, "linewidth": 0.7},
+        )  # fmt: skip
+        axis.set_ylim(-0.02 * top, 1.2 * top)
+        name_axes(axis, f"Example {e}: gain (1)", "constant period h (s)" if e == EXAMPLES[-1] else "", ticks=3)
     return drawing
+
+
+def say_curves(figure: FigureData) -> str:
+    """The message: how much larger the gains are than the printed levels."""
+    first, second = (down(_excess(figure, e), 1) for e in EXAMPLES)
+    return f"Over all sequences the gains are at least {first} and {second} times the printed levels"
+
+
+def _excess(figure: FigureData, e: int) -> float:
+    return figure.columns[f"lower_{e}"][0] / figure.columns[f"published_{e}"][0]
 
 
 def describe_curves(figure: FigureData) -> str:
@@ -98,7 +158,8 @@ def describe_curves(figure: FigureData) -> str:
         "; ".join(
             f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, the filter at constant "
             f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its gain "
-            f"over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}"
+            f"over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
+            f"{down(_excess(figure, e), 1)} times the printed level"
             for e in EXAMPLES
         )
         + f". In Example 1 the optimum jumps by {max(steps):.4f} near {c['h_1'][jump]:.4f} s."
@@ -116,13 +177,27 @@ def brackets(results: Results) -> FigureData:
 def plot_brackets(figure: FigureData) -> Any:
     """The bracket as a band."""
     c = figure.columns
-    drawing, (axis,) = new_axes(1, row_height=2.6)
-    axis.fill_between(c["h_u"], c["lower"], c["upper"], color=COLOURS[0], alpha=0.25, linewidth=0)
-    axis.plot(c["h_u"], c["upper"], label="guaranteed for every sequence", **line(0))
-    axis.plot(c["h_u"], c["lower"], label="attained by one sequence", **line(1))
-    axis.set(xlabel="longest period $h_u$ (s)", ylabel="worst-case gain")
-    axis.legend()
+    drawing, (axis,) = new_axes(1, row_height=2.3)
+    axis.fill_between(c["h_u"], c["lower"], c["upper"], color=SOFT, linewidth=0)
+    (upper,) = axis.plot(c["h_u"], c["upper"], marker="v", **line(0))
+    (lower,) = axis.plot(c["h_u"], c["lower"], marker="^", **line(1))
+    middle = c["h_u"][2]
+    name_line(axis, upper, "proved for every sequence ", middle, ha="right")
+    name_line(axis, lower, " one sequence attains it", middle, side=-1, ha="left")
+    name_axes(axis, "worst-case gain (1)", "longest period (s)")
+    axis.set_ylim(0, 1.15 * max(c["upper"]))
     return drawing
+
+
+def say_brackets(figure: FigureData) -> str:
+    """The message: how much the worst case grows at least."""
+    return (
+        f"The worst case grows at least {_growth(figure)}-fold as the range widens to {figure.columns['h_u'][-1]:.4f} s"
+    )
+
+
+def _growth(figure: FigureData) -> Decimal:
+    return down(figure.columns["lower"][-1] / figure.columns["upper"][0], 1)
 
 
 def describe_brackets(figure: FigureData) -> str:
@@ -130,7 +205,7 @@ def describe_brackets(figure: FigureData) -> str:
     c = figure.columns
     return (
         "; ".join(f"h_u = {c['h_u'][i]:.4f} s: between {down(c['lower'][i])} and {up(c['upper'][i])}" for i in (0, -1))
-        + "."
+        + f". It grows at least {_growth(figure)}-fold."
     )
 
 
@@ -150,58 +225,74 @@ def worst(results: Results) -> FigureData:
 
 
 def plot_worst(figure: FigureData) -> Any:
-    """Periods above, signals below."""
+    """The first samples against time: periods, disturbance, error; each value is held over its period."""
     c = figure.columns
-    drawing, axes = new_axes(2, row_height=1.6)
-    axes[0].step(c["k"], c["h"], where="post", linewidth=0.8, **line(0))
-    axes[0].set_ylabel("$h_k$ (s)")
-    axes[1].plot(c["k"], c["w"], label="disturbance", linewidth=0.8, **line(1))
-    axes[1].plot(c["k"], c["e"], label="error", linewidth=0.8, **line(0))
-    axes[1].set(xlabel="sample", ylabel="$w_k$, $e_k$")
-    axes[1].legend()
+    drawing, axes = new_axes(3, row_height=1.15)
+    times = [sum(c["h"][:k]) for k in range(ZOOMED)]
+    for axis, (name, label, colour) in zip(
+        axes,
+        (("h", "period h (s)", GREY), ("w", "disturbance w (1)", FOREGROUND), ("e", "error e (1)", OURS)),
+        strict=True,
+    ):
+        axis.step(times, c[name][:ZOOMED], where="post", linewidth=1.3, color=colour)
+        name_axes(axis, label, ticks=3)
+    for axis in axes[1:]:
+        axis.axhline(0.0, color=GREY, linewidth=0.6)
+    axes[-1].set_xlabel("time (s)")
     return drawing
+
+
+def say_worst(figure: FigureData) -> str:
+    """The message: how few of the periods are long."""
+    return f"A bad sequence: {_long(figure)} of {len(figure.columns['h'])} periods are long, the others short"
+
+
+def _long(figure: FigureData) -> int:
+    h = figure.columns["h"]
+    return sum(period > (min(h) + max(h)) / 2 for period in h)
 
 
 def describe_worst(figure: FigureData) -> str:
     """Share of long periods and the peak of the error."""
     c = figure.columns
-    long = sum(h > (min(c["h"]) + max(c["h"])) / 2 for h in c["h"])
     return (
-        f"{long} of {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short "
+        f"{_long(figure)} of {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short "
         f"({min(c['h']):.4f} s); with a disturbance of at most 1 the error peaks at {max(map(abs, c['e'])):.3f}."
     )
 
 
 FIGURES = (
     Figure(
-        name="fig2", place="Fig. 2", title="Estimation error and disturbance of Example 2",
-        caption="The printed filter, uniform random periods. The published figure is one unknown draw under a law that "
-        "is not stated; the band holds all our uniform draws.",
+        name="fig2", place="Fig. 2", title=say_responses,
+        caption="Example 2, the printed filter, uniform random periods. The published figure is one unknown draw under "
+        "a law that is not stated; the band holds all our uniform draws.",
         published=True, uses=DRAWS, data=responses, plot=plot_responses, alt=describe_responses,
     ),
     Figure(
-        name="fig3", place="Fig. 3", title="Sampling periods of the same draw",
-        caption="Independent and uniform between the ends of the range; the law of the published draw is not stated.",
+        name="fig3", place="Fig. 3", title=say_intervals,
+        caption="The periods of the draw in Fig. 2, independent and uniform between the ends of the range; the law of "
+        "the published draw is not stated. Right: how often each length occurs.",
         published=True, uses=DRAWS, data=intervals, plot=plot_intervals, alt=describe_intervals,
     ),
     Figure(
-        name="levels", place="Beyond Sec. VI", title="What the nominal level is nominal to",
+        name="levels", place="Beyond Sec. VI", title=say_curves,
         caption="Gains at constant periods, of our filter next to the optimum at the middle of the range in Example 1, "
         "where none is printed, and of the printed one in Example 2. The published level belongs to one period; over "
-        "most of the range the filter has a larger gain, and a larger one still when the period varies: the band holds "
-        "its worst-case gain. In Example 1 the optimum is zero where Phi - Gamma C/D is Schur.",
+        "most of the range the filter has a larger gain, and a larger one still when the period varies: the level "
+        "at the top is as thick as the bracket of that gain. In Example 1 the optimum is zero where Φ − ΓC/D is Schur.",
         published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "bracket") for e in EXAMPLES),
         data=curves, plot=plot_curves, alt=describe_curves,
     ),
     Figure(
-        name="range", place="Beyond Sec. VI-A", title="Worst-case gain against the range of periods",
-        caption="Our filter of Example 1 on shorter ranges. The worst case over all sequences lies in the band; more "
-        "effort makes it narrower, as was done at the last point, the range of the paper.",
+        name="range", place="Beyond Sec. VI-A", title=say_brackets,
+        caption="Our filter of Example 1 on shorter ranges. The true worst case lies in the band, the gap between "
+        "proof and attack; more effort makes it narrower, as was done at the last point, the range of the paper.",
         published=False, uses=("against-range", "bracket.1"), data=brackets, plot=plot_brackets, alt=describe_brackets,
     ),
     Figure(
-        name="worst", place="Beyond Sec. VI-A", title="A bad sampling sequence of Example 1",
-        caption="Our filter. A few long periods between many short ones, with the disturbance that suits them.",
+        name="worst", place="Beyond Sec. VI-A", title=say_worst,
+        caption="Our filter of Example 1: the first samples of the sequence, with the disturbance that suits it, "
+        "scaled to a peak of one. The long periods come in bursts; there the disturbance acts.",
         published=False, uses=("bracket.1",), data=worst, plot=plot_worst, alt=describe_worst,
     ),
 )  # fmt: skip

@@ -13,7 +13,7 @@ from papers.peet2019.claims.theory import COROLLARY_2, DEFINITIONS, INTRODUCTION
 from papers.peet2019.errata import ERRATA, OF_THE_IDENTITY
 from papers.peet2019.experiments.declared import EXPERIMENTS, MOVED
 from papers.peet2019.experiments.readings import READINGS as RULES
-from papers.peet2019.figures import FIGURES
+from papers.peet2019.figures import cost, observer, optimum
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, seconds
 from papers.peet2019.readings import JORDAN, READINGS
 from replication.audit.declare import Part, paper
@@ -124,7 +124,7 @@ PAPER = paper(
     coverage=tallies(__file__),
     experiments=EXPERIMENTS,
     errata=ERRATA,
-    figures=FIGURES,
+    figures=(*observer.FIGURES, *optimum.FIGURES, *cost.FIGURES),
     tables=TABLES,
     formulas=FORMULAS,
     findings=findings,

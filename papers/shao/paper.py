@@ -10,6 +10,7 @@ from papers.shao.claims.theory import OBSERVER, THEOREM
 from papers.shao.errata import ERRATA
 from papers.shao.experiments.declared import EXPERIMENTS
 from papers.shao.figures import readings as reading_figures
+from papers.shao.figures import responses as response_figures
 from papers.shao.figures import stability as stability_figures
 from papers.shao.figures import tracking as tracking_figures
 from papers.shao.findings import findings
@@ -89,7 +90,12 @@ PAPER = paper(
     coverage=tallies(__file__),
     experiments=EXPERIMENTS,
     errata=ERRATA,
-    figures=(*tracking_figures.FIGURES, *stability_figures.FIGURES, *reading_figures.FIGURES),
+    figures=(
+        *response_figures.FIGURES,
+        *tracking_figures.FIGURES,
+        *stability_figures.FIGURES,
+        *reading_figures.FIGURES,
+    ),
     tables=(
         Table(
             place="Table I",

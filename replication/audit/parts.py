@@ -28,12 +28,13 @@ class Figure:
     """A figure in three steps: `data` reads results, `plot` draws data on matplotlib axes, `alt` says it in words.
 
     name: file name without suffix, for example `okajima2023-fig2`. published: whether it redraws a figure of the paper.
-    plot returns a `matplotlib.figure.Figure`; alt returns text with numbers taken from the data.
+    title is the message, a text or a function of the data that finds its numbers there; it has few words. plot returns
+    a `matplotlib.figure.Figure`; alt returns text with numbers taken from the data.
     """
 
     name: str
     place: str
-    title: str
+    title: str | Callable[[FigureData], str]
     caption: str
     published: bool
     uses: tuple[str, ...]

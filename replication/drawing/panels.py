@@ -7,11 +7,17 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from replication.drawing import svg
+from replication.drawing.labels import name_axes, say
 from replication.drawing.panel import Panel
 from replication.drawing.style import house_style, line, new_axes
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Figure
+
+
+ROW, ROOM = 40, 0.25
+"""Characters of a row of names, and the share of the axes that a row is given."""
 
 
 def draw(panels: Sequence[Panel]) -> Figure:
@@ -19,15 +25,35 @@ def draw(panels: Sequence[Panel]) -> Figure:
     with house_style():
         figure, every = new_axes(len(panels), row_height=2.4 if len(panels) == 1 else 1.6, share_x=len(panels) > 1)
         for axes, panel in zip(every, panels, strict=True):
-            for i, (name, values) in enumerate(panel.lines.items()):
-                axes.plot(panel.x, values, label=name, drawstyle="steps-post" if panel.steps else "default", **line(i))
-            for i, (name, level) in enumerate(panel.levels.items(), start=len(panel.lines)):
-                axes.axhline(level, label=f"{name} {level:.4g}", **line(i))
-            axes.set_ylabel(panel.y_label)
-            if len(panel.lines) + len(panel.levels) > 1:
-                axes.legend()
+            _draw_panel(axes, panel)
         every[-1].set_xlabel(panels[-1].x_label)
     return figure
+
+
+def _draw_panel(axes: Axes, panel: Panel) -> None:
+    """The curves of one panel and its levels, each level with its name and value on it."""
+    for i, (name, values) in enumerate(panel.lines.items()):
+        axes.plot(panel.x, values, label=name, drawstyle="steps-post" if panel.steps else "default", **line(i))
+    for i, (name, level) in enumerate(panel.levels.items(), start=len(panel.lines)):
+        axes.axhline(level, **line(i))
+        highest = level == max(panel.levels.values())
+        say(axes, f"{name} {level:.4g}", (panel.x[0], level), side=1 if highest else -1, ha="left")
+    if panel.levels:
+        # A gain is told against zero: a curve that is flat to rounding then looks flat, too.
+        top = max(*panel.levels.values(), *(max(values) for values in panel.lines.values()))
+        axes.set_ylim(0, 1.2 * top)
+    name_axes(axes, panel.y_label)
+    if len(panel.lines) > 1:
+        _legend(axes, list(panel.lines))
+
+
+def _legend(axes: Axes, names: Sequence[str]) -> None:
+    """The names in rows above the curves, with room made for them: no curve runs through a name."""
+    columns = len(names) if sum(map(len, names)) <= ROW else 2
+    low, high = axes.get_ylim()
+    rows = -(-len(names) // columns)
+    axes.set_ylim(low, high + rows * ROOM * (high - low))
+    axes.legend(loc="upper left", ncols=columns)
 
 
 def draw_svg(panels: Sequence[Panel], name: str) -> str:

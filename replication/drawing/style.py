@@ -1,7 +1,8 @@
-"""House style of the figures: sizes, colours that hold on white and on dark paper, line styles that differ beside them.
+"""House style of the figures: a narrow column, colours of the report, curves that differ without colour as well.
 
 matplotlib is imported inside the functions, so that commands which draw nothing start fast. Axes and text are drawn in
-`FOREGROUND`, which `svg.tidy` turns into `currentColor`: an inlined figure then follows the text colour of its page.
+`FOREGROUND`, which `svg.tidy` turns into `currentColor`, and the other colours become those of the page in `svg.inner`:
+an inlined figure follows its page, light or dark.
 """
 
 from __future__ import annotations
@@ -19,28 +20,34 @@ if TYPE_CHECKING:
 FOREGROUND = "#010203"
 """Stands for the text colour of the page; no figure may use it for anything else."""
 
-COLOURS = ("#1f77b8", "#c8561b", "#168a62", "#a75a97", "#96780a", "#777777")
-"""Line colours in the manner of Okabe and Ito, each with a contrast of at least 3:1 on white and on near-black."""
+OURS, GREY, SOFT, BAND = "#0b5cbd", "#5f6c79", "#dbe9fa", "#d4dbe2"
+"""What is ours; references; an area of ours; an area out of bounds, or the values that round to a print."""
 
+TOKENS = {OURS: "--link", GREY: "--open", SOFT: "--soft", BAND: "--band"}
+"""The custom property of the report's style sheet that each colour is in the light, and its partner in the dark."""
+
+COLOURS = (OURS, FOREGROUND, GREY, OURS, FOREGROUND, GREY)
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 2)))
-"""Line styles, one per colour, for readers who cannot tell the colours apart."""
+"""Six curves: no two have the same dashes, so that each is known without its colour."""
+WIDTHS = (1.8, 1.3, 1.3, 1.8, 1.3, 1.3)
 
 FONTS = ("DejaVu Sans", "Verdana")
 """The text stays text; the second font has nearly the widths of the first, with which the layout is made."""
 
-WIDTH = 6.4
-"""Width of a figure in inches, the text width of the report: the font size below is then that of its tables."""
+WIDTH, FONT_SIZE = 4.9, 11
+"""Width in inches, that of a telephone in the report's margins, so that all text is at least 11 pixels high there."""
 
 
 def line(index: int) -> dict[str, Any]:
-    """Keywords of `Axes.plot` for the curve number `index`: colour and line style, both distinct up to six curves."""
-    return {"color": COLOURS[index % len(COLOURS)], "linestyle": LINES[index % len(LINES)]}
+    """Keywords of `Axes.plot` for the curve number `index`: colour, dashes and weight, distinct up to six curves."""
+    k = index % len(LINES)
+    return {"color": COLOURS[k], "linestyle": LINES[k], "linewidth": WIDTHS[k]}
 
 
 def new_axes(
-    rows: int = 1, columns: int = 1, *, row_height: float = 1.6, share_x: bool = True
+    rows: int = 1, columns: int = 1, *, row_height: float = 1.6, share_x: bool = True, **more: Any
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure of the house width and its axes, row by row; row_height in inches.
+    """Return a figure of the house width and its axes, row by row; row_height in inches, more: as for `subplots`.
 
     Raises InvalidInputError if there is no axis to draw or the height is not positive.
     """
@@ -51,7 +58,7 @@ def new_axes(
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, rows * row_height + 0.5), layout="constrained")
-    axes = figure.subplots(rows, columns, sharex=share_x, squeeze=False)
+    axes = figure.subplots(rows, columns, sharex=share_x, squeeze=False, **more)
     return figure, list(axes.flat)
 
 
@@ -63,7 +70,7 @@ def house_style() -> Iterator[None]:
 
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(_settings(cycler(color=COLOURS) + cycler(linestyle=LINES)))
+        mpl.rcParams.update(_settings(cycler(color=COLOURS) + cycler(linestyle=LINES) + cycler(linewidth=WIDTHS)))
         yield
 
 
@@ -71,16 +78,22 @@ def _settings(cycle: Any) -> Any:
     ink = dict.fromkeys(
         ("text.color", "axes.labelcolor", "axes.edgecolor", "axes.titlecolor", "xtick.color", "ytick.color"), FOREGROUND
     )
-    return ink | {
+    sizes = dict.fromkeys(
+        ("font.size", "axes.titlesize", "axes.labelsize", "legend.fontsize", "xtick.labelsize", "ytick.labelsize"),
+        FONT_SIZE,
+    )
+    return ink | sizes | {
         "axes.prop_cycle": cycle,
         "axes.linewidth": 0.7,
         "axes.spines.top": False,
         "axes.spines.right": False,
         "axes.facecolor": "none",
         "axes.grid": True,
-        "axes.titlesize": 9,
+        "axes.grid.axis": "y",
         "axes.titlelocation": "left",
-        "axes.labelsize": 9,
+        "axes.titlepad": 5,
+        "axes.unicode_minus": True,
+        "axes.xmargin": 0.02,
         "figure.facecolor": "none",
         "savefig.facecolor": "none",
         "grid.color": FOREGROUND,
@@ -88,14 +101,13 @@ def _settings(cycle: Any) -> Any:
         "grid.linewidth": 0.6,
         "font.family": "sans-serif",
         "font.sans-serif": list(FONTS[:1]),
-        "font.size": 9,
-        "legend.fontsize": 8.5,
         "legend.frameon": False,
-        "lines.linewidth": 1.2,
-        "lines.markersize": 4,
-        "xtick.labelsize": 8.5,
-        "ytick.labelsize": 8.5,
+        "lines.linewidth": 1.3,
+        "lines.markersize": 5,
+        "path.simplify_threshold": 0.25,
         "xtick.major.width": 0.7,
         "ytick.major.width": 0.7,
+        "xtick.minor.size": 0,
+        "ytick.minor.size": 0,
         "svg.fonttype": "none",
-    }
+    }  # fmt: skip

@@ -6,7 +6,7 @@ import hashlib
 import itertools
 import re
 
-from replication.drawing.style import FONTS, FOREGROUND
+from replication.drawing.style import FONTS, FOREGROUND, TOKENS
 from replication.errors import AuditError
 
 DECIMALS = 2
@@ -26,6 +26,7 @@ _NUMBER = re.compile(r"-?[0-9]+\.[0-9]+(?:e-?[0-9]+)?")
 _FOREIGN = re.compile(
     r"""<(?:script|foreignObject|image|style|a)\b|\son[a-z]+=|href="(?!#)|url\((?!#)|@import|<[!?]""", re.IGNORECASE
 )
+_COLOUR = re.compile("|".join(TOKENS))
 _PLAIN_STYLE = re.compile(r""" style="([\w\s#:;.,'%()-]+)\"""")
 _GEOMETRY = re.compile(r'(?<![\w-])(?:x|y|x1|y1|x2|y2|width|height|cx|cy|r|points|transform)="[^"]*"')
 
@@ -64,13 +65,14 @@ def tidy(raw: str, prefix: str) -> str:
 def inner(standalone: str) -> tuple[str, str]:
     """Return the viewBox and the content of a file made by `tidy`, for a page whose own <svg> tag carries `JOINS`.
 
+    The colours of the house style become those of the page's style sheet, where it has them.
     Raises AuditError if the text is not such a file, or could run or load anything.
     """
     match = re.fullmatch(r'<svg [^>]*viewBox="([-0-9. ]+)"[^>]*>(.*)</svg>\s*', standalone, flags=re.DOTALL)
     if match is None:
         raise AuditError("a figure is not an SVG file as `write_figures` makes it; run `python -m replication run`")
     _refuse_foreign(match[2])
-    return match[1], match[2].strip()
+    return match[1], _COLOUR.sub(lambda found: f"var({TOKENS[found[0]]},{found[0]})", match[2].strip())
 
 
 def with_classes(content: str) -> tuple[str, dict[str, str]]:

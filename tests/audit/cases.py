@@ -153,7 +153,7 @@ def figure(name: str) -> Figure:
 def file_of(code: Paper, *records: ClaimRecord) -> ResultsFile:
     """A results file that says of the paper what the code says of it, with these claims."""
     figures = [
-        FigureRecord(**shared(FigureRecord, figure), paper=code.key, alt="", csv_sha256="", error="")
+        FigureRecord(**shared(FigureRecord, figure), paper=code.key, alt="", csv_sha256="", error="", code="")
         for figure in code.figures
     ]
     (erratum,) = errata_of(recorded(None, erratum=f"{code.key}.e1"), Proof(holds=True, text="")).values()

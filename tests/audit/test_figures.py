@@ -18,7 +18,7 @@ from tables import read_csv
 from replication.audit.parts import FigureData
 from replication.audit.run.draw import to_csv, write_figures
 from replication.audit.run.settled import settled
-from replication.drawing import style, svg
+from replication.drawing import labels, style, svg
 from replication.errors import AuditError, InvalidInputError
 
 LARGEST_FILE = 150_000
@@ -59,6 +59,23 @@ def test_a_figure_without_numbers_in_its_words_is_refused(tmp_path: Path, text: 
     (record,) = write_figures([paper(figure(alt=lambda data: text))], {}, tmp_path)
     assert "holds no number" in record.error
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_title_is_a_short_message_from_the_data(tmp_path: Path) -> None:
+    (record,) = write_figures([paper(figure(title=lambda data: f"All {len(data.columns['k'])} steps"))], {}, tmp_path)
+    assert record.title == "All 501 steps"
+    for title, reason in (("word " * 16, "at most 15 words"), ("1 and 2 and 3", "at most 2 numbers")):
+        (record,) = write_figures([paper(figure(title=lambda data, title=title: title))], {}, tmp_path)
+        assert reason in record.error and record.title == record.name
+        (record,) = write_figures([paper(figure(title=title))], {}, tmp_path)
+        assert reason in record.error
+
+
+def test_a_record_links_the_function_that_draws(tmp_path: Path) -> None:
+    root = Path(__file__).parent
+    (record,) = write_figures([paper(figure())], {}, tmp_path, {"tests": root})
+    name, line = record.code.split(":")
+    assert (name, int(line)) == ("tests/sample.py", draw.__code__.co_firstlineno)
 
 
 def test_a_failing_figure_leaves_the_others_and_no_old_files(tmp_path: Path) -> None:
@@ -190,16 +207,33 @@ def test_what_is_no_svg_is_refused(text: str) -> None:
         svg.inner(text)
 
 
-def test_colours_hold_on_white_and_on_near_black() -> None:
-    for colour in style.COLOURS:
-        assert contrast(colour, WHITE) >= 3
-        assert contrast(colour, NEAR_BLACK) >= 3
+def test_colours_are_those_of_the_report_and_hold_in_light_and_dark() -> None:
+    css = (Path(__file__).parents[2] / "report" / "style.css").read_text()
+    themes = [dict(re.findall(r"(--[a-z0-9-]+): (#[0-9a-f]{6})", part)) for part in css.split("@media")[:2]]
+    for theme, ground in zip(themes, (WHITE, NEAR_BLACK), strict=True):
+        for colour in (style.OURS, style.GREY):
+            assert contrast(theme[style.TOKENS[colour]], ground) >= 4.5, "names of curves are text"
+    assert {token: colour for colour, token in style.TOKENS.items()}.items() <= themes[0].items()
 
 
-def test_curves_differ_in_colour_and_line_style() -> None:
-    curves = [style.line(index) for index in range(len(style.COLOURS))]
-    assert len({curve["color"] for curve in curves}) == len(curves)
+def test_an_inlined_figure_takes_the_colours_of_its_page() -> None:
+    raw = f'<svg viewBox="0 0 1 1"><path d="M 0 0" style="stroke: {style.OURS}; fill: #123456"/></svg>'
+    alone = svg.tidy(raw, "name")
+    assert style.OURS in alone and "var(" not in alone
+    assert f"stroke:var(--link,{style.OURS});fill:#123456" in svg.inner(alone)[1]
+
+
+def test_curves_differ_without_their_colours() -> None:
+    curves = [style.line(index) for index in range(6)]
     assert len({str(curve["linestyle"]) for curve in curves}) == len(curves)
+
+
+def test_all_text_is_large_enough_on_a_telephone(tmp_path: Path) -> None:
+    write_figures([paper(figure())], {}, tmp_path)
+    drawing = (tmp_path / "doe1999-fig2.svg").read_text()
+    width = float(svg.inner(drawing)[0].split()[2])
+    sizes = {float(size) for size in re.findall(r"[:\s]([0-9.]+)px[ ;]", drawing)}
+    assert sizes and min(sizes) * 358 / width >= 11, "358 pixels are left of 390"
 
 
 def test_house_style_leaves_the_global_settings_alone() -> None:
@@ -258,3 +292,32 @@ def test_a_figure_is_drawn_from_the_data_that_are_written(tmp_path: Path) -> Non
 def shifted(by: float) -> dict[str, tuple[float, ...]]:
     columns = trace({}).columns
     return {name: tuple(number + by for number in column) for name, column in columns.items()}
+
+
+def test_names_stand_at_their_curves() -> None:
+    with style.house_style():
+        made, (axes,) = style.new_axes()
+        (curve,) = axes.plot([3.0, 1.0, 2.0], [30.0, 10.0, 20.0], **style.line(0))
+        labels.name_line(axes, curve, "above", 1.5)
+        labels.name_end(axes, curve, "end")
+    above, end = axes.texts
+    assert (above.xy, end.xy) == ((1.5, 15.0), (2.0, 20.0))
+    assert {text.get_color() for text in axes.texts} == {style.OURS}
+    assert made.axes == [axes]
+
+
+def test_what_leaves_the_axes_is_marked() -> None:
+    with style.house_style():
+        _, (axes,) = style.new_axes()
+        assert labels.mark_clipped(axes, [0, 1, 2, 3], [0.4, 0.6, -0.7, 0.5], 0.5, style.OURS) == 2
+    high, low = axes.lines
+    assert (high.get_xdata(), low.get_xdata()) == ([1], [2])
+
+
+@pytest.mark.parametrize(("value", "said"), [(1e-3, "0.001"), (1.0, "1"), (1e3, "1000"), (1e-4, "10⁻⁴"), (1e5, "10⁵")])
+def test_decades_are_as_large_as_all_text(value: float, said: str) -> None:
+    assert labels.decade(value) == said
+
+
+def test_root_mean_square() -> None:
+    assert labels.rms([3.0, -4.0, 0.0, 0.0]) == pytest.approx(2.5)

@@ -22,7 +22,7 @@ from replication.verify.predicate import Predicate, Term, term
 
 NOT_SEARCHED = "Not searched: delays, different discretisations of plant and observer, other parameters or gains."
 STEADY = "steady state by the lifted form"
-TABLE = Part("Table I and what is concluded from it", reading=LITERAL, figures="readings")
+TABLE = Part("Table I and what is concluded from it", reading=LITERAL, figures=("readings", "decoys"))
 TIED = 1e-9
 """Errors whose ratio is this near to one are equal up to rounding."""
 

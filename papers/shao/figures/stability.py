@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
-from papers.shao.figures.tracking import columns_of, ours
-from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, LABELS, PMI, REPAIRED
+from papers.shao.figures.looks import NAMES, columns_of, look, ours
+from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, REPAIRED
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
-from replication.drawing.style import line, new_axes
+from replication.drawing.labels import name_axes, name_line, out_of_bounds, say
+from replication.drawing.style import FOREGROUND, GREY, OURS, new_axes
 
 SETS = (PMI, APO, REPAIRED)
 
@@ -28,27 +30,44 @@ def stable_sets(results: Results) -> FigureData:
     return columns_of(columns)
 
 
+BARS = {APO: (7.0, OURS), REPAIRED: (1.5, GREY), PMI: (4.0, FOREGROUND)}
+"""Thickness and colour of the bars, from above; each loop has its own line of each ratio."""
+
+
 def plot_stable_sets(drawn: FigureData) -> Any:
-    """Horizontal bars over T, one row of bars per M, shifted by observer."""
-    figure, (axis,) = new_axes(row_height=3.6)
+    """Horizontal bars over T, three lines of bars per M."""
+    figure, (axis,) = new_axes(row_height=3.4)
     c = drawn.columns
     ratios = sorted(set(c[f"{APO}_ratio"]))
-    for index, name in enumerate(SETS):
-        heights = [ratios.index(ratio) + 0.2 * (index - 1) for ratio in c[f"{name}_ratio"]]
-        colour = line(index)["color"]
-        axis.hlines(heights, c[f"{name}_from_s"], c[f"{name}_to_s"], color=colour, linewidth=2.5, label=LABELS[name])
-    axis.axvline(DESIGN.period, linestyle=":", color="#777777", label="printed T")
-    axis.set(xscale="log", xlabel="T, s", ylabel="M")
+    for index, (name, (thickness, colour)) in enumerate(BARS.items()):
+        heights = [ratios.index(ratio) - 0.25 * (index - 1) for ratio in c[f"{name}_ratio"]]
+        axis.hlines(heights, c[f"{name}_from_s"], c[f"{name}_to_s"], color=colour, linewidth=thickness)
+    start = min(c[f"{APO}_from_s"])
+    for index, (name, (_, colour)) in enumerate(BARS.items()):
+        say(axis, NAMES[name], (start * 3 ** (1.6 * index), len(ratios) - 0.55), ha="left", color=colour)
+    axis.axvline(DESIGN.period, linestyle=":", color=FOREGROUND, linewidth=1.0)
+    say(axis, "printed T ", (DESIGN.period, -0.75), side=0, ha="right")
+    axis.set(xscale="log", ylim=(-1, len(ratios)))
+    name_axes(axis, "ratio M", "fast period T (s)")
     axis.set_yticks(range(len(ratios)), [f"{ratio:.0f}" for ratio in ratios])
-    figure.legend(loc="outside upper center", ncols=2)
+    axis.grid(visible=False)
     return figure
+
+
+def say_stable_sets(drawn: FigureData) -> str:
+    """The message: in how many pieces the stable set of the printed ratio falls."""
+    return f"At the printed ratio DRC-APO is stable for T in {len(_own(drawn))} separate intervals"
+
+
+def _own(drawn: FigureData) -> list[tuple[float, float]]:
+    c = drawn.columns
+    rows = zip(c[f"{APO}_ratio"], c[f"{APO}_from_s"], c[f"{APO}_to_s"], strict=True)
+    return [(start, end) for ratio, start, end in rows if ratio == DESIGN.ratio]
 
 
 def describe_stable_sets(drawn: FigureData) -> str:
     """How many intervals there are for the printed ratio."""
-    c = drawn.columns
-    rows = zip(c[f"{APO}_ratio"], c[f"{APO}_from_s"], c[f"{APO}_to_s"], strict=True)
-    own = [(start, end) for ratio, start, end in rows if ratio == DESIGN.ratio]
+    own = _own(drawn)
     listed = ", ".join(f"{start:.4f} to {end:.4f} s" for start, end in own)
     return (
         f"Stable periods for each ratio. For M = {DESIGN.ratio} DRC-APO is stable for T in {len(own)} sets: {listed}."
@@ -64,21 +83,48 @@ def eigenvalues(results: Results) -> FigureData:
     return columns_of(columns | {name: [row[0] for row in found["moduli"][name]] for name in (PMI, REPAIRED, FAST)})
 
 
+TOP = 1.4
+"""Upper end of the axis of moduli; what leaves it is marked by a triangle."""
+
+
+BESIDE = {APO: (0.1, 1, "right"), FAST: (0.1, -1, "right"), PMI: (0.13, 0, "right")}
+"""Where the name of a curve stands: the period, the side, and which end of the words is there."""
+
+
 def plot_eigenvalues(drawn: FigureData) -> Any:
     """Moduli against T; above one is unstable."""
-    figure, (axis,) = new_axes(row_height=3.4)
+    figure, (axis,) = new_axes(row_height=3.2)
     c = drawn.columns
-    for key in (key for key in c if key.startswith(APO)):
-        first = key == f"{APO}_1"
-        axis.semilogx(
-            c["period_s"], c[key], label=LABELS[APO] if first else None, linewidth=1.6 if first else 0.6, **line(0)
-        )
-    for index, name in enumerate((PMI, REPAIRED, FAST), start=1):
-        axis.semilogx(c["period_s"], c[name], label=f"{LABELS[name]}, largest", linewidth=1.0, **line(index))
-    axis.axvline(DESIGN.period, linestyle=":", color="#777777", label="printed T")
-    axis.set(xlabel="T, s", ylabel="modulus", ylim=(0, 1.5))
-    figure.legend(loc="outside upper center", ncols=2)
+    period = c["period_s"]
+    out_of_bounds(axis, 1.0, TOP, "unstable above 1", at=0.45)
+    for key in (key for key in c if key.startswith(f"{APO}_") and key != f"{APO}_1"):
+        axis.semilogx(period, c[key], **look(APO) | {"linewidth": 0.5})
+    name_line(axis, axis.lines[3], "  thin: others\n  of DRC-APO", 0.0017, side=0, ha="left")
+    for key, name in ((FAST, FAST), (PMI, PMI), (REPAIRED, REPAIRED), (f"{APO}_1", APO)):
+        (curve,) = axis.semilogx(period, c[key], **look(name))
+        edges = [k for k, (a, b) in enumerate(pairwise(c[key])) if (a > TOP) != (b > TOP)]
+        axis.plot([period[k] for k in edges], [0.96 * TOP] * len(edges), "^", color=curve.get_color(), markersize=5)
+        if name in BESIDE:
+            at, side, ha = BESIDE[name]
+            name_line(axis, curve, NAMES[name], at, side=side, ha=ha)
+    axis.axvline(DESIGN.period, linestyle=":", color=FOREGROUND, linewidth=1.0)
+    say(axis, "printed T ", (DESIGN.period, 0.06), side=0, ha="right")
+    axis.set_ylim(0, TOP)
+    name_axes(axis, "moduli of the eigenvalues (1)", "fast period T (s)")
     return figure
+
+
+def _at_print(drawn: FigureData, key: str) -> float:
+    """The value of a column at the period nearest to the printed one."""
+    periods = drawn.columns["period_s"]
+    nearest = min(range(len(periods)), key=lambda k: abs(periods[k] - DESIGN.period))
+    return drawn.columns[key][nearest]
+
+
+def say_eigenvalues(drawn: FigureData) -> str:
+    """The message: both largest moduli at the printed period."""
+    own, fast = _at_print(drawn, f"{APO}_1"), _at_print(drawn, FAST)
+    return f"Near the printed T the largest modulus is {own:.2f} (DRC-APO) and {fast:.2f} (fast sensor)"
 
 
 def describe_eigenvalues(drawn: FigureData) -> str:
@@ -88,7 +134,8 @@ def describe_eigenvalues(drawn: FigureData) -> str:
     return (
         f"Moduli of the eigenvalues of the motor loop over one slow period for T from {c['period_s'][0]:g} to "
         f"{c['period_s'][-1]:g} s. The largest one under DRC-APO exceeds that with a true fast sensor at {slower} of "
-        f"{len(c[FAST])} periods."
+        f"{len(c[FAST])} periods; nearest to the printed T they are {_at_print(drawn, f'{APO}_1'):.2f} and "
+        f"{_at_print(drawn, FAST):.2f}."
     )
 
 
@@ -106,15 +153,30 @@ def rates(results: Results) -> FigureData:
 
 def plot_rates(drawn: FigureData) -> Any:
     """Rate against T on a logarithmic axis; above zero is unstable."""
-    figure, (axis,) = new_axes(row_height=3.2)
+    figure, (axis,) = new_axes(row_height=2.7)
     c = drawn.columns
-    for index, name in enumerate((APO, REPAIRED, FAST)):
-        axis.semilogx(c["period_s"], c[name], label=LABELS[name], **line(index))
-    axis.plot(c["limit_period_s"], c["shared_gain"], ":", color="#777777", label="A − LC/M")
-    axis.plot(c["limit_period_s"], c["full_gain"], "--", color="#777777", label="A − LC")
-    axis.set(xlabel="T, s", ylabel="slowest rate, 1/s")
-    axis.legend()
+    top = 1.35 * max(c[APO])
+    out_of_bounds(axis, 0.0, top, "unstable above 0")
+    for name in (FAST, REPAIRED, APO):
+        axis.semilogx(c["period_s"], c[name], **look(name))
+    fast, repaired, own = axis.lines
+    name_line(axis, own, "DRC-APO as printed", c["period_s"][len(c["period_s"]) // 2])
+    name_line(axis, repaired, f"{NAMES[REPAIRED]} ", 0.1, ha="right")
+    name_line(axis, fast, f"  {NAMES[FAST]}", 0.35, side=0, ha="left")
+    axis.set_xlim(right=4)
+    for key, text, side in (("shared_gain", "A − LC/M", -1), ("full_gain", "A − LC", -1)):
+        axis.axhline(c[key][0], color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))
+        say(axis, text, (c["period_s"][0], c[key][0]), side=side, ha="left", color=GREY)
+    axis.set_ylim(1.35 * c["full_gain"][0], top)
+    name_axes(axis, "slowest rate (1/s)", "fast period T (s)")
     return figure
+
+
+def say_rates(drawn: FigureData) -> str:
+    """The message: the sign of the rate."""
+    least = min(drawn.columns[APO])
+    said = "unstable at every T shown" if least > 0 else "not always unstable"
+    return f"The counter-example's slowest rate is at least {least:.2f} 1/s: {said}"
 
 
 def describe_rates(drawn: FigureData) -> str:
@@ -122,7 +184,8 @@ def describe_rates(drawn: FigureData) -> str:
     c = drawn.columns
     return (
         f"At T = {c['period_s'][0]:g} s the slowest rate is {c[APO][0]:.4f} 1/s with the virtual measurement (6), "
-        f"near A − LC/M = {c['shared_gain'][0]:.4f}, and {c[REPAIRED][0]:.4f} with the repaired predictor."
+        f"near A − LC/M = {c['shared_gain'][0]:.4f} and never below {min(c[APO]):.2f}, and "
+        f"{c[REPAIRED][0]:.4f} with the repaired predictor."
     )
 
 
@@ -130,7 +193,7 @@ FIGURES = (
     ours(
         name="stable-sets",
         place="Sec. V",
-        title="Stable fast periods T for each ratio M",
+        title=say_stable_sets,
         caption="Bars cover the periods with a stable motor loop. Sampling folds the motor's fast mode, so the stable "
         "set is not an interval; gaps narrower than the grid of T may be missed.",
         uses=("stable-sets",),
@@ -141,7 +204,7 @@ FIGURES = (
     ours(
         name="motor-eigenvalues",
         place="Sec. V",
-        title="Eigenvalues of the motor loop against T",
+        title=say_eigenvalues,
         caption="Moduli of the eigenvalues of the monodromy matrix at the printed M: all of DRC-APO (thick: the "
         "largest), the largest of the other loops. Above one the loop is unstable.",
         uses=("eigenvalues",),
@@ -152,7 +215,7 @@ FIGURES = (
     ours(
         name="rates",
         place="Sec. IV",
-        title="Slowest rate of the counter-example against T",
+        title=say_rates,
         caption="With the virtual measurement as printed the gain acts once in M periods: the rate tends to that of "
         "A − LC/M, which is positive here.",
         uses=("rates",),

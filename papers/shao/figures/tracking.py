@@ -1,92 +1,22 @@
-"""Figures on tracking: Figs. 2 and 3, error against frequency, lag of the estimate."""
+"""Figures on the steady state: error against frequency, lag of the estimate, error of a wrong model."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from functools import partial
+import math
+from collections.abc import Iterator
 from typing import Any
 
-from papers.shao.printed import DATA, table_1
-from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, HELD, LABELS, PMI, REPAIRED, SINGLE, STATE
+from papers.shao.figures.looks import NAMES, columns_of, look, ours
+from papers.shao.printed import table_1
+from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, HELD, PMI, REPAIRED, SINGLE, STATE
 from replication.audit.model import Results
-from replication.audit.parts import Figure, FigureData
-from replication.drawing.style import line, new_axes
+from replication.audit.parts import FigureData
+from replication.drawing.labels import name_axes, name_end, name_line
+from replication.drawing.style import FOREGROUND, GREY, WIDTH, new_axes
 
 SWEPT = (PMI, APO, HELD, REPAIRED, FAST, STATE, SINGLE)
 LAGGING = (PMI, APO, HELD, REPAIRED)
 DISTURBED = (PMI, APO, HELD, REPAIRED, FAST)
-RESPONSES = {
-    "output": ("time_s", "θ, rad"),
-    "estimate": ("instant_s", "θ̂, rad"),
-    "error": ("time_s", "e, rad"),
-    "estimation_error": ("instant_s", "θ − θ̂, rad"),
-}
-"""Rows of Figs. 2 and 3: what is drawn against which time, and its label."""
-
-
-def columns_of(columns: Mapping[str, Iterable[float]]) -> FigureData:
-    """Columns of plain floats."""
-    return FigureData(columns={name: tuple(float(x) for x in values) for name, values in columns.items()})
-
-
-FROM = {"start-zero": "", "start-output": "_from_output"}
-"""The readings of ζ(0) that Figs. 2 and 3 show, and the ends of their columns."""
-
-
-def responses(sigma: str, results: Results) -> FigureData:
-    """Time, reference, outputs, tracking errors; instants, estimates and estimation errors; from both starts."""
-    found = {
-        f"{short}{end}": results["transients"]["responses"][choice][name][sigma]
-        for choice, end in FROM.items()
-        for short, name in COLUMNS.items()
-    }
-    first = found["pmi"]
-    columns = {
-        "time_s": first["time"],
-        "reference": [y - e for y, e in zip(first["output"], first["error"], strict=True)],
-        "instant_s": first["instants"],
-    }
-    for short in found:
-        for key in ("output", "error", "estimate", "estimation_error"):
-            columns[f"{key}_{short}"] = found[short][key]
-    return columns_of(columns)
-
-
-def plot_responses(drawn: FigureData) -> Any:
-    """Four rows: output, estimate, tracking error, estimation error."""
-    figure, axes = new_axes(len(RESPONSES))
-    c = drawn.columns
-    for axis in axes[:2]:
-        axis.plot(c["time_s"], c["reference"], color="#777777", label="reference")
-    for axis, (key, (time, label)) in zip(axes, RESPONSES.items(), strict=True):
-        for index, short in enumerate(COLUMNS):
-            name, style = f"DRC-{short.upper()}", line(index)
-            axis.plot(c[time], c[f"{key}_{short}"], label=f"{name}, from ζ(0) = 0", **style)
-            late = style | {"linestyle": ":", "linewidth": 1.6}
-            axis.plot(c[time], c[f"{key}_{short}_from_output"], label=f"{name}, from ζ(0) = [y(0), 0, 0]", **late)
-        axis.set_ylabel(label)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    axes[-1].set_xlabel("t, s")
-    return figure
-
-
-def describe_responses(drawn: FigureData) -> str:
-    """Largest errors in the first eighth of the time shown, by start, and in its second half."""
-    times = len(drawn.columns["error_pmi"])
-    late = {short: max(abs(e) for e in drawn.columns[f"error_{short}"][times // 2 :]) for short in COLUMNS}
-    early = [
-        "{:.3f} and {:.3f} rad".format(
-            *(max(abs(e) for e in drawn.columns[f"error_{short}{end}"][times // 40 : times // 8]) for short in COLUMNS)
-        )
-        for end in FROM.values()
-    ]
-    length = drawn.columns["time_s"][-1]
-    return (
-        f"Position, its estimate, tracking error and estimation error over {length:.0f} s under DRC-PMI and DRC-APO. "
-        f"Between {length / 40:.0f} s and {length / 8:.0f} s the errors reach {early[0]} from ζ(0) = 0, and {early[1]} "
-        f"from ζ(0) = [y(0), 0, 0]. In the second half they reach {late['pmi']:.3f} and {late['apo']:.3f} rad from "
-        "ζ(0) = 0."
-    )
 
 
 def error_curves(results: Results) -> FigureData:
@@ -97,27 +27,61 @@ def error_curves(results: Results) -> FigureData:
     return columns_of(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
 
 
+SHOWN = {"pmi": (PMI, HELD, SINGLE), "apo": (APO, FAST, REPAIRED, STATE)}
+"""The curves beside each column of Table I: its readings, or the loops it is compared with."""
+
+
+BESIDE = {PMI: (0.2, 1), HELD: (0.08, -1), SINGLE: (0.5, -1), APO: (0.3, 1), FAST: (0.07, -1), STATE: (0.3, -1)}
+"""Where the name of a curve stands: the frequency, and above it to the left (1) or below it to the right (-1)."""
+
+
 def plot_error_curves(drawn: FigureData) -> Any:
-    """Both axes logarithmic."""
-    figure, (axis,) = new_axes(row_height=3.6)
+    """One panel for each column of Table I, both axes logarithmic; the printed points are joined."""
+    drawing, axes = new_axes(len(SHOWN), row_height=2.4)
     c = drawn.columns
-    for index, name in enumerate(SWEPT):
-        style = line(index) if name != SINGLE else {"color": "#777777", "linestyle": "-"}
-        axis.loglog(c["frequency_rad_s"], c[name], label=LABELS[name], **style)
-    for index, (short, marker) in enumerate(zip(COLUMNS, "so", strict=True)):
-        label = f"Table I, DRC-{short.upper()}"
-        axis.plot(c["table_frequency_rad_s"], c[f"table_{short}"], marker, color=line(index)["color"], label=label)
-    axis.set(xlabel="σ, rad/s", ylabel="tracking error, percent")
-    axis.legend()
-    return figure
+    for axis, (short, loops) in zip(axes, SHOWN.items(), strict=True):
+        for loop in loops:
+            (curve,) = axis.loglog(c["frequency_rad_s"], c[loop], **look(loop))
+            if loop in BESIDE:
+                at, side = BESIDE[loop]
+                name = f"{NAMES[FAST]},\n{NAMES[REPAIRED]}" if loop == FAST else NAMES[loop]
+                name_line(axis, curve, name, at, side=side, ha="right" if side > 0 else "left")
+        points = c["table_frequency_rad_s"], c[f"table_{short}"]
+        (printed,) = axis.plot(*points, "D", linestyle="-", color=FOREGROUND, linewidth=0.8)
+        first = short == "pmi"
+        name_line(axis, printed, "printed", points[0][0 if first else -1], side=-1 if first else 1, family="serif")
+        name_axes(axis, f"DRC-{short.upper()}: tracking error (%)")
+        axis.minorticks_off()
+    axes[-1].set_xlabel("frequency σ (rad/s)")
+    axes[-1].set_xticks((0.1, 1), ("0.1", "1"))
+    return drawing
+
+
+def _print_over_ours(drawn: FigureData) -> Iterator[float]:
+    """Each printed error as a multiple of that of the literal reading, between whose points the curve is a power."""
+    c = drawn.columns
+    x = [math.log(frequency) for frequency in c["frequency_rad_s"]]
+    for short, loop in COLUMNS.items():
+        y = [math.log(error) for error in c[loop]]
+        for frequency, printed in zip(c["table_frequency_rad_s"], c[f"table_{short}"], strict=True):
+            at = math.log(frequency)
+            k = max(i for i in range(len(x) - 1) if x[i] <= at)
+            yield printed / math.exp(y[k] + (y[k + 1] - y[k]) * (at - x[k]) / (x[k + 1] - x[k]))
+
+
+def say_error_curves(drawn: FigureData) -> str:
+    """The message: how far the print is from the literal reading."""
+    factors = sorted(_print_over_ours(drawn))
+    return f"Table I prints {factors[0]:.2f} to {factors[-1]:.2f} times the errors of the literal reading"
 
 
 def describe_error_curves(drawn: FigureData) -> str:
-    """Ends of the curves of the two printed controllers."""
-    c = drawn.columns
+    """Ends of the curves of the two printed controllers, and how far the print is from them."""
+    c, factors = drawn.columns, sorted(_print_over_ours(drawn))
     return (
         f"Tracking error against frequency from {c['frequency_rad_s'][0]:.2f} to {c['frequency_rad_s'][-1]:.0f} rad/s. "
-        f"At the lowest it is {c[PMI][0]:.2f} percent under DRC-PMI and {c[APO][0]:.2f} under DRC-APO."
+        f"At the lowest it is {c[PMI][0]:.2f} percent under DRC-PMI and {c[APO][0]:.2f} under DRC-APO. The printed "
+        f"errors are {factors[0]:.2f} to {factors[-1]:.2f} times those of the literal reading."
     )
 
 
@@ -128,16 +92,28 @@ def lag_curves(results: Results) -> FigureData:
     return columns_of({"ratio": found["ratios"]} | dict(found["lags"]) | {"half_slow_period_s": halves})
 
 
+LIFTS = {PMI: 3.0, APO: -5.0, HELD: -12.0, REPAIRED: 0.0}
+"""How far, in points, the names of the lags are moved apart."""
+
+
 def plot_lag_curves(drawn: FigureData) -> Any:
     """Lag in seconds against M."""
-    figure, (axis,) = new_axes(row_height=3.0)
+    drawing, (axis,) = new_axes(row_height=2.5)
     c = drawn.columns
     for index, name in enumerate(LAGGING):
-        axis.plot(c["ratio"], c[name], marker="osv^"[index], label=LABELS[name], **line(index))
-    axis.plot(c["ratio"], c["half_slow_period_s"], ":", color="#777777", label="M T/2")
-    axis.set(xlabel="M", ylabel="lag of the estimate, s")
-    axis.legend()
-    return figure
+        (curve,) = axis.plot(c["ratio"], c[name], marker="osv^"[index], markersize=4, **look(name))
+        name_end(axis, curve, NAMES[name], lift=LIFTS[name])
+    (half,) = axis.plot(c["ratio"], c["half_slow_period_s"], color=GREY, linewidth=0.8, linestyle="-")
+    name_end(axis, half, "M T/2", lift=5)
+    axis.set_xticks(c["ratio"][::3])
+    name_axes(axis, "lag of the estimate (s)", "ratio M")
+    return drawing
+
+
+def say_lag_curves(drawn: FigureData) -> str:
+    """The message: the lag of the virtual measurement beside that of the repaired one."""
+    printed, repaired = (drawn.columns[name][-1] for name in (APO, REPAIRED))
+    return f"At the largest ratio DRC-APO's estimate lags {printed:.3f} s, with the repaired predictor {repaired:.3f} s"
 
 
 def describe_lag_curves(drawn: FigureData) -> str:
@@ -151,7 +127,7 @@ def describe_lag_curves(drawn: FigureData) -> str:
     )
 
 
-PARAMETERS = {"inertia": "J", "flux": "Ψ_f and K_T", "resistance": "R"}
+PARAMETERS = {"inertia": "inertia J", "flux": "flux Ψ_f and torque constant K_T", "resistance": "resistance R"}
 
 
 def robustness_curves(results: Results) -> FigureData:
@@ -165,17 +141,50 @@ def robustness_curves(results: Results) -> FigureData:
 
 
 def plot_robustness_curves(drawn: FigureData) -> Any:
-    """One axis per parameter."""
-    figure, axes = new_axes(1, len(PARAMETERS), row_height=3.0)
+    """The flux above, on which the error hangs; inertia and resistance below."""
+    from matplotlib.figure import Figure as Drawing
+
+    drawing = Drawing(figsize=(WIDTH, 4.9), layout="constrained")
+    grid = drawing.add_gridspec(2, 2, height_ratios=(3, 2))
+    flux = drawing.add_subplot(grid[0, :])
+    inertia, resistance = (drawing.add_subplot(grid[1, k], sharey=flux) for k in (0, 1))
     c = drawn.columns
-    for axis, (parameter, symbol) in zip(axes, PARAMETERS.items(), strict=True):
-        for index, name in enumerate(DISTURBED):
-            axis.semilogy(c["factor"], c[f"{parameter}_{name}"], label=LABELS[name], **line(index))
-        axis.set(title=symbol, xlabel="true over nominal")
-        axis.sharey(axes[0])
-    axes[0].set_ylabel("tracking error, percent")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    return figure
+    panels = {"flux": flux, "inertia": inertia, "resistance": resistance}
+    for parameter, axis in panels.items():
+        for name in DISTURBED:
+            axis.semilogy(c["factor"], c[f"{parameter}_{name}"], zorder=3 if name == APO else 2, **look(name))
+        axis.set_xticks((0.5, 1, 1.5, 2))
+        axis.minorticks_off()
+        name_axes(axis, f"{parameter}: error (%)", "true over nominal")
+        axis.axvline(1.0, color=GREY, linewidth=0.6)
+    resistance.tick_params(labelleft=False)
+    flux.set_ylim(bottom=0.6)
+    lines = dict(zip(DISTURBED, flux.lines, strict=False))
+    for name, at, side, ha in PLACES:
+        name_line(flux, lines[name], NAMES[name], at, side=side, ha=ha)
+    return drawing
+
+
+PLACES = (
+    (PMI, 0.6, 1, "left"),
+    (HELD, 1.5, -1, "left"),
+    (APO, 1.0, -1, "right"),
+    (REPAIRED, 1.075, 1, "left"),
+    (FAST, 1.075, -1, "left"),
+)
+"""Where the names of the curves stand: abscissa, side, and which end of the words is there."""
+
+
+def _range(drawn: FigureData, parameter: str) -> tuple[float, float]:
+    errors = drawn.columns[f"{parameter}_{APO}"]
+    return min(errors), max(errors)
+
+
+def say_robustness_curves(drawn: FigureData) -> str:
+    """The message: what the most telling parameter does."""
+    worst = max(PARAMETERS, key=lambda name: _range(drawn, name)[1] / _range(drawn, name)[0])
+    low, high = _range(drawn, worst)
+    return f"A wrong {worst} moves the tracking error of DRC-APO between {low:.2f} and {high:.2f} %"
 
 
 def describe_robustness_curves(drawn: FigureData) -> str:
@@ -189,28 +198,13 @@ def describe_robustness_curves(drawn: FigureData) -> str:
     )
 
 
-ours = partial(Figure, published=False)
 FIGURES = (
-    *(
-        Figure(
-            name=f"fig{number}",
-            place=f"Fig. {number}",
-            title=f"Tracking of sin({sigma} t)",
-            caption="Command as printed, printed initial state. Dotted: observer from ζ(0) = [y(0), 0, 0]; else "
-            "from ζ(0) = 0. ζ(0) is not printed. The text at hand holds no image of the figure: the axes are ours.",
-            published=True,
-            uses=("transients",),
-            data=partial(responses, sigma),
-            plot=plot_responses,
-            alt=describe_responses,
-        )
-        for number, sigma in DATA["frequency"].items()
-    ),
     ours(
         name="robustness",
         place="Sec. V",
-        title="Error at 1 rad/s when the plant is not the model",
-        caption="Steady state under the literal reading. The observer and the feedforward keep the printed parameters; "
+        title=say_robustness_curves,
+        caption="Error at 1 rad/s, steady state, under the literal reading. The observer and the feedforward keep "
+        "the printed parameters; "
         "with Ψ_f the torque constant moves too.",
         uses=("robustness",),
         data=robustness_curves,
@@ -220,7 +214,7 @@ FIGURES = (
     ours(
         name="error-frequency",
         place="Table I",
-        title="Tracking error against frequency",
+        title=say_error_curves,
         caption="Steady state, largest error over all times, with the points of Table I. The text leaves open which "
         "DRC-PMI is meant; three are drawn.",
         uses=("frequencies",),
@@ -231,7 +225,7 @@ FIGURES = (
     ours(
         name="lag",
         place="eqs. (2) and (6)",
-        title="Bias of held and of virtual measurements",
+        title=say_lag_curves,
         caption="Mean lag of the position estimate for a very slow reference. A held measurement makes the estimate "
         "late by about half the hold, and so does (6), for references far below its slow rate. The frequencies of "
         "Table I lie above that rate: the lag shown here does not tell its columns apart.",

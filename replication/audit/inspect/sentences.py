@@ -19,19 +19,19 @@ _NAMED = re.compile(
 _NUMBER = re.compile(r"(?<![\w.])\d+(?:,\d{3})*(?:\.\d+)?(?:×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|e[-+]?\d+)?|(?<![\w.])\.\d+")
 
 
-def require_short(sentence: str) -> str:
+def require_short(sentence: str, most_words: int = MOST_WORDS, what: str = "finding") -> str:
     """`sentence` itself; AuditError that says by how much it is too long, or has too many numbers.
 
     Links count as their words. Theorem 3, degree 2 or (34) is a name, no number.
     """
     text = LINK.sub(r"\1", sentence)
     words, numbers = text.split(), _NUMBER.findall(_NAMED.sub(" ", text))
-    if len(words) > MOST_WORDS:
+    if len(words) > most_words:
         raise AuditError(
-            f"a finding has at most {MOST_WORDS} words, this one {len(words)}: {text!r}; shorten or split it"
+            f"a {what} has at most {most_words} words, this one {len(words)}: {text!r}; shorten or split it"
         )
     if len(numbers) > MOST_NUMBERS:
         raise AuditError(
-            f"a finding has at most {MOST_NUMBERS} numbers, this one {', '.join(numbers)}: {text!r}; say it with fewer"
+            f"a {what} has at most {MOST_NUMBERS} numbers, this one {', '.join(numbers)}: {text!r}; say it with fewer"
         )
     return sentence

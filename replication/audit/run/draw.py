@@ -16,6 +16,7 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.inspect.sentences import require_short
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.run.settled import settled
 from replication.audit.run.worker import describe
@@ -29,6 +30,7 @@ from replication.drawing.style import house_style
 from replication.errors import AuditError
 from replication.files import write_atomically
 
+MOST_WORDS_OF_TITLE = 15
 Kept = tuple[FigureRecord, list[str]]
 
 
@@ -105,25 +107,29 @@ def _write_figure(
 ) -> FigureRecord:
     targets = directory / f"{figure.name}.csv", directory / f"{figure.name}.svg"
     table, drawing, alt, failure = b"", b"", "", ""
+    title = figure.name if callable(figure.title) else figure.title
+    sources = SourceTree(packages)
     try:
         missing = [name for name in figure.uses if name not in results]
         if missing:
             raise AuditError(f"no result of {', '.join(missing)}; see the error of that experiment")
         data = _data(figure, results, targets[0])
+        title = _titled(figure, data)
         table, drawing, alt = to_csv(data), _draw(figure, data), _described(figure, data)
     except Exception as error:  # noqa: BLE001 - whatever one figure does, the report of the others is still written
-        failure = describe(error, SourceTree(packages))
+        failure = describe(error, sources)
     for path, content in zip(targets, (table, drawing), strict=True):
         if failure:
             path.unlink(missing_ok=True)  # a figure of an earlier run would pass for one of this run
         else:
             write_atomically(path, content)
     return FigureRecord(
-        **shared(FigureRecord, figure),
+        **shared(FigureRecord, figure) | {"title": title},
         paper=paper,
         alt="" if failure else alt,
         csv_sha256="" if failure else _sha256(table),
         error=failure,
+        code=sources.location(figure.plot),
     )
 
 
@@ -189,6 +195,12 @@ def _draw(figure: Figure, data: FigureData) -> bytes:
         stream = io.StringIO()
         figure.plot(data).savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     return svg.tidy(stream.getvalue(), figure.name).encode()
+
+
+def _titled(figure: Figure, data: FigureData) -> str:
+    """The message, with numbers of the data; whoever reads nothing else reads this, so it is short."""
+    title = figure.title(data) if callable(figure.title) else figure.title
+    return require_short(title, MOST_WORDS_OF_TITLE, "title")
 
 
 def _described(figure: Figure, data: FigureData) -> str:

@@ -124,7 +124,8 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """A certificate as the run verified it. path: below the project; claims: ids of those that it supports.
 
     sentence: the theorem; reason: why it is not proved, else empty. lower, upper, items: proved bounds as rationals.
-    machine: below the project, the statement that Coq proved of this very file; empty if it did not.
+    machine: below the project, the statement that Coq proved of this very file; empty if it did not. second: whether
+    the second verifier, too, proved the same of it.
     says: the terms that the theorem speaks of, with what it proves of each.
     """
 
@@ -142,11 +143,15 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     holds: bool | None
     items: tuple[tuple[str | None, str | None], ...]
     machine: str = ""
+    second: bool = False
     says: tuple[Exported, ...] = ()
 
 
 class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A figure as the report shows it; the files lie in `figures/` under `name`, with the checksum of the data."""
+    """A figure as the report shows it; the files lie in `figures/` under `name`, with the checksum of the data.
+
+    code: `file:line` of the function that draws it.
+    """
 
     name: str
     paper: Name
@@ -157,6 +162,7 @@ class FigureRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     alt: str
     csv_sha256: str
     error: str
+    code: str
 
 
 class PaperRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

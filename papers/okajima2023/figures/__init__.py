@@ -1,0 +1,1 @@
+"""Figures: the errors under one draw, and what the paper lacks."""

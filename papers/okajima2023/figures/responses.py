@@ -1,0 +1,139 @@
+"""Figures 2-8 on the axes of Fig. 6: the errors of every observer under one draw of the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from replication.audit.model import Results
+from replication.audit.parts import Figure, FigureData
+from replication.drawing.labels import mark_clipped, rms
+from replication.drawing.style import FOREGROUND, OURS, new_axes
+
+AXIS_LIMIT, LAST_SHOWN = 0.5, 500
+"""The axes of Fig. 6, the only figure whose ticks the text shows: errors from -0.5 to 0.5, instants from 0 to 500."""
+
+STATES, TOGETHER = 3, 8
+CASES = {
+    "proposed": "Fig. 2, proposed",
+    "A": "Fig. 3, y₁ alone",
+    "B": "Fig. 4, y₂ alone",
+    "C": "Fig. 5, every 6th instant",
+}
+TIMINGS = {
+    "timing-1": "Fig. 6, both together", "timing-2": "Fig. 7, y₂ one later", "timing-3": "Fig. 8, y₂ two later",
+}  # fmt: skip
+"""The observers of Figs. 2-5 and of Figs. 6-8, each with its name in the figure."""
+
+
+def errors(names: Iterable[str], results: Results) -> FigureData:
+    """The three estimation errors of some observers under the same seeded draw, k = 0 ... 500."""
+    columns: dict[str, tuple[float, ...]] = {"k": tuple(map(float, range(LAST_SHOWN + 1)))}
+    for name in names:
+        rows = results["responses"]["errors"][name][: LAST_SHOWN + 1]
+        columns |= {f"{name}_e_{i + 1}": tuple(row[i] for row in rows) for i in range(STATES)}
+    return FigureData(columns=columns)
+
+
+def plot_errors(names: Mapping[str, str], figure: FigureData) -> Any:
+    """A row for each observer on the axes of Fig. 6; a triangle at the edge for each instant beyond them."""
+    c = figure.columns
+    drawing, axes = new_axes(len(names), STATES, row_height=1.25, sharey=True)
+    for row, (name, title) in enumerate(names.items()):
+        for i in range(STATES):
+            axis, values = axes[STATES * row + i], c[f"{name}_e_{i + 1}"]
+            axis.plot(*extremes(c["k"], values), linewidth=0.7, color=OURS)
+            axis.axhline(0.0, color=FOREGROUND, linewidth=0.5)
+            mark_clipped(axis, c["k"], values, AXIS_LIMIT, OURS)
+            axis.set(xlim=(0, LAST_SHOWN), ylim=(-AXIS_LIMIT, AXIS_LIMIT), yticks=(-AXIS_LIMIT, 0, AXIS_LIMIT))
+            axis.set_xticks((0, 200, 400))
+            axis.tick_params(bottom=row == len(names) - 1, left=i == 0)
+            axis.set_title(f"{title}\n" * (i == 0) + f"e{'₁₂₃'[i]}: RMS {rms(values):.3f}")
+    axes[-2].set_xlabel("instant k")
+    return drawing
+
+
+def extremes(k: Sequence[float], values: Sequence[float]) -> tuple[list[float], list[float]]:
+    """Least and largest value of every `TOGETHER` instants, in their order: the same line to the eye."""
+    kept: list[int] = []
+    for start in range(0, len(values), TOGETHER):
+        part = range(start, min(start + TOGETHER, len(values)))
+        kept += sorted({min(part, key=values.__getitem__), max(part, key=values.__getitem__)})
+    return [k[i] for i in kept], [values[i] for i in kept]
+
+
+def rms_of_all(name: str, figure: FigureData) -> float:
+    """Root mean square of the three errors together."""
+    return rms([value for i in range(STATES) for value in figure.columns[f"{name}_e_{i + 1}"]])
+
+
+def say_cases(figure: FigureData) -> str:
+    """The message of Figs. 2-5: what a sensor more is worth in this draw."""
+    proposed, *others = (rms_of_all(name, figure) for name in CASES)
+    return f"The proposed observer has at most {_factor(proposed, others)} times the RMS error of the others"
+
+
+def say_timings(figure: FigureData) -> str:
+    """The message of Figs. 6-8: how near the three timings are in this draw."""
+    sizes = [rms_of_all(name, figure) for name in TIMINGS]
+    return f"In one draw the three timings differ little: RMS errors from {min(sizes):.3f} to {max(sizes):.3f}"
+
+
+def _factor(one: float, others: Iterable[float]) -> str:
+    return f"{max(one / other for other in others):.2f}"
+
+
+def describe_errors(names: Mapping[str, str], figure: FigureData) -> str:
+    """Root mean squares, and how often the axes are exceeded."""
+    parts = []
+    for name, title in names.items():
+        values = [figure.columns[f"{name}_e_{i + 1}"] for i in range(STATES)]
+        sizes, beyond = ", ".join(f"{rms(v):.3f}" for v in values), sum(abs(e) > AXIS_LIMIT for v in values for e in v)
+        parts.append(f"{title}: {sizes}, together {rms_of_all(name, figure):.3f}, {beyond} values beyond the axes")
+    first, *others = (rms_of_all(name, figure) for name in names)
+    return (
+        f"Root mean square of three estimation errors over {LAST_SHOWN} instants of noise. {'; '.join(parts)}. The "
+        f"first has at most {_factor(first, others)} times the error of the others."
+    )
+
+
+_DRAW = (
+    "One seeded draw of the noise of Sec. IV-A, the same in Figs. 2-8, on the axes of Fig. 6, the only ones whose "
+    "ticks the text shows; triangles mark instants beyond them. The published figures are another draw: sizes compare, "
+    "single peaks do not."
+)
+
+FIGURES = (
+    *(
+        Figure(
+            name=name,
+            place=place,
+            title=title,
+            caption=caption,
+            published=True,
+            uses=("responses",),
+            data=partial(errors, tuple(names)),
+            plot=partial(plot_errors, names),
+            alt=partial(describe_errors, names),
+        )
+        for name, place, title, names, caption in (
+            (
+                "fig2-5",
+                "Figs. 2-5",
+                say_cases,
+                CASES,
+                f"{_DRAW} Fig. 2 has the printed gains (33); for the others, Cases A to C, none are printed, and ours "
+                "are central optimal ones.",
+            ),
+            (
+                "fig6-8",
+                "Figs. 6-8",
+                say_timings,
+                TIMINGS,
+                f"{_DRAW} Periods (3, 3), Cases 1 to 3 with the printed gains (38) to (40). One draw need not rank the "
+                "three timings as most do.",
+            ),
+        )
+    ),
+)

@@ -1,0 +1,136 @@
+"""The committed figures: drawn again from their tables they are the same bytes, and keep the rules of the house."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+from tables import read_csv
+
+import papers
+from papers.okajima2023.figures import beyond, responses
+from papers.peet2019.figures import observer
+from papers.shao.figures import readings, stability, tracking
+from replication.audit.parts import Figure, FigureData, Paper
+from replication.audit.run.draw import write_figures
+from replication.drawing import svg
+from replication.drawing.style import house_style
+
+FOLDER = Path(__file__).resolve().parents[2] / "figures"
+LARGEST_FILE, LARGEST_OF_ALL = 40_000, 450_000
+TELEPHONE, SMALLEST_TEXT = 358, 11
+"""Pixels of a drawing in the margins of a screen of 390, and the height of text there."""
+
+FIGURES = {figure.name: figure for paper in papers.load() for figure in paper.figures}
+
+
+def data(name: str) -> FigureData:
+    return FigureData(columns=read_csv(FOLDER / f"{name}.csv"))
+
+
+def texts(drawing: str) -> list[str]:
+    return [re.sub(r"<[^>]*>", "", text) for text in re.findall(r"<text\b[^>]*>(.*?)</text>", drawing, flags=re.S)]
+
+
+@pytest.fixture(scope="module")
+def again(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    """All figures drawn from their committed tables, and their records."""
+    folder = tmp_path_factory.mktemp("figures")
+    made = [
+        dataclasses.replace(figure, uses=(), data=lambda results, name=name: data(name))
+        for name, figure in FIGURES.items()
+    ]
+    paper = cast(Paper, SimpleNamespace(key="all", figures=made))
+    # Kept as they lie there: data that agree with a table beside them are not rounded again.
+    for name in FIGURES:
+        (folder / f"{name}.csv").write_bytes((FOLDER / f"{name}.csv").read_bytes())
+    return folder, {record.name: record for record in write_figures([paper], {}, folder)}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_committed_drawing_is_that_of_its_table(name: str, again: tuple[Path, dict[str, Any]]) -> None:
+    folder, records = again
+    assert records[name].error == ""
+    for suffix in ("csv", "svg"):
+        assert (folder / f"{name}.{suffix}").read_bytes() == (FOLDER / f"{name}.{suffix}").read_bytes(), suffix
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_a_drawing_is_small_and_large_enough_to_read(name: str) -> None:
+    drawing = (FOLDER / f"{name}.svg").read_text()
+    assert len(drawing.encode()) <= LARGEST_FILE
+    width = float(svg.inner(drawing)[0].split()[2])
+    sizes = [float(size) for size in re.findall(r"font:?[^;\"]*?[:\s]([0-9.]+)px", drawing)]
+    assert sizes and min(sizes) * TELEPHONE / width >= SMALLEST_TEXT
+
+
+def test_all_drawings_together_are_small() -> None:
+    assert sum(path.stat().st_size for path in FOLDER.glob("*.svg")) <= LARGEST_OF_ALL
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_units_stand_in_brackets_and_curves_have_no_box_of_names(name: str) -> None:
+    said = texts((FOLDER / f"{name}.svg").read_text())
+    assert said
+    for text in said:
+        assert not re.search(r"\[(s|rad|%|1)[^\]]*\]|, (s|rad|rad/s|percent)$", text), text
+    with house_style():
+        drawing = FIGURES[name].plot(data(name))
+    assert not drawing.legends and all(axes.get_legend() is None for axes in drawing.axes)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_numbers_of_a_title_stand_in_the_words_of_the_figure(name: str, again: tuple[Path, dict[str, Any]]) -> None:
+    record = again[1][name]
+    number = r"(?<![\w.])\d+(?:\.\d+)?"
+    title = re.sub(r"1/s|(?:Table|Theorem|degree) \w+", "", record.title)
+    assert set(re.findall(number, title)) <= set(re.findall(number, record.alt))
+
+
+def changed(name: str, **columns: tuple[float, ...]) -> FigureData:
+    return FigureData(columns=data(name).columns | columns)
+
+
+def test_messages_follow_the_data() -> None:
+    """A title that no longer holds is not printed: each of these says something else of other data."""
+    plain = changed("okajima2023-periods", gamma_synchronous=tuple(float(k) for k in range(36)))
+    assert "(5, 6) has more than (6, 6)" in beyond.say_table_of_periods(data("okajima2023-periods"))
+    assert beyond.say_table_of_periods(plain) == "A longer period never lowers the level"
+    rates = data("shao-rates")
+    stable = changed("shao-rates", alternating_predictive=tuple(-x for x in rates.columns["alternating_predictive"]))
+    assert "unstable at every T" in stability.say_rates(rates)
+    assert "not always unstable" in stability.say_rates(stable)
+    gains = data("peet2019-gains")
+    other = changed("peet2019-gains", l6_2=gains.columns["l4_1"])
+    assert "L₅ and L₆ are equal" in observer.say_gains(gains)
+    assert "L₆" not in observer.say_gains(other)
+
+
+def test_the_print_beside_our_curve_is_read_off_between_its_points() -> None:
+    """On a power law the points of a table that follow it have the factor one, wherever they lie."""
+    power = {name: tuple(2 * f**1.5 for f in data("shao-error-frequency").columns["frequency_rad_s"]) for name in
+             ("model_interpolation", "alternating_predictive")}  # fmt: skip
+    table = tuple(2 * f**1.5 for f in data("shao-error-frequency").columns["table_frequency_rad_s"])
+    drawn = changed("shao-error-frequency", **power, table_pmi=table, table_apo=tuple(3 * x for x in table))
+    assert "1.00 to 3.00 times" in tracking.say_error_curves(drawn)
+
+
+def test_extremes_keep_every_peak() -> None:
+    values = data("okajima2023-fig2-5").columns["A_e_1"]
+    k, kept = responses.extremes(data("okajima2023-fig2-5").columns["k"], values)
+    assert (min(kept), max(kept)) == (min(values), max(values))
+    assert sum(abs(e) > responses.AXIS_LIMIT for e in kept) >= 5
+    assert list(k) == sorted(set(k)) and len(kept) < len(values) / 3
+
+
+def test_a_decoy_counts_if_it_is_met_as_nearly() -> None:
+    drawn = FigureData(columns={"decoys_pmi": (0.1, 0.2, 0.3), "nearest_pmi": (0.2,)})
+    assert readings.nearer(drawn, "pmi") == 2
+
+
+def test_figures_name_what_they_draw() -> None:
+    assert all(isinstance(figure, Figure) and callable(figure.title) for figure in FIGURES.values())
