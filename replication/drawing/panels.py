@@ -14,6 +14,7 @@ from replication.drawing.style import house_style, line, new_axes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Figure
+    from matplotlib.lines import Line2D
 
 
 ROW, ROOM = 40, 0.25
@@ -32,10 +33,13 @@ def draw(panels: Sequence[Panel]) -> Figure:
 
 def _draw_panel(axes: Axes, panel: Panel) -> None:
     """The curves of one panel and its levels, each level with its name and value on it."""
-    for i, (name, values) in enumerate(panel.lines.items()):
-        axes.plot(panel.x, values, label=name, drawstyle="steps-post" if panel.steps else "default", **line(i))
+    drawn = "steps-post" if panel.steps else "default"
+    curves = [
+        axes.plot(panel.x, values, label=name, drawstyle=drawn, **line(i))[0]
+        for i, (name, values) in enumerate(panel.lines.items())
+    ]
     for i, (name, level) in enumerate(panel.levels.items(), start=len(panel.lines)):
-        axes.axhline(level, **line(i))
+        axes.axhline(level, label=name, **line(i))
         highest = level == max(panel.levels.values())
         say(axes, f"{name} {level:.4g}", (panel.x[0], level), side=1 if highest else -1, ha="left")
     if panel.levels:
@@ -43,17 +47,18 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
         top = max(*panel.levels.values(), *(max(values) for values in panel.lines.values()))
         axes.set_ylim(0, 1.2 * top)
     name_axes(axes, panel.y_label)
-    if len(panel.lines) > 1:
-        _legend(axes, list(panel.lines))
+    if len(curves) > 1:
+        _legend(axes, curves)
 
 
-def _legend(axes: Axes, names: Sequence[str]) -> None:
+def _legend(axes: Axes, curves: Sequence[Line2D]) -> None:
     """The names in rows above the curves, with room made for them: no curve runs through a name."""
+    names = [str(curve.get_label()) for curve in curves]
     columns = len(names) if sum(map(len, names)) <= ROW else 2
     low, high = axes.get_ylim()
     rows = -(-len(names) // columns)
     axes.set_ylim(low, high + rows * ROOM * (high - low))
-    axes.legend(loc="upper left", ncols=columns)
+    axes.legend(handles=curves, loc="upper left", ncols=columns)
 
 
 def draw_svg(panels: Sequence[Panel], name: str) -> str:
