@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme test test-fast mutants docs certificates verify verify-both coq artifact bench lint format lock clean help
+.PHONY: report figures readme picture test test-fast mutants docs access certificates verify verify-both coq artifact bench lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
@@ -21,8 +21,11 @@ report: $(STAMP) ## recompute what changed, write figures/, report/index.html an
 
 figures: report ## the same: figures/ is written with the report
 
-readme: report ## write the results of the run into README.md
+readme: report ## write the results of the run and an example into README.md, with badges
 	$(BIN)/python -m replication.audit.publish.readme
+
+picture: report ## take the picture of the README from the report (needs Chromium, and sources that are committed)
+	$(BIN)/python -m replication.audit.publish.picture
 
 test: lint ## all checks: lint, types, every test
 	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile --no-loadscope-reorder
@@ -35,6 +38,9 @@ mutants: $(STAMP) ## every small change of the verifier, of which `make test` tr
 
 docs: $(STAMP) ## the documentation as pages in build/docs, which need no network
 	$(BIN)/python -m mkdocs build --quiet
+
+access: $(STAMP) ## every page of documentation and tutorials for everyone, of which `make test` looks at some
+	PAGES=all $(BIN)/python -m pytest tests/audit/test_site.py
 
 certificates: $(STAMP) ## make the certificates that are wanted and not there, or no longer proved
 	$(BIN)/python -m replication certify

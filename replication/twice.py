@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
+import json
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,6 +15,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from replication.files import write_atomically
 from replication.recheck import run as second
 from replication.recheck.reading import NoCheck, Proof, Unproved
 
@@ -20,6 +23,8 @@ if TYPE_CHECKING:
     from replication.verify.run import Outcome
 
 ROOT = Path(__file__).resolve().parents[1]
+RECORD = "checked-twice.json"
+"""Beside a paper: the checksums of the certificates of which both verifiers prove the same."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +72,16 @@ def _meet(one: Sequence[object], other: tuple[Fraction, Fraction]) -> bool:
 
 
 def report(paths: Sequence[Path], root: Path = ROOT) -> int:
-    """Print a line for each certificate, and one for each on which the verifiers differ; 1 on any failure."""
+    """Print a line for each certificate, and one for each on which the verifiers differ; 1 on any failure.
+
+    Without `paths`, all certificates are checked, and what both prove is recorded.
+    """
     from replication.verify.run import committed, printable, verify
 
     files = [file for path in paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
     encoding = sys.stdout.encoding or "ascii"
-    failed, conflicts, proved, unchecked = 0, 0, 0, []
+    failed, conflicts, unchecked = 0, 0, []
+    proved: list[Path] = []
     for path in files if paths else committed(root):
         outcome = verify(path, root)
         pair = compared(outcome, second.check(path, root))
@@ -83,12 +92,25 @@ def report(paths: Sequence[Path], root: Path = ROOT) -> int:
             unchecked.append(path.stem)
         failed += outcome.theorem is None
         conflicts += bool(pair.conflict)
-        proved += outcome.theorem is not None and pair.checked and not pair.conflict
+        if outcome.theorem is not None and pair.checked and not pair.conflict:
+            proved.append(path)
     number = len(files) if paths else len(committed(root))
-    print(f"{number - failed} of {number} certificates proved; {proved} of them by both verifiers")
+    print(f"{number - failed} of {number} certificates proved; {len(proved)} of them by both verifiers")
     if unchecked:
         print(f"not rechecked: {printable(', '.join(unchecked), 'utf-8')}")
+    if not paths:
+        record(proved, root)
     return 1 if failed or conflicts or not number else 0
+
+
+def record(proved: Sequence[Path], root: Path) -> None:
+    """Write beside each paper, for the report, which certificates both verifiers prove, with their checksums."""
+    sums: dict[str, dict[str, str]] = {}
+    for path in proved:
+        sums.setdefault(path.parent.name, {})[path.stem] = hashlib.sha256(path.read_bytes()).hexdigest()
+    for paper, certificates in sums.items():
+        text = json.dumps({"certificates": certificates}, indent=2) + "\n"
+        write_atomically(root / "papers" / paper / RECORD, text.encode())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -263,6 +263,30 @@
     }
   }
 
+  // Pictures to move: the line, the dots and the values follow the slider.
+  for (const slider of all(".pane input")) {
+    const pane = slider.parentElement;
+    const [places, names] = [slider.dataset.places, slider.dataset.names].map((list) => list.split(" "));
+    const curves = all("[data-values]", pane).map((line, at) => ({
+      cell: one("b", line), values: line.dataset.values.split("|"), heights: line.dataset.heights.split(" "), dot: all(".dot", pane)[at],
+      label: one("bdi", line).textContent, band: one(".area", line),
+    }));
+    slider.hidden = false;
+    const move = () => {
+      const at = Number(slider.value);
+      for (const mark of [one(".now", pane), ...curves.map((curve) => curve.dot)]) mark.style.left = `${places[at] / 10}%`;
+      for (const { cell, values, heights, dot, band } of curves) {
+        cell.textContent = values[at];
+        dot.hidden = !heights[at] || band;
+        dot.style.top = `${heights[at] / 10}%`;
+      }
+      one(".where", pane).textContent = names[at];
+      slider.setAttribute("aria-valuetext", `${names[at]}: ${curves.map(({ label, values }) => `${label} ${values[at]}`).join(", ")}`);
+    };
+    slider.addEventListener("input", move);
+    move();
+  }
+
   // A drawing as it stands on the page, on its own paper.
   document.addEventListener("click", ({ target }) => {
     const button = target.closest("[data-save]");

@@ -1,13 +1,10 @@
-"""The documentation: it builds without a warning, loads nothing, and the guide to a new paper does what it says."""
+"""The documentation: the guide to a new paper does what it says, and the map shows what is there."""
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
-import html5lib
 import pytest
 from lab import Lab, make_lab
 
@@ -20,63 +17,9 @@ SWEEPS = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r"```(?:python|toml)\n# (papers/\S+)\n(.*?)```", re.DOTALL)
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    directory = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(directory)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return directory
-
-
 @pytest.fixture
 def lab(tmp_path: Path) -> Lab:
     return make_lab(tmp_path)
-
-
-@pytest.mark.slow
-def test_site_loads_nothing_from_elsewhere(site: Path) -> None:
-    pages = sorted(site.rglob("*.html"))
-    assert len(pages) > 10
-    for page in pages:
-        tree = html5lib.parse(page.read_text(encoding="utf-8"), namespaceHTMLElements=False)
-        loaded = [node.get("src") or "" for tag in ("script", "img", "iframe") for node in tree.iter(tag)]
-        loaded += [node.get("href") or "" for node in tree.iter("link")]
-        assert not [address for address in loaded if re.match(r"(https?:)?//", address)], page
-
-
-@pytest.mark.slow
-def test_included_files_are_shown(site: Path) -> None:
-    page = html5lib.parse((site / "api.html").read_text(encoding="utf-8"), namespaceHTMLElements=False)
-    text = "".join(page.itertext())
-    for example in (ROOT / "docs" / "examples").glob("*.py"):
-        last = example.read_text(encoding="utf-8").strip().splitlines()[-1]
-        assert last in text, example.name
-    pages = (path.read_text(encoding="utf-8") for path in site.rglob("*.html"))
-    assert not [page for page in pages if "--8" in page]
-
-
-@pytest.mark.slow
-def test_what_a_plant_is_made_with_is_documented(site: Path) -> None:
-    page = (site / "api.html").read_text(encoding="utf-8")
-    anchors = set(re.findall(r'id="(replication\.estimation\.[^"]+)"', page))
-    for name in (
-        "MultiratePlant",
-        "search_timing",
-        "SampledPlant",
-        "PeriodRange",
-        "Filter",
-        "make_plant",
-        "delay_system",
-    ):
-        assert [anchor for anchor in anchors if anchor.endswith(f".{name}")], name
-
-
-@pytest.mark.slow
-def test_formulas_of_the_site_are_mathml(site: Path) -> None:
-    page = (site / "methods" / "multirate.html").read_text(encoding="utf-8")
-    assert page.count("<math") > 5
-    assert "$" not in re.sub(r"<(pre|code|annotation).*?</\1>", "", page, flags=re.DOTALL)
 
 
 @pytest.mark.slow

@@ -2,12 +2,13 @@
 
 import re
 from pathlib import Path
+from unittest.mock import patch
 
 import html5lib
 import nbformat
 import pytest
 
-from replication.audit.publish.notebooks import FOLDER, build_notebooks
+from replication.audit.publish.notebooks import CACHE, FOLDER, build_notebooks, colours
 from replication.errors import AuditError
 
 ROOT = Path(__file__).parents[1]
@@ -18,7 +19,6 @@ NAMES = sorted(path.stem for path in (ROOT / FOLDER).glob("*.ipynb"))
 @pytest.mark.parametrize("name", NAMES)
 def test_notebook_runs_and_its_page_stands_alone(name: str, tmp_path: Path) -> None:
     (built,) = build_notebooks(ROOT, tmp_path, [name])
-    assert built.executed
     text = built.page.read_text(encoding="utf-8")
     tree = html5lib.parse(text, namespaceHTMLElements=False)
     assert tree.find(".//script") is None
@@ -27,8 +27,25 @@ def test_notebook_runs_and_its_page_stands_alone(name: str, tmp_path: Path) -> N
     for image in images:
         assert (image.get("src") or "").startswith("data:image/svg+xml")
         assert re.match(r"Figure: .*plot\(\)", image.get("alt") or "")
-    (again,) = build_notebooks(ROOT, tmp_path, [name])
-    assert not again.executed
+
+
+@pytest.mark.slow
+def test_a_notebook_is_executed_again_only_if_something_has_changed(tmp_path: Path) -> None:
+    folder = tmp_path / FOLDER
+    folder.mkdir(parents=True)
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("print(3)")])
+    nbformat.write(notebook, folder / "small.ipynb")
+
+    def executed() -> bool:
+        (built,) = build_notebooks(tmp_path, tmp_path / "pages")
+        return built.executed
+
+    assert executed() and not executed()
+    (tmp_path / CACHE / "small.ipynb").write_text("{half", encoding="utf-8")
+    assert executed() and not executed()
+    (tmp_path / "papers" / "toy").mkdir(parents=True)
+    (tmp_path / "papers" / "toy" / "printed.toml").write_text('level = "1.33"\n', encoding="utf-8")
+    assert executed() and not executed()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -52,3 +69,12 @@ def test_failing_cell_is_named_and_leaves_no_page(tmp_path: Path) -> None:
 def test_unknown_notebook_is_refused(tmp_path: Path) -> None:
     with pytest.raises(AuditError, match="multirate"):
         list(build_notebooks(ROOT, tmp_path, ["multirat"]))
+
+
+def test_a_palette_that_is_not_there_is_an_error() -> None:
+    assert colours().count("--paper:") == 2
+    with (
+        patch("replication.audit.publish.notebooks.source", return_value="body { color: #000 }\n"),
+        pytest.raises(AuditError, match="palette"),
+    ):
+        colours()

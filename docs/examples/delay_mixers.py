@@ -11,3 +11,4 @@ print(best)
 observer = best.observer(dt=0.02)
 for first in (0.0, 0.1, 0.2, None, 0.3):  # None: the measurement was lost
     print(observer.step(None, first))
+figure = best.plot()

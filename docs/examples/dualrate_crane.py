@@ -12,3 +12,4 @@ observer = loop.observer()
 for k in range(40):
     command = loop.gains["K"] @ observer.estimate
     observer.step(command, [0.3] if k % 20 == 0 else None)  # the camera speaks at every twentieth step
+figure = loop.plot()

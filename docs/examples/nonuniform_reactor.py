@@ -11,3 +11,4 @@ print(robust)
 print("designed for 4 s only:", nominal.bracket)
 worst = nonuniform.simulate(robust)  # the worst sampling sequence that was found, and its disturbance
 print(worst.ratio, worst.time[-1])
+figure = worst.plot()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from papers._sketch import curve, dots, label, signal, ticks
-from replication.audit.brief import Brief, Draws, Sketch
+from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch
 
 SAMPLED = (14, 24, 49, 54, 92, 110, 116, 151, 159, 194, 203, 238, 246, 252, 289, 302)
 DESIGNED = [14 + 19.2 * step for step in range(16)]
@@ -12,6 +12,24 @@ DESIGNED = [14 + 19.2 * step for step in range(16)]
 def _higher(x: float) -> float:
     """The signal, with room for two rows of ticks below."""
     return signal(x) - 14
+
+
+def _example(number: int, begin: float) -> Picture:
+    """Gains at one constant period, and over all sequences of periods."""
+    return Picture(
+        label=f"Example {number}",
+        figure="mustafa-levels",
+        across=f"h_{number}",
+        x="constant period h (s)",
+        y="gain",
+        begin=begin,
+        curves=(
+            Curve(label="all sequences, bounds", columns=(f"lower_{number}",), upper=f"upper_{number}"),
+            Curve(label="filter, this period", columns=(f"filter_{number}",)),
+            Curve(label="least, this period", columns=(f"optimum_{number}",), quiet=True),
+            Curve(label="printed level", columns=(f"published_{number}",), quiet=True),
+        ),
+    )
 
 
 BRIEF = Brief(
@@ -33,6 +51,26 @@ BRIEF = Brief(
             ticks(Draws.TICK_OURS, SAMPLED, 147),
             label("designed for", 8, 106),
             label("sampled at", 8, 134, Draws.LABEL_OURS),
+        ),
+    ),
+    explorers=(
+        Explorer(
+            title="A level belongs to one period; spread costs more",
+            text="Move the constant period: the filter has its printed level near the middle of the range. Over all "
+            "sequences of periods its gain lies in the band, far above. In the last picture the range itself widens.",
+            pictures=(
+                _example(1, 0.0678),
+                _example(2, 0.05),
+                Picture(
+                    label="Example 1, wider range",
+                    figure="mustafa-range",
+                    across="h_u",
+                    x="longest period h_u (s)",
+                    y="gain over all sequences",
+                    begin=0.1,
+                    curves=(Curve(label="gain, bounds", columns=("lower",), upper="upper"),),
+                ),
+            ),
         ),
     ),
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from papers._sketch import FIRST, LAST, curve, dots, label, signal
-from replication.audit.brief import Brief, Draws, Sketch, Stroke
+from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
 
 STEP = 24
 FIRST_SENSOR, SECOND_SENSOR = range(22, LAST, 2 * STEP), range(22, LAST, 3 * STEP)
@@ -20,6 +20,29 @@ def _uncertainty() -> Stroke:
         upper.append((float(x), round(signal(x) - 10 - width, 1)))
         lower.append((float(x), round(signal(x) - 10 + width, 1)))
     return Stroke(draws=Draws.BAND, points=(*upper, *reversed(lower)))
+
+
+_Y1, _Y2 = Ticks(label="y₁", period=2), Ticks(label="y₂", period=3)
+_COMMON, _COMMON_2 = Ticks(label="y₁", period=6), Ticks(label="y₂", period=6)
+SHOWN_LAST = 60.0
+"""The last instant of the error curves, so that single measurements can be seen."""
+
+
+def _case(label: str, name: str, claim: str, *sensors: Ticks) -> Picture:
+    """The error of one observer of Sec. IV-A over that of the proposed one."""
+    errors = {case: tuple(f"{case}_e_{i}" for i in (1, 2, 3)) for case in ("proposed", name)}
+    reference = Curve(label="each at its own period", columns=errors["proposed"], quiet=True)
+    return Picture(
+        label=label,
+        figure="okajima2023-fig2-5",
+        across="k",
+        x="instant k",
+        y="size of the error |e(k)|",
+        last=SHOWN_LAST,
+        claim=f"gamma.{claim}",
+        sensors=sensors,
+        curves=(*((reference,) if name != "proposed" else ()), Curve(label="this observer", columns=errors[name])),
+    )
 
 
 BRIEF = Brief(
@@ -43,6 +66,38 @@ BRIEF = Brief(
             dots(Draws.MEASURED, SECOND_SENSOR, lambda x: 142),
             label("y₁", 0, 129, Draws.LABEL_OURS),
             label("y₂", 0, 147, Draws.LABEL_OURS),
+        ),
+    ),
+    explorers=(
+        Explorer(
+            title="Two sensors, each read at its own pace, give the lowest level",
+            text="Choose what the observer reads. Blue is the size of its estimation error under one draw of noise, "
+            "grey that of the observer that reads both sensors at their own periods. Ticks are measurements.",
+            pictures=(
+                _case("both sensors, each at its own period", "proposed", "proposed", _Y1, _Y2),
+                _case("y₁ alone (Case A)", "A", "case-a", _Y1),
+                _case("y₂ alone (Case B)", "B", "case-b", _Y2),
+                _case("both at their common period (Case C)", "C", "case-c", _COMMON, _COMMON_2),
+            ),
+        ),
+        Explorer(
+            title="Timing alone moves the level",
+            text="Both sensors keep their periods; the second starts later by the offset. Move it: the best offset is "
+            "not always zero. A curve ends where the timings repeat.",
+            pictures=(
+                Picture(
+                    label="offset",
+                    figure="okajima2023-timing",
+                    across="offset",
+                    x="offset θ₂ (instants)",
+                    y="optimal level γ",
+                    begin=1.0,
+                    curves=tuple(
+                        Curve(label=f"periods ({first}, {second})", columns=(f"gamma_{first}_{second}",))
+                        for first, second in ((6, 6), (4, 6), (5, 5), (6, 3), (4, 4), (3, 3))
+                    ),
+                ),
+            ),
         ),
     ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from papers._sketch import curve, dots, label, signal
-from replication.audit.brief import Brief, Draws, Sketch, Stroke
+from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke
 
 PAST, NOW = 164, 268
 
@@ -37,6 +37,41 @@ BRIEF = Brief(
             label("estimate", 96, 116, Draws.LABEL_OURS),
             label("now", 276, 96, Draws.LABEL_OURS),
             label("delay τ", 192, 142),
+        ),
+    ),
+    explorers=(
+        Explorer(
+            title="A longer delay costs accuracy that no observer regains; a low degree loses little",
+            text="First: the delay of Example 2 grows, and the least gain with it. Second: how far a design "
+            "is from the least gain, as the degree or the number of states grows.",
+            pictures=(
+                Picture(
+                    label="delay",
+                    figure="peet2019-tau",
+                    across="tau",
+                    x="delay τ (s)",
+                    y="gain",
+                    begin=1.0,
+                    curves=(
+                        Curve(label="Theorem 3, our design", columns=("sos",)),
+                        Curve(label="least gain, lumped", columns=("chebyshev",), quiet=True),
+                    ),
+                ),
+                Picture(
+                    label="degree",
+                    figure="peet2019-convergence",
+                    across="order",
+                    x="degree, or lumped states",
+                    y="relative distance",
+                    begin=2.0,
+                    log_y=True,
+                    curves=(
+                        Curve(label="Theorem 3", columns=("sos",)),
+                        Curve(label="Padé", columns=("pade",), quiet=True),
+                        Curve(label="Chebyshev", columns=("chebyshev",), quiet=True),
+                    ),
+                ),
+            ),
         ),
     ),
 )

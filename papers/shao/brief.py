@@ -6,7 +6,7 @@ import math
 
 from papers._sketch import curve, dots, label, signal, ticks
 from papers.shao.problem import DESIGN
-from replication.audit.brief import Brief, Draws, Sketch
+from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch
 
 STEP = 14
 PERIOD = STEP * DESIGN.ratio
@@ -18,6 +18,29 @@ def _virtual(x: float) -> float:
     """The model drifts away from the signal until the sensor measures again."""
     since = (x - 14) % PERIOD
     return signal(x) - 0.3 * since * math.cos(x / 40)
+
+
+def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float, fast: bool = False) -> Picture:
+    """One measure of the printed predictor beside the repaired one and, where it was computed, a fast sensor."""
+    stable = (0.0, "unstable above") if figure == "rates" else None
+    others = ("model_interpolation",) if figure != "rates" else ()
+    return Picture(
+        label=label,
+        figure=f"shao-{figure}",
+        across=across,
+        x=x,
+        y=y,
+        begin=begin,
+        log_x=fast,
+        log_y=figure == "error-frequency",
+        limit=stable,
+        curves=(
+            Curve(label="DRC-APO as printed", columns=("alternating_predictive",)),
+            Curve(label="repaired predictor", columns=("running_prediction",)),
+            *(Curve(label="DRC-PMI", columns=(name,), quiet=True) for name in others),
+            *((Curve(label="true fast sensor", columns=("fast_sensor",), quiet=True),) if fast else ()),
+        ),
+    )
 
 
 BRIEF = Brief(
@@ -41,6 +64,26 @@ BRIEF = Brief(
             ticks(Draws.TICK_OURS, SLOW, 142),
             label("measured", 8, 14, Draws.LABEL_OURS),
             label("virtual, from a model", 172, 14),
+        ),
+    ),
+    explorers=(
+        Explorer(
+            title="A model between slow samples is no fast sensor",
+            text="Move the fast period, the ratio of both periods, or the frequency of the reference. At short periods "
+            "and low frequencies the repaired predictor does what a fast sensor would; the printed one does not.",
+            pictures=(
+                _compared("rates", "period", "period_s", "fast period T (s)", "slowest rate (1/s)", 0.01, fast=True),
+                _compared("lag", "ratio", "ratio", "ratio M of the periods", "lag of the estimate (s)", 6),
+                _compared(
+                    "error-frequency",
+                    "frequency",
+                    "frequency_rad_s",
+                    "frequency (rad/s)",
+                    "tracking error (%)",
+                    0.5,
+                    True,
+                ),
+            ),
         ),
     ),
 )

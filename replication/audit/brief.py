@@ -1,4 +1,4 @@
-"""What a reader is told of a paper first: its topic, a sketch, and four sentences that link the claims they rest on."""
+"""What leads the report on a paper: topic, sketch, four sentences that link their claims, and pictures to move."""
 
 from __future__ import annotations
 
@@ -48,12 +48,65 @@ class Sketch(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     strokes: tuple[Stroke, ...]
 
 
+class Curve(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One curve of a figure's table: a column, or the Euclidean norm of several.
+
+    upper: a column above it; the curve is then the band between, of which only the two ends are known. quiet: whether
+    it stands for comparison only.
+    """
+
+    label: str
+    columns: tuple[str, ...]
+    upper: str = ""
+    quiet: bool = False
+
+
+class Ticks(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """When a sensor measures: at `offset` and each `period` further, on the abscissa of the curves."""
+
+    label: str
+    period: int
+    offset: int = 0
+
+
+class Picture(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Curves from the table of one figure, over a column of it.
+
+    label: its name among others. figure: its name in full. across: column of the abscissa. x, y: what the axes are,
+    with unit. begin: where on the abscissa the slider begins; without it there is none. last: end of what is shown.
+    limit: a height to mark, with its name. claim: the short name of the claim that this picture stands for.
+    """
+
+    label: str
+    figure: str
+    across: str
+    x: str
+    y: str
+    curves: tuple[Curve, ...]
+    log_x: bool = False
+    log_y: bool = False
+    begin: float | None = None
+    last: float | None = None
+    limit: tuple[float, str] | None = None
+    claim: str = ""
+    sensors: tuple[Ticks, ...] = ()
+
+
+class Explorer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Pictures to choose from, one at a time; title: the message. text: what is drawn, and what to try."""
+
+    title: str
+    text: str
+    pictures: tuple[Picture, ...]
+
+
 class Brief(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Topic, sketch, and sentences of at most 25 words and two numbers each.
 
     In a sentence `[words](name)` links a claim or an erratum by its short name, and says of it what the sentence is
     for: that it holds, that it does not as printed, or that it stays a guess. In `card`, which may say all three, the
-    name begins with `+`, `-` or `?`. The report is not built if that is no longer so.
+    name begins with `+`, `-` or `?`. The report is not built if that is no longer so. explorers: pictures of the
+    paper's figures that a reader can move.
     """
 
     topic: str
@@ -62,3 +115,4 @@ class Brief(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     correct: str
     guess: str
     sketch: Sketch
+    explorers: tuple[Explorer, ...] = ()

@@ -14,6 +14,11 @@ from replication.drawing.style import house_style, line, new_axes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Figure
+    from matplotlib.lines import Line2D
+
+
+ROW, ROOM = 40, 0.25
+"""Characters of a row of names, and the share of the axes that a row is given."""
 
 
 def draw(panels: Sequence[Panel]) -> Figure:
@@ -43,14 +48,29 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
         axes.set_ylim(0, 1.2 * top)
     name_axes(axes, panel.y_label)
     if len(curves) > 1:
-        axes.legend(handles=curves)
+        _legend(axes, curves)
+
+
+def _legend(axes: Axes, curves: Sequence[Line2D]) -> None:
+    """The names in rows above the curves, with room made for them: no curve runs through a name."""
+    names = [str(curve.get_label()) for curve in curves]
+    columns = len(names) if sum(map(len, names)) <= ROW else 2
+    low, high = axes.get_ylim()
+    rows = -(-len(names) // columns)
+    axes.set_ylim(low, high + rows * ROOM * (high - low))
+    axes.legend(handles=curves, loc="upper left", ncols=columns)
 
 
 def draw_svg(panels: Sequence[Panel], name: str) -> str:
     """The same as a small stand-alone SVG file, the same bytes every time; `name` starts its ids."""
+    return as_svg(draw(panels), name)
+
+
+def as_svg(figure: Figure, name: str) -> str:
+    """Any figure in the house style as such a file."""
     import matplotlib as mpl
 
     with house_style(), mpl.rc_context({"svg.hashsalt": name}):
         stream = io.StringIO()
-        draw(panels).savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
     return svg.tidy(stream.getvalue(), name)

@@ -16,7 +16,7 @@ from typing import Any, cast
 import msgspec
 from cases import altered
 
-from replication.audit.brief import Brief, Draws, Sketch, Stroke
+from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
 from replication.audit.judge.recording import make_record
 from replication.audit.model import Claim, Evidence, Kind, Outcome, Proof, Reading, SolverRecord, Verdict
 from replication.audit.parts import Coverage, Figure, FigureData, Formula, Paper, ScopeItem, Table
@@ -396,7 +396,31 @@ def brief(topic: str = "Sensors that are slow", words: str = "one column") -> Br
                 Stroke(draws=Draws.LABEL, points=((10, 14),), text=topic),
             ),
         ),
+        explorers=(explorer(topic),),
     )
+
+
+def explorer(words: str = "Sensors that are slow", **more: Any) -> Explorer:
+    """Two pictures of the first figure, and one of the figure that fails."""
+    fields = {
+        "label": f"{words}, moved",
+        "figure": "doe1999-fig2",
+        "across": "k",
+        "x": "instant k",
+        "y": f"error ({words})",
+        "begin": 20.0,
+        "last": 60.0,
+        "curves": (
+            Curve(label=words, columns=("error 1",)),
+            Curve(label="both", columns=("error 1", "error 2"), quiet=True),
+            Curve(label="between", columns=("error 1",), upper="error 2"),
+        ),
+        "limit": (0.0, words),
+        "sensors": (Ticks(label="y₁", period=2), Ticks(label="y₂", period=3, offset=1)),
+    } | more
+    still: dict[str, Any] = fields | {"begin": None, "label": "still", "claim": "column-2-3"}
+    absent: dict[str, Any] = fields | {"figure": "doe1999-fig3"}
+    return Explorer(title=words, text=words, pictures=tuple(Picture(**one) for one in (fields, still, absent)))
 
 
 def errata() -> tuple[ErratumRecord, ...]:

@@ -116,7 +116,7 @@ def test_a_repeated_number_is_counted_once() -> None:
     file = results_file(first, again)
     assert (headline(file).total, headline(file).repeated) == (1, 1)
     page = replace(paper_record(()), key="toy")
-    assert " | 1 | 1 | 0 |" in results_block(replace(file, papers=(page,)))
+    assert "toy: 1 of 1 agree" in results_block(replace(file, papers=(page,)))
 
 
 def test_a_repeat_that_moves_is_told_though_it_is_not_counted() -> None:

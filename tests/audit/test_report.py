@@ -45,7 +45,7 @@ HTML = "{http://www.w3.org/1999/xhtml}"
 # Correct CSS that is younger than the checker; it does not know of a variable inside a gradient either.
 NEWER_CSS = re.compile(
     "CSS: .*(text-decoration-thickness|text-underline-offset|text-wrap|color-scheme|text-size-adjust|::details-content"
-    "|scrollbar-width|print-color-adjust|content-visibility|contain-intrinsic-size"
+    "|scrollbar-width|print-color-adjust|content-visibility|contain-intrinsic-size|vector-effect"
     "|too few values for the property .linear-gradient"
     "|background.: . . is an incorrect operator)"
 )

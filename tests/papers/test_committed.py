@@ -9,7 +9,20 @@ import pytest
 from tables import read_csv
 
 from papers import KEYS
-from replication.audit.publish.readme import BEGIN, END, replace_block, results_block
+from replication.audit.publish.examples import run_example
+from replication.audit.publish.picture import COMMIT, VERDICTS, noted, verdicts
+from replication.audit.publish.readme import (
+    BEGIN,
+    END,
+    EXAMPLE,
+    EXAMPLE_BEGIN,
+    EXAMPLE_END,
+    PICTURE,
+    badges,
+    example_block,
+    replace_block,
+    results_block,
+)
 from replication.audit.run.draw import write_figures
 from replication.audit.run.runner import Outcome
 from replication.errors import AuditError
@@ -45,6 +58,28 @@ def test_readme_holds_the_results_of_a_fresh_run(fresh_run: Outcome) -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     committed = text[text.index(BEGIN) : text.index(END) + len(END)]
     assert committed == results_block(fresh_run.results), "write it anew with `make readme`"
+
+
+@pytest.mark.slow
+def test_badges_and_picture_of_the_readme_are_of_a_fresh_run(fresh_run: Outcome) -> None:
+    shown = badges(fresh_run.results)
+    assert {f"docs/badges/{path.name}" for path in (ROOT / "docs" / "badges").iterdir()} == set(shown)
+    for name, text in shown.items():
+        assert (ROOT / name).read_text(encoding="utf-8") == text, "write it anew with `make readme`"
+    assert noted(ROOT / "docs" / "claims.png")[VERDICTS] == verdicts(fresh_run.results), "`make picture` takes it anew"
+
+
+def test_the_picture_is_of_sources_that_were_committed() -> None:
+    assert re.fullmatch("[0-9a-f]{40}", noted(ROOT / "docs" / "claims.png")[COMMIT])
+
+
+def test_the_example_of_the_readme_is_the_file_and_what_it_gives() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    ran = run_example(ROOT / EXAMPLE)
+    committed = text[text.index(EXAMPLE_BEGIN) : text.index(EXAMPLE_END) + len(EXAMPLE_END)]
+    assert committed == example_block(ran), "write it anew with `make readme`"
+    drawn, fresh = (re.sub(r"[-0-9.,]+", "", text) for text in ((ROOT / PICTURE).read_text(), ran.drawing))
+    assert drawn == fresh
 
 
 def test_readme_block_replaces_only_what_stands_between_the_markers() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from typing import Any
 
 import msgspec
 
+from replication.audit.judge.checkers import checked_twice, machine_checked
 from replication.audit.judge.match import Match, match
 from replication.audit.model import Claim, Evidence, Kind, Numbers
 from replication.audit.store.records import CertificateRecord, StatedClaim
@@ -39,7 +39,8 @@ Ends = tuple[float | None, float | None]
 class Wanted:
     """A certificate that a paper wants. path: below the project. subject: checksums of all that its proof reads.
 
-    machine: the statement that Coq has proved of the file as it is, below the project; empty if none.
+    machine: the statement that Coq has proved of the file as it is, below the project; empty if none. second: whether
+    the second verifier has proved the same of it.
     """
 
     paper: str
@@ -49,6 +50,7 @@ class Wanted:
     path: str
     subject: Mapping[str, str]
     machine: str = ""
+    second: bool = False
 
     @property
     def task(self) -> str:
@@ -70,7 +72,7 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
             raise AuditError(str(refusal)) from None
         folder = root / "papers" / paper
         shared = {f"papers/{paper}/{name}": sha256(folder / name) for name in SUBJECT if (folder / name).is_file()}
-        statement, sums = machine_checked(folder)
+        (statement, sums), twice = machine_checked(folder), checked_twice(folder)
         for entry in listed.values():
             path = f"certificates/{paper}/{entry.name}.json"
             subject = {path: sha256(root / path), **shared}
@@ -83,24 +85,11 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
                     path=path,
                     subject=subject,
                     machine=statement if sums.get(entry.name) == subject[path] else "",
+                    second=twice.get(entry.name) == subject[path],
                 )
             )
         reasons |= {claim: entry.reason for entry in unproved for claim in entry.claims}
     return tuple(found), reasons
-
-
-def machine_checked(folder: Path) -> tuple[str, dict[str, str]]:
-    """What the last run of Coq left beside a paper: the statement's file, and the checksum of each certificate."""
-    path = folder / "machine-checked.json"
-    if not path.is_file():
-        return "", {}
-    try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-        return record["statement"], record["certificates"]
-    except (ValueError, KeyError, TypeError) as error:
-        raise AuditError(
-            f"{path} is not what `make coq` writes ({error!r}); run it again, or remove the file"
-        ) from None
 
 
 def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bool) -> str:
@@ -127,6 +116,7 @@ def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) ->
         statement=certificate.statement,
         proved=not proved["reason"],
         machine=certificate.machine,
+        second=certificate.second,
         **{**proved, "items": tuple((low, high) for low, high in proved["items"]), "says": says},
     )
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import importlib
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -15,17 +17,19 @@ from markupsafe import Markup
 
 from replication.audit.names import one_of
 from replication.audit.report.formulas import set_inline
-from replication.audit.report.templates import environment, source, style_sheet
+from replication.audit.report.templates import SOURCES, environment, source
 from replication.audit.store.provenance import LOCK
 from replication.errors import AuditError
 from replication.files import write_atomically
 
-FOLDER = "docs/notebooks"
+FOLDER, CACHE = "docs/notebooks", ".cache/notebooks"
+SITE_STYLE = SOURCES.parent / "docs" / "site" / "site.css"
+KEY = "made_from"
+"""Entry of a kept notebook: the checksum of all that it was made from."""
 SECONDS = 600
 """What one cell may take."""
 
 _NO_ALT = re.compile(r'alt="No description has been provided for this image"')
-_KEY = re.compile(r"<!-- made from ([0-9a-f]{64}) -->")
 SET_UP = """import matplotlib, matplotlib_inline.backend_inline as inline
 inline.set_matplotlib_formats("svg")
 matplotlib.rcParams["svg.hashsalt"] = "tutorial"
@@ -41,53 +45,73 @@ class Built:
     executed: bool
 
 
+@dataclass(frozen=True)
+class Executed:
+    """A notebook with its outputs, and whether it had to be executed for them."""
+
+    notebook: Any
+    fresh: bool
+
+
 def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iterator[Built]:
     """Execute the notebooks in docs/notebooks of the project at `root` (all unless named) and write pages to `output`.
 
-    A page that was made from the same notebook, sources and lock is left alone. Raises AuditError for an unknown name,
-    and for a notebook with an error, which it names with the cell.
+    Raises AuditError for an unknown name, and for a notebook with an error, which it names with the cell.
     """
     paths = {path.stem: path for path in sorted((root / FOLDER).glob("*.ipynb"))}
     chosen = [one_of("notebook", name, paths) for name in names] or list(paths)
-    sources = _sources(root)
     for name in chosen:
         page = output / f"{name}.html"
-        key = hashlib.sha256(sources + paths[name].read_bytes()).hexdigest()
-        if _made_from(page) == key:
-            yield Built(page, executed=False)
-            continue
-        write_atomically(page, _page(execute(paths[name], root), key).encode())
-        yield Built(page, executed=True)
+        done = executed(paths[name], root)
+        write_atomically(page, _page(done.notebook).encode())
+        yield Built(page, done.fresh)
+
+
+def executed(path: Path, root: Path) -> Executed:
+    """The notebook at `path` with its outputs, kept in the cache of `root` until it, the sources or the lock change."""
+    nbformat = _needed("nbformat")
+    key = hashlib.sha256(_sources(root) + path.read_bytes()).hexdigest()
+    kept = root / CACHE / path.name
+    if kept.is_file():
+        with contextlib.suppress(nbformat.reader.NotJSONError, AttributeError):
+            notebook = nbformat.read(kept, as_version=4)
+            if notebook.metadata.get(KEY) == key:
+                return Executed(notebook, fresh=False)
+    notebook = execute(path, root)
+    notebook.metadata[KEY] = key
+    write_atomically(kept, nbformat.writes(notebook).encode())
+    return Executed(notebook, fresh=True)
 
 
 def execute(path: Path, root: Path) -> Any:
     """The notebook at `path` with the outputs of all its cells, run in `root`; AuditError if a cell fails."""
-    try:
-        import nbformat
-        from nbclient import NotebookClient
-        from nbclient.exceptions import CellExecutionError, CellTimeoutError
-        from traitlets.config import Config
-    except ModuleNotFoundError as error:
-        raise AuditError(f"the notebooks need {error.name}: install the extra `notebooks`") from None
-
+    nbformat, nbclient, config = map(_needed, ("nbformat", "nbclient", "traitlets.config"))
+    failed = (nbclient.exceptions.CellExecutionError, nbclient.exceptions.CellTimeoutError)
     notebook = nbformat.read(path, as_version=4)
     notebook.cells.insert(0, nbformat.v4.new_code_cell(SET_UP))
     where = {"metadata": {"path": str(root)}}
     with tempfile.TemporaryDirectory() as sockets:
         # Sockets of the file system: no port of the machine is opened.
-        transport = Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}})
-        client = NotebookClient(notebook, config=transport, kernel_name="python3", timeout=SECONDS, resources=where)
+        transport = config.Config({"KernelManager": {"transport": "ipc", "ip": f"{sockets}/kernel"}})
+        options = {"kernel_name": "python3", "timeout": SECONDS, "resources": where}
+        client = nbclient.NotebookClient(notebook, config=transport, **options)
         try:
             client.execute()
-        except (CellExecutionError, CellTimeoutError) as error:
+        except failed as error:
             raise AuditError(f"{path}: {error}; run it in Jupyter and correct the cell") from None
     del notebook.cells[0]
     return notebook
 
 
-def _page(notebook: Any, key: str) -> str:
+def _needed(name: str) -> Any:
+    try:
+        return importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        raise AuditError(f"the notebooks need {error.name}: install the extra `notebooks`") from None
+
+
+def _page(notebook: Any) -> str:
     from nbconvert import HTMLExporter
-    from pygments.formatters import HtmlFormatter
 
     for cell in notebook.cells:
         if cell.cell_type == "markdown":
@@ -96,6 +120,10 @@ def _page(notebook: Any, key: str) -> str:
     body, _ = exporter.from_notebook_node(notebook)
     drawn = iter(_drawing_lines(notebook))
     body = _NO_ALT.sub(lambda found: f'alt="Figure: {escape(next(drawn))}"', body)
+    for kind, name in (("input", "Code"), ("output", "Output")):  # may scroll, so it has a tab stop
+        body = body.replace(
+            f'<div class="{kind}">', f'<div class="{kind}" tabindex="0" role="group" aria-label="{name}">'
+        )
     heading = re.match(r"# (.*)", notebook.cells[0].source)
     return (
         environment()
@@ -103,13 +131,18 @@ def _page(notebook: Any, key: str) -> str:
         .render(
             title=heading[1] if heading else "Tutorial",
             body=Markup(body),
-            key=key,
-            style=Markup(style_sheet()),
-            own=Markup(source("notebook.css")),
-            code_light=Markup(HtmlFormatter(style="default").get_style_defs(".highlight")),
-            code_dark=Markup(HtmlFormatter(style="github-dark").get_style_defs(".highlight")),
+            style=Markup(colours() + SITE_STYLE.read_text(encoding="utf-8") + source("notebook.css")),
         )
     )
+
+
+def colours() -> str:
+    """The palette of the report, which is the start of its style sheet, and what code takes of it."""
+    style = source("style.css")
+    rules = re.findall(r"^:root \{.*?^\}\n|^@media [^{]*\{\s*:root \{.*?^\}\n", style, re.DOTALL | re.MULTILINE)
+    if len(rules) < 2 or "--paper:" not in rules[0]:
+        raise AuditError("report/style.css no longer begins with the palette in two colour schemes; keep it in :root")
+    return "".join(rules) + source("code.css")
 
 
 def _drawing_lines(notebook: Any) -> Iterator[str]:
@@ -121,14 +154,10 @@ def _drawing_lines(notebook: Any) -> Iterator[str]:
 
 
 def _sources(root: Path) -> bytes:
-    """What a notebook may depend on: the lock and all Python files of the package and of the papers."""
-    files = [root / LOCK, *sorted((root / "replication").rglob("*.py")), *sorted((root / "papers").rglob("*.py"))]
+    """What a notebook may depend on: the lock, all Python files of package and papers, and what the papers print."""
+    folders = (("replication", "*.py"), ("papers", "*.py"), ("papers", "*.toml"))
+    files = [root / LOCK, *(path for name, kind in folders for path in sorted((root / name).rglob(kind)))]
     digest = hashlib.sha256()
     for path in files:
         digest.update(path.read_bytes() if path.is_file() else b"")
     return digest.digest()
-
-
-def _made_from(page: Path) -> str:
-    found = _KEY.search(page.read_text(encoding="utf-8")) if page.is_file() else None
-    return found[1] if found else ""

@@ -1,34 +1,56 @@
-"""The part of the README that comes from a run: verdicts per paper and what the audit found, between two markers."""
+"""The parts of the README that come from a run, between markers: a line for each paper, and an example."""
 
 from __future__ import annotations
 
-from collections import Counter
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
 from replication.audit.inspect.headline import theorems
+from replication.audit.inspect.sentences import LINK
 from replication.audit.judge.policies import once
-from replication.audit.model import Verdict
-from replication.audit.store.records import ResultsFile, read_results
+from replication.audit.publish.examples import Ran, run_example
+from replication.audit.publish.exports import badge
+from replication.audit.store.records import PaperRecord, ResultsFile, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
 
-SHOWN_FINDINGS = 4
-"""Findings per paper in the README, the first ones; the report has all."""
 BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results: end -->"
+EXAMPLE_BEGIN, EXAMPLE_END = "<!-- example: begin, written by `make readme` -->", "<!-- example: end -->"
+EXAMPLE = "docs/examples/multirate_cart.py"
+PICTURE, BADGES = "docs/example.svg", "docs/badges"
+SHOWN_WIDTH = 440
 
 
 def results_block(results: ResultsFile) -> str:
-    """Markdown: verdicts per paper as a table, how many claims are proved, the first findings of each paper."""
+    """Markdown: how many claims are proved, and of each paper its badge and what the report says of it first."""
     proved = theorems(once(results.claims))
-    return "\n".join([BEGIN, "", *_table(results), "", *([proved, ""] if proved else []), *_findings(results), END])
+    every = f"{_image(f'{BADGES}/all.svg', badges(results))} {proved}".strip()
+    return "\n".join([BEGIN, "", *_lines(results), "", every, "", END])
 
 
-def replace_block(text: str, block: str) -> str:
+def example_block(ran: Ran) -> str:
+    """Markdown: code, output and picture of an example."""
+    picture = f'<img align="right" src="{PICTURE}" width="{SHOWN_WIDTH}" alt="{ran.caption}">'
+    lines = ["```python", ran.code, "```", "", picture, "", "```text", ran.output, "```"]
+    return "\n".join([EXAMPLE_BEGIN, "", *lines, "", EXAMPLE_END])
+
+
+def badges(results: ResultsFile) -> dict[str, str]:
+    """The badges that the README shows: file name and SVG."""
+    claims = {"all": results.claims} | {
+        paper.key: tuple(claim for claim in results.claims if claim.paper == paper.key) for paper in results.papers
+    }
+    return {
+        f"{BADGES}/{name}.svg": badge("claims" if name == "all" else name, chosen) for name, chosen in claims.items()
+    }
+
+
+def replace_block(text: str, block: str, begin: str = BEGIN, end: str = END) -> str:
     """`text` with the part between the markers replaced; raises AuditError if the markers are not there once each."""
-    if text.count(BEGIN) != 1 or text.count(END) != 1 or text.index(BEGIN) > text.index(END):
-        raise AuditError(f"the README must hold the lines {BEGIN!r} and {END!r} once each, in this order")
-    return text[: text.index(BEGIN)] + block + text[text.index(END) + len(END) :]
+    if text.count(begin) != 1 or text.count(end) != 1 or text.index(begin) > text.index(end):
+        raise AuditError(f"the README must hold the lines {begin!r} and {end!r} once each, in this order")
+    return text[: text.index(begin)] + block + text[text.index(end) + len(end) :]
 
 
 def is_stale(readme: Path, results: ResultsFile) -> bool:
@@ -37,39 +59,34 @@ def is_stale(readme: Path, results: ResultsFile) -> bool:
     return BEGIN in text and replace_block(text, results_block(results)) != text
 
 
-def update(readme: Path, results: Path) -> None:
-    """Write the results of a run into the README."""
-    text = replace_block(readme.read_text(encoding="utf-8"), results_block(read_results(results)))
-    write_atomically(readme, text.encode())
+def update(root: Path, results: ResultsFile, ran: Ran) -> None:
+    """Write the results of a run and an example into the README of the project at `root`, and what it shows of them."""
+    readme = root / "README.md"
+    text = replace_block(readme.read_text(encoding="utf-8"), results_block(results))
+    text = replace_block(text, example_block(ran), EXAMPLE_BEGIN, EXAMPLE_END)
+    for name, content in {**badges(results), PICTURE: ran.drawing, "README.md": text}.items():
+        write_atomically(root / name, content.encode())
 
 
-def _table(results: ResultsFile) -> Iterator[str]:
-    shown = [verdict for verdict in Verdict if verdict is not Verdict.ERROR]
-    yield "| Paper | claims | " + " | ".join(shown) + " |"
-    yield "| --- " + "| ---: " * (len(shown) + 1) + "|"
+def _lines(results: ResultsFile) -> Iterator[str]:
+    shown = badges(results)
     for paper in results.papers:
-        claims = [claim for claim in once(results.claims) if claim.paper == paper.key]
-        counts = Counter(claim.verdict for claim in claims)
-        numbers = " | ".join(str(counts[verdict]) for verdict in shown)
-        yield f"| {_cell(paper.cited)} | {counts.total()} | {numbers} |"
+        name = f"{BADGES}/{paper.key}.svg"
+        yield f"- **{paper.cited}** {_image(name, shown)} {_line(paper)}"
 
 
-def _findings(results: ResultsFile) -> Iterator[str]:
-    for paper in results.papers:
-        yield f"**{paper.cited}**"
-        yield ""
-        yield from (f"- {finding}" for finding in paper.findings[:SHOWN_FINDINGS])
-        yield ""
-        if paper.readings:
-            count = len(paper.readings)
-            yield f"Where the text leaves a choice, the claims name one of {count} readings; the report lists them."
-            yield ""
+def _image(name: str, shown: dict[str, str]) -> str:
+    (said,) = re.findall(r"<title>(.*?)</title>", shown[name])
+    return f"![{said}]({name})"
 
 
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
+def _line(paper: PaperRecord) -> str:
+    """What the card of the paper says, without its links."""
+    if paper.brief is None:
+        return paper.findings[0] if paper.findings else ""
+    return LINK.sub(lambda found: found[1], paper.brief.card)
 
 
 if __name__ == "__main__":
-    root = Path(__file__).resolve().parents[3]
-    update(root / "README.md", root / "report" / "results.json")
+    project = Path(__file__).resolve().parents[3]
+    update(project, read_results(project / "report" / "results.json"), run_example(project / EXAMPLE))

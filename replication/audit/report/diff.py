@@ -1,4 +1,4 @@
-"""The difference of two runs as a page: the two runs side by side, then each claim that changed, and why."""
+"""The difference of two runs as a page: each claim that changed, and why, the verdicts first; then the runs."""
 
 from __future__ import annotations
 
@@ -24,15 +24,18 @@ def build_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], ou
 
 def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change]) -> str:
     """The text of the page; the same files give the same text."""
+    rows = _run_rows(old.run, new.run)
     return (
         environment()
         .get_template("diff.html.j2")
         .render(
             sentence=sentence(changes, len(new.claims)),
-            changes=changes,
+            verdicts=[change for change in changes if change.old != change.new],
+            others=[change for change in changes if change.old == change.new],
             statements={claim.id: claim.claim.statement for claim in (*old.claims, *new.claims)},
             causes=Counter(str(cause) for change in changes for cause in change.causes),
-            runs=tuple(_run_rows(old.run, new.run)),
+            unlike=[row for row in rows if row[1] != row[2]],
+            alike=[row for row in rows if row[1] == row[2]],
             moved=moved,
             text=_text,
             style=Markup(style_sheet()),

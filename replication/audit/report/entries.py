@@ -13,7 +13,7 @@ from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Measured, Target, measure
 from replication.audit.judge.printed import Printed
 from replication.audit.model import Evidence
-from replication.audit.report.number_line import Band, Mark, span_of, strip
+from replication.audit.report.pictures.number_line import Band, Mark, span_of, strip
 
 IMAGINARY = "imaginary part"
 _LADDER = ("Printed", "Computed", "Lower bound", "Upper bound")

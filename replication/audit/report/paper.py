@@ -17,6 +17,8 @@ from replication.audit.judge.policies import once
 from replication.audit.model import Reading, Verdict
 from replication.audit.report.claim import ClaimView, views
 from replication.audit.report.formulas import mathml
+from replication.audit.report.pictures.explore import ExplorerView, explorers
+from replication.audit.report.pictures.ladder import Ladder, ladders
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
 from replication.errors import AuditError
@@ -46,6 +48,8 @@ class PaperView:
     figures: tuple[FigureView, ...]
     errata: tuple[ErratumRecord, ...]
     formulas: tuple[tuple[str, Markup], ...]
+    ladders: tuple[Ladder, ...]
+    explorers: tuple[ExplorerView, ...]
 
     @property
     def readings(self) -> dict[str, Reading]:
@@ -63,6 +67,8 @@ class PaperView:
         """Name and heading of each part that this paper has, in the order of the page; the name is its template."""
         present = {
             ("tables", "As printed, and ours"): self.record.tables,
+            ("ladder", "Print to proof"): self.ladders,
+            ("explore", "Try it"): self.explorers,
             ("errata", "Printed → meant"): self.errata,
             ("findings", "Findings"): self.record.findings,
             ("claims", "All claims"): self.claims,
@@ -80,15 +86,20 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
     read: the `targets` of the claims.
     """
     claims = _of(paper, results.claims)
+    shown = views(claims, read)
+    drawn = tuple(_figure(record, figures) for record in _of(paper, results.figures))
+    names = [figure.record.name for figure in drawn if figure.drawing]
     return PaperView(
         record=paper,
-        claims=views(claims, read),
+        claims=shown,
         counts=counts(claims),
         total=len(once(claims)),
         proved=sum(claim.judgement.proved for claim in once(claims)),
-        figures=tuple(_figure(record, figures) for record in _of(paper, results.figures)),
+        figures=drawn,
         errata=_of(paper, results.errata),
         formulas=tuple((formula.text, mathml(formula.latex)) for formula in paper.formulas),
+        ladders=ladders(paper, shown),
+        explorers=explorers(paper, names, figures, shown),
     )
 
 

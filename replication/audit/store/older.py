@@ -37,7 +37,7 @@ def converted(content: dict[str, Any]) -> dict[str, Any]:
         ]
     except (KeyError, TypeError, ValueError) as error:
         raise msgspec.ValidationError(f"a field of schema {VERSION} is missing or malformed: {error!r}") from None
-    certificates = [{**record, "says": []} for record in content["certificates"]]
+    certificates = [{**record, "says": [], "second": False} for record in content["certificates"]]
     figures = [{**record, "code": ""} for record in content["figures"]]
     return {**content, "claims": claims, "papers": papers, "certificates": certificates, "figures": figures}
 

@@ -125,7 +125,8 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     """A certificate as the run verified it. path: below the project; claims: ids of those that it supports.
 
     sentence: the theorem; reason: why it is not proved, else empty. lower, upper, items: proved bounds as rationals.
-    machine: below the project, the statement that Coq proved of this very file; empty if it did not.
+    machine: below the project, the statement that Coq proved of this very file; empty if it did not. second: whether
+    the second verifier, too, proved the same of it.
     says: the terms that the theorem speaks of, with what it proves of each.
     """
 
@@ -143,6 +144,7 @@ class CertificateRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     holds: bool | None
     items: tuple[tuple[str | None, str | None], ...]
     machine: str = ""
+    second: bool = False
     says: tuple[Exported, ...] = ()
 
 

@@ -1,0 +1,94 @@
+"""The picture of the README: all claims as the report draws them, of a run whose sources were committed.
+
+`make picture` takes it; Chromium and its driver must be on the path. The picture notes which commit and which verdicts
+it shows, so that one that is out of date can be told.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import shutil
+from pathlib import Path
+
+from replication.audit.store.records import ResultsFile, read_results
+from replication.errors import AuditError
+from replication.files import write_atomically
+
+WIDTH, HEIGHT = 1240, 2000
+PART = "#field"
+"""The part of the report that is shown."""
+STILL = """.field .read, .field .seg, .field .hint { display: none !important }
+.field-body { display: block !important } .field { padding: 1rem; border: 0 } .k.on { background: none }"""
+"""What answers to a reader has no place in a picture."""
+COMMIT, VERDICTS = "Commit", "Verdicts"
+"""What the picture notes, as texts of the PNG."""
+COLOURS = 64
+
+
+def verdicts(results: ResultsFile) -> str:
+    """A checksum of all claims with their verdicts."""
+    lines = sorted(f"{claim.id} {claim.verdict}" for claim in results.claims)
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+
+def notes(results: ResultsFile) -> dict[str, str]:
+    """What the picture is to note; raises AuditError for results of edited sources or with a changed verdict."""
+    if results.run.dirty or not results.run.commit:
+        raise AuditError("the results come from sources that are not committed; commit, then `make picture`")
+    moved = [claim.id for claim in results.claims if claim.unexpected]
+    if moved:
+        raise AuditError(f"{len(moved)} verdicts are unexpected ({moved[0]}); settle them, then `make picture`")
+    return {COMMIT: results.run.commit, VERDICTS: verdicts(results)}
+
+
+def noted(picture: Path) -> dict[str, str]:
+    """What a picture notes."""
+    from PIL import Image
+
+    with Image.open(picture) as image:
+        return {name: str(image.info.get(name, "")) for name in (COMMIT, VERDICTS)}
+
+
+def take(report: Path, results: ResultsFile, picture: Path) -> None:
+    """Write the part of the report that shows all claims, in light colours, to `picture`."""
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    texts = PngInfo()
+    for name, text in notes(results).items():
+        texts.add_text(name, text)
+    stream = io.BytesIO()
+    with Image.open(io.BytesIO(_screenshot(report))) as image:
+        image.convert("RGB").quantize(COLOURS).save(stream, "PNG", optimize=True, pnginfo=texts)
+    write_atomically(picture, stream.getvalue())
+
+
+def _screenshot(report: Path) -> bytes:
+    from selenium import webdriver
+
+    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if chromium is None or driver is None:
+        raise AuditError("Chromium or its driver is missing; install both (Debian: chromium chromium-driver)")
+    options = webdriver.ChromeOptions()
+    options.binary_location = chromium
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"):
+        options.add_argument(argument)
+    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    try:
+        size = {"width": WIDTH, "height": HEIGHT, "deviceScaleFactor": 1, "mobile": False}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        scheme = [{"name": "prefers-color-scheme", "value": "light"}]
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": scheme})
+        browser.get(report.resolve().as_uri())
+        style = "document.head.append(Object.assign(document.createElement('style'), {textContent: arguments[0]}))"
+        browser.execute_script(style, STILL)
+        shown: bytes = browser.find_element("css selector", PART).screenshot_as_png
+        return shown
+    finally:
+        browser.quit()
+
+
+if __name__ == "__main__":
+    root = Path(__file__).resolve().parents[3]
+    take(root / "report" / "index.html", read_results(root / "report" / "results.json"), root / "docs" / "claims.png")

@@ -1,0 +1,146 @@
+"""Pictures to move and ladders: what is drawn is what the tables and brackets hold."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+import re
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+from sample import KEY, brief, explorer, results
+
+from replication.audit.report.claim import targets, views
+from replication.audit.report.pictures.explore import PictureView, explorers
+from replication.audit.report.pictures.ladder import Ladder, ladders
+from replication.audit.store.records import ResultsFile
+from replication.errors import AuditError
+
+FIGURE = f"{KEY}-fig2"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("figures")
+
+
+@pytest.fixture(scope="module")
+def made(folder: Path) -> ResultsFile:
+    return results(folder)
+
+
+def shown(made: ResultsFile, folder: Path, **more: Any) -> tuple[PictureView, ...]:
+    with_it = msgspec.structs.replace(brief(), explorers=(explorer(**more),))
+    paper = msgspec.structs.replace(made.papers[0], brief=with_it)
+    (view,) = explorers(paper, [FIGURE], folder, views(made.claims, targets(made.claims)))
+    return view.pictures
+
+
+def column(folder: Path, name: str) -> list[float]:
+    with (folder / f"{FIGURE}.csv").open(encoding="utf-8", newline="") as stream:
+        return [float(row[name]) for row in csv.DictReader(stream)]
+
+
+def test_values_are_those_of_the_table_at_each_place_of_the_slider(made: ResultsFile, folder: Path) -> None:
+    moved, _ = shown(made, folder)
+    first, second = column(folder, "error 1"), column(folder, "error 2")
+    line, norm, band = moved.curves
+    at = moved.begin
+    assert moved.x == column(folder, "k")[at] == 20
+    assert line.value == (first[at],) and band.value == (first[at], second[at])
+    assert norm.value == (pytest.approx(math.hypot(first[at], second[at])),)
+    for place, text in enumerate(line.values.split("|")):
+        assert float(
+            text.replace("−", "-").replace("×10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+        ) == (pytest.approx(first[place], rel=1e-3))
+    assert moved.steps + 1 == len(moved.places.split()) == len(line.values.split("|")) == len(line.heights.split())
+
+
+def test_curves_keep_their_order_and_stay_in_the_frame(made: ResultsFile, folder: Path) -> None:
+    line = shown(made, folder)[0].curves[0]
+    points = [tuple(map(float, point)) for point in re.findall(r"(-?[0-9]+) (-?[0-9]+)", line.path)]
+    assert len(points) == 61 and all(0 <= part <= 1000 for point in points for part in point)
+    drawn = [y for _, y in points]
+    data = column(folder, "error 1")
+    assert drawn.index(min(drawn)) == data.index(max(data[:61])), "what is larger stands higher"
+
+
+def test_names_do_not_meet(made: ResultsFile, folder: Path) -> None:
+    for picture in shown(made, folder):
+        heights = sorted(curve.height for curve in picture.curves)
+        assert all(after - before >= 100 for before, after in itertools.pairwise(heights))
+        assert heights[-1] <= 1000
+
+
+def test_the_picture_of_a_figure_that_failed_is_left_out(made: ResultsFile, folder: Path) -> None:
+    assert [view.picture.label for view in shown(made, folder)] == ["Sensors that are slow, moved", "still"]
+    paper = made.papers[0]
+    assert explorers(paper, [], folder, views(made.claims, targets(made.claims))) == ()
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"across": "time"}, "'time'.*columns k, error 1, error 2"),
+        ({"claim": "nowhere"}, "'nowhere', which is no claim"),
+        ({"log_y": True}, "nothing to draw"),
+        ({"last": -1.0}, "nothing to draw"),
+    ],
+)
+def test_what_cannot_be_drawn_is_named(made: ResultsFile, folder: Path, more: Any, message: str) -> None:
+    with pytest.raises(AuditError, match=message):
+        shown(made, folder, **more)
+
+
+def test_ticks_are_round_and_in_the_range(made: ResultsFile, folder: Path) -> None:
+    picture = shown(made, folder)[0]
+    assert 2 <= len(picture.x_ticks) <= 6 and all(0 <= at <= 1000 for _, at in (*picture.x_ticks, *picture.y_ticks))
+    low, high = (end for end, _ in (picture.x_ticks[0], picture.x_ticks[-1]))
+    assert low >= 0 and high <= 60
+
+
+def rungs(made: ResultsFile) -> dict[str, Ladder]:
+    found = ladders(made.papers[0], views(made.claims, targets(made.claims)))
+    return {ladder.view.record.claim.id.removeprefix(f"{KEY}."): ladder for ladder in found}
+
+
+def test_the_ladder_tells_the_distance_to_the_nearer_end(made: ResultsFile) -> None:
+    found = rungs(made)
+    assert found
+    for ladder in found.values():
+        low, high = (Fraction(end) for end in (ladder.view.record.evidence.lower, ladder.view.record.evidence.upper))  # type: ignore[arg-type]
+        interval = ladder.entry.interval
+        assert interval is not None
+        assert ladder.inside is (interval[0] <= low and high <= interval[1])
+        ends = [abs(end - mine) for end in interval for mine in (low, high)]
+        assert Fraction(ladder.gap) == pytest.approx(min(ends))
+        assert ladder.bracket[0] <= low and high <= ladder.bracket[1]
+        assert ladder.bracket[1] - ladder.bracket[0] < 4 * (high - low)
+        first, second, third = (rung.factor for rung in ladder.rungs)
+        assert first == 1 and second >= 1 and third >= 1
+
+
+def test_only_what_is_proved_and_beside_its_interval_has_a_ladder(made: ResultsFile) -> None:
+    name = next(iter(rungs(made)))
+
+    def changed(**evidence: Any) -> ResultsFile:
+        claims = [
+            msgspec.structs.replace(record, evidence=msgspec.structs.replace(record.evidence, **evidence))
+            if record.claim.id == f"{KEY}.{name}"
+            else record
+            for record in made.claims
+        ]
+        return msgspec.structs.replace(made, claims=tuple(claims))
+
+    interval = rungs(made)[name].entry.interval
+    assert interval is not None
+    edge = float(interval[0])
+    assert name not in rungs(changed(lower=edge - 1e-4, upper=edge + 1e-4)), "neither inside nor outside"
+    unproved = [
+        msgspec.structs.replace(r, judgement=msgspec.structs.replace(r.judgement, proved=False)) for r in made.claims
+    ]
+    assert rungs(msgspec.structs.replace(made, claims=tuple(unproved))) == {}

@@ -1,0 +1,286 @@
+"""The documentation site: it builds without a warning, loads nothing, shows what ran, and serves every reader."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import Element
+
+import html5lib
+import pytest
+from axe_core import violations
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from selenium.webdriver.support.wait import WebDriverWait
+
+from replication.audit.publish.examples import run_example
+from replication.audit.publish.notebooks import build_notebooks
+from replication.errors import AuditError
+
+ROOT = Path(__file__).resolve().parents[2]
+SVG = "{http://www.w3.org/2000/svg}svg"
+EXAMPLES = {
+    "multirate": "multirate_drone.py",
+    "nonuniform": "nonuniform_reactor.py",
+    "dualrate": "dualrate_crane.py",
+    "delay": "delay_mixers.py",
+}
+METHODS = tuple(EXAMPLES)
+PAGES = ("index", "methods/index", "methods/costs", "reference/multirate", "tutorials/nonuniform", "adding-a-paper")
+"""One page of each kind; `PAGES=all` looks at every page."""
+
+STUCK = """return [...document.querySelectorAll('main *')].filter((e) => getComputedStyle(e).overflowX === 'auto'
+  && e.scrollWidth > e.clientWidth && e.tabIndex < 0).map((e) => e.outerHTML.slice(0, 80))"""
+"""What scrolls and cannot be reached by Tab."""
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    directory = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(directory)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return directory
+
+
+@pytest.fixture
+def read(site: Path) -> Callable[[str], Element]:
+    def parse(page: str) -> Element:
+        return html5lib.parse((site / f"{page}.html").read_text(encoding="utf-8"), namespaceHTMLElements=False)
+
+    return parse
+
+
+@pytest.fixture
+def window(browser: Any) -> Callable[..., Any]:
+    """A window of some width and colour scheme."""
+
+    def go(width: int = 1440, scheme: str = "light") -> Any:
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": features})
+        browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+        return browser
+
+    return go
+
+
+@pytest.fixture
+def visit_page(window: Callable[..., Any], site: Path) -> Callable[..., Any]:
+    """Open a page of the site in such a window."""
+
+    def go(page: str = "index", width: int = 1440, scheme: str = "light") -> Any:
+        opened = window(width, scheme)
+        opened.get((site / f"{page}.html").as_uri())
+        return opened
+
+    return go
+
+
+def names(site: Path) -> list[str]:
+    return [path.relative_to(site).with_suffix("").as_posix() for path in sorted(site.rglob("*.html"))]
+
+
+def words(node: Element) -> str:
+    return " ".join("".join(node.itertext()).split())
+
+
+def test_it_loads_nothing_from_elsewhere(site: Path, read: Callable[[str], Element]) -> None:
+    assert len(names(site)) > 20
+    for name in names(site):
+        page = read(name)
+        loaded = [node.get("src") or "" for tag in ("script", "img", "iframe") for node in page.iter(tag)]
+        loaded += [node.get("href") or "" for node in page.iter("link")]
+        assert not [address for address in loaded if re.match(r"(https?:)?//", address)], name
+
+
+def test_each_page_has_landmarks_one_heading_and_the_way_to_all_others(
+    site: Path, read: Callable[[str], Element]
+) -> None:
+    for name in names(site):
+        page = read(name)
+        assert [len(list(page.iter(tag))) for tag in ("main", "header", "h1")] == [1, 1, 1], name
+        (navigation,) = (nav for nav in page.iter("nav") if nav.get("aria-label") == "Pages")
+        links = {os.path.normpath((site / name).parent / str(link.get("href"))) for link in navigation.iter("a")}
+        assert links == {str(site / f"{other}.html") for other in names(site)}, name
+        report = next(link for link in page.iter("a") if link.get("class") == "report").get("href")
+        assert os.path.normpath((ROOT / "build" / "docs" / name).parent / str(report)) == str(
+            ROOT / "report" / "index.html"
+        )
+
+
+def test_examples_stand_there_with_what_they_print_and_draw(site: Path, read: Callable[[str], Element]) -> None:
+    gallery = read("gallery")
+    outputs = [words(node) for node in gallery.iter("div") if node.get("class") == "output"]
+    labels = [node.get("aria-label") for node in gallery.iter(SVG)]
+    for method in METHODS:
+        path = ROOT / "docs" / "examples" / EXAMPLES[method]
+        source = path.read_text(encoding="utf-8")
+        assert " ".join(source.strip().splitlines()[-1].split()) in words(gallery), path.name
+        assert source.splitlines()[0].strip('"') in labels, path.name
+    assert len([text for text in outputs if "guaranteed level: " in text]) == len(METHODS)
+    for name in names(site):
+        assert not re.search(r"--8|<!-- (example|picture|figures)", (site / f"{name}.html").read_text()), name
+
+
+def test_the_gallery_shows_every_figure_with_data_and_code(site: Path, read: Callable[[str], Element]) -> None:
+    gallery = read("gallery")
+    shown = {Path(str(node.get("src"))).stem for node in gallery.iter("img")}
+    assert shown == {path.stem for path in (ROOT / "figures").glob("*.svg")}
+    codes = " ".join(words(node) for node in gallery.iter("summary"))
+    for name in shown:
+        assert (site / "figures" / f"{name}.csv").read_bytes() == (ROOT / "figures" / f"{name}.csv").read_bytes()
+        assert f"The code of {name}" in codes
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_tutorial_shows_the_outputs_of_its_cells(method: str, read: Callable[[str], Element]) -> None:
+    page = read(f"tutorials/{method}")
+    outputs = [node for node in page.iter("div") if node.get("class") == "output"]
+    assert len(outputs) > 5
+    assert any(output.find(f".//{SVG}") is not None for output in outputs)
+    assert any(output.find(".//table") is not None for output in outputs)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_argument_stands_in_a_table(method: str, read: Callable[[str], Element]) -> None:
+    from importlib import import_module
+    from inspect import signature
+
+    page = read(f"reference/{method}")
+    cells = {words(row[0]) for table in page.iter("table") for row in table.iter("tr") if len(row)}
+    for name in ("design", "analyse", "simulate"):
+        function = getattr(import_module(f"replication.estimation.{method}"), name)
+        assert set(signature(function).parameters) <= cells, name
+
+
+def test_what_a_plant_is_made_with_is_documented(site: Path) -> None:
+    pages = "".join(path.read_text(encoding="utf-8") for path in (site / "reference").glob("*.html"))
+    anchors = set(re.findall(r'id="(replication\.estimation\.[^"]+)"', pages))
+    for name in (
+        "MultiratePlant",
+        "search_timing",
+        "SampledPlant",
+        "PeriodRange",
+        "Filter",
+        "make_plant",
+        "delay_system",
+    ):
+        assert [anchor for anchor in anchors if anchor.endswith(f".{name}")], name
+
+
+def test_formulas_are_mathml(site: Path) -> None:
+    page = (site / "methods" / "multirate.html").read_text(encoding="utf-8")
+    assert page.count("<math") > 5
+    assert "$" not in re.sub(r"<(pre|code|annotation).*?</\1>", "", page, flags=re.DOTALL)
+
+
+def test_the_index_knows_every_page_and_leads_to_places_that_are_there(site: Path) -> None:
+    script = (site / "index.js").read_text(encoding="utf-8")
+    sections = json.loads(script.removeprefix("window.searchIndex = ").removesuffix(";\n"))
+    found: dict[str, set[str]] = {}
+    for section in sections:
+        page, _, anchor = section["address"].partition("#")
+        found.setdefault(page.removesuffix(".html"), set()).add(anchor)
+    assert set(found) == set(names(site))
+    for page, anchors in found.items():
+        text = (site / f"{page}.html").read_text(encoding="utf-8")
+        assert all(f'id="{anchor}"' in text for anchor in anchors if anchor), page
+
+
+def test_an_example_that_fails_or_says_nothing_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "wrong.py"
+    path.write_text('"""It fails."""\nassert 1 == 2\n', encoding="utf-8")
+    with pytest.raises(AuditError, match=r"wrong\.py: AssertionError"):
+        run_example(path)
+    path.write_text("print(1)\n", encoding="utf-8")
+    with pytest.raises(AuditError, match=r"wrong\.py has no docstring"):
+        run_example(path)
+
+
+@pytest.mark.browser
+def test_axe_finds_no_violation(site: Path, visit_page: Callable[..., Any]) -> None:
+    wrong = {}
+    for name in names(site) if os.environ.get("PAGES") == "all" else PAGES:
+        for width, scheme in ((320, "dark"), (1440, "light")):
+            page = visit_page(name, width, scheme)
+            page.execute_script("document.querySelectorAll('details').forEach((e) => { e.open = true; })")
+            if found := violations(page):
+                wrong[name, width, scheme] = found
+    assert wrong == {}
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_pages_of_tutorials_are_for_everyone(scheme: str, tmp_path: Path, window: Callable[..., Any]) -> None:
+    """No violation, nothing wider than the window, and a tab stop for each box that scrolls."""
+    for built in build_notebooks(ROOT, tmp_path, METHODS if os.environ.get("PAGES") == "all" else METHODS[:1]):
+        page = window(320, scheme)
+        page.get(built.page.as_uri())
+        assert violations(page) == [], built.page
+        assert page.execute_script("return document.documentElement.scrollWidth") == 320, built.page
+        assert page.execute_script(STUCK) == [], built.page
+        box = page.find_element(By.CSS_SELECTOR, ".input")
+        page.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
+        assert page.switch_to.active_element == box
+        box.send_keys(Keys.ARROW_RIGHT)
+        WebDriverWait(page, 10).until(lambda page: page.execute_script("return document.activeElement.scrollLeft > 0"))
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("width", [320, 1440])
+def test_pages_fit_the_window_and_what_scrolls_has_a_tab_stop(
+    width: int, site: Path, visit_page: Callable[..., Any]
+) -> None:
+    for name in names(site):
+        page = visit_page(name, width)
+        assert page.execute_script("return document.documentElement.scrollWidth") == width, name
+        assert page.execute_script(STUCK) == [], name
+
+
+@pytest.mark.browser
+def test_the_keyboard_finds_a_page_and_reads_it(visit_page: Callable[..., Any]) -> None:
+    page = visit_page("index", 390)
+
+    def press(*keys: str) -> Any:
+        page.switch_to.active_element.send_keys(*keys)
+        return page.switch_to.active_element
+
+    page.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
+    assert page.switch_to.active_element.get_attribute("class") == "skip"
+    assert press(Keys.TAB).get_attribute("class") == "brand"
+    assert press(Keys.TAB).get_attribute("id") == "find"
+    press("offsets best")
+    box = page.find_element(By.CSS_SELECTOR, ".hits")
+    WebDriverWait(page, 10).until(lambda _: box.is_displayed())
+    first = press(Keys.TAB)
+    assert first.find_element(By.XPATH, "ancestor::div").get_attribute("class") == "hits"
+    assert press(Keys.ESCAPE).get_attribute("id") == "find" and not box.is_displayed()
+    press(" nonsenseword")
+    WebDriverWait(page, 10).until(lambda _: "Nothing found" in box.text)
+    press(Keys.CONTROL + "a")
+    press("drone barometer")
+    WebDriverWait(page, 10).until(lambda _: "drone" in box.text)
+    target = box.find_element(By.TAG_NAME, "a").get_attribute("href")
+    press(Keys.ENTER)
+    WebDriverWait(page, 10).until(lambda _: page.current_url == target)
+    page.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
+    scrolls = page.find_elements(By.CSS_SELECTOR, "main [tabindex='0']")
+    assert scrolls
+    for _ in range(40):
+        if page.switch_to.active_element in scrolls:
+            break
+        press(Keys.TAB)
+    assert page.switch_to.active_element in scrolls
+    press(Keys.ARROW_RIGHT)
+    moved = "return document.activeElement.scrollLeft > 0"
+    WebDriverWait(page, 10).until(lambda _: page.execute_script(moved))
