@@ -16,8 +16,8 @@ from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
 from replication.audit.model import Reading, Verdict
 from replication.audit.report.claim import ClaimView, views
-from replication.audit.report.pictures.explore import ExplorerView, explorers
 from replication.audit.report.formulas import mathml
+from replication.audit.report.pictures.explore import ExplorerView, explorers
 from replication.audit.report.pictures.ladder import Ladder, ladders
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
