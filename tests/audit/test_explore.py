@@ -96,6 +96,12 @@ def test_what_cannot_be_drawn_is_named(made: ResultsFile, folder: Path, more: An
         shown(made, folder, **more)
 
 
+def test_a_title_is_short(made: ResultsFile, folder: Path) -> None:
+    long = msgspec.structs.replace(brief(), explorers=(explorer("word " * 16),))
+    with pytest.raises(AuditError, match="a title has at most 15 words, this one 16"):
+        explorers(msgspec.structs.replace(made.papers[0], brief=long), [FIGURE], folder, ())
+
+
 def test_ticks_are_round_and_in_the_range(made: ResultsFile, folder: Path) -> None:
     picture = shown(made, folder)[0]
     assert 2 <= len(picture.x_ticks) <= 6 and all(0 <= at <= 1000 for _, at in (*picture.x_ticks, *picture.y_ticks))

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from replication.audit.brief import Curve, Explorer, Picture
+from replication.audit.inspect.sentences import require_short
 from replication.audit.judge import numerals
 from replication.audit.report.claim import ClaimView
 from replication.audit.store.records import PaperRecord
@@ -22,6 +23,8 @@ from replication.errors import AuditError
 FRAME = 1000
 STEPS = (1.0, 2.0, 5.0, 10.0)
 MOST_TICKS = 5
+MOST_WORDS = 15
+"""Of a title, which is the message."""
 LINE, LETTERS = 72, 18
 """Height of a line of a name in units of the frame, and how many letters it has; the value stands below."""
 
@@ -86,6 +89,7 @@ def explorers(
     known = {view.record.id: view for view in claims}
     made = []
     for explorer in paper.brief.explorers if paper.brief else ():
+        require_short(explorer.title, MOST_WORDS, "title")
         own = [picture for picture in explorer.pictures if picture.figure in drawn]
         pictures = [_view(paper.key, picture, _table(figures / f"{picture.figure}.csv"), known) for picture in own]
         largest = max((_level(view) for view in pictures), default=0.0)
