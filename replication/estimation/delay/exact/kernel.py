@@ -65,17 +65,26 @@ class Kernel:
             total += np.einsum("m,mk,kab->mab", factor, (-1.0) ** orders * bessel, series)
         return total
 
-    def moments(self, power: int) -> float:
-        """An upper bound of the integral of lag^power times the norm of K, by Cauchy's inequality on each panel."""
-        squares = np.einsum(
-            "mkab,mkab,k->m", self.series, self.series, 1.0 / (2.0 * np.arange(self.series.shape[1]) + 1)
-        )
-        return float(np.sum(self.edges[1:] ** power * np.diff(self.edges) * np.sqrt(squares)))
+    def lagged(self) -> Kernel:
+        """The kernel lag·K(lag)."""
+        half, middle = np.diff(self.edges) / 2.0, (self.edges[1:] + self.edges[:-1]) / 2.0
+        k = np.arange(self.series.shape[1])[:, None, None]
+        share = half[:, None, None, None] * self.series / (2 * k + 1)
+        series = np.pad(middle[:, None, None, None] * self.series, ((0, 0), (0, 1), (0, 0), (0, 0)))
+        series[:, 1:] += (k + 1) * share  # x P_k = ((k+1) P_{k+1} + k P_{k-1}) / (2k+1)
+        series[:, : len(k) - 1] += (k * share)[:, 1:]
+        return Kernel(self.edges, series)
 
-    def variation(self) -> float:
-        """V with |transform(s)| <= V/|s| for Re s >= 0: variation and jumps; P_k varies by 2k at most."""
-        sizes = np.linalg.norm(self.series, axis=(2, 3))
-        return float(np.sum(sizes * (2.0 + 2.0 * np.arange(sizes.shape[1]))))
+    def size(self) -> Array:
+        """Upper bounds (a, b) of the integrals of |K|, by Cauchy's inequality on each panel."""
+        orders = 2.0 * np.arange(self.series.shape[1]) + 1.0
+        sizes = np.sqrt(np.einsum("mkab,k->mab", self.series**2, 1.0 / orders))
+        return np.asarray(np.tensordot(np.diff(self.edges), sizes, axes=1))
+
+    def variation(self) -> Array:
+        """V (a, b) with |transform(s)| <= V/|s| for Re s >= 0: variation and jumps; P_k varies by 2k at most."""
+        weights = 2.0 + 2.0 * np.arange(self.series.shape[1])
+        return np.asarray(np.einsum("mkab,k->ab", np.abs(self.series), weights))
 
     def weights(self, step: float) -> Array:
         """Weights W_j (J, a, b) with sum W_j v_j the integral of K(lag) v(lag), v linear between v_j = v(j step).

@@ -1,4 +1,4 @@
-"""The least level that any causal observer of a delay plant has: found without an LMI, as a limit of delay-free models."""
+"""The least level that any causal observer of a delay plant has, without an LMI: a limit of delay-free models."""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ M(s) = M_0 + sum_i e^{-s tau_i} M_i + sum_i integral of K_i(lag) e^{-s tau_i lag
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -57,21 +58,44 @@ class Terms:
             tuple(None if kernel is None else kernel.applied(left, right) for kernel in self.kernels),
         )
 
-    def bound(self, order: int) -> float:
-        """An upper bound of the norm of the derivative of `order` over the imaginary axis, and of M for Re s >= 0."""
-        total = float(np.linalg.norm(self.constant, 2)) if order == 0 and self.constant.size else 0.0
-        for delay, matrix, kernel in self.spread:
-            total += delay**order * float(np.linalg.norm(matrix, 2)) if matrix.size else 0.0
-            total += delay**order * kernel.moments(order) if kernel is not None else 0.0
+    def slope(self) -> Terms:
+        """The derivative with regard to s."""
+        return Terms(
+            np.zeros_like(self.constant),
+            self.delays,
+            tuple(-delay * matrix for delay, matrix, _ in self.spread),
+            tuple(
+                None if kernel is None else kernel.lagged().applied(-delay * np.eye(kernel.shape[0]))
+                for delay, _, kernel in self.spread
+            ),
+        )
+
+    def bound(self) -> Array:
+        """Upper bounds (a, b) of the entries of |M(s)| wherever Re s >= 0."""
+        total = np.abs(self.constant)
+        for _, matrix, kernel in self.spread:
+            total = total + np.abs(matrix) + (kernel.size() if kernel is not None else 0.0)
         return total
 
-    def variation(self) -> float:
-        """V: the kernels' part of M(s) is at most V/|s| for Re s >= 0."""
-        return sum(kernel.variation() / delay for delay, _, kernel in self.spread if kernel is not None)
+    def variation(self) -> Array:
+        """V (a, b): the kernels' part of M(s) is at most V/|s|, entry by entry, for Re s >= 0."""
+        total = np.zeros(self.constant.shape)
+        for delay, _, kernel in self.spread:
+            if kernel is not None:
+                total = total + kernel.variation() / delay
+        return total
 
     def without_kernels(self) -> Terms:
         """The constant and the delays alone."""
         return replace(self, kernels=(None,) * len(self.delays))
+
+
+def stacked(blocks: Sequence[tuple[Terms, Array, Array]], constant: Array) -> Terms:
+    """constant + the sum of left·M(s)·right over `blocks` (M, left, right); delays may be different ones in each."""
+    lines = [line for terms, left, right in blocks for line in terms.applied(left, right).spread]
+    for terms, left, right in blocks:
+        constant = constant + left @ terms.constant @ right
+    return Terms(constant, *(tuple(part) for part in zip(*lines, strict=True))) if lines else Terms(constant)
 
 
 @dataclass(frozen=True, eq=False)

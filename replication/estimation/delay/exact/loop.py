@@ -1,0 +1,61 @@
+"""The closed loop of a delay plant and an observer of it, with true exponentials: its stability and its exact gain.
+
+With the innovation eps, the errors follow [e'; z; eps] = M(s) [e; w] - I(s) eps, where M is the plant and I what the
+innovation adds to the observer. If the observer takes other delays for granted than the plant has, the states of both
+stay in the equations, and the plant has to be stable.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from replication.estimation.delay.exact.peak import Response
+from replication.estimation.delay.exact.terms import PlantTerms, Terms, stacked
+from replication.estimation.validation import Array
+
+
+def error_response(plant: PlantTerms, injection: Terms) -> Response:
+    """From w to the error of z, for an observer of the plant itself; signals e, eps, z, w."""
+    n, p, q, r = plant.sizes
+    rows, e, eps, z, w = _places(n, q, p, r)
+    # Rows (x', z, y) of the plant go to those of e, z and eps.
+    to = np.hstack([rows[e].T, rows[z].T, rows[eps].T])
+    loop = stacked(
+        [(plant.terms, -to, np.vstack([rows[e], rows[w]])), (injection, to, rows[eps])],
+        np.zeros((n + q + p + r,) * 2),
+    )
+    return Response(loop, (n, p, r), _direct(plant, injection))
+
+
+def mismatched_response(true: PlantTerms, assumed: PlantTerms, injection: Terms) -> Response:
+    """From w to the error of z, for an observer of another plant of the same sizes; signals x, x^, eps, z, w."""
+    n, p, q, r = true.sizes
+    rows, x, guess, eps, z, w = _places(n, n, q, p, r)
+    plant_to = np.hstack([rows[x].T, rows[z].T, rows[eps].T])
+    copy_to = np.hstack([rows[guess].T, -rows[z].T, -rows[eps].T])
+    nothing = np.zeros((r, plant_to.shape[0]))
+    loop = stacked(
+        [
+            (true.terms, -plant_to, np.vstack([rows[x], rows[w]])),
+            (assumed.terms, -copy_to, np.vstack([rows[guess], nothing])),
+            (injection, -copy_to, rows[eps]),
+        ],
+        np.zeros((2 * n + q + p + r,) * 2),
+    )
+    return Response(loop, (2 * n, p, r), _direct(true, injection))
+
+
+def _places(*sizes: int) -> tuple[Array, ...]:
+    """The identity and, for each signal, its rows."""
+    eye = np.eye(sum(sizes))
+    stops = np.cumsum(sizes)
+    return eye, *(np.arange(stop - size, stop) for size, stop in zip(sizes, stops, strict=True))
+
+
+def _direct(plant: PlantTerms, injection: Terms) -> Terms:
+    """D_z w - L_z D_y w at frequencies beyond all dynamics, L_z what the innovation adds to z at once."""
+    _, estimated, measured = plant.rows
+    noise = plant.columns[1]
+    rows, columns = np.eye(len(plant.terms.constant)), np.eye(plant.terms.constant.shape[1])
+    left = rows[estimated] - injection.constant[estimated] @ rows[measured]
+    return plant.terms.without_kernels().applied(left, columns[:, noise])
