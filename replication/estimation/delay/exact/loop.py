@@ -7,9 +7,12 @@ stay in the equations, and the plant has to be stable.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from replication.estimation.delay.exact.peak import Response
+from replication.estimation.delay.exact.response import Response
 from replication.estimation.delay.exact.terms import PlantTerms, Terms, stacked
 from replication.estimation.validation import Array
 
@@ -24,25 +27,32 @@ def error_response(plant: PlantTerms, injection: Terms) -> Response:
         [(plant.terms, -to, np.vstack([rows[e], rows[w]])), (injection, to, rows[eps])],
         np.zeros((n + q + p + r,) * 2),
     )
-    return Response(loop, (n, p, r), _direct(plant, injection))
+    ranges = tuple((delay, delay) for delay in loop.delays)
+    return Response(loop, (n, p, r), _direct(plant, injection), ranges)
 
 
-def mismatched_response(true: PlantTerms, assumed: PlantTerms, injection: Terms) -> Response:
-    """From w to the error of z, for an observer of another plant of the same sizes; signals x, x^, eps, z, w."""
-    n, p, q, r = true.sizes
+def mismatched_response(
+    assumed: PlantTerms, injection: Terms, true: Sequence[float], ranges: Sequence[tuple[float, float]]
+) -> Response:
+    """From w to the error of z of an observer that takes the delays of `assumed` for granted; signals x, x^, eps, z, w.
+
+    The plant has the delays `true`, or any others of their `ranges`.
+    """
+    n, p, q, r = assumed.sizes
     rows, x, guess, eps, z, w = _places(n, n, q, p, r)
     plant_to = np.hstack([rows[x].T, rows[z].T, rows[eps].T])
     copy_to = np.hstack([rows[guess].T, -rows[z].T, -rows[eps].T])
     nothing = np.zeros((r, plant_to.shape[0]))
     loop = stacked(
         [
-            (true.terms, -plant_to, np.vstack([rows[x], rows[w]])),
+            (replace(assumed.terms, delays=tuple(true)), -plant_to, np.vstack([rows[x], rows[w]])),
             (assumed.terms, -copy_to, np.vstack([rows[guess], nothing])),
             (injection, -copy_to, rows[eps]),
         ],
         np.zeros((2 * n + q + p + r,) * 2),
     )
-    return Response(loop, (2 * n, p, r), _direct(true, injection))
+    fixed = ((delay, delay) for delay in loop.delays[len(true) :])
+    return Response(loop, (2 * n, p, r), _direct(assumed, injection), (*ranges, *fixed))
 
 
 def _places(*sizes: int) -> tuple[Array, ...]:

@@ -40,14 +40,23 @@ class Terms:
         """Delay, matrix and kernel of each line."""
         return tuple(zip(self.delays, self.delayed, self.kernels, strict=True))
 
-    def at(self, s: ComplexArray) -> ComplexArray:
-        """M at each s (M,) with Re s >= 0, shape (M, a, b)."""
-        total = np.tile(self.constant.astype(complex), (len(s), 1, 1))
-        for delay, matrix, kernel in self.spread:
-            total += np.exp(-s * delay)[:, None, None] * matrix
-            if kernel is not None:
-                total += kernel.transform(s * delay)
-        return total
+    def at(self, s: ComplexArray, delays: Array | None = None) -> ComplexArray:
+        """M at each s (M,) with Re s >= 0, shape (M, a, b); `delays` (M, K) stand for tau_i if given."""
+        return self.constant + sum(self.lines_at(s, delays), np.zeros((len(s), *self.constant.shape), dtype=complex))
+
+    def lines_at(self, s: ComplexArray, delays: Array | None = None) -> list[ComplexArray]:
+        """The part of each line."""
+        times = np.tile(self.delays, (len(s), 1)) if delays is None else delays
+        found = []
+        for i, (_, matrix, kernel) in enumerate(self.spread):
+            value = np.exp(-s * times[:, i])[:, None, None] * matrix
+            found.append(value if kernel is None else value + kernel.transform(s * times[:, i]))
+        return found
+
+    def aged(self) -> Terms:
+        """Each line weighted with its lag: the far end as it is, the kernels as lag·K(lag); no constant."""
+        kernels = tuple(None if kernel is None else kernel.lagged() for kernel in self.kernels)
+        return replace(self, constant=np.zeros_like(self.constant), kernels=kernels)
 
     def applied(self, left: Array, right: Array) -> Terms:
         """left·M(s)·right."""
@@ -58,31 +67,20 @@ class Terms:
             tuple(None if kernel is None else kernel.applied(left, right) for kernel in self.kernels),
         )
 
-    def slope(self) -> Terms:
-        """The derivative with regard to s."""
-        return Terms(
-            np.zeros_like(self.constant),
-            self.delays,
-            tuple(-delay * matrix for delay, matrix, _ in self.spread),
-            tuple(
-                None if kernel is None else kernel.lagged().applied(-delay * np.eye(kernel.shape[0]))
-                for delay, _, kernel in self.spread
-            ),
-        )
-
     def bound(self) -> Array:
         """Upper bounds (a, b) of the entries of |M(s)| wherever Re s >= 0."""
-        total = np.abs(self.constant)
-        for _, matrix, kernel in self.spread:
-            total = total + np.abs(matrix) + (kernel.size() if kernel is not None else 0.0)
-        return total
+        return np.asarray(np.abs(self.constant) + sum(self.sizes()))
 
-    def variation(self) -> Array:
-        """V (a, b): the kernels' part of M(s) is at most V/|s|, entry by entry, for Re s >= 0."""
+    def sizes(self) -> list[Array]:
+        """Such bounds of the part of each line, whatever its delay."""
+        return [np.abs(matrix) + (0.0 if kernel is None else kernel.size()) for _, matrix, kernel in self.spread]
+
+    def variation(self, shortest: Sequence[float]) -> Array:
+        """V (a, b): the kernels' part of M(s) is at most V/|s| for Re s >= 0, for delays from `shortest` on."""
         total = np.zeros(self.constant.shape)
-        for delay, _, kernel in self.spread:
+        for least, kernel in zip(shortest, self.kernels, strict=True):
             if kernel is not None:
-                total = total + kernel.variation() / delay
+                total = total + kernel.variation() / least
         return total
 
     def without_kernels(self) -> Terms:
