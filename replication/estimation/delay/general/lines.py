@@ -8,7 +8,7 @@ Legendre moments mu_c(t), the integrals of p_c(s) psi(s, t) over s:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -84,7 +84,7 @@ class LineForm:
         return sum(line.width for line in self.lines)
 
     @property
-    def kernels(self) -> int:
+    def moments(self) -> int:
         """Legendre moments that the plant uses."""
         return max((len(line.moments) for line in self.lines), default=0)
 
@@ -151,19 +151,3 @@ def _legendre(weights: Array) -> Array:
     powers = (-points[:, None]) ** np.arange(count)
     return np.asarray(np.einsum("t,tc,tk,kij->cij", quadrature, legendre.evaluate(count, points), powers, weights))
 
-
-def in_units(form: LineForm, states: Array, time: float) -> LineForm:
-    """The same plant with x' = states * x (n,) and in time t' = t / time."""
-    n, r = form.states, form.inputs
-    rows = np.concatenate([time * states, np.ones(len(form.now) - n)])
-    columns = np.concatenate([states, np.ones(r)])
-    lines = tuple(
-        Line(
-            line.delay / time,
-            line.carry / columns,
-            rows[:, None] * line.end,
-            rows[:, None] * line.moments,
-        )
-        for line in form.lines
-    )
-    return replace(form, now=rows[:, None] * form.now / columns, lines=lines)

@@ -1,0 +1,64 @@
+"""From a storage function to the gains of the observer: Z between the two inequalities, then its inverse."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+
+from replication.estimation.delay.general.cone import Storage, dissipation
+from replication.estimation.delay.general.lines import LineForm
+from replication.estimation.delay.general.rates import Rates
+from replication.estimation.delay.sos import legendre
+from replication.estimation.validation import Array
+
+NODES = 160
+"""Gauss points on a line: the kernels are polynomials over S + (1 + s) T."""
+NEGLIGIBLE = 1e-13
+"""Legendre coefficients of a kernel below this share of its largest are left out."""
+
+
+def multiplier(rates: Rates, storage: Storage) -> Array:
+    """Z (k, q), which makes N positive where both inequalities hold: what remains of u and eps given the rest is apart."""
+    k, q = len(rates.u), len(rates.unit)
+    whole = dissipation(rates, rates.change).at(storage)
+    state, eps, rest = slice(0, k), slice(k, k + q), slice(k + q, None)
+    wanted = whole[state, rest] @ np.linalg.solve(whole[rest, rest], whole[rest, eps])
+    return np.asarray(np.linalg.solve(rates.unit, (wanted - whole[state, eps]).T).T)
+
+
+def injection(form: LineForm, rates: Rates, storage: Storage) -> tuple[Array, tuple[Array, ...]]:
+    """L_0 and, for each line, the Legendre coefficients of L_i.
+
+    The derivative of V along an injection L eps is 2 u'Z eps if, with m = (L_0, moments of L_i),
+    (S_i + (1 + s) T_i) L_i = sum_c p_c (Z - W m)_ic; then (W_+ + diag(0, K_i^-1 - S_i)) m = Z, K_i the moments of
+    (S_i + (1 + s) T_i)^-1.
+    """
+    z, n = multiplier(rates, storage), form.states
+    degree = len(rates.lines[0].moments) if rates.lines else 0
+    points, weights = legendre.gauss(NODES)
+    basis = legendre.evaluate(degree, points)
+    whole, inverses, start = storage.plus.copy(), [], n
+    for s, t in zip(storage.s, storage.t, strict=True):
+        values = np.linalg.inv(s + (1.0 + points)[:, None, None] * t)
+        size = degree * len(s)
+        moments = np.einsum("x,xc,xij,xd->cidj", weights, basis, values, basis, optimize=True).reshape(size, size)
+        part = slice(start, start + size)
+        whole[part, part] += np.linalg.inv(moments) - np.kron(np.eye(degree), s)
+        inverses.append((part, values, moments))
+        start += size
+    m = scipy.linalg.solve((whole + whole.T) / 2.0, z, assume_a="pos")
+    kernels = []
+    for part, values, moments in inverses:
+        inner = np.linalg.solve(moments, m[part]).reshape(degree, -1, z.shape[1])
+        kernel = np.einsum("xij,xc,cjq->xiq", values, basis, inner, optimize=True)
+        kernels.append(_polynomial(kernel, points, weights))
+    return m[:n], tuple(kernels)
+
+
+def _polynomial(values: Array, points: Array, weights: Array) -> Array:
+    """Legendre coefficients (c, m, q) of a function given at the Gauss points."""
+    tests = legendre.evaluate(len(points) // 2, points)
+    coefficients = np.einsum("x,xc,xiq->ciq", weights, tests, values)
+    sizes = np.abs(coefficients).max(axis=(1, 2))
+    kept = np.flatnonzero(sizes > NEGLIGIBLE * sizes.max(initial=0.0))
+    return coefficients[: kept[-1] + 1 if kept.size else 1]
