@@ -159,8 +159,9 @@ def _hamiltonian(model: FilterModel, level: float) -> Array | None:
     return np.block([[drift.T, -c.T @ inverse @ c], [-process, -drift]])
 
 
-def _on_axis(values: Array) -> Array:
+def _on_axis(matrix: Array) -> Array:
     """Frequencies of the eigenvalues on the imaginary axis."""
+    values = np.linalg.eigvals(matrix).astype(complex)
     return np.unique(np.abs(values.imag[np.abs(values.real) <= AXIS * (1.0 + np.abs(values))]))
 
 
@@ -194,7 +195,7 @@ def _smoother(model: FilterModel, least: float) -> float:
     for _ in range(MOST_ROUNDS):
         level = max(best * (1.0 + 1e-10), least)
         matrix = _hamiltonian(model, level)
-        crossings = _on_axis(np.linalg.eigvals(matrix)) if matrix is not None else np.array([])
+        crossings = _on_axis(matrix) if matrix is not None else np.array([])
         if not crossings.size:
             return best
         edges = np.unique(np.concatenate([[0.0], crossings, [2.0 * crossings[-1] + 1.0]]))

@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from numpy.polynomial import legendre
 from scipy.special import ive
 
 from replication.errors import SolverError
-from replication.estimation.validation import Array, ComplexArray
+from replication.estimation.validation import Array
 
+Complex = npt.NDArray[np.complexfloating[Any, Any]]
 DEGREE, MOST_PANELS = 15, 200
 """Degree on each panel, and panels beyond which a function is refused."""
 
@@ -52,7 +55,7 @@ class Kernel:
         series = np.einsum("ca,mkab->mkcb", left, self.series)
         return Kernel(self.edges, series if right is None else series @ right)
 
-    def transform(self, s: ComplexArray) -> ComplexArray:
+    def transform(self, s: Complex) -> Complex:
         """Integral of K(lag) e^{-s lag} over [0, 1] at each s (M,) with Re s >= 0, shape (M, a, b)."""
         half, middle = np.diff(self.edges) / 2.0, (self.edges[1:] + self.edges[:-1]) / 2.0
         orders = np.arange(self.series.shape[1])

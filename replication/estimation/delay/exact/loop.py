@@ -12,9 +12,95 @@ from dataclasses import replace
 
 import numpy as np
 
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.delay.exact.forms import injection_terms, plant_terms
+from replication.estimation.delay.exact.peak import GainBracket, gain_bracket, right_roots
 from replication.estimation.delay.exact.response import Response
 from replication.estimation.delay.exact.terms import PlantTerms, Terms, stacked
-from replication.estimation.validation import Array
+from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.validation import Array, as_array, positive_scalar
+
+
+def exact_gain(observer: DelayObserver, relative: float = 1e-6) -> GainBracket:
+    """The L2 gain from w to the error of z, delays and kernels exact.
+
+    Parameters
+    ----------
+    observer : DelayObserver
+        What a synthesis gave.
+    relative : float
+        Relative width of the bracket that is asked for.
+
+    Returns
+    -------
+    GainBracket
+        Both ends, in floating point; the error system is stable.
+
+    Raises
+    ------
+    InvalidInputError
+        `relative` is not positive.
+    InfeasibleError
+        The error does not die out.
+    SolverError
+        A root of the error lies on the imaginary axis, or so near that stability stays open.
+    """
+    positive_scalar("relative", relative)
+    return gain_bracket(error_response(plant_terms(observer.plant), injection_terms(observer)), relative)
+
+
+def worst_gain(
+    observer: DelayObserver, ranges: Sequence[tuple[float, float]] | None = None, relative: float = 1e-3
+) -> GainBracket:
+    """The largest gain of an observer while the delays of the plant, constant and unknown, lie anywhere in ranges.
+
+    Parameters
+    ----------
+    observer : DelayObserver
+        Made for the nominal delays, which it keeps.
+    ranges : sequence of K pairs of floats, optional
+        Shortest and longest delay, s; those of the plant unless given.
+    relative : float
+        Relative width of the bracket that is asked for.
+
+    Returns
+    -------
+    GainBracket
+        The upper end holds for all delays of the ranges, in floating point; the lower end is attained at the delays
+        that it names. The upper end is infinite where stability over the ranges stays open.
+
+    Raises
+    ------
+    InvalidInputError
+        `relative` is not positive, or the ranges are no pairs of positive, ordered delays.
+    InfeasibleError
+        The plant is unstable: with the least error in a delay the estimate does not follow it.
+    SolverError
+        Stability at the nominal delays stays open.
+
+    Notes
+    -----
+    The ranges and the frequencies are cut into cells. On each the response is its value and slope at the centre, plus a
+    remainder that is bounded. An observer that is stable at the nominal delays, and has no root on the axis in any
+    cell, is stable for all delays of the ranges.
+    """
+    plant = plant_terms(observer.plant)
+    positive_scalar("relative", relative)
+    given = observer.plant.ranges if ranges is None else ranges
+    ends = as_array("ranges", given, (len(plant.terms.delays), 2), axes="(delays, 2)")
+    if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
+        raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
+    nothing = Terms(np.zeros((len(plant.terms.constant), plant.sizes[2])))
+    roots = right_roots(error_response(plant, nothing))[1]
+    if roots:
+        raise InfeasibleError(
+            f"the plant has {roots} unstable roots: with an error in a delay, however small, no estimate follows it; "
+            "stabilise the plant, or measure the delays"
+        )
+    middle = [float(value) for value in ends.mean(axis=1)]
+    pairs = [(float(low), float(high)) for low, high in ends]
+    found = gain_bracket(mismatched_response(plant, injection_terms(observer), middle, pairs), relative)
+    return replace(found, delays=found.delays[: len(pairs)])
 
 
 def error_response(plant: PlantTerms, injection: Terms) -> Response:

@@ -60,7 +60,9 @@ def gain_bracket(response: Response, relative: float = 1e-6, most: int = MOST) -
     upper, used = response.beyond(top), 0
     cells = response.cells(np.concatenate([grid, np.geomspace(reach, max(top, 1.1 * reach), FIRST)]))
     while cells.omega.size:
-        found = [response.bounded(Cells(*(part[i : i + CHUNK] for part in cells))) for i in range(0, len(cells.omega), CHUNK)]
+        found = [
+            response.bounded(Cells(*(part[i : i + CHUNK] for part in cells))) for i in range(0, len(cells.omega), CHUNK)
+        ]
         middle, above, widest = (np.concatenate(part) for part in zip(*found, strict=True))
         used += len(middle)
         top_cell = int(np.argmax(middle))
@@ -96,7 +98,9 @@ def right_roots(response: Response) -> tuple[float, int]:
     while cells.omega.size:
         used += len(cells.omega)
         if used > MOST:
-            raise SolverError(f"a root of the error lies on the imaginary axis, or next to it: {cells.omega[0]:.6g} rad/s")
+            raise SolverError(
+                f"a root of the error lies on the imaginary axis, or next to it: {cells.omega[0]:.6g} rad/s"
+            )
         inverse, _, done = response.near(cells)
         for side in (-1.0, 1.0):
             ends = response.matrix(1j * (cells.omega + side * cells.half)[done])

@@ -1,6 +1,6 @@
 """The gain matrix of a delay equation, and bounds of it over cells of frequencies and delays.
 
-X xi = [0; w] with X = diag(s I, I) + L(s), rows of states first, then algebraic ones; the entries of L depend on s tau_i.
+X xi = [0; w] with X = diag(s I, I) + L(s), rows of states first, then algebraic ones; L depends on the s tau_i.
 A cell is |w - w_c| <= r, |tau_i - t_i| <= d_i. On it |X - X_c| <= D, entry by entry, where line i contributes at most
 (r tau_i + w d_i) times its size; and
 
@@ -14,13 +14,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
-from replication.estimation.delay.exact.terms import Terms
-from replication.estimation.validation import Array, ComplexArray
+from replication.estimation.delay.exact.kernel import Complex
+from replication.estimation.delay.exact.terms import Terms, axis
+from replication.estimation.validation import Array
 
+Block = TypeVar("Block", Array, Complex)
+Chosen = npt.NDArray[np.bool_]
 ROOM = 0.9
 """Spectral radius up to which a cell counts as one on which X is invertible."""
 
@@ -63,7 +67,7 @@ class Response:
         shape = (len(omega), 1)
         return Cells(omega, half, np.tile(ends.mean(axis=1), shape), np.tile(np.diff(ends)[:, 0] / 2.0, shape))
 
-    def matrix(self, s: ComplexArray, delays: Array | None = None) -> ComplexArray:
+    def matrix(self, s: Complex, delays: Array | None = None) -> Complex:
         """X at each s (M,), for the nominal delays or those of (M, K)."""
         n, size = self.sizes[0], len(self.loop.constant)
         value = self.loop.at(s, delays)
@@ -71,14 +75,14 @@ class Response:
         value[:, range(n, size), range(n, size)] += 1.0
         return value
 
-    def part(self, inverse: ComplexArray) -> ComplexArray:
+    def part(self, inverse: Block) -> Block:
         """The part of X^-1 from w to z."""
         _, p, r = self.sizes
         return inverse[..., -p - r : -r, -r:]
 
     def gains(self, omega: Array, delays: Array | None = None) -> Array:
         """The largest singular value at each frequency."""
-        return norms(self.part(np.linalg.inv(self.matrix(1j * omega, delays))))
+        return norms(self.part(np.linalg.inv(self.matrix(axis(omega), delays))))
 
     def beyond(self, omega: float) -> float:
         """A bound of the gain at all frequencies from `omega` on, for all delays of the ranges.
@@ -100,9 +104,9 @@ class Response:
         signals = self.loop.without_kernels().bound() + variation / omega
         return np.vstack([self.loop.bound()[:n] / omega, signals[n:]])
 
-    def near(self, cells: Cells) -> tuple[ComplexArray, Array, Array]:
+    def near(self, cells: Cells) -> tuple[Complex, Array, Chosen]:
         """X_c^-1, a bound of |X - X_c|, and whether X is known to be invertible, for each cell."""
-        inverse = np.linalg.inv(self.matrix(1j * cells.omega, cells.delays))
+        inverse = np.linalg.inv(self.matrix(axis(cells.omega), cells.delays))
         change = sum(self._changes(cells), np.zeros(inverse.shape))
         return inverse, change, radii(np.abs(inverse) @ change) < ROOM
 
@@ -124,15 +128,18 @@ class Response:
         wide = np.linalg.solve(np.eye(size.shape[-1]) - np.where(room[:, None, None], size @ change, 0.0), size)
         bend = self.part(wide @ (2.0 * change @ wide @ change + self._bend(cells)) @ wide)
         value, (along, *across) = self.part(inverse), self._tangents(cells, inverse)
-        corners = [value + side * (along + sum(sign * other for sign, other in zip(signs, across, strict=True)))
-                   for side in (-1.0, 1.0) for signs in product((-1.0, 1.0), repeat=len(across))]
+        corners = [
+            value + side * (along + sum(sign * other for sign, other in zip(signs, across, strict=True)))
+            for side in (-1.0, 1.0)
+            for signs in product((-1.0, 1.0), repeat=len(across))
+        ]
         above = np.max([norms(corner) for corner in corners], axis=0) + norms(bend) / 2.0
         shares = np.stack([norms(self.part(size @ part @ size)) for part in self._changes(cells)])
         return norms(value), np.where(room, above, np.inf), np.argmax(shares, axis=0)
 
-    def _tangents(self, cells: Cells, inverse: ComplexArray) -> list[ComplexArray]:
+    def _tangents(self, cells: Cells, inverse: Complex) -> list[Complex]:
         """The change of the gain matrix, to first order, along half a cell: in frequency, and in each unknown delay."""
-        s = 1j * cells.omega
+        s = axis(cells.omega)
         lines = self.loop.aged().lines_at(s, cells.delays)
         states = np.diag((np.arange(len(self.loop.constant)) < self.sizes[0]).astype(complex))
         sweep = states - sum(cells.delays[:, i, None, None] * line for i, line in enumerate(lines))
@@ -150,7 +157,7 @@ class Response:
         return np.asarray(sum(rates[:, i, None, None] * size for i, size in enumerate(self.loop.sizes())))
 
 
-def norms(matrices: ComplexArray | Array) -> Array:
+def norms(matrices: Complex | Array) -> Array:
     """Largest singular values of a stack."""
     return np.asarray(np.linalg.norm(matrices, 2, axis=(-2, -1)))
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.delay.exact.terms import PlantTerms
+from replication.estimation.delay.exact.terms import PlantTerms, axis
 from replication.estimation.validation import Array
 
 DECADES, POINTS, TURNS, PER_TURN, ROUNDS = 6, 200, 12, 48, 40
@@ -71,7 +71,7 @@ def smoother_gains(plant: PlantTerms, omega: Array) -> Array:
     n, _, q, r = plant.sizes
     if r <= q:
         return np.zeros(len(omega))
-    values = plant.terms.at(1j * omega)
+    values = plant.terms.at(axis(omega))
     states, estimated, measured = plant.rows
     pencil = np.concatenate([values[:, states], values[:, measured]], axis=1)
     pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)

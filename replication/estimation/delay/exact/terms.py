@@ -10,8 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from replication.estimation.delay.exact.kernel import Kernel
-from replication.estimation.validation import Array, ComplexArray
+from replication.estimation.delay.exact.kernel import Complex, Kernel
+from replication.estimation.validation import Array
+
+
+def axis(omega: Array) -> Complex:
+    """The points s = j omega."""
+    return np.asarray(1j * omega)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,17 +45,22 @@ class Terms:
         """Delay, matrix and kernel of each line."""
         return tuple(zip(self.delays, self.delayed, self.kernels, strict=True))
 
-    def at(self, s: ComplexArray, delays: Array | None = None) -> ComplexArray:
+    def at(self, s: Complex, delays: Array | None = None) -> Complex:
         """M at each s (M,) with Re s >= 0, shape (M, a, b); `delays` (M, K) stand for tau_i if given."""
-        return self.constant + sum(self.lines_at(s, delays), np.zeros((len(s), *self.constant.shape), dtype=complex))
+        total = np.tile(self.constant.astype(complex), (len(s), 1, 1))
+        for line in self.lines_at(s, delays):
+            total += line
+        return total
 
-    def lines_at(self, s: ComplexArray, delays: Array | None = None) -> list[ComplexArray]:
+    def lines_at(self, s: Complex, delays: Array | None = None) -> list[Complex]:
         """The part of each line."""
         times = np.tile(self.delays, (len(s), 1)) if delays is None else delays
         found = []
         for i, (_, matrix, kernel) in enumerate(self.spread):
-            value = np.exp(-s * times[:, i])[:, None, None] * matrix
-            found.append(value if kernel is None else value + kernel.transform(s * times[:, i]))
+            value = np.asarray(np.exp(-s * times[:, i])[:, None, None] * matrix, dtype=complex)
+            if kernel is not None:
+                value += kernel.transform(s * times[:, i])
+            found.append(value)
         return found
 
     def aged(self) -> Terms:

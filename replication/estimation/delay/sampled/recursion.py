@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.delay.exact.terms import PlantTerms, Terms
-from replication.estimation.validation import Array, ComplexArray
+from replication.estimation.delay.exact.kernel import Complex
+from replication.estimation.delay.exact.terms import PlantTerms, Terms, axis
+from replication.estimation.validation import Array
 
 FINE, SMALL, LONGEST_CIRCLE = 8, 0.8, 2**22
 """Points on the unit circle for each tap; phase between two of them, rad; the most points."""
@@ -48,9 +49,9 @@ class SampledObserver:
         n, _, q, _ = self.sizes
         states, _, measured = self.parts
         now = self.taps[0][:, : n + q]
-        return np.eye(n + q) + np.vstack([-self.dt / 2.0 * now[states], now[measured]])
+        return np.asarray(np.eye(n + q) + np.vstack([-self.dt / 2.0 * now[states], now[measured]]))
 
-    def response(self, omega: Array) -> ComplexArray:
+    def response(self, omega: Array) -> Complex:
         """From y to x^ at each frequency (M, n, q), for a sampled sinusoid."""
         n, _, q, _ = self.sizes
         turn = np.exp(-1j * omega * self.dt)
@@ -86,14 +87,14 @@ def sampled(plant: PlantTerms, injection: Terms, dt: float) -> SampledObserver:
     return SampledObserver(dt, (n, p, q, columns[2].shape[2]), taps)
 
 
-def exact_response(plant: PlantTerms, injection: Terms, omega: Array) -> ComplexArray:
+def exact_response(plant: PlantTerms, injection: Terms, omega: Array) -> Complex:
     """From y to x^ at each frequency (M, n, q), delays and averages exact: what `response` converges to."""
     n, p, q, _ = plant.sizes
-    values = np.concatenate([plant.terms.at(1j * omega)[:, :, :n], injection.at(1j * omega)], axis=2)
+    values = np.concatenate([plant.terms.at(axis(omega))[:, :, :n], injection.at(axis(omega))], axis=2)
     return _from_measurements(values, 1j * omega, (n, p, q, 0))
 
 
-def _from_measurements(values: ComplexArray, slope: ComplexArray, sizes: tuple[int, int, int, int]) -> ComplexArray:
+def _from_measurements(values: Complex, slope: Complex, sizes: tuple[int, int, int, int]) -> Complex:
     """x^ of y, from the values of (x^', z^, y^) of (x^, eps), and what stands for the derivative."""
     n, p, q, _ = sizes
     rows = slope[:, None, None] * np.eye(n, n + q) - values[:, :n]

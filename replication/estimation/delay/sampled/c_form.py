@@ -1,4 +1,4 @@
-"""An observer of a delay plant as one C99 file: the recursion of `sampled` with a ring of past samples, no allocation."""
+"""The recursion of an observer of a delay plant as one C99 file: a ring of past samples, no allocation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from string import Template
 import numpy as np
 
 from replication.estimation.api.export import c_array, c_name, comment_text
-from replication.estimation.delay.exact.sampled import SampledObserver
+from replication.estimation.delay.sampled.recursion import SampledObserver
 
 SOURCE = Template(
     """\
