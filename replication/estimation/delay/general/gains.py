@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
-from replication.estimation.delay.general.cone import Storage, dissipation
+from replication.estimation.delay.general.cone import Storage, dissipation, scalars_of
 from replication.estimation.delay.general.lines import LineForm
 from replication.estimation.delay.general.rates import Rates
 from replication.estimation.delay.sos import legendre
@@ -20,7 +20,7 @@ NEGLIGIBLE = 1e-13
 def multiplier(rates: Rates, storage: Storage) -> Array:
     """Z (k, q), which makes N positive where both inequalities hold: what remains of u and eps given the rest is apart."""
     k, q = len(rates.u), len(rates.unit)
-    whole = dissipation(rates, rates.change).at(storage)
+    whole = dissipation(rates, rates.change).at(storage.plus, scalars_of(storage))
     state, eps, rest = slice(0, k), slice(k, k + q), slice(k + q, None)
     wanted = whole[state, rest] @ np.linalg.solve(whole[rest, rest], whole[rest, eps])
     return np.asarray(np.linalg.solve(rates.unit, (wanted - whole[state, eps]).T).T)

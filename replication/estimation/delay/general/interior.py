@@ -77,8 +77,8 @@ class _Scaled:
         return np.asarray(self.inverse.T @ self.inverse)
 
 
-def solve(blocks: tuple[Block, ...], order: int, cost: Array, *, gap: float = GAP) -> Point:
-    """The best point found, where every block is positive.
+def solve(blocks: tuple[Block, ...], order: int, cost: Array, *, gap: float = GAP, floor: float = 1.0) -> Point:
+    """The best point found, where every block is positive; the gap is relative to floor + |value|.
 
     Raises SolverError if none is.
     """
@@ -99,7 +99,7 @@ def solve(blocks: tuple[Block, ...], order: int, cost: Array, *, gap: float = GA
             best = Point(*unknowns.split(y), value, bound, step)
         mean = sum(float(np.sum(s * x)) for s, x in zip(slacks, duals, strict=True)) / size
         values = [*values, value][-WAIT:] if feasible else []
-        small = gap * (1.0 + abs(value))
+        small = gap * (floor + abs(value))
         if feasible and (mean * size <= small or (len(values) == WAIT and max(values) - values[0] <= small)):
             break
         try:

@@ -1,0 +1,176 @@
+"""The least level of a general delay plant by the small program, and an observer that keeps a level."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from replication.errors import InfeasibleError, SolverError
+from replication.estimation.delay.general.cone import Storage, dissipation, positivity, scalars_of, storage_of
+from replication.estimation.delay.general.gains import injection
+from replication.estimation.delay.general.interior import Block, Point, solve
+from replication.estimation.delay.general.lines import LineForm, line_form
+from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.rates import Rates, rates
+from replication.estimation.delay.general.scaling import Scaling, scaling_of
+from replication.estimation.validation import positive_integer, positive_scalar
+
+DEGREES, ORDER = (6, 5, 4, 3, 2, 1), 40
+"""Degrees unless one is asked for: the first with which the storage has at most so many rows; the last for larger plants."""
+ROUGH = 0.1
+"""Relative gap of an interior point: it only has to be well inside."""
+
+
+@dataclass(frozen=True)
+class GeneralLevel:
+    """A level that a storage function proves, and the least of its degree up to the gap of the program.
+
+    Attributes
+    ----------
+    degree : int
+        Moments of each line.
+    level : float
+        What `storage` proves.
+    scaling : Scaling
+        The units of the program.
+    storage : Storage
+        In those units, the level included.
+    steps : int
+        Of the interior-point method.
+    slack : float
+        The smallest eigenvalue of all inequalities at `storage`, in those units: positive.
+    """
+
+    degree: int
+    level: float
+    scaling: Scaling
+    storage: Storage
+    steps: int
+    slack: float
+
+
+@dataclass(frozen=True)
+class _Program:
+    """The inequalities of a plant in the units of `scaling`."""
+
+    scaling: Scaling
+    form: LineForm
+    rates: Rates
+    blocks: tuple[Block, ...]
+
+    def proved(self, point: Point, scalars: np.ndarray, degree: int) -> GeneralLevel:
+        """What a point proves. Raises SolverError if an inequality does not hold there."""
+        slack = min(float(np.linalg.eigvalsh(block.at(point.w, scalars))[0]) for block in self.blocks)
+        if not slack > 0.0:
+            raise SolverError(f"the point found proves nothing (least eigenvalue {slack:.1e}); ask for a higher level")
+        storage = storage_of(self.rates, point.w, scalars)
+        return GeneralLevel(degree, storage.level * self.scaling.gain, self.scaling, storage, point.steps, slack)
+
+
+def degree_of(plant: DelayPlant) -> int:
+    """The degree that a design takes unless one is asked for, see DEGREES."""
+    form = line_form(plant)
+    fitting = (degree for degree in DEGREES if form.states + degree * form.width <= ORDER)
+    return max(next(fitting, DEGREES[-1]), form.moments)
+
+
+def least_level(plant: DelayPlant, degree: int) -> GeneralLevel:
+    """The least level that `degree` moments of each line prove.
+
+    Solved with one moment first, whose level gives w and z their units.
+
+    Parameters
+    ----------
+    plant : DelayPlant
+        The plant.
+    degree : int
+        Moments of each line.
+
+    Returns
+    -------
+    GeneralLevel
+        The level, and the storage function that proves it.
+
+    Raises
+    ------
+    InvalidInputError
+        A combination of measurements has no noise, or the averages need a higher degree.
+    SolverError
+        No point is found.
+    """
+    degree = positive_integer("degree", degree)
+    program = _program(plant, scaling_of(plant), degree)
+    few = max(1, program.form.moments)
+    if few < degree:
+        first = _least(_program(plant, program.scaling, few), few)
+        program = _program(plant, replace(program.scaling, gain=first.level), degree)
+    return _least(program, degree)
+
+
+def _program(plant: DelayPlant, scaling: Scaling, degree: int) -> _Program:
+    form = line_form(scaling.plant(plant))
+    over = rates(form, degree)
+    blocks = (
+        *positivity(over),
+        dissipation(over, over.without_innovation()),
+        dissipation(over, over.without_state()),
+    )
+    return _Program(scaling, form, over, blocks)
+
+
+def _least(program: _Program, degree: int) -> GeneralLevel:
+    cost = np.zeros(len(program.blocks[0].others))
+    cost[-1] = -1.0
+    point = solve(program.blocks, len(program.rates.u), cost)
+    return program.proved(point, point.y, degree)
+
+
+def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) -> tuple[GeneralLevel, DelayObserver]:
+    """An observer that keeps `level`: its storage function is far inside all inequalities, which keeps gains moderate.
+
+    Parameters
+    ----------
+    plant : DelayPlant
+        The plant.
+    level : float
+        Above the least of this degree.
+    degree : int
+        Moments of each line.
+    scaling : Scaling
+        Units of the program, as `least_level` gives them.
+
+    Returns
+    -------
+    GeneralLevel, DelayObserver
+        The proof, and the gains in the units of the plant.
+
+    Raises
+    ------
+    InfeasibleError
+        The level is not above the least of this degree.
+    SolverError
+        No point is found.
+    """
+    target = positive_scalar("level", level) / scaling.gain
+    program = _program(plant, scaling, degree)
+    last = len(program.blocks[0].others) - 1
+    inside = tuple(_with_slack(block.fixed(last, target)) for block in program.blocks)
+    cost = np.zeros(last + 1)
+    cost[-1] = 1.0
+    point = solve(inside, len(program.rates.u), cost, gap=ROUGH, floor=0.0)
+    if point.value <= 0.0:
+        raise InfeasibleError(
+            f"the level {level:.6g} is not found to be in reach of degree {degree}; relax it or raise the degree"
+        )
+    found = program.proved(point, np.append(point.y[:-1], target), degree)
+    l0, kernels = injection(program.form, program.rates, found.storage)
+    form = scaling.back(program.form)
+    gains = tuple(kernel / scaling.time for kernel in kernels)
+    return found, DelayObserver(plant, form, l0 / scaling.states[:, None] / scaling.time, gains)
+
+
+def _with_slack(block: Block) -> Block:
+    """The block less t times the unit matrix, t the last scalar."""
+    return replace(block, others=np.concatenate([block.others, -np.eye(len(block.constant))[None]]))
