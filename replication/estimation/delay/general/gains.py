@@ -13,7 +13,7 @@ from replication.estimation.validation import Array
 
 NODES = 160
 """Gauss points on a line: the kernels are polynomials over S + (1 + s) T."""
-NEGLIGIBLE = 1e-13
+NEGLIGIBLE = 1e-11
 """Legendre coefficients of a kernel below this share of its largest are left out."""
 
 

@@ -267,16 +267,18 @@ def _products(unknowns: _Unknowns, pairs: list[tuple[Array, Array]]) -> Array:
     """sum over the pairs (A, B) of tr(E_i A E_j B), with E the symmetric unit matrices of the triangle."""
     k = unknowns.order
     result = np.empty((unknowns.triangle, unknowns.triangle))
-    above = unknowns.rows * k + unknowns.columns
-    below = unknowns.columns * k + unknowns.rows
+    first = np.stack([pair[0] for pair in pairs], axis=-1)  # (b, c, pair)
+    second = np.stack([pair[1].T for pair in pairs], axis=1)  # (a, pair, d)
     start = 0
-    for a in range(k):  # rows (a, b), b >= a
-        total = np.zeros((k - a, k, k))
-        for first, second in pairs:
-            total += first[a:, :, None] * second[:, a][None, None, :]
-            total += first[a][None, :, None] * second[:, a:].T[:, None, :]
-        flat = total.reshape(k - a, k * k)
-        result[start : start + k - a] = flat[:, above] + flat[:, below]
-        start += k - a
+    for a in range(k):  # rows (a, b) and columns (c, d), both with all indices from a on
+        m = k - a
+        left = np.concatenate([first[a:, a:], np.broadcast_to(first[a, a:], (m, m, len(pairs)))], axis=2)
+        right = np.concatenate([np.broadcast_to(second[a, :, a:], (m, len(pairs), m)), second[a:, :, a:]], axis=1)
+        flat = (left @ right).reshape(m, m * m)
+        rows, columns = unknowns.rows[start:] - a, unknowns.columns[start:] - a
+        part = flat[:, rows * m + columns] + flat[:, columns * m + rows]
+        result[start : start + m, start:] = part
+        result[start:, start : start + m] = part.T
+        start += m
     half = np.where(unknowns.rows == unknowns.columns, 0.5, 1.0)
     return result * half[:, None] * half
