@@ -51,7 +51,7 @@ def injection_terms(observer: DelayObserver) -> Terms:
     """
     form = observer.form
     q = form.measurements
-    constant = np.vstack([observer.l0, np.zeros((len(form.now) - form.states, q))])
+    constant = np.vstack([observer.l0, observer.lz, np.zeros((q, q))])
     kernels = []
     for i, line in enumerate(form.lines):
         count = len(line.moments)

@@ -114,8 +114,8 @@ def _program(plant: DelayPlant, scaling: Scaling, degree: int) -> _Program:
     over = rates(form, degree)
     blocks = (
         *positivity(over),
-        dissipation(over, over.without_innovation()),
-        dissipation(over, over.without_state()),
+        dissipation(over, over.without_innovation(), outputs=form.outputs),
+        dissipation(over, over.without_state(), outputs=0),
     )
     return _Program(scaling, form, over, blocks)
 
@@ -165,10 +165,14 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
             f"the level {level:.6g} is not found to be in reach of degree {degree}; relax it or raise the degree"
         )
     found = program.proved(point, np.append(point.y[:-1], target), degree)
-    l0, kernels = injection(program.form, program.rates, found.storage)
-    form = scaling.back(program.form)
-    gains = tuple(kernel / scaling.time for kernel in kernels)
-    return found, DelayObserver(plant, form, l0 / scaling.states[:, None] / scaling.time, gains)
+    l0, lz, kernels = injection(program.form, program.rates, found.storage)
+    return found, DelayObserver(
+        plant,
+        scaling.back(program.form),
+        l0 / scaling.states[:, None] / scaling.time,
+        lz * scaling.gain**0.5,
+        tuple(kernel / scaling.time for kernel in kernels),
+    )
 
 
 def _with_slack(block: Block) -> Block:
