@@ -106,7 +106,7 @@ class Kernel:
 
 
 def _legendre_transforms(b: Complex, count: int) -> Complex:
-    """e^{-Re b} times the integrals (M, count) of P_k(x) e^{-bx} over [-1, 1]: 2 (-1)^k i_k(b), or 2 (-j)^k j_k(Im b)."""
+    """e^{-Re b} times the integrals (M, count) of P_k(x) e^{-bx} over [-1, 1], by Bessel functions i_k or j_k."""
     orders = np.arange(count)
     if not np.any(b.real):
         return np.asarray(2.0 * (-1j) ** orders * _spherical(b.imag.astype(float), count))
@@ -116,7 +116,7 @@ def _legendre_transforms(b: Complex, count: int) -> Complex:
 
 
 def _spherical(x: Array, count: int) -> Array:
-    """Spherical Bessel functions j_0 .. j_{count-1} of real x, (M, count): by recurrence up, or down where it decays."""
+    """Spherical Bessel functions j_0 .. j_{count-1} of real x, (M, count): by recurrence, up or (x < count) down."""
     sign = np.where(x < 0.0, -1.0, 1.0)[:, None] ** np.arange(count)
     x = np.maximum(np.abs(x), 1e-30)
     first = np.sinc(x / np.pi)
