@@ -58,14 +58,10 @@ class Kernel:
     def transform(self, s: Complex) -> Complex:
         """Integral of K(lag) e^{-s lag} over [0, 1] at each s (M,) with Re s >= 0, shape (M, a, b)."""
         half, middle = np.diff(self.edges) / 2.0, (self.edges[1:] + self.edges[:-1]) / 2.0
-        orders = np.arange(self.series.shape[1])
         total = np.zeros((len(s), *self.shape), dtype=complex)
         for h, centre, series in zip(half, middle, self.series, strict=True):
-            b = np.where(s == 0.0, 1e-200, s * h)
-            # The integral of P_k(x) e^{-bx} over [-1, 1] is 2 (-1)^k i_k(b); `ive` keeps i_k e^{-Re b}.
-            bessel = np.sqrt(np.pi / (2.0 * b))[:, None] * ive(orders + 0.5, b[:, None])
-            factor = 2.0 * h * np.exp(-s * centre + b.real)
-            total += np.einsum("m,mk,kab->mab", factor, (-1.0) ** orders * bessel, series)
+            factor = h * np.exp(-s * centre + (s * h).real)
+            total += np.einsum("m,mk,kab->mab", factor, _legendre_transforms(s * h, len(series)), series)
         return total
 
     def lagged(self) -> Kernel:
@@ -107,6 +103,40 @@ class Kernel:
         np.add.at(total, before, (1.0 - share) * values)
         np.add.at(total, before + 1, share * values)
         return total
+
+
+def _legendre_transforms(b: Complex, count: int) -> Complex:
+    """e^{-Re b} times the integrals (M, count) of P_k(x) e^{-bx} over [-1, 1], by Bessel functions i_k or j_k."""
+    orders = np.arange(count)
+    if not np.any(b.real):
+        return np.asarray(2.0 * (-1j) ** orders * _spherical(b.imag.astype(float), count))
+    b = np.where(b == 0.0, 1e-200, b)
+    bessel = np.sqrt(np.pi / (2.0 * b))[:, None] * ive(orders + 0.5, b[:, None])
+    return np.asarray(2.0 * (-1.0) ** orders * bessel)
+
+
+def _spherical(x: Array, count: int) -> Array:
+    """Spherical Bessel functions j_0 .. j_{count-1} of real x, (M, count): by recurrence, up or (x < count) down."""
+    sign = np.where(x < 0.0, -1.0, 1.0)[:, None] ** np.arange(count)
+    x = np.maximum(np.abs(x), 1e-30)
+    first = np.sinc(x / np.pi)
+    second = np.where(x > 1e-2, (first - np.cos(x)) / x, x / 3.0 - x**3 / 30.0 + x**5 / 840.0)
+    found = np.zeros((len(x), max(count, 2)))
+    found[:, 0], found[:, 1] = first, second
+    up = x > count
+    for k in range(2, count):
+        found[up, k] = (2 * k - 1) / x[up] * found[up, k - 1] - found[up, k - 2]
+    down = x[~up]
+    ratio, ratios = np.zeros(len(down)), np.zeros((len(down), found.shape[1]))
+    for k in range(count + 10 + int(np.sqrt(40.0 * count)), 0, -1):
+        ratio = 1.0 / ((2 * k + 1) / down - ratio)
+        if k < found.shape[1]:
+            ratios[:, k] = ratio
+    # From j_0 or j_1, whichever is the larger: one of them may be next to zero.
+    later = np.where(np.abs(second[~up]) > np.abs(first[~up]), second[~up], first[~up] * ratios[:, 1])
+    found[~up, 1] = later
+    found[~up, 2:] = later[:, None] * np.cumprod(ratios[:, 2:], axis=1)
+    return np.asarray(sign * found[:, :count])
 
 
 def polynomial(series: Array) -> Kernel:

@@ -101,7 +101,8 @@ def right_roots(response: Response) -> tuple[float, int]:
             raise SolverError(
                 f"a root of the error lies on the imaginary axis, or next to it: {cells.omega[0]:.6g} rad/s"
             )
-        inverse, _, done = response.near(cells)
+        found = response.around(cells)
+        inverse, done = found.inverse, found.room
         for side in (-1.0, 1.0):
             ends = response.matrix(1j * (cells.omega + side * cells.half)[done])
             phase -= side * float(np.sum(np.angle(np.linalg.eigvals(inverse[done] @ ends))))

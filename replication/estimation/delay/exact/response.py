@@ -1,8 +1,8 @@
 """The gain matrix of a delay equation, and bounds of it over cells of frequencies and delays.
 
 X xi = [0; w] with X = diag(s I, I) + L(s), rows of states first, then algebraic ones; L depends on the s tau_i.
-A cell is |w - w_c| <= r, |tau_i - t_i| <= d_i. On it |X - X_c| <= D, entry by entry, where line i contributes at most
-(r tau_i + w d_i) times its size; and
+A cell is |w - w_c| <= r, |tau_i - t_i| <= d_i. On it |X - X_c| <= D, entry by entry, by the derivatives at the centre
+and a bound of the second ones; and
 
     |X^-1| <= (I - |X_c^-1| D)^-1 |X_c^-1|    where |X_c^-1| D has a spectral radius below one,
 
@@ -13,6 +13,7 @@ matters.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple, TypeVar
 
@@ -36,6 +37,19 @@ class Cells(NamedTuple):
     half: Array
     delays: Array
     spread: Array
+
+
+class Surroundings(NamedTuple):
+    """X^-1 at the centre of each cell and, along half the cell in frequency and in each delay, the changes of X.
+
+    Their sizes together, a bound of the second derivative over the cell, and whether X is known to be invertible there.
+    """
+
+    inverse: Complex
+    rates: list[Complex]
+    change: Array
+    bend: Array
+    room: Chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,57 +118,54 @@ class Response:
         signals = self.loop.without_kernels().bound() + variation / omega
         return np.vstack([self.loop.bound()[:n] / omega, signals[n:]])
 
-    def near(self, cells: Cells) -> tuple[Complex, Array, Chosen]:
-        """X_c^-1, a bound of |X - X_c|, and whether X is known to be invertible, for each cell."""
-        inverse = np.linalg.inv(self.matrix(axis(cells.omega), cells.delays))
-        change = sum(self._changes(cells), np.zeros(inverse.shape))
-        return inverse, change, radii(np.abs(inverse) @ change) < ROOM
+    @cached_property
+    def states(self) -> Array:
+        """diag(I, 0)."""
+        return np.diag((np.arange(len(self.loop.constant)) < self.sizes[0]).astype(float))
 
-    def _changes(self, cells: Cells) -> list[Array]:
-        """What frequency, and each delay, contribute to the bound of |X - X_c|."""
-        states = np.diag((np.arange(len(self.loop.constant)) < self.sizes[0]).astype(float))
-        sizes, longest = self.loop.sizes(), cells.delays + cells.spread
-        sweep = states + sum(longest[:, i, None, None] * size for i, size in enumerate(sizes))
-        phases = (cells.omega + cells.half)[:, None] * cells.spread
-        return [
-            cells.half[:, None, None] * sweep,
-            *(phases[:, i, None, None] * size for i, size in enumerate(sizes)),
-        ]
+    @cached_property
+    def aged(self) -> tuple[Terms, Terms]:
+        """The loop with each line weighted with its lag, once and twice: its derivatives by the phase."""
+        once = self.loop.aged()
+        return once, once.aged()
+
+    def around(self, cells: Cells) -> Surroundings:
+        """X and its changes over each cell."""
+        s = axis(cells.omega)
+        inverse = np.linalg.inv(self.matrix(s, cells.delays))
+        lines = self.aged[0].lines_at(s, cells.delays)
+        sweep = self.states - sum(cells.delays[:, i, None, None] * line for i, line in enumerate(lines))
+        rates = [1j * cells.half[:, None, None] * sweep]
+        rates += [-(s * cells.spread[:, i])[:, None, None] * line for i, line in enumerate(lines)]
+        high, longest = cells.omega + cells.half, cells.delays + cells.spread
+        turns, moves = cells.half[:, None] * longest, high[:, None] * cells.spread
+        low = np.maximum(cells.omega - cells.half, 0.0)[:, None] * (cells.delays - cells.spread)
+        first, second = (terms.sizes_beyond(low) for terms in self.aged)
+        bend = np.zeros(inverse.shape)
+        for i in range(len(lines)):
+            bend += ((turns + moves)[:, i] ** 2)[:, None, None] * second[i]
+            bend += (2.0 * cells.half * cells.spread[:, i])[:, None, None] * first[i]
+        change = sum((np.abs(rate) for rate in rates), np.zeros(bend.shape))
+        room = radii(np.abs(inverse) @ (change + bend / 2.0)) < ROOM
+        return Surroundings(inverse, rates, change, bend, room)
 
     def bounded(self, cells: Cells) -> tuple[Array, Array, Array]:
-        """The gain at the centres, a bound of it over each cell, and the coordinate that contributes most to it."""
-        inverse, change, room = self.near(cells)
+        """The gain at the centres, a bound of it over each cell, and the coordinate to cut."""
+        inverse, rates, change, bend, room = self.around(cells)
         size = np.abs(inverse)
-        wide = np.linalg.solve(np.eye(size.shape[-1]) - np.where(room[:, None, None], size @ change, 0.0), size)
-        bend = self.part(wide @ (2.0 * change @ wide @ change + self._bend(cells)) @ wide)
-        value, (along, *across) = self.part(inverse), self._tangents(cells, inverse)
+        near = np.where(room[:, None, None], size @ (change + bend / 2.0), 0.0)
+        wide = np.linalg.solve(np.eye(size.shape[-1]) - near, size)
+        rest = self.part(wide @ (2.0 * (change + bend) @ wide @ (change + bend) + bend) @ wide)
+        moves = [-self.part(inverse @ rate @ inverse) for rate in rates]
+        value, unknown = self.part(inverse), [move for move in moves[1:] if np.any(move)]
         corners = [
-            value + side * (along + sum(sign * other for sign, other in zip(signs, across, strict=True)))
+            value + side * (moves[0] + sum(sign * move for sign, move in zip(signs, unknown, strict=True)))
             for side in (-1.0, 1.0)
-            for signs in product((-1.0, 1.0), repeat=len(across))
+            for signs in product((-1.0, 1.0), repeat=len(unknown))
         ]
-        above = np.max([norms(corner) for corner in corners], axis=0) + norms(bend) / 2.0
-        shares = np.stack([norms(self.part(size @ part @ size)) for part in self._changes(cells)])
+        above = np.max([norms(corner) for corner in corners], axis=0) + norms(rest) / 2.0
+        shares = np.stack([norms(self.part(size @ np.abs(rate) @ size)) for rate in rates])
         return norms(value), np.where(room, above, np.inf), np.argmax(shares, axis=0)
-
-    def _tangents(self, cells: Cells, inverse: Complex) -> list[Complex]:
-        """The change of the gain matrix, to first order, along half a cell: in frequency, and in each unknown delay."""
-        s = axis(cells.omega)
-        lines = self.loop.aged().lines_at(s, cells.delays)
-        states = np.diag((np.arange(len(self.loop.constant)) < self.sizes[0]).astype(complex))
-        sweep = states - sum(cells.delays[:, i, None, None] * line for i, line in enumerate(lines))
-        rates = [1j * cells.half[:, None, None] * sweep]
-        for i, line in enumerate(lines):
-            if np.any(cells.spread[:, i]):
-                rates.append(-(s * cells.spread[:, i])[:, None, None] * line)
-        return [-self.part(inverse @ rate @ inverse) for rate in rates]
-
-    def _bend(self, cells: Cells) -> Array:
-        """A bound of the second derivative of X along half a diagonal of the cell."""
-        high, longest = cells.omega + cells.half, cells.delays + cells.spread
-        phase = cells.half[:, None] * longest + high[:, None] * cells.spread
-        rates = phase**2 + 2.0 * cells.half[:, None] * cells.spread
-        return np.asarray(sum(rates[:, i, None, None] * size for i, size in enumerate(self.loop.sizes())))
 
 
 def norms(matrices: Complex | Array) -> Array:

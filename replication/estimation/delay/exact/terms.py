@@ -85,6 +85,17 @@ class Terms:
         """Such bounds of the part of each line, whatever its delay."""
         return [np.abs(matrix) + (0.0 if kernel is None else kernel.size()) for _, matrix, kernel in self.spread]
 
+    def sizes_beyond(self, phases: Array) -> list[Array]:
+        """Bounds (M, a, b) of the part of line i on the imaginary axis where w tau_i >= phases[:, i]."""
+        found = []
+        for i, (_, matrix, kernel) in enumerate(self.spread):
+            size = np.tile(np.abs(matrix), (len(phases), 1, 1))
+            if kernel is not None:
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    size += np.fmin(kernel.size(), kernel.variation() / phases[:, i, None, None])
+            found.append(size)
+        return found
+
     def variation(self, shortest: Sequence[float]) -> Array:
         """V (a, b): the kernels' part of M(s) is at most V/|s| for Re s >= 0, for delays from `shortest` on."""
         total = np.zeros(self.constant.shape)
