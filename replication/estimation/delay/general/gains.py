@@ -66,4 +66,4 @@ def _polynomial(values: Array, points: Array, weights: Array) -> Array:
     coefficients = np.einsum("x,xc,xiq->ciq", weights, tests, values)
     sizes = np.abs(coefficients).max(axis=(1, 2))
     kept = np.flatnonzero(sizes > NEGLIGIBLE * sizes.max(initial=0.0))
-    return coefficients[: kept[-1] + 1 if kept.size else 1]
+    return np.asarray(coefficients[: kept[-1] + 1 if kept.size else 1])

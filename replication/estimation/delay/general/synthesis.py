@@ -7,18 +7,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.delay.general.cone import Storage, dissipation, positivity, scalars_of, storage_of
+from replication.estimation.conic.interior import Point, solve
+from replication.estimation.conic.steps import Block
+from replication.estimation.delay.general.cone import Storage, dissipation, positivity, storage_of
 from replication.estimation.delay.general.gains import injection
-from replication.estimation.delay.general.interior import Block, Point, solve
 from replication.estimation.delay.general.lines import LineForm, line_form
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.rates import Rates, rates
 from replication.estimation.delay.general.scaling import Scaling, scaling_of
-from replication.estimation.validation import positive_integer, positive_scalar
+from replication.estimation.validation import Array, positive_integer, positive_scalar
 
 DEGREES, ORDER = (6, 5, 4, 3, 2, 1), 40
-"""Degrees unless one is asked for: the first with which the storage has at most so many rows; the last for larger plants."""
+"""Degrees unless one is asked for: the first with which the storage has at most so many rows; else the last."""
 ROUGH = 0.1
 """Relative gap of an interior point: it only has to be well inside."""
 
@@ -60,7 +61,7 @@ class _Program:
     rates: Rates
     blocks: tuple[Block, ...]
 
-    def proved(self, point: Point, scalars: np.ndarray, degree: int) -> GeneralLevel:
+    def proved(self, point: Point, scalars: Array, degree: int) -> GeneralLevel:
         """What a point proves. Raises SolverError if an inequality does not hold there."""
         slack = min(float(np.linalg.eigvalsh(block.at(point.w, scalars))[0]) for block in self.blocks)
         if not slack > 0.0:

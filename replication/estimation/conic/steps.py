@@ -1,29 +1,17 @@
-"""Programs in one large symmetric matrix and a few scalars, by an interior-point method that uses their structure.
-
-    maximise cost'y  subject to  constant + left'W right + right'W left + sum_j y_j others[j] >= 0  for every block.
-
-Nearly all entries of the equations of a step come from W and are products of entries of small matrices; general solvers
-form them one by one, which for ten states and two delays takes minutes. Directions of Nesterov and Todd with Mehrotra's
-corrector. Nothing here is trusted: whoever calls evaluates the blocks at the point that comes out.
-"""
+"""The equations of a step of the interior-point method in one large symmetric matrix W and a few scalars."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
-from replication.errors import SolverError
 from replication.estimation.validation import Array
 
 Index = npt.NDArray[np.intp]
-START, ITERATIONS, GAP, WAIT = 10.0, 80, 1e-8, 4
-"""Multiple of the unit matrix to start from; steps at most; relative gap at which to stop, and also where so many steps
-gain no more than that: the multipliers may lag behind for long, and nothing hangs on them."""
-SHORT, STUCK = 1e-4, 4
-"""Steps shorter than this count as none; so many in a row end the iteration."""
 
 
 @dataclass(frozen=True)
@@ -54,18 +42,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Point:
-    """Where the iteration ended: W (k, k), y (J,), the cost there, the bound of the multipliers, steps."""
-
-    w: Array
-    y: Array
-    value: float
-    bound: float
-    steps: int
-
-
-@dataclass(frozen=True)
-class _Scaled:
+class Scaled:
     """A pair Q, X > 0 with inverse' inverse = P, inverse Q inverse' = inverse^-T X inverse^-1 = diag(values)."""
 
     values: Array
@@ -74,96 +51,25 @@ class _Scaled:
 
     @property
     def metric(self) -> Array:
+        """P."""
         return np.asarray(self.inverse.T @ self.inverse)
 
 
-def solve(blocks: tuple[Block, ...], order: int, cost: Array, *, gap: float = GAP, floor: float = 1.0) -> Point:
-    """The best point found, where every block is positive; the gap is relative to floor + |value|.
-
-    Raises SolverError if none is.
-    """
-    unknowns = _Unknowns.of(order, len(cost))
-    b = np.concatenate([np.zeros(unknowns.triangle), cost])
-    y = np.zeros(len(b))
-    slacks = [START * np.eye(len(block.constant)) for block in blocks]
-    duals = [START * np.eye(len(block.constant)) for block in blocks]
-    size, best, stuck, step = sum(len(block.constant) for block in blocks), None, 0, 0
-    values: list[float] = []
-    for step in range(ITERATIONS):
-        missed = [block.at(*unknowns.split(y)) - slack for block, slack in zip(blocks, slacks, strict=True)]
-        lacking = -b - unknowns.adjoint(blocks, duals)
-        value = float(b @ y)
-        bound = sum(float(np.sum(block.constant * dual)) for block, dual in zip(blocks, duals, strict=True))
-        feasible = max(float(np.abs(part).max()) for part in missed) <= 1e-9 * (1.0 + float(np.abs(y).max()))
-        if feasible and (best is None or value > best.value):
-            best = Point(*unknowns.split(y), value, bound, step)
-        mean = sum(float(np.sum(s * x)) for s, x in zip(slacks, duals, strict=True)) / size
-        values = [*values, value][-WAIT:] if feasible else []
-        small = gap * (floor + abs(value))
-        if feasible and (mean * size <= small or (len(values) == WAIT and max(values) - values[0] <= small)):
-            break
-        try:
-            scaled = [_scaled(slack, dual) for slack, dual in zip(slacks, duals, strict=True)]
-            equations = _Equations(unknowns, blocks, scaled, missed, lacking)
-            wanted = [-np.diag(part.values) for part in scaled]
-            _, ds, dx = equations.direction(wanted)
-            ahead, ahead_dual = _length(scaled, ds), _length(scaled, dx)
-            left = sum(
-                float(np.sum((np.diag(p.values) + ahead * s) * (np.diag(p.values) + ahead_dual * x)))
-                for p, s, x in zip(scaled, ds, dx, strict=True)
-            )
-            centre = 1.0 if stuck else min(1.0, max(1e-6, (left / size / mean) ** 2))
-            wanted = [
-                _lyapunov(part.values, centre * mean, np.zeros_like(s) if stuck else s @ x)
-                for part, s, x in zip(scaled, ds, dx, strict=True)
-            ]
-            dy, ds, dx = equations.direction(wanted)
-        except np.linalg.LinAlgError:
-            break
-        share = max(0.9, min(0.98, 1.0 - 0.1 * centre)) if not stuck else 0.5
-        ahead, ahead_dual = min(1.0, share * _length(scaled, ds, 1e9)), min(1.0, share * _length(scaled, dx, 1e9))
-        stuck = stuck + 1 if min(ahead, ahead_dual) < SHORT else 0
-        if stuck > STUCK:
-            break
-        y = y + ahead * dy
-        slacks = [_symmetric(s + ahead * p.forward @ d @ p.forward.T) for s, p, d in zip(slacks, scaled, ds, strict=True)]
-        duals = [
-            _symmetric(x + ahead_dual * p.inverse.T @ d @ p.inverse) for x, p, d in zip(duals, scaled, dx, strict=True)
-        ]
-    if best is None:
-        raise SolverError(f"the interior-point method found no point in {step} steps; scale the plant, or ask for less")
-    return replace(best, steps=step)
-
-
-def _symmetric(matrix: Array) -> Array:
+def symmetric(matrix: Array) -> Array:
+    """Its symmetric part."""
     return np.asarray((matrix + matrix.T) / 2.0)
 
 
-def _scaled(slack: Array, dual: Array) -> _Scaled:
+def scaled_pair(slack: Array, dual: Array) -> Scaled:
     """Raises LinAlgError if one of them is not positive any more."""
     lower, other = np.linalg.cholesky(slack), np.linalg.cholesky(dual)
     left, values, right = np.linalg.svd(other.T @ lower)
     root = np.sqrt(values)
-    return _Scaled(values, (left.T @ other.T) / root[:, None], lower @ right.T / root)
-
-
-def _lyapunov(values: Array, level: float, product: Array) -> Array:
-    """S with (D S + S D) / 2 = level I - D^2 - the symmetric part of `product`."""
-    wanted = level * np.eye(len(values)) - np.diag(values**2) - _symmetric(product)
-    return np.asarray(2.0 * wanted / (values[:, None] + values))
-
-
-def _length(scaled: list[_Scaled], steps: list[Array], most: float = 1.0) -> float:
-    """How far one may go before a matrix gets singular."""
-    for part, step in zip(scaled, steps, strict=True):
-        root = np.sqrt(part.values)
-        least = float(np.linalg.eigvalsh(_symmetric(step / root[:, None] / root))[0])
-        most = min(most, -1.0 / least) if least < 0.0 else most
-    return most
+    return Scaled(values, (left.T @ other.T) / root[:, None], lower @ right.T / root)
 
 
 @dataclass(frozen=True)
-class _Unknowns:
+class Unknowns:
     """The upper triangle of W, then the scalars."""
 
     order: int
@@ -172,12 +78,14 @@ class _Unknowns:
     weights: Array
 
     @classmethod
-    def of(cls, order: int, scalars: int) -> _Unknowns:
+    def of(cls, order: int, scalars: int) -> Unknowns:
+        """Those of a symmetric matrix of an order and of some scalars."""
         rows, columns = np.triu_indices(order)
         return cls(order, rows, columns, np.where(rows == columns, 1.0, 2.0))
 
     @property
     def triangle(self) -> int:
+        """How many belong to W."""
         return len(self.rows)
 
     def split(self, vector: Array) -> tuple[Array, Array]:
@@ -186,7 +94,7 @@ class _Unknowns:
         w[self.rows, self.columns] = w[self.columns, self.rows] = vector[: self.triangle]
         return w, vector[self.triangle :]
 
-    def adjoint(self, blocks: tuple[Block, ...], matrices: list[Array]) -> Array:
+    def adjoint(self, blocks: tuple[Block, ...], matrices: Sequence[Array]) -> Array:
         """The inner product of the matrices with what each unknown adds to the blocks."""
         total = np.zeros(self.triangle + len(blocks[0].others))
         for block, matrix in zip(blocks, matrices, strict=True):
@@ -201,11 +109,11 @@ class _Unknowns:
         return np.asarray(whole[..., self.rows, self.columns] * self.weights)
 
 
-class _Equations:
+class Equations:
     """The equations of a step: sum over the blocks of <F_i, P F(dy) P> = right-hand side."""
 
     def __init__(
-        self, unknowns: _Unknowns, blocks: tuple[Block, ...], scaled: list[_Scaled], missed: list[Array], lacking: Array
+        self, unknowns: Unknowns, blocks: tuple[Block, ...], scaled: list[Scaled], missed: list[Array], lacking: Array
     ) -> None:
         """Form and factor the matrix. Raises LinAlgError where that fails."""
         self.unknowns, self.blocks, self.scaled, self.missed, self.lacking = unknowns, blocks, scaled, missed, lacking
@@ -234,13 +142,13 @@ class _Equations:
         dy = self.unit * solution
         w, scalars = self.unknowns.split(dy)
         slacks = [
-            _symmetric(part.inverse @ (block.linear(w, scalars) + miss) @ part.inverse.T)
+            symmetric(part.inverse @ (block.linear(w, scalars) + miss) @ part.inverse.T)
             for part, block, miss in zip(self.scaled, self.blocks, self.missed, strict=True)
         ]
         return dy, slacks, [want - slack for want, slack in zip(wanted, slacks, strict=True)]
 
 
-def _matrix(unknowns: _Unknowns, blocks: tuple[Block, ...], metrics: list[Array]) -> Array:
+def _matrix(unknowns: Unknowns, blocks: tuple[Block, ...], metrics: list[Array]) -> Array:
     """<F_i, P F_j P>, summed over the blocks."""
     count = unknowns.triangle
     matrix = np.zeros((count + len(blocks[0].others),) * 2)
@@ -260,10 +168,10 @@ def _matrix(unknowns: _Unknowns, blocks: tuple[Block, ...], metrics: list[Array]
         matrix[count + used, :count] += edge
         matrix[:count, count + used] += edge.T
     matrix[:count, :count] = _products(unknowns, pairs)
-    return _symmetric(matrix)
+    return symmetric(matrix)
 
 
-def _products(unknowns: _Unknowns, pairs: list[tuple[Array, Array]]) -> Array:
+def _products(unknowns: Unknowns, pairs: list[tuple[Array, Array]]) -> Array:
     """sum over the pairs (A, B) of tr(E_i A E_j B), with E the symmetric unit matrices of the triangle."""
     k = unknowns.order
     result = np.empty((unknowns.triangle, unknowns.triangle))
