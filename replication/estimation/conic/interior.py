@@ -22,6 +22,8 @@ START, ITERATIONS, GAP, WAIT = 10.0, 80, 1e-8, 4
 gain no more than that: the multipliers may lag behind for long, and nothing hangs on them."""
 FITS = 1e-9
 """How well slacks fit the unknowns, relative to these, for a point to count."""
+ENDLESS = 1e8
+"""Unknowns beyond which none are looked for."""
 SHORT, STUCK = 1e-4, 4
 """Steps shorter than this count as none; so many in a row end the iteration."""
 
@@ -79,7 +81,7 @@ def solve(blocks: tuple[Block, ...], order: int, cost: Array, *, gap: float = GA
         except np.linalg.LinAlgError:
             break
         stuck = stuck + 1 if length < SHORT else 0
-        if stuck > STUCK:
+        if stuck > STUCK or not np.abs(now.y).max() < ENDLESS:
             break
     if best is None:
         raise SolverError(f"the interior-point method found no point in {step} steps; scale the plant, or ask for less")
