@@ -15,8 +15,8 @@ from replication.estimation.validation import Array
 
 MOST, FIRST, CHUNK = 100_000, 100, 4_000
 """Cells looked at, at the most; in the first grid; that are looked at together."""
-DOUBLINGS, DECADES = 60, 8
-"""In search of a highest frequency; of the first grid."""
+DOUBLINGS, DECADES, LOST = 60, 8, 1e6
+"""In search of a highest frequency; of the first grid; times the nominal gain, where a range is given up."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,7 @@ def gain_bracket(response: Response, relative: float = 1e-6, most: int = MOST) -
     grid = first_grid(reach)
     values = response.gains(grid)
     best = GainBracket(float(values.max()), np.inf, float(grid[int(values.argmax())]), response.loop.delays)
+    nominal = best.lower
     least, top = response.beyond(np.inf) * (1.0 + relative), reach
     for _ in range(DOUBLINGS):
         if response.beyond(top) <= max(best.lower * (1.0 + relative), least):
@@ -71,7 +72,7 @@ def gain_bracket(response: Response, relative: float = 1e-6, most: int = MOST) -
             best = GainBracket(float(middle[top_cell]), np.inf, float(cells.omega[top_cell]), where)
         done = above <= max(best.lower * (1.0 + relative), upper)
         upper = max(upper, float(above[done].max(initial=0.0)))
-        if used + 2 * int(np.sum(~done)) > most:
+        if used + 2 * int(np.sum(~done)) > most or best.lower > LOST * nominal:
             upper = max(upper, float(above[~done].max(initial=0.0)))
             break
         cells = _halved(Cells(*(part[~done] for part in cells)), widest[~done])

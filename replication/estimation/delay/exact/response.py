@@ -26,8 +26,8 @@ from replication.estimation.validation import Array
 
 Block = TypeVar("Block", Array, Complex)
 Chosen = npt.NDArray[np.bool_]
-ROOM = 0.9
-"""Spectral radius up to which a cell counts as one on which X is invertible."""
+ROOM, ROUNDING = 0.9, 1e-11
+"""Spectral radius up to which a cell counts as one on which X is invertible; cells that are too narrow to tell."""
 
 
 class Cells(NamedTuple):
@@ -147,6 +147,7 @@ class Response:
             bend += (2.0 * cells.half * cells.spread[:, i])[:, None, None] * first[i]
         change = sum((np.abs(rate) for rate in rates), np.zeros(bend.shape))
         room = radii(np.abs(inverse) @ (change + bend / 2.0)) < ROOM
+        room &= cells.half > ROUNDING * cells.omega
         return Surroundings(inverse, rates, change, bend, room)
 
     def bounded(self, cells: Cells) -> tuple[Array, Array, Array]:
