@@ -20,7 +20,7 @@ from replication.estimation.delay.general.rates import Rates, rates
 from replication.estimation.delay.general.scaling import Scaling, scaling_of
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
-DEGREES, ORDER = (6, 5, 4, 3, 2, 1), 40
+DEGREES, ORDER = (6, 5, 4, 3, 2, 1), 50
 """Degrees unless one is asked for: the first with which the storage has at most so many rows; else the last."""
 ROUGH = 0.1
 """Relative gap of an interior point: it only has to be well inside."""
