@@ -19,6 +19,8 @@ from replication.estimation.delay.general.result import InnovationsResult, array
 from replication.estimation.delay.general.synthesis import GeneralLevel, degree_of, least_level, observer_at
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
+WIDTH = 1e-4
+"""Relative width of the exact gain."""
 AGREES = 1e-4
 """Relative excess of the exact gain over the proved level that is left to rounding."""
 
@@ -72,7 +74,7 @@ def _known(plant: DelayPlant, least: GeneralLevel) -> tuple[Evidence, ...]:
 
 def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> InnovationsResult:
     """The gains with their exact closed loop. Raises SolverError if this exceeds what was proved."""
-    gain = exact_gain(observer)
+    gain = exact_gain(observer, WIDTH)
     if gain.lower > proof.level * (1.0 + AGREES):
         raise SolverError(
             f"the gains prove the level {proof.level:.6g}, and have the gain {gain.lower:.6g}: rounding spoils the "
