@@ -18,8 +18,8 @@ from replication.estimation.validation import positive_scalar
 
 ORDERS = (2, 3, 4, 6, 8, 11, 15, 20, 27, 36, 48)
 LARGEST = 160
-"""States of a model; the first few rungs are climbed however large they are."""
-FEWEST = 4
+"""States of a model; the first few rungs are climbed however large they are. The rung whose unstable roots are tested."""
+FEWEST, SEEN = 4, 11
 UNSEEN = 1e-7
 
 
@@ -119,7 +119,7 @@ def require_seen(plant: PlantTerms) -> None:
     """Raise InvalidInputError if y does not see an unstable mode, tested at its root with true exponentials."""
     n = plant.sizes[0]
     states, _, measured = plant.rows
-    values = np.linalg.eigvals(ladder_model(plant, ORDERS[5]).a)
+    values = np.linalg.eigvals(ladder_model(plant, SEEN).a)
     for root in values[values.real >= -UNSEEN * (1.0 + np.abs(values))]:
         point = complex(max(root.real, 0.0), root.imag)
         matrix = plant.terms.at(np.array([point]))[0][:, :n]
