@@ -40,7 +40,7 @@ class Limit:
     frequency : float
         Where that is attained, rad/s.
     rungs : tuple of (int, float)
-        States for each delayed signal, and the level of that model.
+        Moments of each signal on each piece of the past, and the level of that model.
     """
 
     level: float
@@ -80,9 +80,9 @@ def limit(plant: DelayPlant | DelaySystem, tolerance: float = 1e-8) -> Limit:
 
     Notes
     -----
-    Each delay is replaced by the Legendre-tau model of N states for each signal that it delays, which is Pade's
-    approximant [N/N]. Errors fall faster than geometrically once N exceeds half the phase, in rad, of the longest delay
-    at the frequency that decides the level. Measurements without noise are replaced by their derivatives.
+    Between the delays, and their differences, the past is replaced by N moments of each signal (Legendre-tau method, on
+    each piece Pade's approximant [N/N]). Errors fall faster than geometrically once N exceeds half the phase, in rad, of
+    a piece at the frequency that decides the level. Measurements without noise are replaced by their derivatives.
 
     Examples
     --------
