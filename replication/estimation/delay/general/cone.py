@@ -4,9 +4,9 @@ V = u'Wu + sum_i integral of psi_i'(S_i + (1 + s) T_i) psi_i is positive if W_+ 
 are: a function has at least the energy of its moments (Bessel). Along the errors
   dV/dt <= 2 u'W u' + sum_i (1/tau_i) (psi_i(0)'(S_i + T_i) psi_i(0) - psi_i(-1)'S_i psi_i(-1) - sum_c mu_ic'T_i mu_ic)
            - 2 u'Z eps,
-and N = g (|w|^2 + |v|^2) - 2 v'(z - L_z eps) - dV/dt must be positive for all v (Schur complement of |z - L_z eps|^2 / g).
-Z and L_z are free and fill the whole block of N between (u, v) and eps: N can be made positive if and only if it is so
-for eps = 0 and for (u, v) = 0, two inequalities without them; a Z and L_z between these are found afterwards.
+and N = g (|w|^2 + |v|^2) - 2 v'(z - L_z eps) - dV/dt must be positive for all v (a Schur complement). Z and L_z are
+free and fill the whole block of N between (u, v) and eps: N can be made positive if and only if it is so for eps = 0
+and for (u, v) = 0, two inequalities without them; a Z and L_z between these are found afterwards.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.delay.general.interior import Block
+from replication.estimation.conic.steps import Block
 from replication.estimation.delay.general.rates import Rates
 from replication.estimation.validation import Array
 

@@ -13,7 +13,7 @@ from replication.estimation.validation import Array
 
 NODES = 160
 """Gauss points on a line: the kernels are polynomials over S + (1 + s) T."""
-NEGLIGIBLE = 1e-13
+NEGLIGIBLE = 1e-11
 """Legendre coefficients of a kernel below this share of its largest are left out."""
 
 
@@ -66,4 +66,4 @@ def _polynomial(values: Array, points: Array, weights: Array) -> Array:
     coefficients = np.einsum("x,xc,xiq->ciq", weights, tests, values)
     sizes = np.abs(coefficients).max(axis=(1, 2))
     kept = np.flatnonzero(sizes > NEGLIGIBLE * sizes.max(initial=0.0))
-    return coefficients[: kept[-1] + 1 if kept.size else 1]
+    return np.asarray(coefficients[: kept[-1] + 1 if kept.size else 1])
