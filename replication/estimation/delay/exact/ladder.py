@@ -1,8 +1,8 @@
 """A plant whose past is replaced by moments: the Legendre-tau method on pieces of the past.
 
-On a piece of length tau the states are moments m_k of what passes, with orthonormal Legendre polynomials q_k of the lag:
-tau m_k' = q_k(0) v(t) - q_k(1) v(t - tau) + sum_j <q_k', q_j> m_j. The one approximation is that v(t - tau) is read from
-m_0 ... m_{N-1} and v(t): Pade's approximant [N/N]. Averages with weights of degree below N come in exactly.
+On a piece of length tau the states are moments m_k of what passes, with orthonormal Legendre polynomials q_k of the
+lag: tau m_k' = q_k(0) v(t) - q_k(1) v(t - tau) + sum_j <q_k', q_j> m_j. The one approximation is that v(t - tau) is
+read from m_0 ... m_{N-1} and v(t): Pade's approximant [N/N]. Averages with weights of degree below N come in exactly.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def ladder_model(plant: PlantTerms, order: int) -> FilterModel:
     The pieces end at the delays and, for a few delays, at their differences: there the memory of an optimal filter has
     corners, and polynomials across a corner converge slowly.
     """
-    n, p, q, r = plant.sizes
+    n, p, _, r = plant.sizes
     pieces = _pieces(plant.terms)
     size = n + order * sum(len(piece.channels) for piece in pieces)
     # All signals as rows over the columns (x, moments, w).

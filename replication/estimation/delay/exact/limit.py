@@ -18,8 +18,9 @@ from replication.estimation.validation import positive_scalar
 
 ORDERS = (2, 3, 4, 6, 8, 11, 15, 20, 27, 36, 48)
 LARGEST = 160
-"""States of a model; the first few rungs are climbed however large they are. The rung whose unstable roots are tested."""
-FEWEST, SEEN = 4, 11
+"""States of a model."""
+FEWEST, SEEN = 3, 11
+"""Rungs that are climbed however large; the one whose unstable roots are tested."""
 UNSEEN = 1e-7
 
 
@@ -80,9 +81,10 @@ def limit(plant: DelayPlant | DelaySystem, tolerance: float = 1e-8) -> Limit:
 
     Notes
     -----
-    Between the delays, and their differences, the past is replaced by N moments of each signal (Legendre-tau method, on
-    each piece Pade's approximant [N/N]). Errors fall faster than geometrically once N exceeds half the phase, in rad, of
-    a piece at the frequency that decides the level. Measurements without noise are replaced by their derivatives.
+    Between the delays, and their differences, the past is replaced by N moments of each signal (Legendre-tau method,
+    on each piece Pade's approximant [N/N]). Errors fall faster than geometrically once N exceeds half the phase, in
+    rad, of a piece at the frequency that decides the level. Measurements without noise are replaced by their
+    derivatives.
 
     Examples
     --------
