@@ -70,7 +70,7 @@ def made_up(plant: DelayPlant, size: float, seed: int = 0, degree: int = 4) -> D
 
 
 def augmented(observer: DelayObserver, order: int) -> tuple[Array, Array, Array, Array]:
-    """(A, B, C, D) of the error: each line as a transport equation for psi - psi^, in Legendre moments, L_i as its source.
+    """(A, B, C, D) of the error: each line a transport equation for psi - psi^ in Legendre moments, its source L_i.
 
     Nothing is taken from the kernels of the lags that the exact loop uses: the moments of a line are driven by
     -L_i(s) eps directly.

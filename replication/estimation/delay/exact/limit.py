@@ -18,8 +18,9 @@ from replication.estimation.validation import positive_scalar
 
 ORDERS = (2, 3, 4, 6, 8, 11, 15, 20, 27, 36, 48)
 LARGEST = 160
-"""States of a model; the first few rungs are climbed however large they are."""
-FEWEST = 4
+"""States of a model."""
+FEWEST, SEEN = 3, 11
+"""Rungs that are climbed however large; the one whose unstable roots are tested."""
 UNSEEN = 1e-7
 
 
@@ -40,7 +41,7 @@ class Limit:
     frequency : float
         Where that is attained, rad/s.
     rungs : tuple of (int, float)
-        States for each delayed signal, and the level of that model.
+        Moments of each signal on each piece of the past, and the level of that model.
     """
 
     level: float
@@ -80,9 +81,10 @@ def limit(plant: DelayPlant | DelaySystem, tolerance: float = 1e-8) -> Limit:
 
     Notes
     -----
-    Each delay is replaced by the Legendre-tau model of N states for each signal that it delays, which is Pade's
-    approximant [N/N]. Errors fall faster than geometrically once N exceeds half the phase, in rad, of the longest delay
-    at the frequency that decides the level. Measurements without noise are replaced by their derivatives.
+    Between the delays, and their differences, the past is replaced by N moments of each signal (Legendre-tau method,
+    on each piece Pade's approximant [N/N]). Errors fall faster than geometrically once N exceeds half the phase, in
+    rad, of a piece at the frequency that decides the level. Measurements without noise are replaced by their
+    derivatives.
 
     Examples
     --------
@@ -119,7 +121,7 @@ def require_seen(plant: PlantTerms) -> None:
     """Raise InvalidInputError if y does not see an unstable mode, tested at its root with true exponentials."""
     n = plant.sizes[0]
     states, _, measured = plant.rows
-    values = np.linalg.eigvals(ladder_model(plant, ORDERS[5]).a)
+    values = np.linalg.eigvals(ladder_model(plant, SEEN).a)
     for root in values[values.real >= -UNSEEN * (1.0 + np.abs(values))]:
         point = complex(max(root.real, 0.0), root.imag)
         matrix = plant.terms.at(np.array([point]))[0][:, :n]
