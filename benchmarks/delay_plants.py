@@ -260,10 +260,10 @@ def _random(rows: list[dict[str, Any]]) -> str:
     over = sum(row["gain"] > row["proved"] for row in done)
     below = sum(row["least"] < row["limit"] * (1.0 - 1e-5) for row in done)
     return (
-        f"Of {len(rows)} random plants {len(refused)} were refused with a reason and {len(still)} stayed open. Of the "
+        f"Random plants: {len(rows)}. Refused with a reason: {len(refused)}. Exact gain left open: {len(still)}. For the\n"
         f"other {len(done)} the level exceeds the exact one by {np.median(excess):.1e} in the median and "
-        f"{excess.max():.1e} at most; it lies below it in {below} cases, and the exact gain of the observer exceeds "
-        f"the proved level in {over}."
+        f"{excess.max():.1e} at most. Levels below\nthe exact one by more than 1e-5: {below}. Exact gains above the proved "
+        f"level: {over}."
     )
 
 
