@@ -189,12 +189,12 @@ def recorded() -> dict[str, dict[str, Any]]:
     return {row.pop("name"): row for row in map(json.loads, lines)}
 
 
-def tables(rows: dict[str, dict[str, Any]]) -> str:
-    """All tables of the page as Markdown."""
+def tables(rows: dict[str, dict[str, Any]]) -> dict[str, str]:
+    """The tables of the page as Markdown, by the name of their place."""
     kinds = {kind: [row for name, row in rows.items() if name.startswith(kind)] for kind in ("late", "noise", "size")}
     examples = [{"published": level, **rows[f"example {name}"]} for name, level, _ in EXAMPLES]
-    parts = [
-        _table(
+    return {
+        "examples": _table(
             examples,
             {
                 "published": "published",
@@ -206,7 +206,7 @@ def tables(rows: dict[str, dict[str, Any]]) -> str:
                 "CPU (s)": _total,
             },
         ),
-        _table(
+        "late": _table(
             kinds["late"],
             {
                 "delay (s)": "delay",
@@ -215,7 +215,7 @@ def tables(rows: dict[str, dict[str, Any]]) -> str:
                 "no estimator below": lambda row: f"{row['smoother']:.4f}",
             },
         ),
-        _table(
+        "noise": _table(
             kinds["noise"],
             {
                 "noise": "noise",
@@ -224,8 +224,8 @@ def tables(rows: dict[str, dict[str, Any]]) -> str:
                 "least level with noise": lambda row: f"{row['least']:.4f}",
             },
         ),
-        _random([row for name, row in rows.items() if name.startswith("random")]),
-        _table(
+        "random": _random([row for name, row in rows.items() if name.startswith("random")]),
+        "size": _table(
             kinds["size"],
             {
                 "states": "n",
@@ -237,8 +237,7 @@ def tables(rows: dict[str, dict[str, Any]]) -> str:
                 "all, CPU (s)": _total,
             },
         ),
-    ]
-    return "\n\n".join(parts)
+    }
 
 
 def _total(row: dict[str, Any]) -> str:
@@ -261,10 +260,10 @@ def _random(rows: list[dict[str, Any]]) -> str:
     over = sum(row["gain"] > row["proved"] for row in done)
     below = sum(row["least"] < row["limit"] * (1.0 - 1e-5) for row in done)
     return (
-        f"Of {len(rows)} random plants {len(refused)} were refused with a reason and {len(still)} stayed open. Of the "
+        f"Random plants: {len(rows)}. Refused with a reason: {len(refused)}. Exact gain left open: {len(still)}. For the\n"
         f"other {len(done)} the level exceeds the exact one by {np.median(excess):.1e} in the median and "
-        f"{excess.max():.1e} at most; it lies below it in {below} cases, and the exact gain of the observer exceeds "
-        f"the proved level in {over}."
+        f"{excess.max():.1e} at most. Levels below\nthe exact one by more than 1e-5: {below}. Exact gains above the proved "
+        f"level: {over}."
     )
 
 
@@ -282,9 +281,12 @@ def main() -> None:
                 with RECORD.open("a") as stream:
                     stream.write(line + "\n")
         return
-    begin, end = "<!-- measured: begin -->", "<!-- measured: end -->"
-    head, _, rest = PAGE.read_text().partition(begin)
-    PAGE.write_text(f"{head}{begin}\n\n{tables(recorded())}\n\n{end}{rest.partition(end)[2]}")
+    text = PAGE.read_text()
+    for place, table in tables(recorded()).items():
+        begin, end = f"<!-- {place}: begin -->", f"<!-- {place}: end -->"
+        head, _, rest = text.partition(begin)
+        text = f"{head}{begin}\n\n{table}\n\n{end}{rest.partition(end)[2]}"
+    PAGE.write_text(text)
 
 
 if __name__ == "__main__":

@@ -198,6 +198,10 @@ def analyse(
     SolverError
         A root or the gain is not found to the accuracy asked for.
     """
+    if isinstance(plant, DelayPlant):
+        raise InvalidInputError(
+            "analyse takes the plant of a delay_system; ask `limit` what any observer of a DelayPlant can do"
+        )
     system, _ = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
     root = complex(rightmost_roots(system, 1)[0])
     facts = [Evidence("rightmost root", f"{root:.6g}", "collocation, refined by Newton's method", "1/s")]

@@ -8,9 +8,9 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals, numbered
-from replication.estimation.delay.exact.forms import plant_terms
+from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.limit import limit, require_seen
-from replication.estimation.delay.exact.loop import exact_gain, worst_gain
+from replication.estimation.delay.exact.loop import error_response, exact_gain, worst_gain
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.general.noise import require_noise
 from replication.estimation.delay.general.observer import DelayObserver
@@ -21,6 +21,8 @@ from replication.estimation.delay.general.synthesis import GeneralLevel, degree_
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
 WIDTH = 1e-4
 """Relative width of the exact gain."""
+DECADES, FREQUENCIES = 3, 600
+"""Where that stays open: frequencies around the rate of the longest delay."""
 AGREES = 1e-4
 """Relative excess of the exact gain over the proved level that is left to rounding."""
 
@@ -74,24 +76,23 @@ def _known(plant: DelayPlant, least: GeneralLevel) -> tuple[Evidence, ...]:
 
 def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> InnovationsResult:
     """The gains with their exact closed loop. Raises SolverError if this exceeds what was proved."""
-    gain = exact_gain(observer, WIDTH)
-    if gain.lower > proof.level * (1.0 + AGREES):
+    lower, closed = _closed_loop(observer)
+    if lower > proof.level * (1.0 + AGREES):
         raise SolverError(
-            f"the gains prove the level {proof.level:.6g}, and have the gain {gain.lower:.6g}: rounding spoils the "
+            f"the gains prove the level {proof.level:.6g}, and have the gain {lower:.6g}: rounding spoils the "
             "kernels; raise `margin`"
         )
     arrays, axes = arrays_of(observer)
     plant = observer.plant
     evidence = [
         *facts,
-        Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
-        Evidence("exact gain, upper end", gain.upper, "exact closed loop, all frequencies"),
+        *closed,
         Evidence("upper end proved by", f"degree {proof.degree}", "storage with moments of each delay"),
         Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
         *_over_ranges(observer),
     ]
     return InnovationsResult(
-        bracket=Bracket(min(gain.lower, proof.level), proof.level, BOTH_ENDS),
+        bracket=Bracket(min(lower, proof.level), proof.level, BOTH_ENDS),
         gains=frozen(arrays),
         axes=axes,
         evidence=tuple(evidence),
@@ -105,6 +106,22 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
         proof=proof,
         order=order,
     )
+
+
+def _closed_loop(observer: DelayObserver) -> tuple[float, list[Evidence]]:
+    """A gain that is attained, and what is known of the largest one, delays and kernels exact."""
+    try:
+        gain = exact_gain(observer, WIDTH)
+    except SolverError as error:
+        # Roots next to the axis are hard to count; that the error dies out rests on the storage function then.
+        omega = np.concatenate([[0.0], np.logspace(-DECADES, DECADES, FREQUENCIES) / observer.plant.delays[-1]])
+        gains = error_response(plant_terms(observer.plant), injection_terms(observer)).gains(omega)
+        where = Evidence("lower end attained at", float(omega[gains.argmax()]), "on a grid of frequencies", "rad/s")
+        return float(gains.max()), [where, Evidence("exact gain, upper end", "open", str(error))]
+    return gain.lower, [
+        Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
+        Evidence("exact gain, upper end", gain.upper, "exact closed loop, all frequencies"),
+    ]
 
 
 def _over_ranges(observer: DelayObserver) -> list[Evidence]:

@@ -44,6 +44,8 @@ class GeneralLevel:
         Of the interior-point method.
     slack : float
         The smallest eigenvalue of all inequalities at `storage`, in those units: positive.
+    rounding : float
+        What rounding may add to it, at most about.
     """
 
     degree: int
@@ -52,6 +54,7 @@ class GeneralLevel:
     storage: Storage
     steps: int
     slack: float
+    rounding: float
 
 
 @dataclass(frozen=True)
@@ -65,11 +68,14 @@ class _Program:
 
     def proved(self, point: Point, scalars: Array, degree: int) -> GeneralLevel:
         """What a point proves. Raises SolverError if an inequality does not hold there."""
-        slack = min(float(np.linalg.eigvalsh(block.at(point.w, scalars))[0]) for block in self.blocks)
+        spectra = [np.linalg.eigvalsh(block.at(point.w, scalars)) for block in self.blocks]
+        slack = min(float(values[0]) for values in spectra)
         if not slack > 0.0:
             raise SolverError(f"the point found proves nothing (least eigenvalue {slack:.1e}); ask for a higher level")
+        rounding = max(float(len(values) * np.finfo(float).eps * values[-1]) for values in spectra)
         storage = storage_of(self.rates, point.w, scalars)
-        return GeneralLevel(degree, storage.level * self.scaling.gain, self.scaling, storage, point.steps, slack)
+        level = storage.level * self.scaling.gain
+        return GeneralLevel(degree, level, self.scaling, storage, point.steps, slack, rounding)
 
 
 def degree_of(plant: DelayPlant) -> int:
@@ -162,6 +168,10 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
             f"the level {level:.6g} is not found to be in reach of degree {degree}; relax it or raise the degree"
         )
     found = program.proved(point, np.append(point.y[:-1], target), degree)
+    if found.slack <= found.rounding:
+        raise SolverError(
+            f"whether {level:.6g} is reached is lost in rounding (slack {found.slack:.1e}); ask for a higher level"
+        )
     l0, lz, kernels = injection(program.form, program.rates, found.storage)
     return found, DelayObserver(
         plant,

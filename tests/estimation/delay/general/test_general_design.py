@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from replication.estimation.delay import (
     DelayObserver,
     DelayPlant,
     InnovationsResult,
+    analyse,
     delay_system,
     design,
     exact_gain,
@@ -153,6 +155,19 @@ def test_arguments_are_checked() -> None:
         design(plant, degree=99)
     with pytest.raises(InvalidInputError, match="degree must be at least 2"):
         design(averaged(), degree=1)
+
+
+def test_a_gain_that_stays_open_is_said_to_be_open() -> None:
+    """Where roots next to the axis cannot be counted, the level rests on the storage function alone."""
+    failure = SolverError("a root of the error lies next to the imaginary axis")
+    with patch("replication.estimation.delay.general.design.exact_gain", side_effect=failure):
+        result = design(two_delays(), degree=3)
+    assert result.fact("exact gain, upper end").value == "open"
+    exact = design(two_delays(), degree=3)
+    assert result.value == exact.value
+    assert 0.99 * exact.bracket.lower <= result.bracket.lower <= exact.bracket.lower * (1 + 1e-6)
+    with pytest.raises(InvalidInputError, match="ask `limit`"):
+        analyse(two_delays())  # type: ignore[arg-type]
 
 
 def test_ranges_of_delays_are_looked_at() -> None:
