@@ -59,13 +59,16 @@ def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
         return FilterLevel(0.0, 0.0)
     smoother = _smoother(model, NOTHING * size)
     least = max(smoother * (1.0 + NOISE), NOTHING * size)
-    # Far below the least level Y < 0 comes near zero and may be taken for a solution: every level up to `size` counts.
-    levels = least * SWEEP ** np.arange(1 + int(np.ceil(np.log(max(size, start, least) / least) / np.log(SWEEP))))
-    refused = [float(level) for level in levels if _angle(model, float(level)) <= 0.0]
-    if not refused:
-        found = smoother if least > NOTHING * size else 0.0
-        return FilterLevel(found, found)
-    low, high = _bracket(model, refused[-1], max(start, refused[-1] * (1.0 + NOISE)), smoother + size)
+    refused = least
+    if _angle(model, least) > 0.0:
+        # Far below the least level Y < 0 comes near zero and may pass for a solution: no level up to `size` may fail.
+        count = 1 + int(np.ceil(np.log(max(size, start, least) / least) / np.log(SWEEP)))
+        failing = [level for level in least * SWEEP ** np.arange(1.0, count) if _angle(model, level) <= 0.0]
+        if not failing:
+            found = smoother if least > NOTHING * size else 0.0
+            return FilterLevel(found, found)
+        refused = float(failing[-1])
+    low, high = _bracket(model, refused, max(start, refused * (1.0 + NOISE)), smoother + size)
     # Where there is no stabilising solution the sign is all that is known.
     while high - low > DIGITS * high and _angle(model, low) == -1.0:
         middle = (low + high) / 2.0

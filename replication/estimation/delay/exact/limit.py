@@ -16,8 +16,9 @@ from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import positive_scalar
 
-ORDERS = (2, 3, 4, 6, 8, 11, 15, 20, 27, 36, 48)
-LARGEST = 160
+ORDERS = (2, 3, 4, 7, 8, 11, 14, 19, 26, 35, 48)
+"""Odd and even ones by turns: Pade's approximants of odd order change the sign at infinity."""
+LARGEST = 240
 """States of a model."""
 FEWEST, SEEN = 3, 11
 """Rungs that are climbed however large; the one whose unstable roots are tested."""
@@ -33,7 +34,7 @@ class Limit:
     level : float
         No causal observer has a smaller gain, and some come as near as is wanted. 0 if it cannot be told from zero.
     moving : float
-        The largest change over the last two rungs of the ladder: what is still uncertain.
+        The largest change over the last two rungs, or what the last one lacks of `smoother`: what is still uncertain.
     settled : bool
         Whether that is within the tolerance.
     smoother : float
@@ -84,7 +85,8 @@ def limit(plant: DelayPlant | DelaySystem, tolerance: float = 1e-8) -> Limit:
     Between the delays, and their differences, the past is replaced by N moments of each signal (Legendre-tau method,
     on each piece Pade's approximant [N/N]). Errors fall faster than geometrically once N exceeds half the phase, in
     rad, of a piece at the frequency that decides the level. Measurements without noise are replaced by their
-    derivatives.
+    derivatives. It may not settle where the level is decided at high frequencies, by delayed noise for example: a model
+    keeps the delays up to some frequency only.
 
     Examples
     --------
@@ -108,13 +110,14 @@ def limit_of(plant: PlantTerms, tolerance: float) -> Limit:
         model = ladder_model(plant, order)
         if len(model.a) > LARGEST and len(rungs) >= FEWEST:
             break
-        level = filter_level(model, rungs[-1][1] if rungs else bound.level).value
-        changes = (changes[1], abs(level - rungs[-1][1]) if rungs else np.inf)
-        rungs.append((order, level))
-        if max(changes) <= tolerance * level:
+        value = filter_level(model, rungs[-1][1] if rungs else bound.level).value
+        changes = (changes[1], abs(value - rungs[-1][1]) if rungs else np.inf)
+        rungs.append((order, value))
+        if max(*changes, bound.level - value) <= tolerance * value:
             break
-    moving = float(max(changes))
-    return Limit(rungs[-1][1], moving, moving <= tolerance * rungs[-1][1], bound.level, bound.frequency, tuple(rungs))
+    level = max(rungs[-1][1], bound.level)
+    moving = float(max(*changes, level - rungs[-1][1]))
+    return Limit(level, moving, moving <= tolerance * level, bound.level, bound.frequency, tuple(rungs))
 
 
 def require_seen(plant: PlantTerms) -> None:
