@@ -77,7 +77,10 @@ def certified(result: GainResult, name: str = "own", *, as_written: bool = False
     """`certificate` with the sentence that the verifier says it proves."""
     kind = next((kind for kind in METHODS if isinstance(result, kind)), None)
     if kind is None:
-        raise InvalidInputError(f"a certificate is made of the result of `design`, got {type(result).__name__}")
+        raise InvalidInputError(
+            f"the verifier has no statement on a {type(result).__name__}; a certificate is made of the result of "
+            "`design`, of a plant with delays if it is free of noise"
+        )
     made = METHODS[kind](result, name, decimals if as_written else exact)
     try:
         theorem = check(made)

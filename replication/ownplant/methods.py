@@ -65,8 +65,19 @@ def _dualrate(values: Values, **options: Any) -> GainResult:
     return dualrate.design(plant, **options)
 
 
+PLAIN = {"A0", "A", "delays", "B", "C10", "C1", "C2"}
+"""Keys of a plant with delayed states alone, whose measurements are free of noise."""
+
+
 def _delay(values: Values, **options: Any) -> GainResult:
-    return delay.design(delay.delay_system(**{name.lower(): value for name, value in values.items()}), **options)
+    """The observer of Peet and Gu, or with noise, delayed measurements or known inputs the one on the innovation."""
+    plant = delay.delay_system if PLAIN.issuperset(values) else delay.DelayPlant
+    return delay.design(plant(**{name.lower(): value for name, value in values.items()}), **options)
+
+
+def _late(name: str, rows: str, columns: str, meaning: str) -> Field:
+    """One matrix for each delay."""
+    return Field(name, Kind.MATRICES, ("k", rows, columns), required=False, meaning=meaning)
 
 
 METHODS: Mapping[str, Method] = {
@@ -128,7 +139,7 @@ METHODS: Mapping[str, Method] = {
         ),
         Method(
             "delay",
-            "states that act with a delay",
+            "states, measurements or inputs that act with a delay",
             (
                 matrix("A0", "n", "n", "x' = A0 x + sum of A[i] x(t - delays[i]) + B w"),
                 Field("A", Kind.MATRICES, ("k", "n", "n"), meaning="one matrix for each delay"),
@@ -136,11 +147,22 @@ METHODS: Mapping[str, Method] = {
                 matrix("B", "n", "m", "disturbance"),
                 matrix("C10", "z", "n", "what is estimated, z = C10 x + sum of C1[i] x(t - delays[i])"),
                 Field("C1", Kind.MATRICES, ("k", "z", "n"), required=False, meaning="one matrix for each delay (zero)"),
-                matrix("C2", "q", "n", "sensors, y = C2 x"),
+                matrix("C2", "q", "n", "sensors, y = C2 x + sum of C2_delayed[i] x(t - delays[i]) + D21 w + .."),
+                _late("C2_delayed", "q", "n", "delayed measurements (zero)"),
+                matrix("D21", "q", "m", "sensor noise (zero)", required=False),
+                _late("D21_delayed", "q", "m", "delayed sensor noise (zero)"),
+                _late("B_delayed", "n", "m", "delayed disturbances in x' (zero)"),
+                matrix("D11", "z", "m", "disturbance in what is estimated (zero)", required=False),
+                matrix("B_known", "n", "u", "known inputs in x' (none)", required=False),
+                _late("B_known_delayed", "n", "u", "delayed known inputs in x' (none)"),
+                _late("A_spread", "n", "n", "in x', times the mean of x over the last delays[i] (zero)"),
+                _late("C1_spread", "z", "n", "in what is estimated, times that mean (zero)"),
+                _late("C2_spread", "q", "n", "in the measurements, times that mean (zero)"),
+                matrix("ranges", "k", "ends", "shortest and longest delays, where they are uncertain", required=False),
             ),
             (
                 Option("degree", up_to(20), "D", "of the polynomials of the proof (3, less for large plants)"),
-                Option("rule", str, "NAME", "of the degrees: bessel, tensor, total or wide (bessel)"),
+                Option("rule", str, "NAME", "of the degrees without noise: bessel, tensor, total or wide (bessel)"),
                 Option("margin", positive, "R", "distance from the least level (0.05)"),
                 Option("level", positive, "G", "a level to keep, in place of the margin"),
                 Option("order", up_to(400), "N", "points of each history less one (24)"),

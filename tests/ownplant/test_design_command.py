@@ -382,3 +382,26 @@ def test_a_killed_search_for_timings_is_taken_up(here: Path, capsys: pytest.Capt
     assert main(asked) == 0
     assert "offsets" in capsys.readouterr().out
     assert Path("cart-multirate", "gains.json").exists() and not store.exists()
+
+
+def test_a_delay_plant_with_noise_is_designed_for_and_has_no_certificate(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = str(EXAMPLES / "late.toml")
+    assert main(["design", "delay", file, "--degree", "3"]) == 0
+    assert "least level of any observer" in capsys.readouterr().out
+    gains = json.loads((here / "late-delay" / "gains.json").read_text(encoding="utf-8"))
+    assert set(gains["gains"]) == {"L0", "Lz", "L1", "E1"}
+    assert main(["design", "delay", file, "--degree", "3", "--output", "other", "--certificate"]) == 2
+    assert "free of noise" in capsys.readouterr().err
+    assert sorted(path.name for path in here.iterdir()) == ["late-delay"]
+
+
+def test_a_delay_plant_whose_noise_is_forgotten_is_told_so(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (EXAMPLES / "late.toml").read_text(encoding="utf-8")
+    (here / "silent.toml").write_text(re.sub(r"D21_delayed.*", "", text), encoding="utf-8")
+    assert main(["design", "delay", "silent.toml"]) == 2
+    assert "add a disturbance of its own to each row of d21" in capsys.readouterr().err
+    (here / "narrow.toml").write_text(f"{text}D21 = [[1.0]]\n", encoding="utf-8")
+    assert main(["design", "delay", "narrow.toml"]) == 2
+    assert "D21: has 1 columns" in capsys.readouterr().err

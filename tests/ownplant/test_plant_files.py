@@ -202,5 +202,12 @@ def test_every_option_is_an_argument_of_the_design_in_the_library(method: str) -
 
 
 def test_examples_are_good_plants() -> None:
-    for name, method in (("cart", "multirate"), ("spring", "nonuniform"), ("servo", "dualrate"), ("tanks", "delay")):
+    for name, method in (
+        ("cart", "multirate"),
+        ("spring", "nonuniform"),
+        ("servo", "dualrate"),
+        ("tanks", "delay"),
+        ("late", "delay"),
+        ("echo", "delay"),
+    ):
         assert read_plant(EXAMPLES / f"{name}.toml", method).name == name

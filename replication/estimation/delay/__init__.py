@@ -5,7 +5,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from replication.estimation.conic.sdpa import SdpaOptions
     from replication.estimation.delay.collocation import Scheme
+    from replication.estimation.delay.exact.limit import Limit, limit
+    from replication.estimation.delay.exact.loop import exact_gain, worst_gain
     from replication.estimation.delay.facade import analyse, design, simulate
+    from replication.estimation.delay.general.observer import DelayObserver
+    from replication.estimation.delay.general.plant import DelayPlant, plant_of
+    from replication.estimation.delay.general.result import InnovationsResult
     from replication.estimation.delay.lmi import lmi_gain, riccati_gain
     from replication.estimation.delay.models import Model, chebyshev_model, from_control, pade_model, to_control
     from replication.estimation.delay.observer import ErrorSystem, error_system
@@ -26,7 +31,12 @@ else:
         {
             "collocation": "Scheme",
             "sos.cone": "DegreeRule",
+            "exact.limit": "Limit limit",
+            "exact.loop": "exact_gain worst_gain",
             "facade": "analyse design simulate",
+            "general.observer": "DelayObserver",
+            "general.plant": "DelayPlant plant_of",
+            "general.result": "InnovationsResult",
             "operators.gains": "GainValues ObserverGains evaluate observer_gains",
             "operators.galerkin": "GalerkinCheck check",
             "sos.least_gain": "LeastGain minimum_gain",
@@ -46,12 +56,16 @@ __all__ = [
     "Certificate",
     "DegreeRule",
     "DelayAnalysis",
+    "DelayObserver",
+    "DelayPlant",
     "DelayResult",
     "DelaySystem",
     "ErrorSystem",
     "GainValues",
     "GalerkinCheck",
+    "InnovationsResult",
     "LeastGain",
+    "Limit",
     "Model",
     "ObserverGains",
     "Scheme",
@@ -65,16 +79,20 @@ __all__ = [
     "design",
     "error_system",
     "evaluate",
+    "exact_gain",
     "frequency_response",
     "from_control",
     "hinf_gain",
     "hinf_norm",
+    "limit",
     "lmi_gain",
     "minimum_gain",
     "observer_gains",
     "pade_model",
+    "plant_of",
     "riccati_gain",
     "rightmost_roots",
     "simulate",
     "to_control",
+    "worst_gain",
 ]

@@ -15,9 +15,13 @@ from replication.estimation.api.plants import PlantReader
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.signals import Signals, measured_outputs, numbered
 from replication.estimation.api.simulation import Simulation, simulated
+from replication.estimation.delay.general.design import design_general
+from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.result import InnovationsResult
 from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.response import simulate as simulate_error
 from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of
+from replication.estimation.delay.sampled.running import simulate_error as simulate_innovations
 from replication.estimation.delay.sos.certificate import certificate_at
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.least_gain import LeastGain, minimum_gain
@@ -62,7 +66,7 @@ read_plant = DelaySystemReader()
 
 
 def design(
-    plant: DelaySystem | control.StateSpace,
+    plant: DelayPlant | DelaySystem | control.StateSpace,
     *,
     degree: int | None = None,
     rule: DegreeRule | str = DegreeRule.BESSEL,
@@ -72,24 +76,25 @@ def design(
     delayed: Sequence[Any] | None = None,
     delays: Sequence[float] | None = None,
     measured: int | Sequence[int | str] | None = None,
-) -> DelayResult:
+) -> DelayResult | InnovationsResult:
     """An observer whose level is `margin` above the least that polynomials of `degree` prove, or is `level`.
 
     Parameters
     ----------
-    plant : DelaySystem or control.StateSpace
-        A `delay_system(...)`, or the delay-free part as a continuous-time system with inputs w and outputs y and z.
+    plant : DelayPlant, DelaySystem or control.StateSpace
+        A `DelayPlant(...)` with noise, delayed measurements or known inputs; a `delay_system(...)`; or the delay-free
+        part as a continuous-time system with inputs w and outputs y and z.
     degree : int, optional
-        Degree of the polynomials; 3 unless given, or less for a large plant, whose cost grows steeply with it. The
-        evidence names it.
+        Degree of the polynomials; 3 unless given, or less for a large plant, whose cost grows steeply with it; up to 6
+        for a plant with noise. The evidence names it.
     rule : DegreeRule or str
-        Which monomials the degree stands for.
+        Which monomials the degree stands for; a plant with noise has one rule only.
     margin : float
         Relative distance from the least level, whose gains have no bound.
     level : float, optional
         Level to prove, in place of the margin.
     order : int
-        Histories are evaluated at order + 1 points.
+        Histories are evaluated at order + 1 points; for a plant with noise, moments of each delay in `to_statespace`.
     delayed : sequence of array (n, n)
         A_1 ... A_K that belong to a `control.StateSpace`.
     delays : sequence of float
@@ -99,8 +104,9 @@ def design(
 
     Returns
     -------
-    DelayResult
-        The gains of eq. (9), the level that they prove and the certificate.
+    DelayResult or InnovationsResult
+        The gains of eq. (9), the level that they prove and the certificate; for a plant with noise,
+        gains on the present innovation.
 
     Raises
     ------
@@ -113,7 +119,8 @@ def design(
 
     Notes
     -----
-    Theorem 3 of Peet and Gu as a sum-of-squares program; the gains follow from its solution by Lemma 5.
+    Theorem 3 of Peet and Gu as a sum-of-squares program; the gains follow from its solution by Lemma 5. With noise, the
+    program of `replication.estimation.delay.general`, whose observer keeps no history of y.
 
     Examples
     --------
@@ -124,8 +131,14 @@ def design(
     >>> 0 < best.bracket.lower <= best.value
     True
     """
-    system, signals = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
     rule = one_of(DegreeRule, rule)
+    if isinstance(plant, DelayPlant):
+        if any(value is not None for value in (delayed, delays, measured)):
+            raise InvalidInputError(DelaySystemReader.refusal)
+        if not plant.noiseless:
+            return _general(plant, rule, degree, margin, level, order)
+        plant = plant.system()
+    system, signals = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
     degree = degree_for(system, rule) if degree is None else at_most("degree", degree, HIGHEST)
     order = at_most("order", order, FINEST)
     if level is None:
@@ -136,6 +149,21 @@ def design(
     else:
         target, facts = positive_scalar("level", level), ()
     return result_of(system, signals, certificate_at(system, target, degree, rule), facts, order)
+
+
+def _general(
+    plant: DelayPlant, rule: DegreeRule, degree: int | None, margin: float, level: float | None, order: int
+) -> InnovationsResult:
+    """An observer on the innovation, with every argument checked."""
+    if rule is not DegreeRule.BESSEL:
+        raise InvalidInputError(f"rule must be bessel for a plant with noise, got {rule}; the others need y = C_2 x")
+    return design_general(
+        plant,
+        degree=None if degree is None else at_most("degree", degree, HIGHEST),
+        margin=positive_scalar("margin", margin),
+        level=None if level is None else positive_scalar("level", level),
+        order=at_most("order", order, FINEST),
+    )
 
 
 def analyse(
@@ -170,6 +198,10 @@ def analyse(
     SolverError
         A root or the gain is not found to the accuracy asked for.
     """
+    if isinstance(plant, DelayPlant):
+        raise InvalidInputError(
+            "analyse takes the plant of a delay_system; ask `limit` what any observer of a DelayPlant can do"
+        )
     system, _ = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
     root = complex(rightmost_roots(system, 1)[0])
     facts = [Evidence("rightmost root", f"{root:.6g}", "collocation, refined by Newton's method", "1/s")]
@@ -181,12 +213,12 @@ def analyse(
     return DelayAnalysis(system=system, evidence=tuple(facts))
 
 
-def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
+def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: Any) -> Simulation:
     """The estimation error from rest.
 
     Parameters
     ----------
-    result : DelayResult
+    result : DelayResult or InnovationsResult
         What `design` gave.
     times : array (M,)
         Equidistant instants, s.
@@ -203,9 +235,12 @@ def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
     InvalidInputError
         Another shape, unequal steps or a disturbance that is zero.
     """
-    DelayResult.require(result)
-    error = error_system(result.system, result.operators, result.order)
-    found = simulate_error(error, times, disturbance, result.system.states)
+    if isinstance(result, InnovationsResult):
+        found = simulate_innovations(result.gains_of, times, disturbance)
+    else:
+        DelayResult.require(result)
+        error = error_system(result.system, result.operators, result.order)
+        found = simulate_error(error, times, disturbance, result.system.states)
     signals = {"error of z": found.output, "error of x": found.state, "disturbance": found.disturbance}
     return simulated(result.method, found.times, signals, ratio=found.gain, steps=False)
 

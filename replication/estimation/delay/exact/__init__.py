@@ -1,1 +1,1 @@
-"""Delay plants without approximation of the delays: the exact optimal level, the exact gain of an observer, its run."""
+"""Delays without approximation: the exact least level of a plant, the exact gain of an observer, over ranges too."""

@@ -59,13 +59,16 @@ def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
         return FilterLevel(0.0, 0.0)
     smoother = _smoother(model, NOTHING * size)
     least = max(smoother * (1.0 + NOISE), NOTHING * size)
-    # Far below the least level Y < 0 comes near zero and may be taken for a solution: every level up to `size` counts.
-    levels = least * SWEEP ** np.arange(1 + int(np.ceil(np.log(max(size, start, least) / least) / np.log(SWEEP))))
-    refused = [float(level) for level in levels if _angle(model, float(level)) <= 0.0]
-    if not refused:
-        found = smoother if least > NOTHING * size else 0.0
-        return FilterLevel(found, found)
-    low, high = _bracket(model, refused[-1], max(start, refused[-1] * (1.0 + NOISE)), smoother + size)
+    refused = least
+    if _angle(model, least) > 0.0:
+        # Far below the least level Y < 0 comes near zero and may pass for a solution: no level up to `size` may fail.
+        count = 1 + int(np.ceil(np.log(max(size, start, least) / least) / np.log(SWEEP)))
+        failing = [level for level in least * SWEEP ** np.arange(1.0, count) if _angle(model, level) <= 0.0]
+        if not failing:
+            found = smoother if least > NOTHING * size else 0.0
+            return FilterLevel(found, found)
+        refused = float(failing[-1])
+    low, high = _bracket(model, refused, max(start, refused * (1.0 + NOISE)), smoother + size)
     # Where there is no stabilising solution the sign is all that is known.
     while high - low > DIGITS * high and _angle(model, low) == -1.0:
         middle = (low + high) / 2.0
@@ -159,8 +162,9 @@ def _hamiltonian(model: FilterModel, level: float) -> Array | None:
     return np.block([[drift.T, -c.T @ inverse @ c], [-process, -drift]])
 
 
-def _on_axis(values: Array) -> Array:
+def _on_axis(matrix: Array) -> Array:
     """Frequencies of the eigenvalues on the imaginary axis."""
+    values = np.linalg.eigvals(matrix).astype(complex)
     return np.unique(np.abs(values.imag[np.abs(values.real) <= AXIS * (1.0 + np.abs(values))]))
 
 
@@ -190,30 +194,30 @@ def _smoother(model: FilterModel, least: float) -> float:
     """The least level at which the Hamiltonian matrix has no eigenvalue on the axis: of G_z on the kernel of G_y."""
     poles = np.linalg.eigvals(model.a)
     tried = np.unique(np.concatenate([[0.0], np.abs(poles), np.abs(poles.imag)]))
-    best = max(*(_gain(model, w) for w in tried), _direct(model))
+    best = max(float(_gains(model, tried).max()), _direct(model))
     for _ in range(MOST_ROUNDS):
         level = max(best * (1.0 + 1e-10), least)
         matrix = _hamiltonian(model, level)
-        crossings = _on_axis(np.linalg.eigvals(matrix)) if matrix is not None else np.array([])
+        crossings = _on_axis(matrix) if matrix is not None else np.array([])
         if not crossings.size:
             return best
         edges = np.unique(np.concatenate([[0.0], crossings, [2.0 * crossings[-1] + 1.0]]))
-        found = max(_gain(model, w) for w in np.concatenate([crossings, (edges[1:] + edges[:-1]) / 2.0]))
+        found = float(_gains(model, np.concatenate([crossings, (edges[1:] + edges[:-1]) / 2.0])).max())
         if found <= level:
             return max(best, found)
         best = found
     return best
 
 
-def _gain(model: FilterModel, omega: float) -> float:
-    """The norm of G_z on the kernel of G_y at a frequency, without dividing by what may vanish."""
+def _gains(model: FilterModel, omega: Array) -> Array:
+    """The norm of G_z on the kernel of G_y at each frequency (M,)."""
     n, r, q = len(model.a), model.b.shape[1], len(model.cy)
     if r <= q:
-        return 0.0
-    pencil = np.block([[1j * omega * np.eye(n) - model.a, -model.b], [model.cy, model.dy]])
-    kernel = np.linalg.svd(pencil)[2][n + q :].conj().T
-    output, noise = model.cz @ kernel[:n] + model.dz @ kernel[n:], kernel[n:]
-    triangle = np.linalg.qr(noise)[1]
-    if np.linalg.cond(triangle) > 1e13:
-        return 0.0
-    return float(np.linalg.norm(np.linalg.solve(triangle.T, output.T), 2))
+        return np.zeros(len(omega))
+    # Feeding y back moves the poles off the axis, and nothing where y = 0.
+    size = float(np.linalg.norm(model.cy)) or 1.0
+    back = model.b @ model.dy.T + model.cy.T * (np.linalg.norm(model.a) + 1.0) / size**2
+    a, b = model.a - back @ model.cy, model.b - back @ model.dy
+    inner = np.linalg.solve(1j * omega[:, None, None] * np.eye(n) - a, np.broadcast_to(b, (len(omega), n, r)))
+    free = np.linalg.svd(model.cy @ inner + model.dy)[2][:, q:].conj().swapaxes(1, 2)
+    return np.asarray(np.linalg.norm((model.cz @ inner + model.dz) @ free, 2, axis=(1, 2)))

@@ -1,4 +1,4 @@
-"""A delay plant, and an observer of it, as matrix functions of s; field by field, without the lines of the synthesis."""
+"""A delay plant, and an observer of it, as matrix functions of s; field by field, apart from the synthesis."""
 
 from __future__ import annotations
 
@@ -39,10 +39,8 @@ def _average(weights: Sequence[Array], r: int) -> Kernel | None:
         return None
     count = max(len(part) for part in weights)
     padded = [np.pad(part, ((0, count - len(part)), (0, 0), (0, r))) for part in weights]
-    powers = np.concatenate(padded, axis=1)
-    return polynomial(
-        projected(lambda lags: np.tensordot(lags[:, None] ** np.arange(count), powers, axes=1), count - 1)
-    )
+    powers, exponents = np.concatenate(padded, axis=1), np.arange(count)
+    return polynomial(projected(lambda lags: np.tensordot(lags[:, None] ** exponents, powers, axes=1), count - 1))
 
 
 def injection_terms(observer: DelayObserver) -> Terms:
@@ -53,7 +51,7 @@ def injection_terms(observer: DelayObserver) -> Terms:
     """
     form = observer.form
     q = form.measurements
-    constant = np.vstack([observer.l0, np.zeros((len(form.now) - form.states, q))])
+    constant = np.vstack([observer.l0, observer.lz, np.zeros((q, q))])
     kernels = []
     for i, line in enumerate(form.lines):
         count = len(line.moments)
@@ -69,7 +67,7 @@ def injection_terms(observer: DelayObserver) -> Terms:
                     basis = legendre.evaluate(count, points) * (weights * (1.0 - lag))[:, None]
                     gains = observer.kernel(i, points + lag)
                     total[t] += np.einsum("cam,tc,tmq->aq", line.moments, basis, gains)
-            return line.delay * total
+            return np.asarray(line.delay * total)
 
         kernels.append(polynomial(projected(values, degree)))
     delays = tuple(line.delay for line in form.lines)

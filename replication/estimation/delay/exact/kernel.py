@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from numpy.polynomial import legendre
 from scipy.special import ive
 
 from replication.errors import SolverError
-from replication.estimation.validation import Array, ComplexArray
+from replication.estimation.validation import Array
 
+Complex = npt.NDArray[np.complexfloating[Any, Any]]
 DEGREE, MOST_PANELS = 15, 200
 """Degree on each panel, and panels beyond which a function is refused."""
 
@@ -52,30 +55,35 @@ class Kernel:
         series = np.einsum("ca,mkab->mkcb", left, self.series)
         return Kernel(self.edges, series if right is None else series @ right)
 
-    def transform(self, s: ComplexArray) -> ComplexArray:
+    def transform(self, s: Complex) -> Complex:
         """Integral of K(lag) e^{-s lag} over [0, 1] at each s (M,) with Re s >= 0, shape (M, a, b)."""
         half, middle = np.diff(self.edges) / 2.0, (self.edges[1:] + self.edges[:-1]) / 2.0
-        orders = np.arange(self.series.shape[1])
         total = np.zeros((len(s), *self.shape), dtype=complex)
         for h, centre, series in zip(half, middle, self.series, strict=True):
-            b = np.where(s == 0.0, 1e-200, s * h)
-            # The integral of P_k(x) e^{-bx} over [-1, 1] is 2 (-1)^k i_k(b); `ive` keeps i_k e^{-Re b}.
-            bessel = np.sqrt(np.pi / (2.0 * b))[:, None] * ive(orders + 0.5, b[:, None])
-            factor = 2.0 * h * np.exp(-s * centre + b.real)
-            total += np.einsum("m,mk,kab->mab", factor, (-1.0) ** orders * bessel, series)
+            factor = h * np.exp(-s * centre + (s * h).real)
+            total += np.einsum("m,mk,kab->mab", factor, _legendre_transforms(s * h, len(series)), series)
         return total
 
-    def moments(self, power: int) -> float:
-        """An upper bound of the integral of lag^power times the norm of K, by Cauchy's inequality on each panel."""
-        squares = np.einsum(
-            "mkab,mkab,k->m", self.series, self.series, 1.0 / (2.0 * np.arange(self.series.shape[1]) + 1)
-        )
-        return float(np.sum(self.edges[1:] ** power * np.diff(self.edges) * np.sqrt(squares)))
+    def lagged(self) -> Kernel:
+        """The kernel lag·K(lag)."""
+        half, middle = np.diff(self.edges) / 2.0, (self.edges[1:] + self.edges[:-1]) / 2.0
+        k = np.arange(self.series.shape[1])[:, None, None]
+        share = half[:, None, None, None] * self.series / (2 * k + 1)
+        series = np.pad(middle[:, None, None, None] * self.series, ((0, 0), (0, 1), (0, 0), (0, 0)))
+        series[:, 1:] += (k + 1) * share  # x P_k = ((k+1) P_{k+1} + k P_{k-1}) / (2k+1)
+        series[:, : len(k) - 1] += (k * share)[:, 1:]
+        return Kernel(self.edges, series)
 
-    def variation(self) -> float:
-        """V with |transform(s)| <= V/|s| for Re s >= 0: variation and jumps; P_k varies by 2k at most."""
-        sizes = np.linalg.norm(self.series, axis=(2, 3))
-        return float(np.sum(sizes * (2.0 + 2.0 * np.arange(sizes.shape[1]))))
+    def size(self) -> Array:
+        """Upper bounds (a, b) of the integrals of |K|, by Cauchy's inequality on each panel."""
+        orders = 2.0 * np.arange(self.series.shape[1]) + 1.0
+        sizes = np.sqrt(np.einsum("mkab,k->mab", self.series**2, 1.0 / orders))
+        return np.asarray(np.tensordot(np.diff(self.edges), sizes, axes=1))
+
+    def variation(self) -> Array:
+        """V (a, b) with |transform(s)| <= V/|s| for Re s >= 0: variation and jumps; P_k varies by 2k at most."""
+        weights = 2.0 + 2.0 * np.arange(self.series.shape[1])
+        return np.asarray(np.einsum("mkab,k->ab", np.abs(self.series), weights))
 
     def weights(self, step: float) -> Array:
         """Weights W_j (J, a, b) with sum W_j v_j the integral of K(lag) v(lag), v linear between v_j = v(j step).
@@ -95,6 +103,40 @@ class Kernel:
         np.add.at(total, before, (1.0 - share) * values)
         np.add.at(total, before + 1, share * values)
         return total
+
+
+def _legendre_transforms(b: Complex, count: int) -> Complex:
+    """e^{-Re b} times the integrals (M, count) of P_k(x) e^{-bx} over [-1, 1], by Bessel functions i_k or j_k."""
+    orders = np.arange(count)
+    if not np.any(b.real):
+        return np.asarray(2.0 * (-1j) ** orders * _spherical(b.imag.astype(float), count))
+    b = np.where(b == 0.0, 1e-200, b)
+    bessel = np.sqrt(np.pi / (2.0 * b))[:, None] * ive(orders + 0.5, b[:, None])
+    return np.asarray(2.0 * (-1.0) ** orders * bessel)
+
+
+def _spherical(x: Array, count: int) -> Array:
+    """Spherical Bessel functions j_0 .. j_{count-1} of real x, (M, count): by recurrence, up or (x < count) down."""
+    sign = np.where(x < 0.0, -1.0, 1.0)[:, None] ** np.arange(count)
+    x = np.maximum(np.abs(x), 1e-30)
+    first = np.sinc(x / np.pi)
+    second = np.where(x > 1e-2, (first - np.cos(x)) / x, x / 3.0 - x**3 / 30.0 + x**5 / 840.0)
+    found = np.zeros((len(x), max(count, 2)))
+    found[:, 0], found[:, 1] = first, second
+    up = x > count
+    for k in range(2, count):
+        found[up, k] = (2 * k - 1) / x[up] * found[up, k - 1] - found[up, k - 2]
+    down = x[~up]
+    ratio, ratios = np.zeros(len(down)), np.zeros((len(down), found.shape[1]))
+    for k in range(count + 10 + int(np.sqrt(40.0 * count)), 0, -1):
+        ratio = 1.0 / ((2 * k + 1) / down - ratio)
+        if k < found.shape[1]:
+            ratios[:, k] = ratio
+    # From j_0 or j_1, whichever is the larger: one of them may be next to zero.
+    later = np.where(np.abs(second[~up]) > np.abs(first[~up]), second[~up], first[~up] * ratios[:, 1])
+    found[~up, 1] = later
+    found[~up, 2:] = later[:, None] * np.cumprod(ratios[:, 2:], axis=1)
+    return np.asarray(sign * found[:, :count])
 
 
 def polynomial(series: Array) -> Kernel:

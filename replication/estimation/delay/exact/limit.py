@@ -1,4 +1,4 @@
-"""The least level that any causal observer of a delay plant has: found without an LMI, as a limit of delay-free models."""
+"""The least level that any causal observer of a delay plant has, without an LMI: a limit of delay-free models."""
 
 from __future__ import annotations
 
@@ -16,10 +16,12 @@ from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import positive_scalar
 
-ORDERS = (2, 3, 4, 6, 8, 11, 15, 20, 27, 36, 48)
-LARGEST = 160
-"""States of a model; the first few rungs are climbed however large they are."""
-FEWEST = 4
+ORDERS = (2, 3, 4, 7, 8, 11, 14, 19, 26, 35, 48)
+"""Odd and even ones by turns: Pade's approximants of odd order change the sign at infinity."""
+LARGEST = 240
+"""States of a model."""
+FEWEST, SEEN = 3, 11
+"""Rungs that are climbed however large; the one whose unstable roots are tested."""
 UNSEEN = 1e-7
 
 
@@ -32,7 +34,7 @@ class Limit:
     level : float
         No causal observer has a smaller gain, and some come as near as is wanted. 0 if it cannot be told from zero.
     moving : float
-        The largest change over the last two rungs of the ladder: what is still uncertain.
+        The largest change over the last two rungs, or what the last one lacks of `smoother`: what is still uncertain.
     settled : bool
         Whether that is within the tolerance.
     smoother : float
@@ -40,7 +42,7 @@ class Limit:
     frequency : float
         Where that is attained, rad/s.
     rungs : tuple of (int, float)
-        States for each delayed signal, and the level of that model.
+        Moments of each signal on each piece of the past, and the level of that model.
     """
 
     level: float
@@ -80,9 +82,11 @@ def limit(plant: DelayPlant | DelaySystem, tolerance: float = 1e-8) -> Limit:
 
     Notes
     -----
-    Each delay is replaced by the Legendre-tau model of N states for each signal that it delays, which is Pade's
-    approximant [N/N]. Errors fall faster than geometrically once N exceeds half the phase, in rad, of the longest delay
-    at the frequency that decides the level. Measurements without noise are replaced by their derivatives.
+    Between the delays, and their differences, the past is replaced by N moments of each signal (Legendre-tau method,
+    on each piece Pade's approximant [N/N]). Errors fall faster than geometrically once N exceeds half the phase, in
+    rad, of a piece at the frequency that decides the level. Measurements without noise are replaced by their
+    derivatives. It may not settle where the level is decided at high frequencies, by delayed noise for example: a model
+    keeps the delays up to some frequency only.
 
     Examples
     --------
@@ -106,20 +110,21 @@ def limit_of(plant: PlantTerms, tolerance: float) -> Limit:
         model = ladder_model(plant, order)
         if len(model.a) > LARGEST and len(rungs) >= FEWEST:
             break
-        level = filter_level(model, rungs[-1][1] if rungs else bound.level).value
-        changes = (changes[1], abs(level - rungs[-1][1]) if rungs else np.inf)
-        rungs.append((order, level))
-        if max(changes) <= tolerance * level:
+        value = filter_level(model, rungs[-1][1] if rungs else bound.level).value
+        changes = (changes[1], abs(value - rungs[-1][1]) if rungs else np.inf)
+        rungs.append((order, value))
+        if max(*changes, bound.level - value) <= tolerance * value:
             break
-    moving = float(max(changes))
-    return Limit(rungs[-1][1], moving, moving <= tolerance * rungs[-1][1], bound.level, bound.frequency, tuple(rungs))
+    level = max(rungs[-1][1], bound.level)
+    moving = float(max(*changes, level - rungs[-1][1]))
+    return Limit(level, moving, moving <= tolerance * level, bound.level, bound.frequency, tuple(rungs))
 
 
 def require_seen(plant: PlantTerms) -> None:
     """Raise InvalidInputError if y does not see an unstable mode, tested at its root with true exponentials."""
     n = plant.sizes[0]
     states, _, measured = plant.rows
-    values = np.linalg.eigvals(ladder_model(plant, ORDERS[5]).a)
+    values = np.linalg.eigvals(ladder_model(plant, SEEN).a)
     for root in values[values.real >= -UNSEEN * (1.0 + np.abs(values))]:
         point = complex(max(root.real, 0.0), root.imag)
         matrix = plant.terms.at(np.array([point]))[0][:, :n]

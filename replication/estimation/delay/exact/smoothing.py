@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.delay.exact.terms import PlantTerms
+from replication.estimation.delay.exact.terms import PlantTerms, axis
 from replication.estimation.validation import Array
 
 DECADES, POINTS, TURNS, PER_TURN, ROUNDS = 6, 200, 12, 48, 40
@@ -42,7 +42,8 @@ def smoother_bound(plant: PlantTerms, further: Array | None = None) -> SmootherB
         Level and frequency.
     """
     longest = max(plant.terms.delays, default=0.0)
-    rate = max(plant.terms.applied(*_states(plant)).bound(0), 1e-6 / longest if longest else 1e-6)
+    n = plant.sizes[0]
+    rate = max(float(np.linalg.norm(plant.terms.bound()[:n, :n], 2)), 1e-6 / longest if longest else 1e-6)
     grid = [np.array([0.0]), rate * np.logspace(-DECADES, 2, POINTS)]
     if longest:
         grid.append(np.linspace(0.0, 2.0 * np.pi * TURNS / longest, TURNS * PER_TURN))
@@ -67,10 +68,10 @@ def smoother_bound(plant: PlantTerms, further: Array | None = None) -> SmootherB
 
 def smoother_gains(plant: PlantTerms, omega: Array) -> Array:
     """|G_z null(G_y)| at each frequency (M,); infinite where a motion without disturbance leaves y at rest."""
-    n, p, q, r = plant.sizes
+    n, _, q, r = plant.sizes
     if r <= q:
         return np.zeros(len(omega))
-    values = plant.terms.at(1j * omega)
+    values = plant.terms.at(axis(omega))
     states, estimated, measured = plant.rows
     pencil = np.concatenate([values[:, states], values[:, measured]], axis=1)
     pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
@@ -78,14 +79,8 @@ def smoother_gains(plant: PlantTerms, omega: Array) -> Array:
     pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
     kernel = np.linalg.svd(pencil)[2][:, n + q :].conj().swapaxes(1, 2)
     output, noise = values[:, estimated] @ kernel, kernel[:, n:]
-    left, sizes, right = np.linalg.svd(noise, full_matrices=False)
+    _, sizes, right = np.linalg.svd(noise, full_matrices=False)
     moved = np.where(sizes > PARALLEL, 1.0 / np.maximum(sizes, PARALLEL), 0.0)
     gains = np.linalg.norm(output @ right.conj().swapaxes(1, 2) * moved[:, None, :], 2, axis=(1, 2))
     hidden = np.linalg.norm(output @ right.conj().swapaxes(1, 2) * (moved == 0.0)[:, None, :], axis=(1, 2)) > PARALLEL
     return np.asarray(np.where(hidden, np.inf, gains))
-
-
-def _states(plant: PlantTerms) -> tuple[Array, Array]:
-    """The matrices that take out of the terms those from x to x'."""
-    n, p, q, r = plant.sizes
-    return np.eye(n, n + p + q), np.eye(n + r, n)

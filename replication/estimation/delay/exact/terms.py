@@ -5,12 +5,18 @@ M(s) = M_0 + sum_i e^{-s tau_i} M_i + sum_i integral of K_i(lag) e^{-s tau_i lag
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from replication.estimation.delay.exact.kernel import Kernel
-from replication.estimation.validation import Array, ComplexArray
+from replication.estimation.delay.exact.kernel import Complex, Kernel
+from replication.estimation.validation import Array
+
+
+def axis(omega: Array) -> Complex:
+    """The points s = j omega."""
+    return np.asarray(1j * omega)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,14 +45,28 @@ class Terms:
         """Delay, matrix and kernel of each line."""
         return tuple(zip(self.delays, self.delayed, self.kernels, strict=True))
 
-    def at(self, s: ComplexArray) -> ComplexArray:
-        """M at each s (M,) with Re s >= 0, shape (M, a, b)."""
+    def at(self, s: Complex, delays: Array | None = None) -> Complex:
+        """M at each s (M,) with Re s >= 0, shape (M, a, b); `delays` (M, K) stand for tau_i if given."""
         total = np.tile(self.constant.astype(complex), (len(s), 1, 1))
-        for delay, matrix, kernel in self.spread:
-            total += np.exp(-s * delay)[:, None, None] * matrix
-            if kernel is not None:
-                total += kernel.transform(s * delay)
+        for line in self.lines_at(s, delays):
+            total += line
         return total
+
+    def lines_at(self, s: Complex, delays: Array | None = None) -> list[Complex]:
+        """The part of each line."""
+        times = np.tile(self.delays, (len(s), 1)) if delays is None else delays
+        found = []
+        for i, (_, matrix, kernel) in enumerate(self.spread):
+            value = np.asarray(np.exp(-s * times[:, i])[:, None, None] * matrix, dtype=complex)
+            if kernel is not None:
+                value += kernel.transform(s * times[:, i])
+            found.append(value)
+        return found
+
+    def aged(self) -> Terms:
+        """Each line weighted with its lag: the far end as it is, the kernels as lag·K(lag); no constant."""
+        kernels = tuple(None if kernel is None else kernel.lagged() for kernel in self.kernels)
+        return replace(self, constant=np.zeros_like(self.constant), kernels=kernels)
 
     def applied(self, left: Array, right: Array) -> Terms:
         """left·M(s)·right."""
@@ -57,21 +77,44 @@ class Terms:
             tuple(None if kernel is None else kernel.applied(left, right) for kernel in self.kernels),
         )
 
-    def bound(self, order: int) -> float:
-        """An upper bound of the norm of the derivative of `order` over the imaginary axis, and of M for Re s >= 0."""
-        total = float(np.linalg.norm(self.constant, 2)) if order == 0 and self.constant.size else 0.0
-        for delay, matrix, kernel in self.spread:
-            total += delay**order * float(np.linalg.norm(matrix, 2)) if matrix.size else 0.0
-            total += delay**order * kernel.moments(order) if kernel is not None else 0.0
-        return total
+    def bound(self) -> Array:
+        """Upper bounds (a, b) of the entries of |M(s)| wherever Re s >= 0."""
+        return np.asarray(np.abs(self.constant) + sum(self.sizes()))
 
-    def variation(self) -> float:
-        """V: the kernels' part of M(s) is at most V/|s| for Re s >= 0."""
-        return sum(kernel.variation() / delay for delay, _, kernel in self.spread if kernel is not None)
+    def sizes(self) -> list[Array]:
+        """Such bounds of the part of each line, whatever its delay."""
+        return [np.abs(matrix) + (0.0 if kernel is None else kernel.size()) for _, matrix, kernel in self.spread]
+
+    def sizes_beyond(self, phases: Array) -> list[Array]:
+        """Bounds (M, a, b) of the part of line i on the imaginary axis where w tau_i >= phases[:, i]."""
+        found = []
+        for i, (_, matrix, kernel) in enumerate(self.spread):
+            size = np.tile(np.abs(matrix), (len(phases), 1, 1))
+            if kernel is not None:
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    size += np.fmin(kernel.size(), kernel.variation() / phases[:, i, None, None])
+            found.append(size)
+        return found
+
+    def variation(self, shortest: Sequence[float]) -> Array:
+        """V (a, b): the kernels' part of M(s) is at most V/|s| for Re s >= 0, for delays from `shortest` on."""
+        total = np.zeros(self.constant.shape)
+        for least, kernel in zip(shortest, self.kernels, strict=True):
+            if kernel is not None:
+                total = total + kernel.variation() / least
+        return total
 
     def without_kernels(self) -> Terms:
         """The constant and the delays alone."""
         return replace(self, kernels=(None,) * len(self.delays))
+
+
+def stacked(blocks: Sequence[tuple[Terms, Array, Array]], constant: Array) -> Terms:
+    """constant + the sum of left·M(s)·right over `blocks` (M, left, right); delays may be different ones in each."""
+    lines = [line for terms, left, right in blocks for line in terms.applied(left, right).spread]
+    for terms, left, right in blocks:
+        constant = constant + left @ terms.constant @ right
+    return Terms(constant, *(tuple(part) for part in zip(*lines, strict=True))) if lines else Terms(constant)
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,9 +4,9 @@ V = u'Wu + sum_i integral of psi_i'(S_i + (1 + s) T_i) psi_i is positive if W_+ 
 are: a function has at least the energy of its moments (Bessel). Along the errors
   dV/dt <= 2 u'W u' + sum_i (1/tau_i) (psi_i(0)'(S_i + T_i) psi_i(0) - psi_i(-1)'S_i psi_i(-1) - sum_c mu_ic'T_i mu_ic)
            - 2 u'Z eps,
-and N = g (|w|^2 + |v|^2) - 2 v'z - dV/dt must be positive for all v (Schur complement of |z|^2 / g). Z is free and fills
-the whole block of N between u and eps: N can be made positive if and only if it is so for eps = 0 and for u = 0, two
-inequalities without Z; a Z between them is found afterwards.
+and N = g (|w|^2 + |v|^2) - 2 v'(z - L_z eps) - dV/dt must be positive for all v (a Schur complement). Z and L_z are
+free and fill the whole block of N between (u, v) and eps: N can be made positive if and only if it is so for eps = 0
+and for (u, v) = 0, two inequalities without them; a Z and L_z between these are found afterwards.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.delay.general.interior import Block
+from replication.estimation.conic.steps import Block
 from replication.estimation.delay.general.rates import Rates
 from replication.estimation.validation import Array
 
@@ -61,14 +61,14 @@ def positivity(rates: Rates) -> tuple[Block, ...]:
     return tuple(blocks)
 
 
-def dissipation(rates: Rates, basis: Array) -> Block:
-    """N over (c, v) with zeta = basis c and without Z."""
-    columns, outputs = basis.shape[1], len(rates.z)
+def dissipation(rates: Rates, basis: Array, *, outputs: int) -> Block:
+    """N over (c, v) with zeta = basis c, without Z and L_z; outputs: p, or 0 for v = 0."""
+    columns = basis.shape[1]
 
     def over(rows: Array) -> Array:
         return np.concatenate([rows @ basis, np.zeros((*rows.shape[:-1], outputs))], axis=-1)
 
-    z, v, w = over(rates.z), np.eye(columns + outputs)[columns:], over(rates.w)
+    z, v, w = over(rates.z[:outputs]), np.eye(columns + outputs)[columns:], over(rates.w)
     s_terms, t_terms = [], []
     for line, unit in zip(rates.lines, _line_units(rates), strict=False):
         entry, end, moments, slopes = over(line.entry), over(line.end), over(line.moments), over(line.slopes)

@@ -1,4 +1,4 @@
-"""From a storage function to the gains of the observer: Z between the two inequalities, then its inverse."""
+"""From a storage function to the gains of the observer: Z and L_z between the two inequalities, then their inverse."""
 
 from __future__ import annotations
 
@@ -13,28 +13,33 @@ from replication.estimation.validation import Array
 
 NODES = 160
 """Gauss points on a line: the kernels are polynomials over S + (1 + s) T."""
-NEGLIGIBLE = 1e-13
+NEGLIGIBLE = 1e-11
 """Legendre coefficients of a kernel below this share of its largest are left out."""
 
 
-def multiplier(rates: Rates, storage: Storage) -> Array:
-    """Z (k, q), which makes N positive where both inequalities hold: what remains of u and eps given the rest is apart."""
-    k, q = len(rates.u), len(rates.unit)
-    whole = dissipation(rates, rates.change).at(storage.plus, scalars_of(storage))
-    state, eps, rest = slice(0, k), slice(k, k + q), slice(k + q, None)
-    wanted = whole[state, rest] @ np.linalg.solve(whole[rest, rest], whole[rest, eps])
-    return np.asarray(np.linalg.solve(rates.unit, (wanted - whole[state, eps]).T).T)
+def multiplier(rates: Rates, storage: Storage) -> tuple[Array, Array]:
+    """Z (k, q) and L_z (p, q), which make N positive where both inequalities hold.
+
+    They leave (u, v) and eps independent given the rest: the completion of largest determinant.
+    """
+    k, q, p = len(rates.u), len(rates.unit), len(rates.z)
+    whole = dissipation(rates, rates.change, outputs=p).at(storage.plus, scalars_of(storage))
+    free = np.r_[0:k, len(whole) - p : len(whole)]
+    eps, rest = np.arange(k, k + q), np.arange(k + q, len(whole) - p)
+    wanted = whole[np.ix_(free, rest)] @ np.linalg.solve(whole[np.ix_(rest, rest)], whole[np.ix_(rest, eps)])
+    found = np.linalg.solve(rates.unit, (wanted - whole[np.ix_(free, eps)]).T).T
+    return found[:k], found[k:]
 
 
-def injection(form: LineForm, rates: Rates, storage: Storage) -> tuple[Array, tuple[Array, ...]]:
-    """L_0 and, for each line, the Legendre coefficients of L_i.
+def injection(form: LineForm, rates: Rates, storage: Storage) -> tuple[Array, Array, tuple[Array, ...]]:
+    """L_0, L_z and, for each line, the Legendre coefficients of L_i.
 
     The derivative of V along an injection L eps is 2 u'Z eps if, with m = (L_0, moments of L_i),
     (S_i + (1 + s) T_i) L_i = sum_c p_c (Z - W m)_ic; then (W_+ + diag(0, K_i^-1 - S_i)) m = Z, K_i the moments of
     (S_i + (1 + s) T_i)^-1.
     """
-    z, n = multiplier(rates, storage), form.states
-    degree = len(rates.lines[0].moments) if rates.lines else 0
+    (z, lz), n = multiplier(rates, storage), form.states
+    degree = len(rates.lines[0].moments) if rates.lines else 1
     points, weights = legendre.gauss(NODES)
     basis = legendre.evaluate(degree, points)
     whole, inverses, start = storage.plus.copy(), [], n
@@ -52,7 +57,7 @@ def injection(form: LineForm, rates: Rates, storage: Storage) -> tuple[Array, tu
         inner = np.linalg.solve(moments, m[part]).reshape(degree, -1, z.shape[1])
         kernel = np.einsum("xij,xc,cjq->xiq", values, basis, inner, optimize=True)
         kernels.append(_polynomial(kernel, points, weights))
-    return m[:n], tuple(kernels)
+    return m[:n], lz, tuple(kernels)
 
 
 def _polynomial(values: Array, points: Array, weights: Array) -> Array:
@@ -61,4 +66,4 @@ def _polynomial(values: Array, points: Array, weights: Array) -> Array:
     coefficients = np.einsum("x,xc,xiq->ciq", weights, tests, values)
     sizes = np.abs(coefficients).max(axis=(1, 2))
     kept = np.flatnonzero(sizes > NEGLIGIBLE * sizes.max(initial=0.0))
-    return coefficients[: kept[-1] + 1 if kept.size else 1]
+    return np.asarray(coefficients[: kept[-1] + 1 if kept.size else 1])

@@ -177,6 +177,11 @@ def plant_of(system: DelaySystem) -> DelayPlant:
     -------
     DelayPlant
         The same plant.
+
+    Raises
+    ------
+    InvalidInputError
+        The arrays do not fit; those that `delay_system` has checked do.
     """
     return DelayPlant(system.a0, system.delays, system.b, system.c10, system.c2, system.a, system.c1)
 

@@ -39,8 +39,8 @@ class Rates:
     ----------
     u, rate : arrays (k, N)
         u and du/dt without injection.
-    z, w : arrays (p, N), (r, N)
-        Error of z, disturbance.
+    z, y, w : arrays (p, N), (q, N), (r, N)
+        Error of z without L_z, innovation, disturbance.
     lines : tuple of LineRates
         Each line.
     change : array (N, N)
@@ -52,6 +52,7 @@ class Rates:
     u: Array
     rate: Array
     z: Array
+    y: Array
     w: Array
     lines: tuple[LineRates, ...]
     change: Array
@@ -98,7 +99,7 @@ def rates(form: LineForm, degree: int) -> Rates:
         start, far = start + degree * m, far + m
     rate = np.vstack([flow[:n], *(line.slopes.reshape(-1, size) for line in lines)])
     change, unit = _pivoted(flow[n + p :], order)
-    return Rates(zeta[:order], rate, flow[n : n + p], zeta[size - r :], tuple(lines), change, unit)
+    return Rates(zeta[:order], rate, flow[n : n + p], flow[n + p :], zeta[size - r :], tuple(lines), change, unit)
 
 
 def _pivoted(y: Array, order: int) -> tuple[Array, Array]:

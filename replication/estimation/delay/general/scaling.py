@@ -48,11 +48,12 @@ class Scaling:
 
     def back(self, form: LineForm) -> LineForm:
         """A line form in these units in those of the plant, with the same signals on the lines."""
-        n, p, root = form.states, form.outputs, self.gain**0.5
+        p, root = form.outputs, self.gain**0.5
         rows = np.concatenate([1.0 / (self.time * self.states), np.full(p, root), np.ones(form.measurements)])[:, None]
         columns = np.concatenate([self.states, np.full(form.inputs, root)])
         lines = (
-            Line(line.delay * self.time, line.carry * columns, rows * line.end, rows * line.moments) for line in form.lines
+            Line(line.delay * self.time, line.carry * columns, rows * line.end, rows * line.moments)
+            for line in form.lines
         )
         return replace(form, now=rows * form.now * columns, lines=tuple(lines))
 

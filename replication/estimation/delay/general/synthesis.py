@@ -7,18 +7,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.delay.general.cone import Storage, dissipation, positivity, scalars_of, storage_of
+from replication.estimation.conic.interior import Point, solve
+from replication.estimation.conic.steps import Block
+from replication.estimation.delay.exact.forms import plant_terms
+from replication.estimation.delay.exact.smoothing import smoother_bound
+from replication.estimation.delay.general.cone import Storage, dissipation, positivity, storage_of
 from replication.estimation.delay.general.gains import injection
-from replication.estimation.delay.general.interior import Block, Point, solve
 from replication.estimation.delay.general.lines import LineForm, line_form
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.rates import Rates, rates
 from replication.estimation.delay.general.scaling import Scaling, scaling_of
-from replication.estimation.validation import positive_integer, positive_scalar
+from replication.estimation.validation import Array, positive_integer, positive_scalar
 
-DEGREES, ORDER = (6, 5, 4, 3, 2, 1), 40
-"""Degrees unless one is asked for: the first with which the storage has at most so many rows; the last for larger plants."""
+DEGREES, ORDER = (6, 5, 4, 3, 2, 1), 50
+"""Degrees unless one is asked for: the first with which the storage has at most so many rows; else the last."""
 ROUGH = 0.1
 """Relative gap of an interior point: it only has to be well inside."""
 
@@ -41,6 +44,8 @@ class GeneralLevel:
         Of the interior-point method.
     slack : float
         The smallest eigenvalue of all inequalities at `storage`, in those units: positive.
+    rounding : float
+        What rounding may add to it, at most about.
     """
 
     degree: int
@@ -49,6 +54,7 @@ class GeneralLevel:
     storage: Storage
     steps: int
     slack: float
+    rounding: float
 
 
 @dataclass(frozen=True)
@@ -60,13 +66,16 @@ class _Program:
     rates: Rates
     blocks: tuple[Block, ...]
 
-    def proved(self, point: Point, scalars: np.ndarray, degree: int) -> GeneralLevel:
+    def proved(self, point: Point, scalars: Array, degree: int) -> GeneralLevel:
         """What a point proves. Raises SolverError if an inequality does not hold there."""
-        slack = min(float(np.linalg.eigvalsh(block.at(point.w, scalars))[0]) for block in self.blocks)
+        spectra = [np.linalg.eigvalsh(block.at(point.w, scalars)) for block in self.blocks]
+        slack = min(float(values[0]) for values in spectra)
         if not slack > 0.0:
             raise SolverError(f"the point found proves nothing (least eigenvalue {slack:.1e}); ask for a higher level")
+        rounding = max(float(len(values) * np.finfo(float).eps * values[-1]) for values in spectra)
         storage = storage_of(self.rates, point.w, scalars)
-        return GeneralLevel(degree, storage.level * self.scaling.gain, self.scaling, storage, point.steps, slack)
+        level = storage.level * self.scaling.gain
+        return GeneralLevel(degree, level, self.scaling, storage, point.steps, slack, rounding)
 
 
 def degree_of(plant: DelayPlant) -> int:
@@ -79,7 +88,7 @@ def degree_of(plant: DelayPlant) -> int:
 def least_level(plant: DelayPlant, degree: int) -> GeneralLevel:
     """The least level that `degree` moments of each line prove.
 
-    Solved with one moment first, whose level gives w and z their units.
+    The level of a smoother, below which no observer comes, gives w and z their units.
 
     Parameters
     ----------
@@ -101,12 +110,13 @@ def least_level(plant: DelayPlant, degree: int) -> GeneralLevel:
         No point is found.
     """
     degree = positive_integer("degree", degree)
-    program = _program(plant, scaling_of(plant), degree)
-    few = max(1, program.form.moments)
-    if few < degree:
-        first = _least(_program(plant, program.scaling, few), few)
-        program = _program(plant, replace(program.scaling, gain=first.level), degree)
-    return _least(program, degree)
+    bound = smoother_bound(plant_terms(plant)).level
+    unit = bound if 0.0 < bound < np.inf else 1.0
+    program = _program(plant, replace(scaling_of(plant), gain=unit), degree)
+    cost = np.zeros(len(program.blocks[0].others))
+    cost[-1] = -1.0
+    point = solve(program.blocks, len(program.rates.u), cost)
+    return program.proved(point, point.y, degree)
 
 
 def _program(plant: DelayPlant, scaling: Scaling, degree: int) -> _Program:
@@ -114,17 +124,10 @@ def _program(plant: DelayPlant, scaling: Scaling, degree: int) -> _Program:
     over = rates(form, degree)
     blocks = (
         *positivity(over),
-        dissipation(over, over.without_innovation()),
-        dissipation(over, over.without_state()),
+        dissipation(over, over.without_innovation(), outputs=form.outputs),
+        dissipation(over, over.without_state(), outputs=0),
     )
     return _Program(scaling, form, over, blocks)
-
-
-def _least(program: _Program, degree: int) -> GeneralLevel:
-    cost = np.zeros(len(program.blocks[0].others))
-    cost[-1] = -1.0
-    point = solve(program.blocks, len(program.rates.u), cost)
-    return program.proved(point, point.y, degree)
 
 
 def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) -> tuple[GeneralLevel, DelayObserver]:
@@ -165,10 +168,18 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
             f"the level {level:.6g} is not found to be in reach of degree {degree}; relax it or raise the degree"
         )
     found = program.proved(point, np.append(point.y[:-1], target), degree)
-    l0, kernels = injection(program.form, program.rates, found.storage)
-    form = scaling.back(program.form)
-    gains = tuple(kernel / scaling.time for kernel in kernels)
-    return found, DelayObserver(plant, form, l0 / scaling.states[:, None] / scaling.time, gains)
+    if found.slack <= found.rounding:
+        raise SolverError(
+            f"whether {level:.6g} is reached is lost in rounding (slack {found.slack:.1e}); ask for a higher level"
+        )
+    l0, lz, kernels = injection(program.form, program.rates, found.storage)
+    return found, DelayObserver(
+        plant,
+        scaling.back(program.form),
+        l0 / scaling.states[:, None] / scaling.time,
+        lz * scaling.gain**0.5,
+        tuple(kernel / scaling.time for kernel in kernels),
+    )
 
 
 def _with_slack(block: Block) -> Block:

@@ -1,0 +1,157 @@
+"""The closed loop of a delay plant and an observer of it, with true exponentials: its stability and its exact gain.
+
+With the innovation eps, the errors follow [e'; z; eps] = M(s) [e; w] - I(s) eps, where M is the plant and I what the
+innovation adds to the observer. If the observer takes other delays for granted than the plant has, the states of both
+stay in the equations, and the plant has to be stable.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.delay.exact.forms import injection_terms, plant_terms
+from replication.estimation.delay.exact.peak import GainBracket, gain_bracket, right_roots
+from replication.estimation.delay.exact.response import Response
+from replication.estimation.delay.exact.terms import PlantTerms, Terms, stacked
+from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.validation import Array, as_array, positive_scalar
+
+
+def exact_gain(observer: DelayObserver, relative: float = 1e-6) -> GainBracket:
+    """The L2 gain from w to the error of z, delays and kernels exact.
+
+    Parameters
+    ----------
+    observer : DelayObserver
+        What a synthesis gave.
+    relative : float
+        Relative width of the bracket that is asked for.
+
+    Returns
+    -------
+    GainBracket
+        Both ends, in floating point; the error system is stable.
+
+    Raises
+    ------
+    InvalidInputError
+        `relative` is not positive.
+    InfeasibleError
+        The error does not die out.
+    SolverError
+        A root of the error lies on the imaginary axis, or so near that stability stays open.
+    """
+    positive_scalar("relative", relative)
+    return gain_bracket(error_response(plant_terms(observer.plant), injection_terms(observer)), relative)
+
+
+def worst_gain(
+    observer: DelayObserver, ranges: Sequence[tuple[float, float]] | None = None, relative: float = 1e-3
+) -> GainBracket:
+    """The largest gain of an observer while the delays of the plant, constant and unknown, lie anywhere in ranges.
+
+    Parameters
+    ----------
+    observer : DelayObserver
+        Made for the nominal delays, which it keeps.
+    ranges : sequence of K pairs of floats, optional
+        Shortest and longest delay, s; those of the plant unless given.
+    relative : float
+        Relative width of the bracket that is asked for.
+
+    Returns
+    -------
+    GainBracket
+        The upper end holds for all delays of the ranges, in floating point; the lower end is attained at the delays
+        that it names. The upper end is infinite where stability over the ranges stays open.
+
+    Raises
+    ------
+    InvalidInputError
+        `relative` is not positive, or the ranges are no pairs of positive, ordered delays.
+    InfeasibleError
+        The plant is unstable: with the least error in a delay the estimate does not follow it.
+    SolverError
+        Stability at the nominal delays stays open.
+
+    Notes
+    -----
+    The ranges and the frequencies are cut into cells. On each the response is its value and slope at the centre, plus a
+    remainder that is bounded. An observer that is stable at the nominal delays, and has no root on the axis in any
+    cell, is stable for all delays of the ranges.
+    """
+    plant = plant_terms(observer.plant)
+    positive_scalar("relative", relative)
+    given = observer.plant.ranges if ranges is None else ranges
+    ends = as_array("ranges", given, (len(plant.terms.delays), 2), axes="(delays, 2)")
+    if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
+        raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
+    nothing = Terms(np.zeros((len(plant.terms.constant), plant.sizes[2])))
+    roots = right_roots(error_response(plant, nothing))[1]
+    if roots:
+        raise InfeasibleError(
+            f"the plant has {roots} unstable roots: with an error in a delay, however small, no estimate follows it; "
+            "stabilise the plant, or measure the delays"
+        )
+    middle = [float(value) for value in ends.mean(axis=1)]
+    pairs = [(float(low), float(high)) for low, high in ends]
+    found = gain_bracket(mismatched_response(plant, injection_terms(observer), middle, pairs), relative)
+    return replace(found, delays=found.delays[: len(pairs)])
+
+
+def error_response(plant: PlantTerms, injection: Terms) -> Response:
+    """From w to the error of z, for an observer of the plant itself; signals e, eps, z, w."""
+    n, p, q, r = plant.sizes
+    rows, e, eps, z, w = _places(n, q, p, r)
+    # Rows (x', z, y) of the plant go to those of e, z and eps.
+    to = np.hstack([rows[e].T, rows[z].T, rows[eps].T])
+    loop = stacked(
+        [(plant.terms, -to, np.vstack([rows[e], rows[w]])), (injection, to, rows[eps])],
+        np.zeros((n + q + p + r,) * 2),
+    )
+    ranges = tuple((delay, delay) for delay in loop.delays)
+    return Response(loop, (n, p, r), _direct(plant, injection), ranges)
+
+
+def mismatched_response(
+    assumed: PlantTerms, injection: Terms, true: Sequence[float], ranges: Sequence[tuple[float, float]]
+) -> Response:
+    """From w to the error of z of an observer that takes the delays of `assumed` for granted; signals x, x^, eps, z, w.
+
+    The plant has the delays `true`, or any others of their `ranges`.
+    """
+    n, p, q, r = assumed.sizes
+    rows, x, guess, eps, z, w = _places(n, n, q, p, r)
+    plant_to = np.hstack([rows[x].T, rows[z].T, rows[eps].T])
+    copy_to = np.hstack([rows[guess].T, -rows[z].T, -rows[eps].T])
+    nothing = np.zeros((r, plant_to.shape[0]))
+    loop = stacked(
+        [
+            (replace(assumed.terms, delays=tuple(true)), -plant_to, np.vstack([rows[x], rows[w]])),
+            (assumed.terms, -copy_to, np.vstack([rows[guess], nothing])),
+            (injection, -copy_to, rows[eps]),
+        ],
+        np.zeros((2 * n + q + p + r,) * 2),
+    )
+    fixed = ((delay, delay) for delay in loop.delays[len(true) :])
+    return Response(loop, (2 * n, p, r), _direct(assumed, injection), (*ranges, *fixed))
+
+
+def _places(*sizes: int) -> tuple[Array, ...]:
+    """The identity and, for each signal, its rows."""
+    eye = np.eye(sum(sizes))
+    stops = np.cumsum(sizes)
+    return eye, *(np.arange(stop - size, stop) for size, stop in zip(sizes, stops, strict=True))
+
+
+def _direct(plant: PlantTerms, injection: Terms) -> Terms:
+    """D_z w - L_z D_y w at frequencies beyond all dynamics, L_z what the innovation adds to z at once."""
+    _, estimated, measured = plant.rows
+    noise = plant.columns[1]
+    rows, columns = np.eye(len(plant.terms.constant)), np.eye(plant.terms.constant.shape[1])
+    left = rows[estimated] - injection.constant[estimated] @ rows[measured]
+    return plant.terms.without_kernels().applied(left, columns[:, noise])

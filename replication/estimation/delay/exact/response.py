@@ -1,0 +1,179 @@
+"""The gain matrix of a delay equation, and bounds of it over cells of frequencies and delays.
+
+X xi = [0; w] with X = diag(s I, I) + L(s), rows of states first, then algebraic ones; L depends on the s tau_i.
+A cell is |w - w_c| <= r, |tau_i - t_i| <= d_i. On it |X - X_c| <= D, entry by entry, by the derivatives at the centre
+and a bound of the second ones; and
+
+    |X^-1| <= (I - |X_c^-1| D)^-1 |X_c^-1|    where |X_c^-1| D has a spectral radius below one,
+
+which shows that X is invertible and bounds the second-order remainder of the gain matrix. No unit of any variable
+matters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from replication.estimation.delay.exact.kernel import Complex
+from replication.estimation.delay.exact.terms import Terms, axis
+from replication.estimation.validation import Array
+
+Block = TypeVar("Block", Array, Complex)
+Chosen = npt.NDArray[np.bool_]
+ROOM, ROUNDING = 0.9, 1e-11
+"""Spectral radius up to which a cell counts as one on which X is invertible; cells that are too narrow to tell."""
+
+
+class Cells(NamedTuple):
+    """Cells: centre (M,) and half width (M,) in frequency, centres (M, K) and half widths (M, K) of the delays."""
+
+    omega: Array
+    half: Array
+    delays: Array
+    spread: Array
+
+
+class Surroundings(NamedTuple):
+    """X^-1 at the centre of each cell and, along half the cell in frequency and in each delay, the changes of X.
+
+    Their sizes together, a bound of the second derivative over the cell, and whether X is known to be invertible there.
+    """
+
+    inverse: Complex
+    rates: list[Complex]
+    change: Array
+    bend: Array
+    room: Chosen
+
+
+@dataclass(frozen=True, eq=False)
+class Response:
+    """The gain matrix from w to z.
+
+    Attributes
+    ----------
+    loop : Terms
+        L(s); rows and columns: states, other signals, z, w.
+    sizes : tuple of int
+        Number of states, of z and of w.
+    direct : Terms
+        What z is of w at frequencies beyond all dynamics; no kernels.
+    ranges : tuple of pairs of floats
+        Shortest and longest delay of each line of `loop`, s.
+    """
+
+    loop: Terms
+    sizes: tuple[int, int, int]
+    direct: Terms
+    ranges: tuple[tuple[float, float], ...]
+
+    def cells(self, edges: Array, *, nominal: bool = False) -> Cells:
+        """Cells between sorted edges of the frequency, over the whole ranges of the delays or at the nominal ones."""
+        edges = np.unique(edges)
+        omega, half = (edges[1:] + edges[:-1]) / 2.0, np.diff(edges) / 2.0
+        ends = np.array([(t, t) for t in self.loop.delays] if nominal else self.ranges).reshape(-1, 2)
+        shape = (len(omega), 1)
+        return Cells(omega, half, np.tile(ends.mean(axis=1), shape), np.tile(np.diff(ends)[:, 0] / 2.0, shape))
+
+    def matrix(self, s: Complex, delays: Array | None = None) -> Complex:
+        """X at each s (M,), for the nominal delays or those of (M, K)."""
+        n, size = self.sizes[0], len(self.loop.constant)
+        value = self.loop.at(s, delays)
+        value[:, range(n), range(n)] += s[:, None]
+        value[:, range(n, size), range(n, size)] += 1.0
+        return value
+
+    def part(self, inverse: Block) -> Block:
+        """The part of X^-1 from w to z."""
+        _, p, r = self.sizes
+        return inverse[..., -p - r : -r, -r:]
+
+    def gains(self, omega: Array, delays: Array | None = None) -> Array:
+        """The largest singular value at each frequency."""
+        return norms(self.part(np.linalg.inv(self.matrix(axis(omega), delays))))
+
+    def beyond(self, omega: float) -> float:
+        """A bound of the gain at all frequencies from `omega` on, for all delays of the ranges.
+
+        Infinite if X may be singular for |s| >= omega, Re s >= 0.
+        """
+        near, far = self._small(omega), self._small(np.inf)
+        if not radii(near) < 1.0:
+            return float(np.inf)
+        eye = np.eye(len(near))
+        rest = self.part(np.linalg.inv(eye - near) - np.linalg.inv(eye - far))
+        parts = (self.direct.constant, *self.direct.delayed)
+        return float(sum(np.linalg.norm(part, 2) for part in parts) + np.linalg.norm(rest, 2))
+
+    def _small(self, omega: float) -> Array:
+        """Bounds of |diag(s I, I)^-1 L(s)| for all |s| >= omega with Re s >= 0."""
+        n = self.sizes[0]
+        variation = self.loop.variation([least for least, _ in self.ranges])
+        signals = self.loop.without_kernels().bound() + variation / omega
+        return np.vstack([self.loop.bound()[:n] / omega, signals[n:]])
+
+    @cached_property
+    def states(self) -> Array:
+        """diag(I, 0)."""
+        return np.diag((np.arange(len(self.loop.constant)) < self.sizes[0]).astype(float))
+
+    @cached_property
+    def aged(self) -> tuple[Terms, Terms]:
+        """The loop with each line weighted with its lag, once and twice: its derivatives by the phase."""
+        once = self.loop.aged()
+        return once, once.aged()
+
+    def around(self, cells: Cells) -> Surroundings:
+        """X and its changes over each cell."""
+        s = axis(cells.omega)
+        inverse = np.linalg.inv(self.matrix(s, cells.delays))
+        lines = self.aged[0].lines_at(s, cells.delays)
+        sweep = self.states - sum(cells.delays[:, i, None, None] * line for i, line in enumerate(lines))
+        rates = [1j * cells.half[:, None, None] * sweep]
+        rates += [-(s * cells.spread[:, i])[:, None, None] * line for i, line in enumerate(lines)]
+        high, longest = cells.omega + cells.half, cells.delays + cells.spread
+        turns, moves = cells.half[:, None] * longest, high[:, None] * cells.spread
+        low = np.maximum(cells.omega - cells.half, 0.0)[:, None] * (cells.delays - cells.spread)
+        first, second = (terms.sizes_beyond(low) for terms in self.aged)
+        bend = np.zeros(inverse.shape)
+        for i in range(len(lines)):
+            bend += ((turns + moves)[:, i] ** 2)[:, None, None] * second[i]
+            bend += (2.0 * cells.half * cells.spread[:, i])[:, None, None] * first[i]
+        change = sum((np.abs(rate) for rate in rates), np.zeros(bend.shape))
+        room = radii(np.abs(inverse) @ (change + bend / 2.0)) < ROOM
+        room &= cells.half > ROUNDING * cells.omega
+        return Surroundings(inverse, rates, change, bend, room)
+
+    def bounded(self, cells: Cells) -> tuple[Array, Array, Array]:
+        """The gain at the centres, a bound of it over each cell, and the coordinate to cut."""
+        inverse, rates, change, bend, room = self.around(cells)
+        size = np.abs(inverse)
+        near = np.where(room[:, None, None], size @ (change + bend / 2.0), 0.0)
+        wide = np.linalg.solve(np.eye(size.shape[-1]) - near, size)
+        rest = self.part(wide @ (2.0 * (change + bend) @ wide @ (change + bend) + bend) @ wide)
+        moves = [-self.part(inverse @ rate @ inverse) for rate in rates]
+        value, unknown = self.part(inverse), [move for move in moves[1:] if np.any(move)]
+        corners = [
+            value + side * (moves[0] + sum(sign * move for sign, move in zip(signs, unknown, strict=True)))
+            for side in (-1.0, 1.0)
+            for signs in product((-1.0, 1.0), repeat=len(unknown))
+        ]
+        above = np.max([norms(corner) for corner in corners], axis=0) + norms(rest) / 2.0
+        shares = np.stack([norms(self.part(size @ np.abs(rate) @ size)) for rate in rates])
+        return norms(value), np.where(room, above, np.inf), np.argmax(shares, axis=0)
+
+
+def norms(matrices: Complex | Array) -> Array:
+    """Largest singular values of a stack."""
+    return np.asarray(np.linalg.norm(matrices, 2, axis=(-2, -1)))
+
+
+def radii(matrices: Array) -> Array:
+    """Spectral radii of a stack."""
+    return np.asarray(np.abs(np.linalg.eigvals(matrices)).max(axis=-1))

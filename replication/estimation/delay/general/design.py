@@ -1,0 +1,140 @@
+"""The observer of a general delay plant as `design` gives it: the proved level, the exact gain, and the limit."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.api.results import Bracket, Evidence
+from replication.estimation.api.shown import frozen
+from replication.estimation.api.signals import Signals, numbered
+from replication.estimation.delay.exact.forms import injection_terms, plant_terms
+from replication.estimation.delay.exact.limit import limit, require_seen
+from replication.estimation.delay.exact.loop import error_response, exact_gain, worst_gain
+from replication.estimation.delay.exact.smoothing import smoother_bound
+from replication.estimation.delay.general.noise import require_noise
+from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.result import InnovationsResult, arrays_of
+from replication.estimation.delay.general.synthesis import GeneralLevel, degree_of, least_level, observer_at
+
+BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
+WIDTH = 1e-4
+"""Relative width of the exact gain."""
+DECADES, FREQUENCIES = 3, 600
+"""Where that stays open: frequencies around the rate of the longest delay."""
+AGREES = 1e-4
+"""Relative excess of the exact gain over the proved level that is left to rounding."""
+
+
+def design_general(
+    plant: DelayPlant, *, degree: int | None, margin: float, level: float | None, order: int
+) -> InnovationsResult:
+    """An observer `margin` above the least level of its degree, or at `level`; as `design` says."""
+    require_noise(plant)
+    require_seen(plant_terms(plant))
+    degree = degree_of(plant) if degree is None else degree
+    least = least_level(plant, degree)
+    target = least.level * (1.0 + margin) if level is None else level
+    facts = _known(plant, least)
+    if level is not None and level <= least.level:
+        _refuse(plant, level, least)
+    proof, observer = observer_at(plant, target, degree, least.scaling)
+    return _result(proof, observer, facts, order)
+
+
+def _refuse(plant: DelayPlant, level: float, least: GeneralLevel) -> None:
+    """Raise InfeasibleError for a level below what any estimator reaches, else SolverError: it is open."""
+    bound = smoother_bound(plant_terms(plant))
+    if level < bound.level:
+        raise InfeasibleError(
+            f"the level {level:.6g} is out of reach: at {bound.frequency:.6g} rad/s no estimator, not even one that "
+            f"knows the future, has a gain below {bound.level:.6g}; relax the level, or measure more"
+        )
+    raise SolverError(
+        f"whether the level {level:.6g} can be reached is open: degree {least.degree} proves none below "
+        f"{least.level:.6g}, and no estimator has one below {bound.level:.6g}; relax the level or raise the degree"
+    )
+
+
+def _known(plant: DelayPlant, least: GeneralLevel) -> tuple[Evidence, ...]:
+    """What is known of the least level: what this degree proves, the exact one, and that of a smoother."""
+    how = f"degree {least.degree}, {least.steps} steps of the interior-point method; evaluated afterwards"
+    facts = [Evidence("least level", least.level, how)]
+    try:
+        found = limit(plant)
+    except (InfeasibleError, SolverError, InvalidInputError) as error:
+        bound = smoother_bound(plant_terms(plant))
+        facts.append(Evidence("least level of any observer", "open", str(error)))
+        facts.append(Evidence("no estimator below", bound.level, f"knowing the future, at {bound.frequency:.4g} rad/s"))
+        return tuple(facts)
+    how = f"Riccati equation on models of rising order; last change {found.moving:.1e}"
+    facts.append(Evidence("least level of any observer", found.level, how))
+    how = f"knowing the future, at {found.frequency:.4g} rad/s, true exponentials"
+    return (*facts, Evidence("no estimator below", found.smoother, how))
+
+
+def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> InnovationsResult:
+    """The gains with their exact closed loop. Raises SolverError if this exceeds what was proved."""
+    lower, closed = _closed_loop(observer)
+    if lower > proof.level * (1.0 + AGREES):
+        raise SolverError(
+            f"the gains prove the level {proof.level:.6g}, and have the gain {lower:.6g}: rounding spoils the "
+            "kernels; raise `margin`"
+        )
+    arrays, axes = arrays_of(observer)
+    plant = observer.plant
+    evidence = [
+        *facts,
+        *closed,
+        Evidence("upper end proved by", f"degree {proof.degree}", "storage with moments of each delay"),
+        Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
+        *_over_ranges(observer),
+    ]
+    return InnovationsResult(
+        bracket=Bracket(min(lower, proof.level), proof.level, BOTH_ENDS),
+        gains=frozen(arrays),
+        axes=axes,
+        evidence=tuple(evidence),
+        signals=Signals(
+            numbered("x", plant.states),
+            numbered("u", plant.known_inputs),
+            numbered("y", plant.measurements),
+            numbered("z", plant.outputs),
+        ),
+        gains_of=observer,
+        proof=proof,
+        order=order,
+    )
+
+
+def _closed_loop(observer: DelayObserver) -> tuple[float, list[Evidence]]:
+    """A gain that is attained, and what is known of the largest one, delays and kernels exact."""
+    try:
+        gain = exact_gain(observer, WIDTH)
+    except SolverError as error:
+        # Roots next to the axis are hard to count; that the error dies out rests on the storage function then.
+        omega = np.concatenate([[0.0], np.logspace(-DECADES, DECADES, FREQUENCIES) / observer.plant.delays[-1]])
+        gains = error_response(plant_terms(observer.plant), injection_terms(observer)).gains(omega)
+        where = Evidence("lower end attained at", float(omega[gains.argmax()]), "on a grid of frequencies", "rad/s")
+        return float(gains.max()), [where, Evidence("exact gain, upper end", "open", str(error))]
+    return gain.lower, [
+        Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
+        Evidence("exact gain, upper end", gain.upper, "exact closed loop, all frequencies"),
+    ]
+
+
+def _over_ranges(observer: DelayObserver) -> list[Evidence]:
+    """The worst gain where delays are known within ranges only."""
+    plant = observer.plant
+    if all(np.ptp(ends) == 0.0 for ends in plant.ranges):
+        return []
+    try:
+        worst = worst_gain(observer)
+    except (InfeasibleError, SolverError) as error:
+        return [Evidence("worst gain over the ranges", "open", str(error))]
+    where = ", ".join(f"{delay:.4g}" for delay in worst.delays[: plant.delay_count])
+    return [
+        Evidence("worst gain over the ranges", worst.upper, "constant delays anywhere in them"),
+        Evidence("attained there", worst.lower, f"delays {where} s, {worst.frequency:.4g} rad/s"),
+    ]

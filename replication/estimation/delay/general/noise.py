@@ -1,0 +1,76 @@
+"""Whether the measurements of a plant have noise at all frequencies: without it an observer may differentiate, and the
+least level is not attained."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.delay.exact.forms import plant_terms
+from replication.estimation.delay.exact.terms import axis
+from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.validation import Array
+
+NONE = 1e-6
+"""Least singular value, relative to rows of unit length, that counts as none."""
+POINTS, DECADES, ROUNDS = 400, 4, 40
+
+
+def require_noise(plant: DelayPlant) -> None:
+    """Raise InvalidInputError where a combination of measurements is free of noise, at some frequency or at high ones.
+
+    [j omega - A(j omega), B(j omega); C_2(j omega), D_21(j omega)] must have full row rank.
+    """
+    fast = _direct_noise(plant)
+    if fast <= NONE:
+        raise InvalidInputError(
+            "a combination of measurements is free of noise at high frequencies (D_21 with its delayed parts loses "
+            "rank there); add a disturbance of its own to each row of d21"
+        )
+    omega, least = _weakest(plant)
+    if least <= NONE:
+        raise InvalidInputError(
+            f"a combination of measurements is free of noise at {omega:.6g} rad/s; add a disturbance of its own to "
+            "each row of d21, or drop a measurement"
+        )
+
+
+def _direct_noise(plant: DelayPlant) -> float:
+    """The least singular value of D_21 + sum D_21i e^{-j omega tau_i} over frequencies beyond all dynamics."""
+    shortest = plant.delays[0]
+    omega = np.linspace(0.0, 40.0 * np.pi / shortest, 4000)
+    values = np.tile(plant.d21.astype(complex), (len(omega), 1, 1))
+    for delay, matrix in zip(plant.delays, plant.d21_delayed, strict=True):
+        values += np.exp(-1j * omega * delay)[:, None, None] * matrix
+    sizes = np.linalg.norm(plant.d21, axis=1) + sum(np.linalg.norm(d, axis=1) for d in plant.d21_delayed)
+    if values.shape[1] > values.shape[2] or np.any(sizes == 0.0):
+        return 0.0
+    return float(np.linalg.svd(values / sizes[:, None], compute_uv=False)[:, -1].min())
+
+
+def _weakest(plant: DelayPlant) -> tuple[float, float]:
+    """The frequency where the pencil comes closest to losing a row, and how close."""
+    rate = 1.0 / plant.delays[-1]
+    grid = np.concatenate([[0.0], rate * np.logspace(-DECADES, DECADES / 2, POINTS), rate * np.linspace(0, 50, POINTS)])
+    omega = np.unique(grid)
+    values = _sizes(plant, omega)
+    best = int(np.argmin(values))
+    left, right = omega[max(best - 1, 0)], omega[min(best + 1, len(omega) - 1)]
+    for _ in range(ROUNDS):
+        first, second = left + (right - left) / 3.0, right - (right - left) / 3.0
+        low, high = _sizes(plant, np.array([first, second]))
+        left, right = (left, second) if low < high else (first, right)
+    middle = (left + right) / 2.0
+    found = float(_sizes(plant, np.array([middle]))[0])
+    return (middle, found) if found < values[best] else (float(omega[best]), float(values[best]))
+
+
+def _sizes(plant: DelayPlant, omega: Array) -> Array:
+    terms = plant_terms(plant)
+    values = terms.terms.at(axis(omega))
+    states, _, measured = terms.rows
+    pencil = np.concatenate([values[:, states], values[:, measured]], axis=1)
+    n = plant.states
+    pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
+    pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
+    return np.asarray(np.linalg.svd(pencil, compute_uv=False)[:, -1])

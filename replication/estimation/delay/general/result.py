@@ -1,0 +1,144 @@
+"""What the observer of a general delay plant guarantees, as a result: running observer, error system, plot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from replication.drawing.panel import Panel
+from replication.estimation.api.results import GainResult
+from replication.estimation.delay.exact.forms import injection_terms, plant_terms
+from replication.estimation.delay.exact.loop import error_response
+from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.rates import rates
+from replication.estimation.delay.general.synthesis import GeneralLevel
+from replication.estimation.delay.observer import ErrorSystem
+from replication.estimation.delay.sampled.running import InnovationsObserver, running
+from replication.estimation.delay.sos import legendre
+from replication.estimation.validation import Array, positive_integer
+
+if TYPE_CHECKING:
+    import control
+
+DECADES, FREQUENCIES = 2, 200
+"""The plot: decades on both sides of the rate of the longest delay, and points."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class InnovationsResult(GainResult):
+    """The gains L_0, L_z and, for each delay i, the Legendre coefficients L_i and what the delay carries, E_i.
+
+    Attributes
+    ----------
+    gains_of : DelayObserver
+        The gains with the plant.
+    proof : GeneralLevel
+        The storage function that proves the level.
+    order : int
+        Moments of each delay in the state-space model of the error.
+    """
+
+    method: str = "delay"
+    quantity: str = "L2 gain from the disturbance w to the estimation error of z"
+    gains_of: DelayObserver
+    proof: GeneralLevel
+    order: int
+
+    @property
+    def plant(self) -> DelayPlant:
+        """The plant for which the level holds."""
+        return self.gains_of.plant
+
+    def observer(self, dt: float) -> InnovationsObserver:
+        """The observer on sampled measurements, to run in a loop.
+
+        Parameters
+        ----------
+        dt : float
+            Sampling period of the measurements, s.
+
+        Returns
+        -------
+        InnovationsObserver
+            Its `step(u, y)` returns the estimate at the same instant.
+        """
+        return running(self.gains_of, dt)
+
+    def to_statespace(self) -> control.StateSpace:
+        """The estimation error from w to z - z^, each delay by `order` Legendre moments.
+
+        Returns
+        -------
+        control.StateSpace
+            Continuous-time.
+        """
+        import control
+
+        error, direct = moment_model(self.gains_of, self.order)
+        outputs = [f"error of {name}" for name in self.signals.outputs]
+        return control.StateSpace(error.a, error.b, error.c, direct, outputs=outputs)
+
+    def panels(self) -> tuple[Panel, ...]:
+        """The exact gain of the error over the frequency, beside the guaranteed level."""
+        rate = 1.0 / self.plant.delays[-1]
+        omega = rate * np.logspace(-DECADES, DECADES, FREQUENCIES)
+        response = error_response(plant_terms(self.plant), injection_terms(self.gains_of))
+        curves = {"gain": response.gains(omega)}
+        return self._panel(np.log10(omega), "frequency, log10 of rad/s", "largest gain to the error", curves)
+
+
+def arrays_of(observer: DelayObserver) -> tuple[dict[str, Array], dict[str, str]]:
+    """The gains by name, and what their axes are; a line that carries nothing has none."""
+    gains, axes = {"L0": observer.l0, "Lz": observer.lz}, {"L0": "(state, measurement)", "Lz": "(output, measurement)"}
+    for i, (line, kernel) in enumerate(zip(observer.form.lines, observer.kernels, strict=True), start=1):
+        gains |= {f"L{i}": kernel, f"E{i}": line.carry}
+        axes |= {f"L{i}": "(Legendre coefficient, line, measurement)", f"E{i}": "(line, state and disturbance)"}
+    return gains, axes
+
+
+def moment_model(observer: DelayObserver, order: int) -> tuple[ErrorSystem, Array]:
+    """The error with each line replaced by its first moments (Legendre-tau method), and its direct part (p, r).
+
+    Parameters
+    ----------
+    observer : DelayObserver
+        What a synthesis gave.
+    order : int
+        Moments of each line.
+
+    Returns
+    -------
+    ErrorSystem, array (p, r)
+        Its first n states are the error of x.
+
+    Raises
+    ------
+    InvalidInputError
+        `order` is below one, or below what the averages of the plant need.
+    """
+    over = rates(observer.form, positive_integer("order", order))
+    k, size = over.rate.shape
+    # The coefficient of p_order makes psi(0) what enters; psi(-1) follows.
+    first, last = legendre.evaluate(order + 1, 0.0)[0], legendre.evaluate(order + 1, -1.0)[0]
+    ends = [
+        np.tensordot(last[:-1], line.moments, axes=1)
+        + last[-1] / first[-1] * (line.entry - np.tensordot(first[:-1], line.moments, axes=1))
+        for line in over.lines
+    ]
+    known = np.vstack([over.u, over.w]).T  # zeta of (u, w), the far ends left out
+    basis = known.copy()
+    basis[k : size - len(over.w)] = np.vstack([np.zeros((0, size)), *ends]) @ known
+    rate, z, eps = over.rate @ basis, over.z @ basis, over.y @ basis
+    injection = np.vstack([observer.l0, *(_moments(kernel, order) for kernel in observer.kernels)])
+    a, out = rate - injection @ eps, z - observer.lz @ eps
+    return ErrorSystem(a[:, :k], a[:, k:], out[:, :k]), out[:, k:]
+
+
+def _moments(kernel: Array, order: int) -> Array:
+    """The first `order` Legendre coefficients of L_i, moment by moment."""
+    padded = np.zeros((order, *kernel.shape[1:]))
+    padded[: len(kernel)] = kernel[:order]
+    return padded.reshape(-1, kernel.shape[2])

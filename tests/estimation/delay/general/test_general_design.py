@@ -1,0 +1,197 @@
+"""Designs for general delay plants: levels against the exact ones, exact gains within them, refusals with a reason."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+
+from benchmarks.delay_plants import EXAMPLES, late_sensor, random_plant
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.delay import (
+    DelayObserver,
+    DelayPlant,
+    InnovationsResult,
+    analyse,
+    delay_system,
+    design,
+    exact_gain,
+    hinf_norm,
+    limit,
+    plant_of,
+    simulate,
+)
+from replication.estimation.delay.general.result import moment_model
+from replication.estimation.delay.general.scaling import Scaling
+from replication.estimation.delay.general.synthesis import degree_of, least_level, observer_at
+from replication.ownplant.methods import METHODS
+from replication.ownplant.reading import read_plant
+from tests.estimation.delay.exact_cases import averaged, delayed_output, two_delays
+
+SAMPLE = (6, 9, 11, 12)
+"""Seeds of random plants with small storage; among them unstable ones and late outputs."""
+WITHIN = {"late": 1e-5, "echo": 1e-4}
+
+
+def of_file(name: str) -> DelayPlant:
+    path = Path(__file__).parents[4] / "docs" / "examples" / f"{name}.toml"
+    return DelayPlant(**{key.lower(): value for key, value in read_plant(path, "delay").values.items()})
+
+
+def gain_of(observer: DelayObserver) -> float:
+    """Its exact gain; infinite if the error does not die out."""
+    try:
+        return exact_gain(observer, 1e-3).lower
+    except InfeasibleError:
+        return float("inf")
+
+
+@pytest.mark.parametrize(("name", "published", "degree"), EXAMPLES)
+def test_public_examples_reach_the_exact_level(name: str, published: str, degree: int) -> None:
+    plant = of_file(name)
+    exact, least = limit(plant), least_level(plant, degree)
+    assert exact.settled
+    assert -1e-6 * exact.level <= least.level - exact.level <= WITHIN[name]
+    digits = len(published.split(".")[1])
+    assert exact.level <= float(published) + 10.0**-digits
+    assert least_level(plant, 1).level > exact.level + 10 * WITHIN[name]  # a low degree does not
+
+
+@pytest.mark.parametrize("plant", [delayed_output, two_delays, averaged])
+def test_a_design_keeps_its_level(plant) -> None:  # type: ignore[no-untyped-def]
+    result = design(plant(), degree=4, margin=0.02)
+    assert isinstance(result, InnovationsResult)
+    bracket = result.bracket
+    assert bracket.lower <= result.fact("exact gain, upper end").value <= bracket.upper
+    assert result.fact("no estimator below").value <= result.fact("least level of any observer").value * (1 + 1e-9)
+    assert result.fact("least level of any observer").value <= bracket.lower * (1 + 1e-6)
+    # A model that shares no code with the exact loop: each line by its moments.
+    error, direct = moment_model(result.gains_of, 40)
+    if not np.any(direct):
+        assert hinf_norm(error).lower == pytest.approx(bracket.lower, rel=1e-5)
+    assert gain_of(replace(result.gains_of, l0=-10.0 * result.gains_of.l0)) > bracket.upper
+
+
+@pytest.mark.parametrize("seed", SAMPLE)
+def test_random_plants(seed: int) -> None:
+    plant = random_plant(np.random.default_rng(seed))
+    exact, least = limit(plant), least_level(plant, 6)
+    assert least.slack > 0.0
+    assert exact.level * (1 - 1e-5) <= least.level <= exact.level * 1.01
+    proof, observer = observer_at(plant, least.level * 1.05, 6, least.scaling)
+    assert exact.level * (1 - 1e-3) <= exact_gain(observer, 1e-3).lower <= proof.level
+
+
+def test_a_late_sensor_costs_what_no_smoother_pays() -> None:
+    plant = late_sensor(1.0)
+    exact, least = limit(plant), least_level(plant, 10)
+    assert exact.smoother == pytest.approx(1.0, abs=1e-9)
+    assert least.level == pytest.approx(exact.level, rel=2e-3)
+    assert least.level > 1.3 * exact.smoother
+
+
+def test_units_do_not_matter() -> None:
+    plant, gain = two_delays(), 16.0
+    level = least_level(plant, 3).level
+    for scaling in (Scaling(np.array([1.0, 1e3]), 1.0, 1.0), Scaling(np.ones(2), 1e3, 1.0)):
+        assert least_level(scaling.plant(plant), 3).level == pytest.approx(level, rel=1e-5)
+    assert least_level(Scaling(np.ones(2), 1.0, gain).plant(plant), 3).level == pytest.approx(level / gain, rel=1e-5)
+
+
+def test_known_inputs_are_copied_and_cost_nothing() -> None:
+    plant = averaged()
+    bare = replace(plant, b_known=np.zeros((2, 0)), b_known_delayed=())
+    assert least_level(bare, 3).level == least_level(plant, 3).level
+    result = design(plant, degree=3)
+    observer, pushed = result.observer(0.01), result.observer(0.01)
+    for _ in range(50):
+        at_rest, moved = observer.step([0.0], [0.0]), pushed.step([1.0], [0.0])
+    assert np.abs(moved - at_rest).max() > 1e-2
+    assert result.signals.inputs == ("u[0]",)
+
+
+def test_a_plant_without_noise_is_that_of_the_paper_to_the_digit() -> None:
+    plain = delay_system([[-1.0, 0.2], [0.5, -2.0]], [[[0, 0], [0.5, 0.2]]], [0.4], np.eye(2), np.eye(2), [[1.0, 0.0]])
+    first, second = design(plain), design(plant_of(plain))
+    assert type(first) is type(second)
+    assert first.bracket == second.bracket
+    assert all(np.array_equal(first.gains[name], second.gains[name]) for name in first.gains)
+
+
+def test_a_level_out_of_reach_is_refused_with_a_proof_or_called_open() -> None:
+    plant = late_sensor(1.0)
+    with pytest.raises(InfeasibleError, match="no estimator, not even one that knows the future"):
+        design(plant, level=0.9)
+    with pytest.raises(SolverError, match="is open"):
+        design(plant, level=1.2)
+    assert design(plant, level=1.5).value == pytest.approx(1.5)
+
+
+BAD = [
+    (lambda p: replace(p, d21=0.0 * p.d21), "free of noise at high frequencies"),
+    (lambda p: replace(p, d21_delayed=(-p.d21,)), "free of noise at high frequencies"),
+    (lambda p: replace(p, c2_delayed=([[0.0]],)), "not detectable"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), BAD)
+def test_plants_without_an_observer_are_refused_before_a_solver_runs(change, message: str) -> None:  # type: ignore[no-untyped-def]
+    plant = late_sensor(0.5)
+    with pytest.raises(InvalidInputError, match=message):
+        design(change(plant))
+
+
+def test_arguments_are_checked() -> None:
+    plant = late_sensor(0.5)
+    with pytest.raises(InvalidInputError, match="rule must be bessel"):
+        design(plant, rule="tensor")
+    with pytest.raises(InvalidInputError, match=r"belong to a control\.StateSpace"):
+        design(plant, measured=1)
+    with pytest.raises(InvalidInputError, match="degree must be at most"):
+        design(plant, degree=99)
+    with pytest.raises(InvalidInputError, match="degree must be at least 2"):
+        design(averaged(), degree=1)
+
+
+def test_a_gain_that_stays_open_is_said_to_be_open() -> None:
+    """Where roots next to the axis cannot be counted, the level rests on the storage function alone."""
+    failure = SolverError("a root of the error lies next to the imaginary axis")
+    with patch("replication.estimation.delay.general.design.exact_gain", side_effect=failure):
+        result = design(two_delays(), degree=3)
+    assert result.fact("exact gain, upper end").value == "open"
+    exact = design(two_delays(), degree=3)
+    assert result.value == exact.value
+    assert 0.99 * exact.bracket.lower <= result.bracket.lower <= exact.bracket.lower * (1 + 1e-6)
+    with pytest.raises(InvalidInputError, match="ask `limit`"):
+        analyse(two_delays())  # type: ignore[arg-type]
+
+
+def test_ranges_of_delays_are_looked_at() -> None:
+    result = design(two_delays(((0.29, 0.31), (0.49, 0.51))), degree=3)
+    assert result.fact("worst gain over the ranges").value >= result.fact("attained there").value > result.bracket.lower
+
+
+def test_a_result_is_shown_written_and_simulated() -> None:
+    result = design(delayed_output(), degree=3)
+    assert set(result.gains) == {"L0", "Lz", "L1", "E1"} == set(result.axes)
+    assert json.loads(result.to_json())["value"] == result.value
+    assert "static const double" in result.to_c_header("late")
+    (panel,) = result.panels()
+    assert panel.lines["gain"].max() <= result.value
+    times = np.arange(0.0, 20.0, 0.02)
+    w = np.sin(1.35 * times)[:, None] * np.array([1.0, 1.0])
+    assert 0.0 < simulate(result, times, w).ratio <= result.value
+    assert result.to_statespace().noutputs == 1
+
+
+def test_the_degree_follows_the_size() -> None:
+    assert degree_of(late_sensor(0.5)) == 6
+    rng = np.random.default_rng(0)
+    n = 20
+    plant = DelayPlant(-np.eye(n), (0.5,), np.eye(n, 2), np.eye(1, n), np.eye(1, n), a=(rng.normal(size=(n, n)),))
+    assert degree_of(plant) == 1
+    assert "delay" in METHODS

@@ -1,0 +1,106 @@
+"""General delay plants: what is refused and why, the plant without noise as a special case, the plant as lines."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.delay_plants import random_plant
+from replication.errors import InvalidInputError
+from replication.estimation.delay import DelayPlant, delay_system, plant_of
+from replication.estimation.delay.exact.forms import plant_terms
+from replication.estimation.delay.general.lines import Line, LineForm, line_form
+from replication.estimation.delay.general.scaling import Scaling, scaling_of
+from replication.estimation.delay.sos import legendre
+from tests.estimation.delay.exact_cases import averaged, delayed_output
+from tests.tolerances import ROUNDING
+
+GOOD: dict[str, Any] = {
+    "a0": -np.eye(2),
+    "delays": [0.5, 1.0],
+    "b": np.eye(2, 3),
+    "c10": np.eye(2),
+    "c2": [[1.0, 0.0]],
+    "d21": [[0.0, 0.0, 0.1]],
+}
+BAD = [
+    ({"delays": [1.0, 0.5]}, "increase strictly"),
+    ({"delays": [-0.5, 1.0]}, r"delays\[0\] must be positive"),
+    ({"delays": []}, "at least one delay"),
+    ({"ranges": [[0.6, 0.4], [0.9, 1.1]]}, r"ranges\[0\] must be \(shortest, longest\)"),
+    ({"ranges": [[-0.1, 0.6], [0.9, 1.1]]}, r"ranges\[0\]\[0\] must be positive"),
+    ({"ranges": [[0.4, 0.6]]}, "one pair per delay: 2 delays, 1 pairs"),
+    ({"ranges": [[0.4, 0.5, 0.6], [0.9, 1.1]]}, r"ranges\[0\] must be a pair"),
+    ({"a_spread": [np.zeros((7, 2, 2)), np.zeros((1, 2, 2))]}, "fit a weight of degree 5"),
+    ({"a_spread": [np.zeros((2, 3, 2)), np.zeros((1, 2, 2))]}, r"a_spread\[0\]\[0\] must have 2 rows"),
+    ({"c2_delayed": [[[1.0, 0.0]]]}, "one matrix per delay: 2 delays, 1 matrices"),
+    ({"d21": [[0.1, 0.2]]}, "d21 must have 3 columns"),
+    ({"d11": np.zeros((1, 3))}, "d11 must have 2 rows"),
+    ({"b_known_delayed": [[[1.0], [0.0]], [[1.0]]]}, r"b_known_delayed\[1\] must have 2 rows"),
+    ({"b_delayed": 3}, "b_delayed must be a list"),
+    ({"b": np.zeros((2, 0))}, "b must have a column"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), BAD)
+def test_bad_fields_are_named(change: dict[str, Any], message: str) -> None:
+    DelayPlant(**GOOD)
+    with pytest.raises(InvalidInputError, match=message):
+        DelayPlant(**{**GOOD, **change})
+
+
+def test_the_plant_of_the_paper_is_the_special_case() -> None:
+    plain = delay_system([[-1.0]], [[[-0.3]]], [0.4], [[1.0]], [[1.0]], [[1.0]], [[[0.2]]])
+    plant = plant_of(plain)
+    assert plant.noiseless
+    back = plant.system()
+    for name in ("a0", "b", "c10", "c2"):
+        assert np.array_equal(getattr(back, name), getattr(plain, name))
+    assert back.delays == plain.delays
+    assert np.array_equal(back.c1[0], plain.c1[0])
+    noisy = DelayPlant(plain.a0, plain.delays, plain.b, plain.c10, plain.c2, plain.a, d21=[[0.1]])  # type: ignore[arg-type]
+    with pytest.raises(InvalidInputError, match="has noise"):
+        noisy.system()
+
+
+def values(form: LineForm, s: complex) -> np.ndarray:
+    """[x'; z; y] of (x, w) at s by the lines, moments by quadrature."""
+    total = form.now.astype(complex)
+    points, weights = legendre.gauss(60)
+    for line in form.lines:
+        total += line.end @ line.carry * np.exp(-s * line.delay)
+        basis = legendre.evaluate(max(len(line.moments), 1), points)
+        for c, effect in enumerate(line.moments):
+            total += effect @ line.carry * np.sum(weights * basis[:, c] * np.exp(s * line.delay * points))
+    return total
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_lines_carry_the_whole_plant(seed: int) -> None:
+    plant = random_plant(np.random.default_rng(seed))
+    form = line_form(plant)
+    s = 0.3 + 2.1j
+    expected = plant_terms(plant).terms.at(np.array([s]))[0]
+    assert values(form, s) == pytest.approx(expected, abs=ROUNDING * np.abs(expected).max())
+    assert all(np.linalg.matrix_rank(line.carry) == line.width > 0 for line in form.lines)
+
+
+def test_a_lost_line_is_seen() -> None:
+    plant, s = averaged(), 0.3 + 2.1j
+    form = line_form(plant)
+    (line,) = form.lines
+    without = LineForm(form.states, form.outputs, form.now, (Line(line.delay, line.carry, line.end, line.moments[:0]),))
+    expected = plant_terms(plant).terms.at(np.array([s]))[0]
+    assert np.abs(values(without, s) - expected).max() > 0.01
+
+
+def test_scaling_is_undone_exactly() -> None:
+    plant = averaged()
+    scaling = Scaling(np.array([4.0, 0.5]), 2.0, 4.0)
+    there = line_form(scaling.plant(plant))
+    s = 0.3 + 2.1j
+    expected = plant_terms(plant).terms.at(np.array([s]))[0]
+    assert values(scaling.back(there), s) == pytest.approx(expected, abs=ROUNDING)
+    assert scaling_of(delayed_output()).gain == 1.0

@@ -1,0 +1,181 @@
+"""The exact gain of an observer: against moments of the lines, dense grids, random delays, and eigenvalues."""
+
+from __future__ import annotations
+
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.special import spherical_jn
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.delay.exact import peak
+from replication.estimation.delay.exact.forms import injection_terms, plant_terms
+from replication.estimation.delay.exact.kernel import _spherical, fitted, polynomial
+from replication.estimation.delay.exact.loop import error_response, exact_gain, mismatched_response, worst_gain
+from replication.estimation.delay.exact.peak import right_roots
+from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.general.plant import DelayPlant
+from tests.estimation.delay.exact_cases import augmented, augmented_gains, averaged, delayed_output, made_up, two_delays
+
+OMEGA = np.linspace(0.0, 12.0, 241)
+OBSERVERS = {
+    "averages": lambda: made_up(averaged(), 0.2),
+    "two delays": lambda: made_up(two_delays(), 0.01),
+    "none": lambda: made_up(averaged(), 0.0),
+}
+
+
+def response(observer: DelayObserver):  # type: ignore[no-untyped-def]
+    return error_response(plant_terms(observer.plant), injection_terms(observer))
+
+
+def test_bessel_functions_by_recurrence() -> None:
+    x = np.concatenate([[1e-12, 1e-3, np.pi, 4.493409457909064, -7.0], np.linspace(0.5, 300.0, 500)])
+    for count in (1, 2, 7, 40):
+        wanted = [spherical_jn(k, np.abs(x)) * np.sign(x) ** k for k in range(count)]
+        assert np.allclose(_spherical(x, count), np.array(wanted).T, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("s", [0.0, 3.0j, 250.0j, 2.0 + 5.0j, 1500.0])
+def test_transform_is_the_integral(s: complex) -> None:
+    kernel = fitted(lambda lags: np.stack([1.0 / (0.02 + lags), np.sin(9.0 * lags)], axis=-1)[:, None, :])
+    assert len(kernel.series) > 3
+    found = kernel.transform(np.array([s]))[0, 0]
+    for entry, function in enumerate((lambda t: 1.0 / (0.02 + t), lambda t: np.sin(9.0 * t))):
+        parts = [
+            quad(lambda t, f=function, p=part: f(t) * p(np.exp(-s * t)), 0.0, 1.0, limit=2000, epsabs=1e-11)[0]
+            for part in (np.real, np.imag)
+        ]
+        assert abs(found[entry] - complex(*parts)) < 1e-9
+
+
+def test_bounds_of_a_kernel_hold() -> None:
+    kernel = polynomial(np.random.default_rng(1).standard_normal((9, 2, 3)))
+    s = 1j * np.geomspace(0.01, 1e3, 300)
+    found = np.abs(kernel.transform(s))
+    assert np.all(found <= kernel.size() * (1 + 1e-12))
+    assert np.all(found <= kernel.variation() / np.abs(s)[:, None, None])
+    lags = np.linspace(0.0, 1.0, 50)
+    assert np.allclose(kernel.lagged()(lags), lags[:, None, None] * kernel(lags))
+
+
+def test_weights_are_exact_for_broken_lines() -> None:
+    kernel = polynomial(np.random.default_rng(2).standard_normal((6, 1, 1)))
+    weights, step = kernel.weights(0.3)[:, 0, 0], 0.3
+    for sample in range(len(weights)):
+        hat = lambda t, k=sample: float(kernel(np.array([t]))[0, 0, 0]) * max(0.0, 1.0 - abs(t / step - k))  # noqa: E731
+        assert weights[sample] == pytest.approx(quad(hat, 0.0, 1.0, points=[0.3, 0.6, 0.9])[0], abs=1e-10)
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_response_is_that_of_the_moments(name: str) -> None:
+    observer = OBSERVERS[name]()
+    wanted = augmented_gains(observer, 24, OMEGA)
+    assert np.allclose(response(observer).gains(OMEGA), wanted, rtol=1e-9)
+    others = made_up(observer.plant, 0.21)
+    assert not np.allclose(response(others).gains(OMEGA), wanted, rtol=1e-3)
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_bracket_holds_the_peak(name: str) -> None:
+    observer = OBSERVERS[name]()
+    found = exact_gain(observer)
+    assert found.upper <= found.lower * (1 + 1e-6)
+    assert response(observer).gains(np.array([found.frequency]))[0] == pytest.approx(found.lower, rel=1e-12)
+    assert response(observer).gains(np.linspace(0.0, 200.0, 40_001)).max() <= found.upper
+
+
+def test_a_sharp_peak_is_found() -> None:
+    """A resonance of relative width 1e-5, far from any point of the first grid."""
+    w = 3.21
+    plant = DelayPlant([[0, 1], [-w * w, -2e-5 * w]], [0.7], [[0], [1]], [[1, 0]], [[0, 1]])  # type: ignore[arg-type]
+    found = exact_gain(made_up(plant, 0.0))
+    assert found.lower == pytest.approx(1.0 / (2e-5 * w * w), rel=1e-5)
+    assert found.upper <= found.lower * (1 + 1e-6)
+
+
+def test_few_cells_give_a_wide_bracket() -> None:
+    observer = OBSERVERS["averages"]()
+    with patch.object(peak.gain_bracket, "__defaults__", (1e-6, 300)):
+        wide = exact_gain(observer)
+    narrow = exact_gain(observer)
+    assert wide.lower <= narrow.upper and narrow.lower <= wide.upper
+    assert wide.upper - wide.lower > narrow.upper - narrow.lower
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_roots_are_counted(seed: int) -> None:
+    observer = made_up(averaged(), 1.5, seed, degree=2)
+    values = np.linalg.eigvals(augmented(observer, 30)[0])
+    unstable = int(np.sum(values.real > 0.0))
+    assert right_roots(response(observer))[1] == unstable
+    if unstable:
+        with pytest.raises(InfeasibleError, match=f"{unstable} roots"):
+            exact_gain(observer)
+
+
+def test_some_of_them_are_unstable() -> None:
+    counts = {right_roots(response(made_up(averaged(), 1.5, seed, degree=2)))[1] for seed in range(12)}
+    assert len(counts) > 2
+
+
+def test_units_do_not_matter() -> None:
+    observer = made_up(two_delays(), 0.01)
+    p, scale = observer.plant, np.diag([1e3, 1e-4])
+    back = np.linalg.inv(scale)
+    other = DelayPlant(
+        scale @ p.a0 @ back,
+        p.delays,
+        scale @ p.b,
+        p.c10 @ back,
+        1e6 * p.c2 @ back,
+        a=[scale @ a @ back for a in p.a],
+        c2_delayed=[1e6 * c @ back for c in p.c2_delayed],
+        d21=1e6 * p.d21,
+    )  # type: ignore[arg-type]
+    still = made_up(other, 0.0)
+    assert exact_gain(still).lower == pytest.approx(exact_gain(made_up(p, 0.0)).lower, rel=1e-6)
+
+
+def test_worst_gain_over_a_range_holds_for_random_delays() -> None:
+    ranges = ((0.27, 0.33), (0.48, 0.52))
+    observer = made_up(two_delays(ranges), 0.01)
+    found = worst_gain(observer)
+    assert found.lower <= found.upper <= found.lower * (1 + 1e-3)
+    omega = np.linspace(found.frequency - 1.0, found.frequency + 1.0, 401)
+    plant, gains = plant_terms(observer.plant), injection_terms(observer)
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        delays = [float(rng.uniform(*ends)) for ends in ranges]
+        values = mismatched_response(plant, gains, delays, [(d, d) for d in delays]).gains(omega)
+        assert values.max() <= found.upper
+    at = mismatched_response(plant, gains, found.delays, [(d, d) for d in found.delays])
+    assert at.gains(np.array([found.frequency]))[0] == pytest.approx(found.lower, rel=1e-9)
+    assert found.lower > exact_gain(observer).upper
+
+
+def test_a_range_of_one_point_is_nominal() -> None:
+    observer = made_up(averaged(), 0.2)
+    assert worst_gain(observer, relative=1e-6).lower == pytest.approx(exact_gain(observer).lower, rel=2e-6)
+
+
+def test_a_range_with_an_unstable_delay_is_not_certified() -> None:
+    """x' = -1.2 x(t - tau): stable for tau below pi / 2.4 = 1.309 s and for none beyond."""
+    plant = DelayPlant([[0.0]], [1.0], [[1.0, 0]], [[1.0]], [[1.0]], a=[[[-1.2]]], d21=[[0, 1.0]])  # type: ignore[arg-type]
+    observer = made_up(plant, 0.0)
+    with patch.object(peak.gain_bracket, "__defaults__", (1e-6, 4000)):
+        assert worst_gain(observer, [(0.99, 1.29)], relative=0.5).upper < np.inf
+        assert worst_gain(observer, [(0.99, 1.35)], relative=0.5).upper == np.inf
+
+
+def test_what_cannot_be_asked() -> None:
+    observer = made_up(two_delays(), 0.01)
+    with pytest.raises(InfeasibleError, match="the plant has 1 unstable roots"):
+        worst_gain(made_up(delayed_output(), 0.0), [(0.99, 1.01)])
+    for ranges in ([(0.2, 0.4)], [(0.4, 0.2), (0.5, 0.5)], [(-0.1, 0.3), (0.5, 0.5)]):
+        with pytest.raises(InvalidInputError, match="ranges"):
+            worst_gain(observer, ranges)
+    with pytest.raises(InvalidInputError, match="relative"):
+        exact_gain(observer, relative=0.0)

@@ -1,0 +1,225 @@
+"""The least level: against published ones, hand-made formulas, other models of the delay, and invariances."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import factorial
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from numpy.polynomial import legendre
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.delay import DelaySystem, pade_model, riccati_gain
+from replication.estimation.delay.exact import limit as module
+from replication.estimation.delay.exact.filtering import filter_level
+from replication.estimation.delay.exact.forms import plant_terms
+from replication.estimation.delay.exact.ladder import FilterModel, ladder_model, shift
+from replication.estimation.delay.exact.limit import limit
+from replication.estimation.delay.exact.smoothing import smoother_gains
+from replication.estimation.delay.general.plant import DelayPlant
+from tests.estimation.delay import plants
+from tests.estimation.delay.exact_cases import averaged, delayed_output, late, two_delays
+
+
+def predicted(rate: float, noise: float, delay: float) -> float:
+    """The level of `late`: filter up to t - delay, then a prediction whose Riccati equation must not escape.
+
+    Y = (a + sqrt(a^2 + k)) / k with k = 1/noise^2 - 1/g^2; then P' = 1 + 2 a P + P^2/g^2 from Y escapes after
+    the integral of dP / (1 + 2 a P + P^2/g^2): at the least level, after exactly the delay.
+    """
+
+    def spare(level: float) -> float:
+        k = noise**-2 - level**-2
+        root = np.sqrt(rate**2 + k)
+        if not root > rate:
+            return -delay
+        crossings = np.roots([1.0, 2.0 * rate, level**-2])
+        if any(abs(c.imag) < 1e-13 and 0.0 <= c.real <= root - rate for c in crossings):
+            return 1.0  # P comes to rest before it escapes
+        return quad(lambda u: 1.0 / (u * u + 2.0 * rate * u + level**-2), 0.0, root - rate, epsabs=1e-13)[0] - delay
+
+    least = noise / np.sqrt(1.0 + (rate * noise) ** 2)
+    levels = least * np.geomspace(1.0 + 1e-6, 1e3, 4000)
+    refused = [i for i, level in enumerate(levels) if spare(level) < 0.0]
+    return float(brentq(spare, levels[refused[-1]], levels[refused[-1] + 1], xtol=1e-14))
+
+
+@pytest.mark.parametrize(
+    ("rate", "noise", "delay"), [(-1.0, 0.5, 1.0), (0.5, 1.0, 1.0), (1.0, 0.1, 0.3), (0.0, 1.0, 0.5)]
+)
+def test_a_late_measurement_costs_a_prediction(rate: float, noise: float, delay: float) -> None:
+    found = limit(late(rate, noise, delay))
+    assert found.settled
+    assert found.level == pytest.approx(predicted(rate, noise, delay), rel=1e-9)
+    assert found.smoother == pytest.approx(noise / np.sqrt(1.0 + (rate * noise) ** 2), rel=1e-9)
+    assert found.causality > 0.05 * found.level
+    assert abs(limit(late(rate, noise, 1.01 * delay)).level - found.level) > 1e-4 * found.level
+
+
+def test_a_late_measurement_without_noise() -> None:
+    """Only the last second of w is unknown: the norm of 1/(s+1) over one second, at w = -tan w."""
+    plant = DelayPlant([[-1.0]], [1.0], [[1.0]], [[1.0]], [[0.0]], c2_delayed=[[[1.0]]])  # type: ignore[arg-type]
+    found = limit(plant)
+    omega = brentq(lambda w: np.tan(w) + w, np.pi / 2 + 1e-9, np.pi)
+    assert found.level == pytest.approx(1.0 / np.hypot(1.0, omega), rel=1e-8)
+    assert found.smoother == 0.0
+
+
+def test_the_public_examples() -> None:
+    first, second = limit(delayed_output()), limit(two_delays())
+    assert f"{first.level:.3f}" == "1.808"
+    # The published level is an upper bound from a program: near the least one, and above it.
+    assert second.level < 1.0448 < second.level * 1.001
+    for found in (first, second):
+        assert found.settled and found.moving < 1e-8
+        assert found.level == pytest.approx(found.smoother, rel=1e-9)  # neither is limited by causality
+
+
+@pytest.mark.parametrize("make", [plants.one_delay, plants.two_delays, plants.unstable_pair, plants.blind_pair])
+def test_the_plant_of_the_paper(make: Any) -> None:
+    system: DelaySystem = make()
+    assert limit(system).level == pytest.approx(riccati_gain(pade_model(system, 14)), rel=1e-7)
+
+
+def test_the_ladder_is_the_lossless_approximant() -> None:
+    for order in (1, 4, 7):
+        drift, source, reading, direct = shift(order)
+        s = 2.3j
+        assert abs(drift + drift.T + np.outer(source, source)).max() < 1e-12
+        value = reading @ np.linalg.solve(s * np.eye(order) - drift, source) + direct
+        assert abs(abs(value) - 1.0) < 1e-12
+        error = factorial(order) ** 2 / (factorial(2 * order) * factorial(2 * order + 1)) * abs(s) ** (2 * order + 1)
+        assert error / 30.0 < abs(value - np.exp(-s)) < 30.0 * error
+
+
+def test_an_average_is_a_sum_of_delays() -> None:
+    """Gauss' rule with six delays stands for the averages; polynomials of the age below degree 12 are exact in it."""
+    plant = replace(averaged(), b_known=np.zeros((2, 0)), b_known_delayed=())
+    nodes, weights = legendre.leggauss(6)
+    ages, weights, tau = (nodes + 1.0) / 2.0, weights / 2.0, plant.delays[0]
+
+    def summed(spread: Any) -> list[Any]:
+        powers = [sum(part * age**k for k, part in enumerate(spread[0])) for age in ages]
+        return [weight * power for weight, power in zip(weights, powers, strict=True)]
+
+    end = {"a": plant.a[0], "c1": plant.c1[0], "c2_delayed": plant.c2_delayed[0]}
+    other = DelayPlant(
+        plant.a0,
+        (*(tau * ages), tau),
+        plant.b,
+        plant.c10,
+        plant.c2,
+        d11=plant.d11,
+        d21=plant.d21,
+        **{
+            key: [*summed(spread), end[key]]
+            for key, spread in (("a", plant.a_spread), ("c1", plant.c1_spread), ("c2_delayed", plant.c2_spread))
+        },
+    )  # type: ignore[arg-type]
+    omega = np.linspace(0.0, 8.0, 50)
+    assert np.allclose(smoother_gains(plant_terms(plant), omega), smoother_gains(plant_terms(other), omega), rtol=1e-7)
+    with patch.object(module, "ORDERS", (3, 4, 5, 6)):
+        assert limit(other, 1e-3).level == pytest.approx(limit(plant).level, rel=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_static_plant(seed: int) -> None:
+    """z = D_11 w, y = D_21 w: what remains of D_11 on the kernel of D_21."""
+    rng = np.random.default_rng(seed)
+    d11, d21 = rng.standard_normal((2, 4)), rng.standard_normal((2, 4))
+    model = FilterModel(
+        -np.eye(1),
+        rng.standard_normal((1, 4)),
+        np.zeros((2, 1)),
+        d11,
+        np.zeros((2, 1)),
+        d21,
+    )
+    wanted = np.linalg.norm(d11 @ np.linalg.svd(d21)[2][2:].T, 2)
+    assert filter_level(model).value == pytest.approx(wanted, rel=1e-8)
+
+
+@pytest.mark.parametrize("make", [averaged, delayed_output, two_delays])
+def test_units_and_coordinates_do_not_matter(make: Any) -> None:
+    plant: DelayPlant = make()
+    base = limit(plant).level
+    change = np.random.default_rng(5).standard_normal((plant.states, plant.states)) @ np.diag([1e2, 1.0])
+    back, time = np.linalg.inv(change), 20.0
+    rates = {name: [time * change @ part @ back for part in getattr(plant, name)] for name in ("a", "a_spread")}
+    rows = {
+        name: [unit * part @ back for part in getattr(plant, name)]
+        for name, unit in (("c1", 1.0), ("c1_spread", 1.0), ("c2_delayed", 50.0), ("c2_spread", 50.0))
+    }
+    other = DelayPlant(
+        time * change @ plant.a0 @ back,
+        [tau / time for tau in plant.delays],
+        time * change @ plant.b,
+        plant.c10 @ back,
+        50.0 * plant.c2 @ back,
+        d11=plant.d11,
+        d21=50.0 * plant.d21,
+        d21_delayed=[50.0 * part for part in plant.d21_delayed],
+        **rates,
+        **rows,
+    )  # type: ignore[arg-type]
+    assert limit(other).level == pytest.approx(base, rel=1e-7)
+
+
+def test_less_noise_and_more_outputs_help() -> None:
+    noisy, quiet = limit(late(-1.0, 0.5, 0.4)), limit(late(-1.0, 0.4, 0.4))
+    assert quiet.level < noisy.level
+    both = DelayPlant(
+        [[-1.0]], [0.4], [[1, 0, 0]], [[1]], [[0], [1]], c2_delayed=[[[1], [0]]], d21=[[0, 0.5, 0], [0, 0, 3.0]]
+    )  # type: ignore[arg-type]
+    assert limit(both).level < noisy.level
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_smoother_is_a_lower_bound(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    plant = DelayPlant(
+        rng.standard_normal((2, 2)),
+        [0.4, 1.0],
+        np.hstack([np.eye(2), np.zeros((2, 1))]),
+        [[1, 0]],
+        rng.standard_normal((1, 2)),
+        a=0.5 * rng.standard_normal((2, 2, 2)),
+        d21=[[0, 0, 0.4]],
+        c2_delayed=rng.standard_normal((2, 1, 2)),
+    )  # type: ignore[arg-type]
+    found = limit(plant)
+    assert found.settled
+    assert found.smoother <= found.level * (1 + 1e-9)
+    assert smoother_gains(plant_terms(plant), np.linspace(0.0, 30.0, 4001)).max() <= found.smoother * (1 + 1e-9)
+
+
+def test_what_still_moves_is_said() -> None:
+    exact = limit(two_delays())
+    with patch.object(module, "ORDERS", (2, 3, 4)):
+        rough = limit(two_delays())
+    assert not rough.settled
+    assert abs(rough.level - exact.level) <= rough.moving
+
+
+def test_a_level_of_zero() -> None:
+    """One disturbance, measured at once without noise: y reveals all."""
+    plant = DelayPlant([[-1.0]], [0.5], [[1.0]], [[1.0]], [[1.0]], a=[[[0.3]]])  # type: ignore[arg-type]
+    found = limit(plant)
+    assert (found.level, found.smoother) == (0.0, 0.0)
+
+
+def test_what_has_no_level() -> None:
+    unseen = DelayPlant([[0.5, 0], [0, -1]], [0.3], np.eye(2, 3), [[1, 0]], [[0, 1]], d21=[[0, 0, 1]])  # type: ignore[arg-type]
+    with pytest.raises(InvalidInputError, match=r"does not see the root 0\.5;"):
+        limit(unseen)
+    with pytest.raises(InvalidInputError, match="tolerance"):
+        limit(two_delays(), 0.0)
+    # At a model without detectability the equation itself refuses.
+    model = ladder_model(plant_terms(unseen), 3)
+    with pytest.raises(InfeasibleError, match="no finite level"):
+        filter_level(model)
