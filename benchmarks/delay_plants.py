@@ -253,18 +253,20 @@ def _table(rows: list[dict[str, Any]], columns: dict[str, str | Callable[[dict[s
 
 
 def _random(rows: list[dict[str, Any]]) -> str:
-    """The statistics of the random plants in sentences."""
-    refused, still = [row for row in rows if "refused" in row], [row for row in rows if "open" in row]
+    """The statistics of the random plants."""
     done = [row for row in rows if "gain" in row]
     excess = np.array([row["least"] / row["limit"] - 1.0 for row in done])
-    over = sum(row["gain"] > row["proved"] for row in done)
-    below = sum(row["least"] < row["limit"] * (1.0 - 1e-5) for row in done)
-    return (
-        f"Random plants: {len(rows)}. Refused with a reason: {len(refused)}. Exact gain left open: {len(still)}. For the\n"
-        f"other {len(done)} the level exceeds the exact one by {np.median(excess):.1e} in the median and "
-        f"{excess.max():.1e} at most. Levels below\nthe exact one by more than 1e-5: {below}. Exact gains above the proved "
-        f"level: {over}."
-    )
+    facts = {
+        "plants": len(rows),
+        "refused with a reason": sum("refused" in row for row in rows),
+        "exact gain left open": sum("open" in row for row in rows),
+        "excess over the exact level, median": f"{np.median(excess):.1e}",
+        "excess at most": f"{excess.max():.1e}",
+        "levels below the exact one by 1e-5 or more": int(np.sum(excess < -1e-5)),
+        "exact gains above the proved level": sum(row["gain"] > row["proved"] for row in done),
+    }
+    lines = ["| | |", "| --- | ---: |", *(f"| {what} | {value} |" for what, value in facts.items())]
+    return "\n".join(lines)
 
 
 def main() -> None:

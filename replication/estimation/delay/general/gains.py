@@ -39,7 +39,7 @@ def injection(form: LineForm, rates: Rates, storage: Storage) -> tuple[Array, Ar
     (S_i + (1 + s) T_i)^-1.
     """
     (z, lz), n = multiplier(rates, storage), form.states
-    degree = len(rates.lines[0].moments) if rates.lines else 0
+    degree = len(rates.lines[0].moments) if rates.lines else 1
     points, weights = legendre.gauss(NODES)
     basis = legendre.evaluate(degree, points)
     whole, inverses, start = storage.plus.copy(), [], n
