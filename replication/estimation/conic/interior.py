@@ -69,7 +69,7 @@ def solve(blocks: tuple[Block, ...], order: int, cost: Array, *, gap: float = GA
         if max(float(np.abs(part).max()) for part in missed) <= FITS * (1.0 + float(np.abs(now.y).max())):
             value = float(b @ now.y)
             values = [*values, value][-WAIT:]
-            if best is None or value > best.value:
+            if (best is None or value > best.value) and all(map(_positive, now.slacks, missed)):
                 best = Point(*unknowns.split(now.y), value, step)
             small = gap * (floor + abs(value))
             if now.mean * sum(map(len, start)) <= small or (len(values) == WAIT and np.ptp(values) <= small):
@@ -117,6 +117,15 @@ def _moved(now: _Iterate, pairs: list[Scaled], equations: Equations, *, centring
         ),
     )
     return following, min(ahead, behind)
+
+
+def _positive(slack: Array, missed: Array) -> bool:
+    """Whether the block itself is positive at the unknowns, not the slack alone."""
+    try:
+        np.linalg.cholesky(slack + missed)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _lyapunov(values: Array, level: float, product: Array) -> Array:

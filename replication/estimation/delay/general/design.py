@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import NoReturn
+
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
@@ -16,6 +19,7 @@ from replication.estimation.delay.general.noise import require_noise
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult, arrays_of
+from replication.estimation.delay.general.scaling import scaling_of
 from replication.estimation.delay.general.synthesis import GeneralLevel, degree_of, least_level, observer_at
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
@@ -34,44 +38,58 @@ def design_general(
     require_noise(plant)
     require_seen(plant_terms(plant))
     degree = degree_of(plant) if degree is None else degree
-    least = least_level(plant, degree)
-    target = least.level * (1.0 + margin) if level is None else level
-    facts = _known(plant, least)
-    if level is not None and level <= least.level:
-        _refuse(plant, level, least)
-    proof, observer = observer_at(plant, target, degree, least.scaling)
-    return _result(proof, observer, facts, order)
+    if level is None:
+        _require_level(plant)
+        least = least_level(plant, degree)
+        proof, observer = observer_at(plant, least.level * (1.0 + margin), degree, least.scaling)
+        how = f"degree {degree}, {least.steps} steps of the interior-point method; evaluated afterwards"
+        facts = (Evidence("least level", least.level, how), *_known(plant))
+        return _result(proof, observer, facts, order)
+    try:
+        proof, observer = observer_at(plant, level, degree, replace(scaling_of(plant), gain=level))
+    except (InfeasibleError, SolverError) as error:
+        _refuse(plant, level, error)
+    return _result(proof, observer, _known(plant), order)
 
 
-def _refuse(plant: DelayPlant, level: float, least: GeneralLevel) -> None:
+def _require_level(plant: DelayPlant) -> None:
+    """Raise InfeasibleError where the least level is zero, as where y reveals w: no observer has it."""
+    if smoother_bound(plant_terms(plant)).level <= 0.0 and limit(plant).level <= 0.0:
+        raise InfeasibleError(
+            f"the least level cannot be told from zero: {plant.measurements} measurements may reveal "
+            f"{plant.inputs} disturbances, or z is not disturbed; let more disturbances act, or ask for a `level`"
+        )
+
+
+def _refuse(plant: DelayPlant, level: float, error: Exception) -> NoReturn:
     """Raise InfeasibleError for a level below what any estimator reaches, else SolverError: it is open."""
     bound = smoother_bound(plant_terms(plant))
     if level < bound.level:
         raise InfeasibleError(
             f"the level {level:.6g} is out of reach: at {bound.frequency:.6g} rad/s no estimator, not even one that "
             f"knows the future, has a gain below {bound.level:.6g}; relax the level, or measure more"
-        )
+        ) from error
     raise SolverError(
-        f"whether the level {level:.6g} can be reached is open: degree {least.degree} proves none below "
-        f"{least.level:.6g}, and no estimator has one below {bound.level:.6g}; relax the level or raise the degree"
-    )
+        f"whether the level {level:.6g} can be reached is open, no estimator has one below {bound.level:.6g}: {error}"
+    ) from error
 
 
-def _known(plant: DelayPlant, least: GeneralLevel) -> tuple[Evidence, ...]:
-    """What is known of the least level: what this degree proves, the exact one, and that of a smoother."""
-    how = f"degree {least.degree}, {least.steps} steps of the interior-point method; evaluated afterwards"
-    facts = [Evidence("least level", least.level, how)]
+def _known(plant: DelayPlant) -> tuple[Evidence, ...]:
+    """What is known of the least level of any observer: the exact one, and that of a smoother."""
     try:
         found = limit(plant)
     except (InfeasibleError, SolverError, InvalidInputError) as error:
         bound = smoother_bound(plant_terms(plant))
-        facts.append(Evidence("least level of any observer", "open", str(error)))
-        facts.append(Evidence("no estimator below", bound.level, f"knowing the future, at {bound.frequency:.4g} rad/s"))
-        return tuple(facts)
-    how = f"Riccati equation on models of rising order; last change {found.moving:.1e}"
-    facts.append(Evidence("least level of any observer", found.level, how))
-    how = f"knowing the future, at {found.frequency:.4g} rad/s, true exponentials"
-    return (*facts, Evidence("no estimator below", found.smoother, how))
+        return (
+            Evidence("least level of any observer", "open", str(error)),
+            Evidence("no estimator below", bound.level, f"knowing the future, at {bound.frequency:.4g} rad/s"),
+        )
+    exact = f"Riccati equation on models of rising order; last change {found.moving:.1e}"
+    smoother = f"knowing the future, at {found.frequency:.4g} rad/s, true exponentials"
+    return (
+        Evidence("least level of any observer", found.level, exact),
+        Evidence("no estimator below", found.smoother, smoother),
+    )
 
 
 def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> InnovationsResult:

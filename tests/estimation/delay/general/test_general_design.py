@@ -131,6 +131,22 @@ def test_a_level_out_of_reach_is_refused_with_a_proof_or_called_open() -> None:
     assert design(plant, level=1.5).value == pytest.approx(1.5)
 
 
+def test_a_plant_whose_noise_reveals_the_disturbance_needs_a_level() -> None:
+    """One disturbance drives the state and the sensor: y tells it, and the least level is zero."""
+    plant = DelayPlant([[-1.0]], (0.5,), [[1.0]], [[1.0]], [[1.0]], a=([[-0.3]],), d21=[[0.5]])  # type: ignore[arg-type]
+    with pytest.raises(InfeasibleError, match="cannot be told from zero"):
+        design(plant)
+    assert design(plant, level=0.1).bracket.lower <= 0.1
+
+
+def test_without_delayed_terms_it_is_an_ordinary_filter() -> None:
+    plant = DelayPlant([[-1.0]], (0.5,), [[1.0, 0.0]], [[1.0]], [[1.0]], d21=[[0.0, 0.5]])  # type: ignore[arg-type]
+    result = design(plant, degree=1, margin=1e-3)
+    # |G_z null(G_y)| at rest: w_1 and w_2 that leave y at zero have the ratio 1 to 2.
+    assert result.value == pytest.approx(1.001 / np.sqrt(5.0), rel=1e-6)
+    assert set(result.gains) == {"L0", "Lz"}
+
+
 BAD = [
     (lambda p: replace(p, d21=0.0 * p.d21), "free of noise at high frequencies"),
     (lambda p: replace(p, d21_delayed=(-p.d21,)), "free of noise at high frequencies"),
