@@ -11,7 +11,7 @@ from papers.mustafa.claims.main_results import ALGORITHM_1, THEOREM_1, THEOREM_2
 from papers.mustafa.claims.preliminaries import LEMMAS
 from papers.mustafa.errata import ERRATA
 from papers.mustafa.experiments.declared import EXPERIMENTS, TRIED
-from papers.mustafa.figures import FIGURES
+from papers.mustafa.figures import gains, responses
 from papers.mustafa.findings import findings
 from papers.mustafa.printed import EXAMPLES
 from papers.mustafa.readings import READINGS
@@ -87,7 +87,7 @@ PAPER = paper(
     parts=PARTS,
     experiments=EXPERIMENTS,
     errata=ERRATA,
-    figures=FIGURES,
+    figures=(*responses.FIGURES, *gains.FIGURES),
     tables=(LEVELS_TABLE,),
     formulas=FORMULAS,
     readings=READINGS,

@@ -8,7 +8,7 @@ from papers.okajima2023.brief import BRIEF
 from papers.okajima2023.claims import blog, formulation, levels, simulation, theorems, timing, unstable
 from papers.okajima2023.errata import ERRATA
 from papers.okajima2023.experiments.declared import EXPERIMENTS, table_claim
-from papers.okajima2023.figures import beyond, responses
+from papers.okajima2023.figures import periods, responses
 from papers.okajima2023.findings import findings
 from papers.okajima2023.printed import TABLE_1
 from papers.okajima2023.readings import READINGS
@@ -136,7 +136,7 @@ PAPER = paper(
     coverage=tallies(__file__),
     experiments=EXPERIMENTS,
     errata=ERRATA,
-    figures=(*responses.FIGURES, *beyond.FIGURES),
+    figures=(*responses.FIGURES, *periods.FIGURES),
     tables=TABLES,
     formulas=FORMULAS,
     findings=findings,

@@ -11,6 +11,7 @@ from papers.shao.errata import ERRATA
 from papers.shao.experiments.declared import EXPERIMENTS
 from papers.shao.figures import readings as reading_figures
 from papers.shao.figures import responses as response_figures
+from papers.shao.figures import robustness as robustness_figures
 from papers.shao.figures import stability as stability_figures
 from papers.shao.figures import tracking as tracking_figures
 from papers.shao.findings import findings
@@ -92,6 +93,7 @@ PAPER = paper(
     errata=ERRATA,
     figures=(
         *response_figures.FIGURES,
+        *robustness_figures.FIGURES,
         *tracking_figures.FIGURES,
         *stability_figures.FIGURES,
         *reading_figures.FIGURES,

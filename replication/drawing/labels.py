@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 GAP = 4
 """Points between a curve and its name."""
 _ANCHOR = {-1: ("top", -GAP), 0: ("center", 0), 1: ("bottom", GAP)}
+_ASIDE = {"left": GAP, "center": 0, "right": -GAP}
 
 
 def name_axes(axes: Axes, y: str = "", x: str = "", *, ticks: int = 4) -> None:
@@ -74,7 +75,7 @@ def say(
     """Write `text` above (side 1), below (-1) or at (0) a point of the axes, given in the units of the data."""
     va, gap = _ANCHOR[side]
     axes.annotate(
-        text, (point[0], point[1]), xytext=(0, gap), textcoords="offset points", ha=ha, va=va, color=color,
+        text, (point[0], point[1]), xytext=(_ASIDE[ha], gap), textcoords="offset points", ha=ha, va=va, color=color,
         annotation_clip=False, **more,
     )  # fmt: skip
 

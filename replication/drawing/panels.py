@@ -28,10 +28,13 @@ def draw(panels: Sequence[Panel]) -> Figure:
 
 def _draw_panel(axes: Axes, panel: Panel) -> None:
     """The curves of one panel and its levels, each level with its name and value on it."""
-    for i, (name, values) in enumerate(panel.lines.items()):
-        axes.plot(panel.x, values, label=name, drawstyle="steps-post" if panel.steps else "default", **line(i))
+    drawn = "steps-post" if panel.steps else "default"
+    curves = [
+        axes.plot(panel.x, values, label=name, drawstyle=drawn, **line(i))[0]
+        for i, (name, values) in enumerate(panel.lines.items())
+    ]
     for i, (name, level) in enumerate(panel.levels.items(), start=len(panel.lines)):
-        axes.axhline(level, **line(i))
+        axes.axhline(level, label=name, **line(i))
         highest = level == max(panel.levels.values())
         say(axes, f"{name} {level:.4g}", (panel.x[0], level), side=1 if highest else -1, ha="left")
     if panel.levels:
@@ -39,8 +42,8 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
         top = max(*panel.levels.values(), *(max(values) for values in panel.lines.values()))
         axes.set_ylim(0, 1.2 * top)
     name_axes(axes, panel.y_label)
-    if len(panel.lines) > 1:
-        axes.legend()
+    if len(curves) > 1:
+        axes.legend(handles=curves)
 
 
 def draw_svg(panels: Sequence[Panel], name: str) -> str:

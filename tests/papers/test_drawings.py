@@ -12,7 +12,7 @@ import pytest
 from tables import read_csv
 
 import papers
-from papers.okajima2023.figures import beyond, responses
+from papers.okajima2023.figures import periods, responses
 from papers.peet2019.figures import observer
 from papers.shao.figures import readings, stability, tracking
 from replication.audit.parts import Figure, FigureData, Paper
@@ -98,8 +98,8 @@ def changed(name: str, **columns: tuple[float, ...]) -> FigureData:
 def test_messages_follow_the_data() -> None:
     """A title that no longer holds is not printed: each of these says something else of other data."""
     plain = changed("okajima2023-periods", gamma_synchronous=tuple(float(k) for k in range(36)))
-    assert "(5, 6) has more than (6, 6)" in beyond.say_table_of_periods(data("okajima2023-periods"))
-    assert beyond.say_table_of_periods(plain) == "A longer period never lowers the level"
+    assert "(5, 6) has more than (6, 6)" in periods.say_table_of_periods(data("okajima2023-periods"))
+    assert periods.say_table_of_periods(plain) == "A longer period never lowers the level"
     rates = data("shao-rates")
     stable = changed("shao-rates", alternating_predictive=tuple(-x for x in rates.columns["alternating_predictive"]))
     assert "unstable at every T" in stability.say_rates(rates)

@@ -75,7 +75,7 @@ def _plot_cloud(axis: Any, name: str, products: Sequence[float], costs: Sequence
     ends = [min(points)[0], max(points)[0]]
     (curve,) = axis.loglog(ends, [at * k**slope for k in ends], color=colour, linestyle=dashes, linewidth=1.1)
     if name == "cvxpy":  # its line is short, and ends among the points of others
-        say(axis, f"full cone,\n{name}, {slope:.1f} ", (ends[0], 10 * max(costs[:5])), ha="right", color=colour)
+        say(axis, f"full cone,\n{name}, {slope:.1f}", (ends[0], 10 * max(costs[:5])), ha="right", color=colour)
     else:
         name_end(axis, curve, f"{name},\n{slope:.1f}", lift=6 if name == "full cone" else -6)
 

@@ -33,12 +33,13 @@ def plot_fig_1(figure: FigureData) -> Any:
     """Disturbance and errors against time on one axis, each named at its peak."""
     drawing, (axis,) = new_axes(row_height=2.6)
     t, c = figure.columns["t"], figure.columns
-    for index, (name, side) in enumerate((("e_1", -1), ("w", 1), ("e_2", -1))):
+    for index, (name, side) in enumerate((("e_1", -1), ("w", 1), ("e_2", 0))):
         (curve,) = axis.plot(t, c[name], **line(index))
         peak = t[_peak(c[name])]
-        name_line(axis, curve, LABELS[name], peak, side=side, ha="right" if name == "e_2" else "left")
+        beside = side == 0
+        name_line(axis, curve, LABELS[name], peak / (1 + beside), side=side, ha="right" if beside else "left")
     axis.set_ylim(1.25 * min(c["e_1"]), 1.25 * max(c["w"]))
-    axis.set_xlim(-0.12 * t[-1], t[-1])
+    axis.set_xlim(-0.15 * t[-1], t[-1])
     axis.set_xticks([share * t[-1] for share in (0, 0.25, 0.5, 0.75, 1)])
     name_axes(axis, "disturbance and errors (1)", "time (s)")
     return drawing

@@ -52,7 +52,7 @@ def plot_convergence(figure: FigureData) -> Any:
     for index, (name, side) in enumerate((("pade", -1), ("chebyshev", 1))):
         (curve,) = orders.semilogy(c["order"], c[name], marker="os"[index], markersize=4, **line(index))
         at = c["order"][2 + 2 * index]
-        name_line(orders, curve, f" {LABELS[name]} ", at, side=side, ha="right" if side < 0 else "left")
+        name_line(orders, curve, LABELS[name], at, side=side, ha="right" if side < 0 else "left")
     degrees.semilogy(c["degree"], c["sos"], marker="D", markersize=4, **line(3))
     say(degrees, "Theorem 3", (c["degree"][1], c["sos"][1]), ha="left")
     for axis in (orders, degrees):
@@ -100,7 +100,7 @@ def plot_against_delay(figure: FigureData) -> Any:
     c = figure.columns
     (sos,) = axis.semilogy(c["tau"], c["sos"], **line(0))
     axis.semilogy(c["tau"], c["chebyshev"], "o", color=FOREGROUND, markersize=5)
-    name_line(axis, sos, "Theorem 3 (line) \nand collocation (points) ", c["tau"][8], ha="right")
+    name_line(axis, sos, "Theorem 3 (line)\nand collocation (points)", c["tau"][8], ha="right")
     ticks = (1, 2, 5, 10)
     axis.set_yticks(ticks, [str(tick) for tick in ticks])
     axis.set_yticks([], minor=True)

@@ -40,7 +40,7 @@ def plot_reading_scores(drawn: FigureData) -> Any:
     drawing, (axis,) = new_axes(row_height=3.2)
     observers = _observers(drawn)
     axis.axvspan(LEAST, rounding(), facecolor=BAND, alpha=0.55, linewidth=0)
-    axis.text(rounding(), -0.75, " rounds to the print", va="center")
+    say(axis, "rounds to the print", (rounding(), -0.75), side=0, ha="left")
     for row, distances in enumerate(observers.values()):
         axis.plot(distances, [row] * len(distances), "o", color=GREY, markerfacecolor="none", markersize=5)
         axis.plot(min(distances), row, "D", color=OURS, markersize=6)
@@ -100,16 +100,16 @@ def plot_decoys(drawn: FigureData) -> Any:
         own = c[f"nearest_{key}"][0]
         axis.plot(own, 100 * nearer(drawn, key) / len(decoys), "D", color=curve.get_color(), markersize=8)
         k, side, ha = WORDS[key]
-        say(axis, f" {name} ", (decoys[k], share[k]), side=side, ha=ha, color=str(curve.get_color()))
+        say(axis, name, (decoys[k], share[k]), side=side, ha=ha, color=str(curve.get_color()))
     axis.set_xscale("log")
-    axis.set_xlim(0.005, 1.2)
+    axis.set_xlim(0.005, 4)
     axis.set_xticks((0.01, 0.1, 1), ("0.01", "0.1", "1"))
     axis.minorticks_off()
     name_axes(axis, "made-up columns met as nearly (%)", "distance of the nearest reading")
     return drawing
 
 
-WORDS = {"pmi": (20, 0, "right"), "apo": (0, 1, "left"), "common": (8, 0, "left")}
+WORDS = {"pmi": (20, 0, "right"), "apo": (0, 1, "left"), "common": (22, 0, "left")}
 """Where the name of a curve stands: at which decoy, above it (1) or beside it (0), and which end of the words."""
 
 

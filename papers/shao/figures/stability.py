@@ -46,7 +46,7 @@ def plot_stable_sets(drawn: FigureData) -> Any:
     for index, (name, (_, colour)) in enumerate(BARS.items()):
         say(axis, NAMES[name], (start * 3 ** (1.6 * index), len(ratios) - 0.55), ha="left", color=colour)
     axis.axvline(DESIGN.period, linestyle=":", color=FOREGROUND, linewidth=1.0)
-    say(axis, "printed T ", (DESIGN.period, -0.75), side=0, ha="right")
+    say(axis, "printed T", (DESIGN.period, -0.75), side=0, ha="right")
     axis.set(xscale="log", ylim=(-1, len(ratios)))
     name_axes(axis, "ratio M", "fast period T (s)")
     axis.set_yticks(range(len(ratios)), [f"{ratio:.0f}" for ratio in ratios])
@@ -99,7 +99,7 @@ def plot_eigenvalues(drawn: FigureData) -> Any:
     out_of_bounds(axis, 1.0, TOP, "unstable above 1", at=0.45)
     for key in (key for key in c if key.startswith(f"{APO}_") and key != f"{APO}_1"):
         axis.semilogx(period, c[key], **look(APO) | {"linewidth": 0.5})
-    name_line(axis, axis.lines[3], "  thin: others\n  of DRC-APO", 0.0017, side=0, ha="left")
+    name_line(axis, axis.lines[3], "thin: others\nof DRC-APO", 0.0017, side=0, ha="left")
     for key, name in ((FAST, FAST), (PMI, PMI), (REPAIRED, REPAIRED), (f"{APO}_1", APO)):
         (curve,) = axis.semilogx(period, c[key], **look(name))
         edges = [k for k, (a, b) in enumerate(pairwise(c[key])) if (a > TOP) != (b > TOP)]
@@ -108,7 +108,7 @@ def plot_eigenvalues(drawn: FigureData) -> Any:
             at, side, ha = BESIDE[name]
             name_line(axis, curve, NAMES[name], at, side=side, ha=ha)
     axis.axvline(DESIGN.period, linestyle=":", color=FOREGROUND, linewidth=1.0)
-    say(axis, "printed T ", (DESIGN.period, 0.06), side=0, ha="right")
+    say(axis, "printed T", (DESIGN.period, 0.06), side=0, ha="right")
     axis.set_ylim(0, TOP)
     name_axes(axis, "moduli of the eigenvalues (1)", "fast period T (s)")
     return figure
@@ -161,8 +161,8 @@ def plot_rates(drawn: FigureData) -> Any:
         axis.semilogx(c["period_s"], c[name], **look(name))
     fast, repaired, own = axis.lines
     name_line(axis, own, "DRC-APO as printed", c["period_s"][len(c["period_s"]) // 2])
-    name_line(axis, repaired, f"{NAMES[REPAIRED]} ", 0.1, ha="right")
-    name_line(axis, fast, f"  {NAMES[FAST]}", 0.35, side=0, ha="left")
+    name_line(axis, repaired, NAMES[REPAIRED], 0.1, ha="right")
+    name_line(axis, fast, NAMES[FAST], 0.35, side=0, ha="left")
     axis.set_xlim(right=4)
     for key, text, side in (("shared_gain", "A − LC/M", -1), ("full_gain", "A − LC", -1)):
         axis.axhline(c[key][0], color=GREY, linewidth=0.9, linestyle=(0, (1, 2)))

@@ -1,0 +1,1 @@
+"""Figures: the printed responses, and the gains over periods and sequences."""
