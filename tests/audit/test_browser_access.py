@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from axe_core import violations
 from looking import unfold
+from sample import results
 from selenium.webdriver.common.by import By
+
+from replication.audit.report.page import render
 
 pytestmark = pytest.mark.browser
 
@@ -22,6 +27,19 @@ PIXELS_PER_MM = 96 / 25.4
 def test_axe_finds_no_violation(visit: Any, width: int, scheme: str) -> None:
     page = unfold(visit(width, scheme))
     assert violations(page) == []
+
+
+def test_axe_finds_no_violation_where_two_papers_have_the_same_parts(browser: Any, tmp_path: Path) -> None:
+    made = results(tmp_path)
+    other = msgspec.structs.replace(
+        made.papers[0], key="roe2001", title="Another Paper", tables=(), scope=(), brief=None
+    )
+    page = tmp_path / "index.html"
+    page.write_text(render(msgspec.structs.replace(made, papers=(*made.papers, other)), tmp_path), encoding="utf-8")
+    browser.get(page.as_uri())
+    assert len(browser.find_elements(By.CSS_SELECTOR, "[id='paper-roe2001.findings']")) == 1
+    found = Axe().run(browser, options={"resultTypes": ["violations"]})["violations"]
+    assert [(rule["id"], node["html"][:120]) for rule in found for node in rule["nodes"]] == []
 
 
 def test_axe_would_find_a_violation(visit: Any) -> None:
