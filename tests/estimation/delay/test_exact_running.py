@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import math
-import os
-import shutil
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,11 +17,9 @@ from replication.estimation.delay.exact.loop import error_response, exact_gain
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.sampled.recursion import exact_response, sampled
 from replication.estimation.delay.sampled.running import InnovationsObserver, running, simulate_error
+from tests.estimation.api.test_c_code import EXACT, STEPS, Compiled
 from tests.estimation.delay.exact_cases import averaged, made_up, two_delays
 
-STEPS, EXACT = 10_000, 1e-12
-FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
-SANITIZER = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
 OBSERVERS = {"averages": lambda: made_up(averaged(), 0.2), "two delays": lambda: made_up(two_delays(), 0.01)}
 
 
@@ -147,31 +142,11 @@ def test_simulated_errors_reach_the_gain_and_no_more(name: str) -> None:
         simulate_error(made, times, 0.0 * w)
 
 
-class Compiled:
-    """The C form, called with the arguments of `reset` and `step`."""
-
-    def __init__(self, observer: InnovationsObserver, folder: Path) -> None:
-        if shutil.which("cc") is None and not os.environ.get("CI"):
-            pytest.skip("no C compiler: apt-get install gcc libc6-dev")
-        source, library = folder / "observer.c", folder / "observer.so"
-        source.write_text(observer.to_c("own", "An observer */ of the tests."), encoding="utf-8")
-        subprocess.run(["cc", *FLAGS, *SANITIZER, source, "-o", library, "-lm"], check=True, capture_output=True)
-        self.library = ctypes.CDLL(str(library))
-        self.state = (ctypes.c_double * 65536)()
-        self.sizes = observer.recursion.sizes
-
-    def reset(self, start: Any) -> None:
-        self.library.own_init(self.state, _doubles(start))
-
-    def step(self, u: Any, y: Any) -> tuple[int, np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        estimate, output = _doubles([math.nan] * self.sizes[0]), _doubles([math.nan] * self.sizes[1])
-        answer = self.library.own_step(self.state, _doubles(u), _doubles(y), estimate)
-        self.library.own_output(self.state, output)
-        return answer, np.array(estimate), np.array(output)
-
-
-def _doubles(values: Any) -> Any:
-    return (ctypes.c_double * len(values))(*values)
+def output_of(compiled: Compiled, size: int) -> np.ndarray[Any, Any]:
+    """The estimate of z in C."""
+    output = (ctypes.c_double * size)(*[math.nan] * size)
+    compiled.library.own_output(compiled.state, output)
+    return np.array(output)
 
 
 @pytest.mark.parametrize("name", OBSERVERS)
@@ -183,11 +158,11 @@ def test_c_is_equal_over_many_steps(name: str, tmp_path: Path) -> None:
     for _ in range(STEPS):
         u, y = rng.standard_normal(observer.inputs), rng.standard_normal(observer.measurements)
         y = np.where(rng.random(len(y)) < 0.2, np.nan, y)
-        answer, estimate, output = compiled.step(u, y)
+        answer, estimate = compiled.step(u, y)
         wanted = observer.step(u if observer.inputs else None, y)
         assert answer == 0
         assert np.allclose(estimate, wanted, rtol=EXACT, atol=EXACT)
-        assert np.allclose(output, observer.output, rtol=EXACT, atol=EXACT)
+        assert np.allclose(output_of(compiled, len(observer.output)), observer.output, rtol=EXACT, atol=EXACT)
     assert observer.missed > STEPS / 10
 
 

@@ -16,7 +16,7 @@ from replication.estimation.delay.sampled.c_form import c_form
 from replication.estimation.delay.sampled.recursion import SampledObserver, exact_response, sampled
 from replication.estimation.validation import Array, as_array, as_matrix, increasing_grid, positive_scalar
 
-LONGEST = 100_000
+LONGEST = 20_000
 """Samples that are kept, at the most."""
 
 
