@@ -120,9 +120,11 @@ def _moved(now: _Iterate, pairs: list[Scaled], equations: Equations, *, centring
 
 
 def _positive(slack: Array, missed: Array) -> bool:
-    """Whether the block itself is positive at the unknowns, not the slack alone."""
+    """Whether the block itself, not the slack alone, is positive at the unknowns beyond rounding."""
+    block = slack + missed
+    rounding = len(block) * np.finfo(float).eps * np.trace(block)
     try:
-        np.linalg.cholesky(slack + missed)
+        np.linalg.cholesky(block - rounding * np.eye(len(block)))
     except np.linalg.LinAlgError:
         return False
     return True

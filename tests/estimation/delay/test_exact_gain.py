@@ -11,10 +11,12 @@ from scipy.special import spherical_jn
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.exact import peak
+from replication.estimation.delay.exact import response as response_module
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.kernel import _spherical, fitted, polynomial
 from replication.estimation.delay.exact.loop import error_response, exact_gain, mismatched_response, worst_gain
 from replication.estimation.delay.exact.peak import right_roots
+from replication.estimation.delay.exact.response import Cells
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.general.plant import DelayPlant
 from tests.estimation.delay.exact_cases import augmented, augmented_gains, averaged, delayed_output, made_up, two_delays
@@ -94,6 +96,27 @@ def test_a_sharp_peak_is_found() -> None:
     found = exact_gain(made_up(plant, 0.0))
     assert found.lower == pytest.approx(1.0 / (2e-5 * w * w), rel=1e-5)
     assert found.upper <= found.lower * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("worst", [0.0, response_module.WORST])
+def test_the_bound_of_a_cell_holds_inside_it(worst: float) -> None:
+    """In the basis of the step and in that of the unit matrix; and it is tight for small cells."""
+    observer, rng = made_up(two_delays(), 0.02), np.random.default_rng(6)
+    nominal = observer.plant.delays
+    ranges = [(0.9 * delay, 1.1 * delay) for delay in nominal]
+    made = mismatched_response(plant_terms(observer.plant), injection_terms(observer), nominal, ranges)
+    omega, half = rng.uniform(0.5, 20.0, 60), 10.0 ** rng.uniform(-5.0, -0.5, 60)
+    delays = np.tile(made.loop.delays, (60, 1))
+    spread = np.zeros(delays.shape)
+    spread[:, :2] = 10.0 ** rng.uniform(-6.0, -2.0, (60, 2))
+    with patch.object(response_module, "WORST", worst):
+        middle, above, _ = made.bounded(Cells(omega, half, delays, spread))
+    assert np.sum(np.isfinite(above)) > 30
+    for _ in range(30):
+        shift, move = rng.choice([-1.0, 1.0, 0.3], 60), rng.choice([-1.0, 1.0, -0.4], delays.shape)
+        assert np.all(made.gains(omega + shift * half, delays + move * spread) <= above * (1 + 1e-12))
+    small = (half < 1e-3) & (spread.max(axis=1) < 1e-4)
+    assert np.any(small) and np.all(above[small] <= middle[small] * 1.01)
 
 
 def test_few_cells_give_a_wide_bracket() -> None:

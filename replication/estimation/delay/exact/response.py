@@ -1,10 +1,10 @@
 """The gain matrix of a delay equation, and bounds of it over cells of frequencies and delays.
 
 X xi = [0; w] with X = diag(s I, I) + L(s), rows of states first, then algebraic ones; L depends on the s tau_i.
-A cell is |w - w_c| <= r, |tau_i - t_i| <= d_i. On it |X - X_c| <= D, entry by entry, by the derivatives at the centre
-and a bound of the second ones; and
+A cell is |w - w_c| <= r, |tau_i - t_i| <= d_i. On it X = X_c (I + E), and in some basis |E| <= D entry by entry, by the
+derivatives at the centre and a bound of the second ones; then
 
-    |X^-1| <= (I - |X_c^-1| D)^-1 |X_c^-1|    where |X_c^-1| D has a spectral radius below one,
+    |(I + E)^-1| <= (I - D)^-1    where D has a spectral radius below one,
 
 which shows that X is invertible and bounds the second-order remainder of the gain matrix. No unit of any variable
 matters.
@@ -26,8 +26,8 @@ from replication.estimation.validation import Array
 
 Block = TypeVar("Block", Array, Complex)
 Chosen = npt.NDArray[np.bool_]
-ROOM, ROUNDING = 0.9, 1e-11
-"""Spectral radius up to which a cell counts as one on which X is invertible; cells that are too narrow to tell."""
+ROOM, ROUNDING, WORST = 0.9, 1e-11, 1e8
+"""Spectral radius up to which X counts as invertible on a cell; a cell too narrow to tell; condition of a basis."""
 
 
 class Cells(NamedTuple):
@@ -40,13 +40,16 @@ class Cells(NamedTuple):
 
 
 class Surroundings(NamedTuple):
-    """X^-1 at the centre of each cell and, along half the cell in frequency and in each delay, the changes of X.
+    """X_c^-1 at the centre of each cell and X_c^-1 X' along half the cell, in frequency and in each delay.
 
-    Their sizes together, a bound of the second derivative over the cell, and whether X is known to be invertible there.
+    Then, in the basis T, |T^-1 X_c^-1| and |T|, the sizes of all steps together, a bound of |X_c^-1 X''| over the cell,
+    and whether X is known to be invertible there.
     """
 
     inverse: Complex
-    rates: list[Complex]
+    steps: list[Complex]
+    left: Array
+    right: Array
     change: Array
     bend: Array
     room: Chosen
@@ -145,19 +148,35 @@ class Response:
         for i in range(len(lines)):
             bend += ((turns + moves)[:, i] ** 2)[:, None, None] * second[i]
             bend += (2.0 * cells.half * cells.spread[:, i])[:, None, None] * first[i]
-        change = sum((np.abs(rate) for rate in rates), np.zeros(bend.shape))
-        room = radii(np.abs(inverse) @ (change + bend / 2.0)) < ROOM
-        room &= cells.half > ROUNDING * cells.omega
-        return Surroundings(inverse, rates, change, bend, room)
+        steps = [inverse @ rate for rate in rates]
+        basis = self._basis(steps[0])
+        back = np.linalg.inv(basis)
+        left, right = np.abs(back @ inverse), np.abs(basis)
+        change = sum((np.abs(back @ step @ basis) for step in steps), np.zeros(bend.shape))
+        bend = left @ bend @ right
+        room = (radii(change + bend / 2.0) < ROOM) & (cells.half > ROUNDING * cells.omega)
+        return Surroundings(inverse, steps, left, right, change, bend, room)
+
+    def _basis(self, step: Complex) -> Complex:
+        """Eigenvectors of the step in frequency, states and signals alone; the unit matrix where they are near another.
+
+        Sizes are taken in this basis: what cancels in the step, as in loops of high gain, stays cancelled.
+        """
+        count = step.shape[-1] - sum(self.sizes[1:])
+        vectors = np.linalg.eig(step[:, :count, :count])[1]
+        usable = np.linalg.cond(vectors) < WORST
+        basis = np.tile(np.eye(step.shape[-1], dtype=complex), (len(step), 1, 1))
+        basis[usable, :count, :count] = vectors[usable]
+        return basis
 
     def bounded(self, cells: Cells) -> tuple[Array, Array, Array]:
         """The gain at the centres, a bound of it over each cell, and the coordinate to cut."""
-        inverse, rates, change, bend, room = self.around(cells)
-        size = np.abs(inverse)
-        near = np.where(room[:, None, None], size @ (change + bend / 2.0), 0.0)
-        wide = np.linalg.solve(np.eye(size.shape[-1]) - near, size)
-        rest = self.part(wide @ (2.0 * (change + bend) @ wide @ (change + bend) + bend) @ wide)
-        moves = [-self.part(inverse @ rate @ inverse) for rate in rates]
+        inverse, steps, left, right, change, bend, room = self.around(cells)
+        near = np.where(room[:, None, None], change + bend / 2.0, 0.0)
+        wide = np.linalg.inv(np.eye(near.shape[-1]) - near)
+        first, second = wide @ (change + bend), wide @ bend
+        rest = self.part(right @ (2.0 * first @ first + second) @ wide @ left)
+        moves = [-self.part(step @ inverse) for step in steps]
         value, unknown = self.part(inverse), [move for move in moves[1:] if np.any(move)]
         corners = [
             value + side * (moves[0] + sum(sign * move for sign, move in zip(signs, unknown, strict=True)))
@@ -165,7 +184,7 @@ class Response:
             for signs in product((-1.0, 1.0), repeat=len(unknown))
         ]
         above = np.max([norms(corner) for corner in corners], axis=0) + norms(rest) / 2.0
-        shares = np.stack([norms(self.part(size @ np.abs(rate) @ size)) for rate in rates])
+        shares = np.stack([norms(self.part(np.abs(step) @ np.abs(inverse))) for step in steps])
         return norms(value), np.where(room, above, np.inf), np.argmax(shares, axis=0)
 
 

@@ -40,7 +40,7 @@ def design_general(
     degree = degree_of(plant) if degree is None else degree
     if level is None:
         _require_level(plant)
-        least = least_level(plant, degree)
+        least = _least(plant, degree)
         proof, observer = observer_at(plant, least.level * (1.0 + margin), degree, least.scaling)
         how = f"degree {degree}, {least.steps} steps of the interior-point method; evaluated afterwards"
         facts = (Evidence("least level", least.level, how), *_known(plant))
@@ -50,6 +50,18 @@ def design_general(
     except (InfeasibleError, SolverError) as error:
         _refuse(plant, level, error)
     return _result(proof, observer, _known(plant), order)
+
+
+def _least(plant: DelayPlant, degree: int) -> GeneralLevel:
+    """`least_level`, with what is known where it finds none."""
+    try:
+        return least_level(plant, degree)
+    except SolverError as error:
+        known = "; ".join(f"{fact.what}: {fact.value}" for fact in _known(plant))
+        raise SolverError(
+            f"degree {degree} is found to prove no level, and which one is least stays open ({known}): {error}; raise "
+            "the degree"
+        ) from error
 
 
 def _require_level(plant: DelayPlant) -> None:

@@ -131,6 +131,14 @@ def test_a_level_out_of_reach_is_refused_with_a_proof_or_called_open() -> None:
     assert design(plant, level=1.5).value == pytest.approx(1.5)
 
 
+def test_where_a_degree_proves_nothing_the_level_is_open() -> None:
+    """An unstable mode that doubles several times before it is seen: one moment of the delay is too few."""
+    plant = replace(late_sensor(2.0), a0=[[1.0]])
+    with pytest.raises(SolverError, match=r"stays open \(least level of any observer: .*; raise the degree"):
+        design(plant, degree=1)
+    assert design(plant, degree=6).value >= limit(plant).level
+
+
 def test_a_plant_whose_noise_reveals_the_disturbance_needs_a_level() -> None:
     """One disturbance drives the state and the sensor: y tells it, and the least level is zero."""
     plant = DelayPlant([[-1.0]], (0.5,), [[1.0]], [[1.0]], [[1.0]], a=([[-0.3]],), d21=[[0.5]])  # type: ignore[arg-type]

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError, SolverError
+from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
 from replication.estimation.conic.interior import solve
+from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
 from replication.estimation.conic.steps import Block
 from replication.estimation.delay.general.cone import (
     Storage,
@@ -122,6 +124,36 @@ def test_the_injection_has_the_gradient_of_the_program(plant) -> None:  # type: 
         start = part.stop
     found = u @ w @ np.vstack(moments) + local
     assert found == pytest.approx(u @ z, rel=1e-8, abs=1e-8)
+
+
+def by_clarabel(blocks: tuple[Block, ...], order: int) -> float:
+    """The least of the last scalar by a general solver, each unknown as a matrix of coefficients."""
+    scalars = len(blocks[0].others)
+    units = symmetric_basis(order)
+    count = len(units) + scalars
+    groups = []
+    for block in blocks:
+        w = [block.linear(unit, np.zeros(scalars)) for unit in units]
+        coefficients = np.concatenate([w, block.others])[None]
+        groups.append(Inequalities(block.constant[None], coefficients, np.arange(count)[None]))
+    cost = np.zeros(count)
+    cost[-1] = 1.0
+    return float(solve_clarabel(program_under(cost, *groups), accept=ALMOST).multipliers[-1])
+
+
+@pytest.mark.parametrize(("plant", "degree"), [(delayed_output, 2), (averaged, 2), (delayed_output, 3)])
+def test_the_least_level_is_that_of_another_solver(plant, degree: int) -> None:  # type: ignore[no-untyped-def]
+    form = line_form(plant())
+    over = rates(form, degree)
+    blocks = (
+        *positivity(over),
+        dissipation(over, over.without_innovation(), outputs=form.outputs),
+        dissipation(over, over.without_state(), outputs=0),
+    )
+    cost = np.zeros(len(blocks[0].others))
+    cost[-1] = -1.0
+    found = solve(blocks, len(over.u), cost)
+    assert -found.value == pytest.approx(by_clarabel(blocks, len(over.u)), rel=1e-6)
 
 
 def test_z_makes_the_whole_inequality_positive() -> None:
