@@ -7,9 +7,8 @@ picture stands where its slider begins.
 from __future__ import annotations
 
 import csv
-import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,19 +16,16 @@ from replication.audit.brief import Curve, Explorer, Picture
 from replication.audit.inspect.sentences import require_short
 from replication.audit.judge import numerals
 from replication.audit.report.claim import ClaimView
+from replication.audit.report.pictures.axes import FRAME, Scale, scale_of, spread, ticks
 from replication.audit.store.records import PaperRecord
 from replication.errors import AuditError
 
-FRAME = 1000
-STEPS = (1.0, 2.0, 5.0, 10.0)
-MOST_TICKS = 5
 MOST_WORDS = 15
 """Of a title, which is the message."""
 LINE, LETTERS = 72, 18
 """Height of a line of a name in units of the frame, and how many letters it has; the value stands below."""
 
 Values = tuple[float, ...]
-Scale = Callable[[float], float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,18 +121,18 @@ def _view(key: str, picture: Picture, table: Mapping[str, Values], known: Mappin
     shown += [picture.limit[0]] if picture.limit else []
     if not across or not shown or (picture.log_y and min(shown) <= 0) or (picture.log_x and min(across) <= 0):
         raise AuditError(f"the explorer {picture.label!r} of {picture.figure} has nothing to draw on such axes")
-    x_scale, y_scale = _scale(across, picture.log_x, 0), _scale(shown, picture.log_y, 60)
+    x_scale, y_scale = scale_of(across, picture.log_x, 0), scale_of(shown, picture.log_y, 60)
     begin = _nearest(across, picture.begin)
     pairs = list(zip(picture.curves, drawn, strict=True))
-    heights = _spread([_name_height(lines, y_scale) for _, lines in pairs], [_lines(curve) for curve in picture.curves])
+    heights = spread([_name_height(lines, y_scale) for _, lines in pairs], [_lines(curve) for curve in picture.curves])
     return PictureView(
         picture=picture,
         curves=tuple(
             _curve(curve, lines, [x_scale(x) for x in across], y_scale, begin, height)
             for (curve, lines), height in zip(pairs, heights, strict=True)
         ),
-        x_ticks=_ticks(across, picture.log_x, x_scale),
-        y_ticks=tuple((y, FRAME - at) for y, at in _ticks(shown, picture.log_y, y_scale)),
+        x_ticks=ticks(across, picture.log_x, x_scale),
+        y_ticks=tuple((y, FRAME - at) for y, at in ticks(shown, picture.log_y, y_scale)),
         begin=begin,
         places=" ".join(f"{x_scale(x):.0f}" for x in across),
         names=" ".join(numerals.short(x, 3) for x in across),
@@ -146,7 +142,7 @@ def _view(key: str, picture: Picture, table: Mapping[str, Values], known: Mappin
         limit=round(FRAME - y_scale(picture.limit[0])) if picture.limit else None,
         claim=known[f"{key}.{picture.claim}"] if picture.claim else None,
         share=0.0,
-        marks=tuple((ticks.label, _instants(across, ticks.period, ticks.offset, x_scale)) for ticks in picture.sensors),
+        marks=tuple((one.label, _instants(across, one.period, one.offset, x_scale)) for one in picture.sensors),
     )
 
 
@@ -159,13 +155,6 @@ def _numbers(curve: Curve, table: Mapping[str, Values], picture: Picture, count:
     columns = [_column(table, name, picture)[:count] for name in curve.columns]
     line = columns[0] if len(columns) == 1 else tuple(math.hypot(*row) for row in zip(*columns, strict=True))
     return (line, _column(table, curve.upper, picture)[:count]) if curve.upper else (line,)
-
-
-def _scale(numbers: Sequence[float], log: bool, margin: float) -> Scale:
-    """From a number to the frame, with some units left free at both ends."""
-    moved = [math.log10(number) if log else number for number in numbers]
-    low, span = min(moved), (max(moved) - min(moved)) or 1.0
-    return lambda number: margin + (FRAME - 2 * margin) * ((math.log10(number) if log else number) - low) / span
 
 
 def _curve(
@@ -206,36 +195,6 @@ def _name_height(lines: tuple[Values, ...], scale: Scale) -> float:
 
 def _lines(curve: Curve) -> float:
     return LINE * (2 + (len(curve.label) > LETTERS))
-
-
-def _spread(heights: Sequence[float], sizes: Sequence[float]) -> list[float]:
-    """The heights of names moved apart as little as keeps them from meeting, and all in the frame."""
-    order = sorted(range(len(heights)), key=heights.__getitem__)
-    placed = list(heights)
-    for before, after in itertools.pairwise(order):
-        placed[after] = max(placed[after], placed[before] + (sizes[before] + sizes[after]) / 2)
-    limit = float(FRAME)
-    for index in reversed(order):
-        placed[index] = min(placed[index], limit - sizes[index] / 2)
-        limit = placed[index] - sizes[index] / 2
-    return [round(height) for height in placed]
-
-
-def _ticks(numbers: Sequence[float], log: bool, scale: Scale) -> tuple[tuple[float, float], ...]:
-    """A few round numbers in the range, and where they stand."""
-    low, high = min(numbers), max(numbers)
-    if log:
-        first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
-        step = max(1, math.ceil((last - first + 1) / MOST_TICKS))
-        round_ones = [10.0**power for power in range(first, last + 1, step)]
-        if len(round_ones) < 2:
-            round_ones = [low, high]
-    else:
-        size = (high - low) / MOST_TICKS or 1.0
-        power = 10 ** math.floor(math.log10(size))
-        step = next(step * power for step in STEPS if step * power >= size)
-        round_ones = [n * step for n in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
-    return tuple((float(f"{number:.3g}"), round(scale(number), 1)) for number in round_ones)
 
 
 def _instants(across: Sequence[float], period: int, offset: int, scale: Scale) -> str:
