@@ -65,7 +65,7 @@ LEVELS_TABLE = Table(
     place="Sec. VI",
     caption="Published levels, what holds for every sampling sequence (norms count samples), and the one-element "
     "grids.",
-    header=("Example", "published, at the period of the grid", "for every sequence", "elements of the grid", "(8) with one element"),
+    header=("Example", "published, one period", "for every sequence", "elements of the grid", "(8) with one element"),
     rows=tuple(
         (str(e), *(f"claim:{name}.{e}" for name in ("gamma", "robust-level", "grid", "condition-8"))) for e in EXAMPLES
     ),
