@@ -34,14 +34,14 @@ def _example(number: int, begin: float) -> Picture:
 
 BRIEF = Brief(
     topic="Samples at irregular instants",
-    card="The levels belong to [one](+gamma.1) [constant period](+filter.norm), as Sec. V-A says; over all sampling "
-    "sequences the gain is larger, [in](-valid.1) [both examples](-valid.2).",
-    holds="At one constant period [Example 1](gamma.1) has its level as optimum, [the printed filter](filter.norm) the "
-    "one printed for it; both are [stable](stable.1) [throughout](stable.2).",
+    card="The levels [come out](+gamma.1) at each grid's [one period](+filter.norm); Sec. V-A calls such levels "
+    "nominal. Over all sequences the gain is larger, [in](-valid.1) [both examples](-valid.2).",
+    holds="At the period of its grid [each](gamma.1) [level](filter.norm) comes out; both examples are "
+    "[stable](stable.1) [throughout](stable.2); [one element](condition-8.2) satisfies (8) on the second range.",
     correct="[What solves (6)](valid.1) on the grid does not elsewhere; [one](grid.1) [element](condition-8.1) "
     "does not cover the first range; [case U3](u3) and [two maps](map) are misprinted.",
-    guess="Whether the abstract promises its levels [for every sequence](robust-level.1) or for the grid; whether "
-    "[one element](grid.2) covers the second range; what [step 4](algorithm) means.",
+    guess="Whether the abstract promises its levels [for every sequence](robust-level.1) or for the grid; what "
+    "[step 4](algorithm) means; whether the printed filter is [an observer](filter.first-column).",
     sketch=Sketch(
         alt="A signal is sampled at irregular instants, while the level of the filter belongs to one constant period.",
         strokes=(

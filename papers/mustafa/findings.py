@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from papers.mustafa.claims.main_results import elements
+from collections.abc import Mapping
+
 from papers.mustafa.claims.preliminaries import down, up
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES
-from papers.mustafa.readings import CONDITION_8, CONDITION_8_ANY
 from replication.audit.model import Results
 
 WORDS = {1: "first", 2: "second"}
@@ -21,7 +21,6 @@ def findings(results: Results) -> tuple[str, ...]:
     sizes = [results[f"grids.{e}"]["algorithm"][CORRECT.name]["size"] for e in EXAMPLES]
     as_read = [reading.name for reading in (AS_PRINTED, WITH_SET_MINUS)]
     ends = {results[f"grids.{e}"]["algorithm"][name]["end"] for e in EXAMPLES for name in as_read}
-    direct = {e: results[f"condition.{e}"]["constant_bound"] < 1 for e in EXAMPLES}
     own, robust = ({e: results[f"{name}.{e}"] for e in EXAMPLES} for name in ("own-grid", "robust"))
     floor = results["curve.1"]["floor"]
     return (
@@ -34,7 +33,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"{down(weighted[2])}, above both levels still.",
         f"The corrected algorithm ends with {sizes[0]} and {sizes[1]} elements in the grids of the two examples; the "
         "paper has one in each.",
-        *(_covers(e, direct[e], elements(e, results)) for e in EXAMPLES),
+        *(_covers(e, results[f"condition.{e}"]) for e in EXAMPLES),
         *(
             f"The corrected algorithm's level in the {WORDS[e]} example is {up(own[e]['level'])}; some sequence gives "
             f"its filter a gain of at least {down(own[e]['lower'])}, samples counted."
@@ -56,13 +55,13 @@ def findings(results: Results) -> tuple[str, ...]:
     )
 
 
-def _covers(e: int, holds: bool, count: dict[str, float]) -> str:
-    if holds:
+def _covers(e: int, found: Mapping[str, float]) -> str:
+    if found["constant_bound"] < 1:
         return (
             f"The printed grid of the {WORDS[e]} example satisfies (8) over the whole range, for constant changes and "
             "for all in modal coordinates; only (9) fails."
         )
     return (
         f"In the {WORDS[e]} example one element does not satisfy (8); with (8) for (9) the algorithm ends with "
-        f"{count[CONDITION_8.name]:g}, or {count[CONDITION_8_ANY.name]:g} in modal coordinates."
+        f"{found['elements']:g}, or {found['modal_elements']:g} in modal coordinates."
     )

@@ -36,9 +36,10 @@ FORMULAS = (
 
 SUMMARY = (
     "The paper designs filters for measurements at irregular instants by solving matrix inequalities at a grid of "
-    "sampling periods that a small-gain argument chooses. Two plants of two states are the examples. The levels in the "
-    "examples are nominal, as Sec. V-A says: they come from one constant period. This page sets beside each a bracket "
-    "of the worst case over all sampling sequences, for the printed filter or, where none is printed, for ours."
+    "sampling periods that a small-gain argument chooses. Two plants of two states are the examples. Sec. V-A "
+    "calls the level of Algorithm 1 nominal, for the periods of its grid. The grid of each example has one period, and "
+    "there the levels come out. This page sets beside each a bracket of the worst case over all sampling sequences, "
+    "for the printed filter or, where none is printed, for ours."
 )
 
 PARTS = (
@@ -64,7 +65,7 @@ LEVELS_TABLE = Table(
     place="Sec. VI",
     caption="Published levels, what holds for every sampling sequence (norms count samples), and the one-element "
     "grids.",
-    header=("Example", "published, nominal", "for every sequence", "elements of the grid", "(8) with one element"),
+    header=("Example", "published, one period", "for every sequence", "elements of the grid", "(8) with one element"),
     rows=tuple(
         (str(e), *(f"claim:{name}.{e}" for name in ("gamma", "robust-level", "grid", "condition-8"))) for e in EXAMPLES
     ),

@@ -32,21 +32,15 @@ NOMINAL = Reading(
 )
 FOUND = Reading(
     name="level of the filter found",
-    place="Secs. VI-A and VI-B; Sec. V-A",
+    place="Sec. VI-B; Sec. V-A",
     text="A filter with the level can be found, says the text: the level is the norm of that filter at the middle of "
-    "the range. In Example 2 it is the printed filter; Example 1 prints none, and one of ours stands for it.",
+    "the range. In Example 2 it is the printed filter; Example 1 prints none.",
 )
 OUR_FILTER = Reading(
     name="our filter",
     place="Sec. VI-A",
     text=f"Example 1 prints no filter. Ours, at 1 + {ABOVE:.0e} times the nominal optimum at the middle of the range, "
     "stands for it.",
-)
-MOTOR = Reading(
-    name="one motor constant",
-    place="Sec. VI-B",
-    text="K_theta is the one constant of A without a value, and K_q the one value without a place in A: they are one "
-    "constant, equal to K_T as K_q is (see the errata).",
 )
 OBSERVER_FORM = Reading(
     name="filter as an observer",
@@ -84,17 +78,6 @@ BOUND_9 = Reading(
     text="An element covers the interval (9) with alpha as step 3 defines it; U3 corrected, and alpha and a set-minus "
     "in step 4.",
 )
-CONDITION_8 = Reading(
-    name="condition (8)",
-    place="Theorem 3; eq. (8)",
-    text="An element covers the periods around it for which (8) itself holds, the change held constant; a new element "
-    "stands in the middle of each gap.",
-)
-CONDITION_8_ANY = Reading(
-    name="condition (8), any change",
-    place="Theorem 3; eq. (8)",
-    text="The same with (8) for every sequence of changes, in modal coordinates.",
-)
 UNION = Reading(
     name="no set-minus",
     place="Algorithm 1, step 4",
@@ -123,6 +106,6 @@ DRAWN = {
 """By law of the periods."""
 
 READINGS = (
-    SAMPLES, DURATION, GRID_PERIODS, NOMINAL, FOUND, OUR_FILTER, MOTOR, OBSERVER_FORM, ONE_ELEMENT, CORRECTED_GRID,
-    CONSTANT_CHANGE, ANY_CHANGE, BOUND_9, CONDITION_8, CONDITION_8_ANY, UNION, SET_MINUS, MULTIPLIERS, *DRAWN.values(),
+    SAMPLES, DURATION, GRID_PERIODS, NOMINAL, FOUND, OUR_FILTER, OBSERVER_FORM, ONE_ELEMENT, CORRECTED_GRID,
+    CONSTANT_CHANGE, ANY_CHANGE, BOUND_9, UNION, SET_MINUS, MULTIPLIERS, *DRAWN.values(),
 )  # fmt: skip

@@ -55,7 +55,7 @@ BRIEF = Brief(
     correct="[Table 1](table1.n21), entry (2, 1), exceeds the rounded optimum. Eq. (4) [counts](sensor-index) "
     "states for sensors, and Fig. 1 [names](noise-index) an entry off the diagonal.",
     guess="Which noises [eq. (34)](denominator) divides by; which [matrices](unstable.same-setting) Sec. IV-C has; "
-    "whether [shorter periods](order.shorter-in-general), as the blog says, always help.",
+    "whether the sentence that [shorter periods](order.shorter-in-general) help is meant beyond Table 1.",
     sketch=Sketch(
         alt="Two sensors with periods two and three; the uncertainty of the estimate grows between measurements and "
         "shrinks at each.",

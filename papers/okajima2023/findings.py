@@ -62,7 +62,7 @@ def _periods(results: Results) -> Iterator[str]:
     if found:
         _, shorter, longer = found[0]
         yield (
-            f"Read as a rule, the blog's finding on shorter periods fails: {tuple(shorter)} has a larger optimum than "
+            f"Read as a rule, the sentence on shorter periods fails: {tuple(shorter)} has a larger optimum than "
             f"{tuple(longer)}, both sensors from instant 0."
         )
 

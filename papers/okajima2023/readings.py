@@ -13,6 +13,8 @@ CENTRAL = "central-gains"
 SAME_NOISE = "same-noise"
 RULE, RULE_BEST_TIMING = "rule", "rule-best-timing"
 TABLE_ALONE = "table-alone"
+ON_TABLE_1 = "Sec. IV-A and blog, on Table 1"
+"""Where paper and blog say that shorter periods are better."""
 RECOVERED_A, SECOND_A, FREE_A = "recovered-diagonal", "second-diagonal", "any-entries"
 RECOVERED_PLANT, UNROUNDED_GAINS = "recovered-plant", "unrounded-gains"
 NOISELESS = DENOMINATORS[1]
@@ -105,17 +107,17 @@ READINGS = (
     ),
     Reading(
         name=TABLE_ALONE,
-        place="Blog, text on Table 1",
+        place=ON_TABLE_1,
         text="The sentence is about the columns of Table 1, which it sums up.",
     ),
     Reading(
         name=RULE,
-        place="Blog post alone, text on Table 1",
-        text="The blog's sentence is a rule for all pairs of periods, both sensors at instant 0.",
+        place=ON_TABLE_1,
+        text="The sentence is a rule for all pairs of periods, both sensors at instant 0.",
     ),
     Reading(
         name=RULE_BEST_TIMING,
-        place="Blog post alone, text on Table 1",
-        text="The blog's sentence is a rule for all pairs of periods, each with its best timing.",
+        place=ON_TABLE_1,
+        text="The sentence is a rule for all pairs of periods, each with its best timing.",
     ),
 )

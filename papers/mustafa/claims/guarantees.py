@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from papers.mustafa.claims.extensions import solvers
-from papers.mustafa.claims.preliminaries import FILTER, down, up
+from papers.mustafa.claims.preliminaries import FILTER, down, of_example, up
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
 from papers.mustafa.readings import CORRECTED_GRID, DURATION, GRID_PERIODS, ONE_ELEMENT, SAMPLES
 from replication.audit.declare import Part
@@ -105,7 +103,7 @@ for e, place in ((1, "Abstract; Sec. VI-A; Sec. VII"), (2, "Abstract; Sec. VI-B;
         pinned="undetermined",
         says=robust_level(e),
         reading=SAMPLES.name,
-    )(partial(guaranteed, e))
+    )(of_example(guaranteed, e))
 
 
 def solution_is_valid(e: int, results: Results) -> Evidence:
@@ -157,28 +155,29 @@ def own_solution_is_valid(e: int, results: Results) -> Evidence:
 
 
 TAKEN_BACK = (
-    "Stability is not in doubt: the error system is stable for every sequence. Of the level Sec. V-A says that it is "
-    "guaranteed for the periods of the grid only."
+    "Stability is not in doubt: the error system is stable for every sequence. Of the level of Algorithm 1 Sec. V-A "
+    "says that it is guaranteed for the periods of the grid."
 )
+SAID_OF_7 = "Sec. III says it of the grid of [7], whose idea it follows; (6) includes the level."
 
 for e in EXAMPLES:
     ABSTRACT.feasible(
         f"valid.{e}",
-        place="Sec. I; Sec. III, before Lemma 2",
+        place="Sec. III, before Lemma 2",
         statement=f"The inequality (6), which in Example {e} holds with the printed level, to its digits, for the one "
-        "period of the grid, holds for all periods of the range.",
+        f"period of the grid, holds for all periods of the range. {SAID_OF_7}",
         uses=f"curve.{e}",
         pinned="refuted",
         says=Predicate(of=term("least level of (6)", f"example-{e}"), relation="at most", to=str(GAMMA[e])),
         reading=ONE_ELEMENT.name,
-    )(partial(solution_is_valid, e))
+    )(of_example(solution_is_valid, e))
     ABSTRACT.feasible(
         f"valid-own.{e}",
-        place="Sec. I; Sec. III, before Lemma 2",
+        place="Sec. III, before Lemma 2",
         statement=f"What solves (6) in Example {e} for the periods of the grid, with some level, solves it with the "
-        "same level for all periods of the range.",
+        f"same level for all periods of the range. {SAID_OF_7}",
         uses=f"own-grid.{e}",
         pinned="refuted",
         reading=CORRECTED_GRID.name,
         says=term("grid solutions of (6) are valid", f"example-{e}"),
-    )(partial(own_solution_is_valid, e))
+    )(of_example(own_solution_is_valid, e))

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from msgspec.structs import replace
 
 from papers.mustafa.claims.guarantees import FILTERED, RANGE
-from papers.mustafa.claims.preliminaries import FILTER, for_both, identity, up, up_to_rounding
+from papers.mustafa.claims.preliminaries import FILTER, for_both, identity, of_example, on_motor, up, up_to_rounding
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, sizes
 from papers.mustafa.readings import (
     ANY_CHANGE,
     BOUND_9,
-    CONDITION_8,
-    CONDITION_8_ANY,
     CONSTANT_CHANGE,
-    MOTOR,
+    CORRECTED_GRID,
     OUR_FILTER,
     SET_MINUS,
     UNION,
@@ -50,6 +46,7 @@ def reached(results: Results, end: str) -> Evidence:
 
 
 @THEOREM_1.feasible("l3", place="Theorem 1, case L3", uses=CONDITIONS, says=for_both("sharp lower end (9)"))
+@on_motor
 def lower_end_is_sharp(results: Results) -> Evidence:
     """In both examples, down to the lower end in case L3, and no further, the bound of Lemma 3 gives (8)."""
     return reached(results, "lower")
@@ -63,6 +60,7 @@ def lower_end_is_sharp(results: Results) -> Evidence:
     pinned="reproduced after erratum",
     says=for_both("sharp upper end (9)"),
 )
+@on_motor
 def u3_covers(results: Results) -> Evidence:
     """In both examples, up to the upper end in case U3, and no further, the bound of Lemma 3 gives (8)."""
     corrected, printed = (reached(results, f"upper, {reading}") for reading in ("corrected", "printed"))
@@ -75,6 +73,7 @@ def u3_covers(results: Results) -> Evidence:
     uses=(*GRIDS, *BRACKETS, *CONDITIONS),
     says=for_both("conservative element"),
 )
+@on_motor
 def one_interval_is_conservative(results: Results) -> Evidence:
     """A direct use of Theorem 1 could be conservative, and several elements reduce that."""
     # (9) around the middle leaves part of the range out in both examples, although all of it is stable.
@@ -119,9 +118,9 @@ for e in EXAMPLES:
         place=GAMMA[e].place,
         statement=f"The error system of Example {e} is robustly stable over the whole range.",
         uses=f"bracket.{e}",
-        reading={1: OUR_FILTER, 2: MOTOR}[e].name,
+        reading={1: OUR_FILTER.name, 2: NO_READING}[e],
         says=term("stable for every sequence", FILTERED[e], "the given filter", **RANGE),
-    )(partial(robustly_stable, e))
+    )(of_example(robustly_stable, e))
 
 
 @THEOREM_3.feasible(
@@ -165,60 +164,56 @@ def congruence(results: Results) -> Evidence:
     )
 
 
-def literal_run(e: int, results: Results) -> Evidence:
-    """Whether Algorithm 1 as the text at hand reads finds a grid, and with the set-minus restored."""
+def ends_covered(e: int, results: Results) -> Evidence:
+    """Whether Algorithm 1 as corrected ends with a grid; as printed, with the text at hand and a set-minus restored."""
     runs = results[f"grids.{e}"]["algorithm"]
-    run, restored = runs[AS_PRINTED.name], runs[WITH_SET_MINUS.name]
+    run, literal, restored = (runs[form.name] for form in (CORRECT, AS_PRINTED, WITH_SET_MINUS))
     return Evidence(
-        method="Algorithm 1 as the text at hand reads: U3 with mu(-A), sqrt(alpha) in step 4, no set-minus there, the "
-        "union cut to the range. "
-        "The same with a set-minus, whose sign may have been lost on the way to the text.",
-        holds="COVERED" in (run["end"], restored["end"]),
-        outcomes=tuple(
-            Outcome(reading=reading.name, holds=tried["end"] == "COVERED")
-            for reading, tried in ((UNION, run), (SET_MINUS, restored))
+        method="Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4.",
+        holds=run["end"] == "COVERED",
+        as_printed=Evidence(
+            method="Algorithm 1 as the text at hand reads: U3 with mu(-A), sqrt(alpha) in step 4, no set-minus there, "
+            "the union cut to the range. The same with a set-minus, whose sign may have been lost on the way to the "
+            "text.",
+            holds="COVERED" in (literal["end"], restored["end"]),
+            outcomes=tuple(
+                Outcome(reading=reading.name, holds=tried["end"] == "COVERED")
+                for reading, tried in ((UNION, literal), (SET_MINUS, restored))
+            ),
         ),
         quantities={
-            "passes until it stalls": float(run["rounds"]),
-            "passes until it stalls, set-minus restored": float(restored["rounds"]),
             "elements": float(run["size"]),
-            "elements of the correct algorithm": float(runs[CORRECT.name]["size"]),
+            "passes": float(run["rounds"]),
+            "as printed, passes until it stalls": float(literal["rounds"]),
+            "as printed with a set-minus, passes until it stalls": float(restored["rounds"]),
         },
-        note="The run ends when step 4 leaves the grid as it is although step 3 fails.",
+        note="As printed the run stalls: step 4 leaves the grid as it is although step 3 fails.",
     )
 
 
-def elements(e: int, results: Results) -> dict[str, float]:
-    """Elements of the grid by reading of what one of them covers."""
-    return {
-        BOUND_9.name: results[f"grids.{e}"]["algorithm"][CORRECT.name]["size"],
-        CONDITION_8.name: results[f"condition.{e}"]["elements"],
-        CONDITION_8_ANY.name: results[f"condition.{e}"]["modal_elements"],
-    }
-
-
 def grid_size(e: int, results: Results) -> Evidence:
-    """The number of elements of the grid of the corrected algorithm, and by other readings of what one covers."""
-    r = results[f"grids.{e}"]
-    run, found = r["algorithm"][CORRECT.name], elements(e, results)
+    """The number of elements of the grid of the corrected algorithm; beside it, with (8) itself for (9)."""
+    r, c = results[f"grids.{e}"], results[f"condition.{e}"]
+    run = r["algorithm"][CORRECT.name]
     covering = "; ".join(name for name, interval in r["intervals"].items() if interval["covers"]) or "none"
     return Evidence(
         method="Algorithm 1 with (9), U3 corrected, alpha in both steps and a set-minus in step 4.",
         value=float(run["size"]),
-        outcomes=tuple(Outcome(reading=reading, value=float(size)) for reading, size in found.items()),
         cross_check="alpha does not depend on the filter, so the grid does not: Sigma_11 with random filters "
         f"against the plant's part, largest relative residual {results['identities']['sigma 11']:.1e}.",
         quantities={
             "alpha": r["alpha"],
             "passes": float(run["rounds"]),
-            **{f"elements, {reading}": float(size) for reading, size in found.items()},
+            "elements with (8) for (9), constant changes": float(c["elements"]),
+            "elements with (8) for (9), any change, modal coordinates": float(c["modal_elements"]),
         },
-        note=f"Forms of (9), by case U3 and by alpha or its root, in which the middle alone covers the range: "
-        f"{covering}. The algorithm stops at one element if step 3 takes the root of alpha that step 4 prints, against "
-        "the print of step 3 and against the small-gain condition: a conjecture about the program behind the paper, an "
-        "inference, and no reading of the text. (9) bounds (8) and is not needed for it: by (8) itself, and a new "
-        f"element in the middle of each gap, the algorithm ends with {found[CONDITION_8.name]:g} elements for changes "
-        f"held constant, and with {found[CONDITION_8_ANY.name]:g} for any change in modal coordinates.",
+        note="Step 3 says what an element covers: the interval (9). Forms of (9), by case U3 and by alpha or its root, "
+        f"in which the middle alone covers the range: {covering}. The algorithm stops at one element if step 3 takes "
+        "the root of alpha that step 4 prints, against the print of step 3 and against the small-gain condition: a "
+        "conjecture about the program behind the paper, an inference, and no reading of the text. (9) bounds (8) and "
+        "is not needed for it: by (8) itself, and a new element in the middle of each gap, the algorithm ends with "
+        f"{c['elements']:g} elements for changes held constant, and with {c['modal_elements']:g} for any change in "
+        "modal coordinates.",
     )
 
 
@@ -257,22 +252,22 @@ for e in EXAMPLES:
     ALGORITHM_1.feasible(
         f"algorithm.{e}",
         place=f"Algorithm 1; eq. (9), case U3; {GAMMA[e].place}",
-        statement=f"Algorithm 1 and case U3, as the text at hand reads, end with a grid that covers the range of "
-        f"Example {e}.",
+        statement=f"Algorithm 1 ends with a grid that covers the range of Example {e}.",
         uses=f"grids.{e}",
-        pinned="refuted",
-        reading=UNION.name,
-        says=[Predicate(of=term("Algorithm 1 ends", f"example-{e}"), reading=one.name) for one in (UNION, SET_MINUS)],
-    )(partial(literal_run, e))
+        erratum="algorithm",
+        pinned="compatible",
+        reading=CORRECTED_GRID.name,
+        says=term("Algorithm 1 ends", f"example-{e}"),
+    )(of_example(ends_covered, e))
     ALGORITHM_1.value(
         f"grid.{e}",
         DATA[f"grid-size-{e}"],
         statement=f"Algorithm 1 ends with one element in the grid in Example {e}.",
         uses=(f"grids.{e}", f"condition.{e}", "identities"),
-        pinned={1: "differs", 2: "compatible"}[e],
+        pinned="differs",
         reading=BOUND_9.name,
         says=term("elements of the grid", f"example-{e}"),
-    )(partial(grid_size, e))
+    )(of_example(grid_size, e))
     ALGORITHM_1.feasible(
         f"condition-8.{e}",
         place=f"{GAMMA[e].place}; Theorem 3; eq. (8)",
@@ -285,4 +280,4 @@ for e in EXAMPLES:
             Predicate(of=term("condition (8)", f"example-{e}"), reading=one.name)
             for one in (CONSTANT_CHANGE, ANY_CHANGE)
         ],
-    )(partial(condition_8, e))
+    )(of_example(condition_8, e))

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from functools import partial, wraps
 from typing import Any
+
+from msgspec.structs import replace
 
 from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.printed import EXAMPLES
@@ -18,6 +22,23 @@ FILTER = {
     2: "the printed filter",
 }
 """The filter that an example is about."""
+MOTOR_CONSTANT = "A of Example 2 is formed with K_theta = K_q (erratum motor-constant)."
+
+
+def on_motor(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evidence]:
+    """An answer that uses A of Example 2, which the text leaves without one of its constants: its note says so."""
+
+    @wraps(answer)
+    def noted(results: Results) -> Evidence:
+        found = answer(results)
+        return replace(found, note=f"{found.note} {MOTOR_CONSTANT}".strip())
+
+    return noted
+
+
+def of_example(answer: Callable[[int, Results], Evidence], e: int) -> Callable[[Results], Evidence]:
+    """The answer for an example."""
+    return on_motor(partial(answer, e)) if e == 2 else partial(answer, e)
 
 
 def for_both(quantity: str) -> list[Term]:

@@ -26,7 +26,7 @@ from papers.okajima2023.experiments.declared import (
     times,
 )
 from papers.okajima2023.printed import DATA, TABLE_1
-from papers.okajima2023.readings import PREDICTORS, RULE, RULE_BEST_TIMING, TABLE_ALONE
+from papers.okajima2023.readings import ON_TABLE_1, PREDICTORS, RULE, RULE_BEST_TIMING, TABLE_ALONE
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results
 from replication.verify.predicate import Predicate, Term, term
@@ -61,7 +61,7 @@ for _timing, (_n, _printed) in zip(TIMINGS, DATA["blog-timing"].items(), strict=
 
 @BLOG.order(
     "order.shorter-in-general",
-    place="Blog post alone, text on Table 1",
+    place=ON_TABLE_1,
     uses=(*PERIOD_TABLE, *map(pair, TABLE_1)),
     reading=TABLE_ALONE,
     pinned="undetermined",
@@ -74,7 +74,7 @@ for _timing, (_n, _printed) in zip(TIMINGS, DATA["blog-timing"].items(), strict=
     ],
 )
 def shorter_is_better(results: Results) -> Evidence:
-    """A shorter sensing period gives a smaller optimal level, as the blog sums up the results on Table 1."""
+    """A shorter sensing period gives a smaller optimal level, as paper and blog sum up the results on Table 1."""
     table, in_table = all_periods(results), least_step(results)
     largest = max(max(cell["periods"]) for cell in table)
     found = {timing: counterexamples(table, timing) for timing in ("synchronous", "best")}
@@ -108,7 +108,7 @@ def shorter_is_better(results: Results) -> Evidence:
             "counter-examples, sensors at instant 0": len(found["synchronous"]),
             "counter-examples, best timing": len(found["best"]),
         },
-        note=f"{note} The paper says it of Table 1 only, where it holds; the blog's sentence may mean no more.",
+        note=f"{note} Paper and blog say it where they sum up Table 1, of which it holds; they may mean no more.",
     )
 
 

