@@ -15,6 +15,7 @@ MAKERS = {
     "delay.gain-upper": delay.gain_upper,
     "delay.gain-lower": delay.gain_lower,
     "delay.total-upper": delay.total_upper,
+    "delay.narrow-upper": delay.narrow_upper,
     "delay.degree-lower": delay_dual.degree_lower,
     "delay.near-optimal": delay.near_optimal,
     "delay.pade-upper": delay_pade.pade_upper,

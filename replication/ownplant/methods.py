@@ -162,7 +162,12 @@ METHODS: Mapping[str, Method] = {
             ),
             (
                 Option("degree", up_to(20), "D", "of the polynomials of the proof (3, less for large plants)"),
-                Option("rule", str, "NAME", "of the degrees without noise: bessel, tensor, total or wide (bessel)"),
+                Option(
+                    "rule",
+                    str,
+                    "NAME",
+                    "of the degrees without noise: bessel, tensor, total, outer, inner or wide (bessel)",
+                ),
                 Option("margin", positive, "R", "distance from the least level (0.05)"),
                 Option("level", positive, "G", "a level to keep, in place of the margin"),
                 Option("order", up_to(400), "N", "points of each history less one (24)"),

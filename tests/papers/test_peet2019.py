@@ -31,6 +31,7 @@ from papers.peet2019.experiments.readings import (
     READINGS,
     Rule,
     Shape,
+    _blocks,
     attainable,
     common_epsilon,
     inside,
@@ -52,6 +53,7 @@ from replication.estimation.delay import delay_system, rightmost_roots
 from replication.estimation.delay.sos.synthesis import assemble, program
 from replication.estimation.validation import Array
 from replication.verify.delay import levels
+from replication.verify.delay.sos import bases
 
 ROUNDING = 1e-10
 
@@ -330,6 +332,13 @@ def test_theorems_speak_of_the_rules_that_hold_their_squares(degree: int) -> Non
             shape = _always(READINGS[name].storage(given))
             holding = {other for other, rule in READINGS.items() if inside(Rule("", shape, shape), rule, degree)}
             assert set(said) == holding if given == degree else set(said) <= holding
+        for rule, name in levels.NARROW.items():
+            assert levels.narrow(degree).readings({"degree": given, "rule": rule}) == (name,)
+            allowed = _blocks(READINGS[name].storage(degree))
+            for (_, order, powers), block in zip(bases(given, rule), allowed, strict=True):
+                assert order <= block.degree
+                assert set(powers) <= set(zip(*(powers.tolist() for powers in block.kernel_basis()), strict=True))
+    assert levels.narrow(1).readings({"degree": degree + 1, "rule": "outer"}) == ()
     assert set(levels.below(degree).readings) == set(READINGS)
 
 

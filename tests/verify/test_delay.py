@@ -208,13 +208,17 @@ def symmetric(rng: random.Random, size: int) -> fmpq_mat:
     return half + half.transpose()
 
 
-@pytest.mark.parametrize(("degree", "weight"), [(1, 0), (0, 1), (2, 0), (1, 1)])
-def test_squares_are_those_of_a_second_derivation(degree: int, weight: int) -> None:
+@pytest.mark.parametrize("rule", delay_forms.RULES)
+@pytest.mark.parametrize("degree", [1, 2])
+@pytest.mark.parametrize("weight", [0, 1])
+def test_squares_are_those_of_a_second_derivation(rule: str, degree: int, weight: int) -> None:
     points, functions = 3, 2
-    basis = oracle.Basis(points, functions, degree, weight)
+    g, order, powers = delay_sos.bases(degree, rule)[weight]
+    basis = oracle.Basis(points, functions, order, weight, rule)
+    assert g == oracle.WEIGHTS[weight] and list(powers) == basis.kernels
     gram = symmetric(random.Random(degree), basis.size)
-    form = delay_forms.square(gram, (delay_forms.UNIFORM, delay_forms.BUMP)[weight], points, functions, degree)
-    assert delay_forms.basis_size(points, functions, degree) == basis.size
+    form = delay_forms.square(gram, g, points, functions, order, powers)
+    assert delay_forms.basis_size(points, functions, order, powers) == basis.size
     assert as_dictionary(form, points, functions) == nonzero(oracle.form_of(basis, gram))
 
 
@@ -393,19 +397,48 @@ def test_the_level_of_an_observer_is_close_to_what_any_observer_has() -> None:
 def test_squares_of_a_total_degree_serve_both_rules_and_not_the_other_way_round() -> None:
     theorem = check(certificate("ex1-total-upper"))
     said = {one.of.setting["degree"]: one.readings for one in theorem.says}
-    assert said[1] == ("z2-each", "z2-wide", "z2-total") and said[3] == ("z2-each", "z2-total")
+    assert set(said[1]) == set(said[3]) == {*delay.BY_EACH, *delay.BY_TOTAL}
     given = certificate("ex2-total-upper")
-    assert [one.readings for one in check(given).says] == [(), (), *[("z2-each", "z2-total")] * 2]
+    assert [bool(one.readings) for one in check(given).says] == [False, False, True, True]
     given["parameters"]["degree"] = 2
     assert "rows" in refusal(given, delay.total_upper)
     given = certificate("ex1-upper")
     assert "rows, got" in refusal({**given, "statement": "delay.total-upper"}, delay.total_upper)
     # Of degree 1 in each variable they are of total degree 2.
     said = {one.of.setting.get("degree"): one.readings for one in check(given).says}
-    assert said[1] == ("z2-each", "z2-wide") and said[2] == ("z2-each", "z2-total")
+    assert said[1] == delay.BY_EACH and set(said[2]) == {*delay.BY_EACH, *delay.BY_TOTAL}
     given = certificate("ex1-total-upper")
     given["bound"]["upper"] = times(given["bound"]["upper"], 1 - SMALL)
     assert "the identity of Theorem 3 fails" in refusal(given)
+
+
+@pytest.mark.parametrize(("rule", "other"), [("outer", "inner"), ("inner", "outer")])
+def test_squares_in_one_variable_serve_its_rule_alone(rule: str, other: str) -> None:
+    given = certificate(f"ex1-{rule}-upper")
+    theorem = check(given)
+    assert [one.readings for one in theorem.says] == [(f"z2-{rule}",)] * len(delay.DEGREES)
+    assert f"the {rule} variable" in theorem.sentence
+    given["parameters"]["rule"] = other
+    assert refusal(given, delay.narrow_upper)
+    for unknown in ("each", "total", ""):
+        given["parameters"]["rule"] = unknown
+        assert 'parameters.rule must be "outer" or "inner"' in refusal(given, delay.narrow_upper)
+    for unreadable in (1, None, ["outer"]):
+        given["parameters"]["rule"] = unreadable
+        assert "parameters.rule must be a string" in refusal(given, delay.narrow_upper)
+    given = certificate(f"ex1-{rule}-upper")
+    given["parameters"]["degree"] = 2
+    assert "rows, got" in refusal(given, delay.narrow_upper)
+    given = certificate(f"ex1-{rule}-upper")
+    given["bound"]["upper"] = times(given["bound"]["upper"], 1 - SMALL)
+    assert "the identity of Theorem 3 fails" in refusal(given)
+    given = certificate(f"ex1-{rule}-upper")
+    del given["parameters"]["rule"]
+    assert "rule" in refusal(given, delay.narrow_upper)
+    # Of either rule the squares have their own number of rows, or are other squares.
+    given = certificate("ex1-total-upper")
+    given["parameters"]["rule"] = rule
+    assert refusal({**given, "statement": "delay.narrow-upper"}, delay.narrow_upper)
 
 
 def test_degree_zero_is_refused() -> None:

@@ -23,19 +23,27 @@ WEIGHTS: tuple[Mapping[int, int], ...] = ({0: 1}, {1: -1, 2: -1})
 
 @dataclass(frozen=True)
 class Basis:
-    """zeta(t) = [u; t^a f(t); t^a int s^b f(s) ds] with a, b <= degree, under the weight number `weight`."""
+    """zeta(t) = [u; t^a f(t); t^a int s^b f(s) ds] with a, b <= degree, under the weight number `weight`.
+
+    rule: "each" for all powers (a, b) of the moments, "total" for a + b <= degree, "inner" for b = 0, "outer" for a = 0
+    and, under the second weight, b <= degree + 1.
+    """
 
     points: int
     functions: int
     degree: int
     weight: int
-    total: bool = False
+    rule: str = "each"
 
     @cached_property
     def kernels(self) -> list[tuple[int, int]]:
         """The powers a and b of the moments."""
-        powers = range(self.degree + 1)
-        return [(a, b) for a in powers for b in powers if not self.total or a + b <= self.degree]
+        d = self.degree
+        if self.rule == "outer":
+            return [(0, b) for b in range(d + self.weight + 1)]
+        if self.rule == "inner":
+            return [(a, 0) for a in range(d + 1)]
+        return [(a, b) for a in range(d + 1) for b in range(d + 1) if self.rule == "each" or a + b <= d]
 
     @property
     def size(self) -> int:

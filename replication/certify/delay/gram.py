@@ -47,6 +47,13 @@ ROOM = 1e-9
 """Least eigenvalue below which the residuals that are left could spoil the rounding."""
 PROJECTIONS = 3
 """The first leaves what least squares leave, the others rounding."""
+SOLVED = {
+    "each": DegreeRule.TENSOR,
+    "total": DegreeRule.TOTAL,
+    "outer": DegreeRule.OUTER,
+    "inner": DegreeRule.INNER,
+}
+"""The rule of `Basis` in words of the solver."""
 SPARE_BITS = 10
 """Bits of the rounding beyond the margin of the centre."""
 
@@ -60,14 +67,13 @@ class GramPoint:
     margin: float
 
 
-def centred(system: DelaySystem, gamma: float, degree: int, trace: float, *, total: bool = False) -> GramPoint:
+def centred(system: DelaySystem, gamma: float, degree: int, trace: float, rule: str = "each") -> GramPoint:
     """The point of Theorem 3 at the level gamma whose Gram matrices have the largest least eigenvalue.
 
     `system` in coordinates with C_2 = [0 c]; the traces add up to `trace` at most. Raises InfeasibleError if there is
     no room for rounding, and what the solver raises.
     """
-    rule = DegreeRule.TOTAL if total else DegreeRule.TENSOR
-    base = synthesis.program(synthesis.assemble(system, degree, rule), 0.0, gamma)
+    base = synthesis.program(synthesis.assemble(system, degree, SOLVED[rule]), 0.0, gamma)
     eye = np.concatenate([np.eye(size).ravel() for size in base.blocks])
     rows = base.a.shape[0]
     # M = margin I + X with X >= 0: maximise the margin; the last row bounds the traces.
@@ -90,8 +96,8 @@ def centred(system: DelaySystem, gamma: float, degree: int, trace: float, *, tot
         raise InfeasibleError(f"no room for rounding at the level {gamma!r}: margin {margin:.1e}; raise the level")
     functions = system.states * system.delay_count
     grams = [
-        _in_powers(block, order, functions, total)
-        for block, order in zip(blocks, (degree, degree - 1, degree, degree - 1), strict=True)
+        _in_powers(block, Basis(0, functions, degree - weight, weight, rule))
+        for block, weight in zip(blocks, (0, 1, 0, 1), strict=True)
     ]
     least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
     return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
@@ -104,15 +110,16 @@ def _projected(program: Program, x: Array) -> Array:
     return x
 
 
-def _in_powers(gram: Array, degree: int, functions: int, total: bool) -> Array:
-    """A Gram matrix in Legendre polynomials as one in powers of t."""
-    powers = _legendre_powers(degree)
-    kept = [a * (degree + 1) + b for a, b in Basis(0, 0, degree, 0, total).kernels]
-    points = gram.shape[0] - functions * (degree + 1 + len(kept))
-    middle = points + functions * (degree + 1)
+def _in_powers(gram: Array, basis: Basis) -> Array:
+    """A Gram matrix in Legendre polynomials as one in powers of t; of the points of the basis there may be more."""
+    count, functions = basis.degree + 1, basis.functions
+    powers = _legendre_powers(basis.degree + 1)
+    kept = [a * (count + 1) + b for a, b in basis.kernels]
+    points = gram.shape[0] - (basis.size - basis.points)
+    middle = points + functions * count
     change = np.eye(gram.shape[0])
-    change[points:middle, points:middle] = np.kron(powers, np.eye(functions))
-    # The powers of a polynomial are no higher than its own, so that those of total degree d go among themselves.
+    change[points:middle, points:middle] = np.kron(powers[:count, :count], np.eye(functions))
+    # The powers of a polynomial are no higher than its own, so that those of each rule go among themselves.
     change[middle:, middle:] = np.kron(np.kron(powers, powers)[np.ix_(kept, kept)], np.eye(functions))
     result: Array = change.T @ gram @ change
     return result
@@ -128,13 +135,13 @@ def _legendre_powers(degree: int) -> Array:
 
 
 def exact_grams(
-    dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint, *, total_degree: bool = False
+    dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint, rule: str = "each"
 ) -> dict[str, list[fmpq_mat]]:
     """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
     bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
     n, width = dynamics.states, dynamics.functions
-    v_bases = [Basis(n, width, degree - weight, weight, total_degree) for weight in (0, 1)]
-    h_bases = [Basis(dynamics.points, width, degree - weight, weight, total_degree) for weight in (0, 1)]
+    v_bases = [Basis(n, width, degree - weight, weight, rule) for weight in (0, 1)]
+    h_bases = [Basis(dynamics.points, width, degree - weight, weight, rule) for weight in (0, 1)]
     storage, dissipation = (
         [exact(rounded_array((matrix + matrix.T) / 2.0, bits)) for matrix in pair]
         for pair in (point.storage, point.dissipation)
@@ -193,14 +200,12 @@ def _pivot(bases: Sequence[Basis], key: Key) -> tuple[int, Entry, fmpq]:
         return 0, (i, j), fmpq(1 if i == j else 2)
     high, g = divmod(j - points, width)
     if i < points:
-        if high > d:
-            return 1, (i, lower.local(d - 1, g)), fmpq(-2)
-        return 0, (i, basis.distributed(0, high, g)), fmpq(2)
+        return (0, (i, basis.local(high, g)), fmpq(2)) if high <= d else (1, (i, lower.local(d - 1, g)), fmpq(-2))
     low, f = divmod(i - points, width)
-    if high <= d:
-        entry = basis.distributed(0, low, f), basis.distributed(0, high, g)
-        return 0, entry, fmpq(1 if entry[0] == entry[1] else 2)
-    return 0, (basis.local(d, g), basis.distributed(high - d, low, f)), fmpq(2)
+    over = max(high - d, 0)
+    if (over, low) in basis.kernels:
+        return 0, (basis.local(high - over, g), basis.distributed(over, low, f)), fmpq(2)
+    return 1, (lower.local(d - 1, g), lower.distributed(0, low, f)), fmpq(-2)
 
 
 def _change(gram: fmpq_mat, entry: Entry, amount: fmpq) -> None:

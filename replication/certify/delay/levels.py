@@ -12,11 +12,10 @@ from flint import fmpq_mat
 from scipy.optimize import minimize_scalar
 
 from replication.certify.delay.forms import Dynamics
-from replication.certify.delay.gram import centred, exact_grams
+from replication.certify.delay.gram import SOLVED, centred, exact_grams
 from replication.certify.rounding import as_floats, exact, floats, rational, rounded, rounded_down, rounded_up, stepwise
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DelaySystem, delay_system, minimum_gain, rightmost_roots
-from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.units import natural_units
 from replication.verify.algebra.linear import block, identity, take_rows
 from replication.verify.reading import written
@@ -24,7 +23,8 @@ from replication.verify.reading import written
 STEPS = (1.2e-6, 5e-6, 2e-5, 1e-4)
 """Relative distances of a level from the least one, tried in turn until there is room for rounding."""
 TRACE, WIDE_TRACE = 30.0, 1e4
-"""Bound on the traces of the Gram matrices: small numbers close to the least level; more of it for small levels."""
+"""Bound on the traces of the Gram matrices: small numbers close to the least level; more of it for small levels, and
+where the kernels have few powers."""
 LEVEL_BITS, FREQUENCY_BITS, ROOT_BITS = 40, 20, 20
 BELOW = 1e-8
 """Relative distance of a lower bound from the gain that floating point finds."""
@@ -76,12 +76,12 @@ def floating(plant: Mapping[str, Any], change: fmpq_mat | None = None) -> DelayS
 
 
 def grams(
-    plant: Mapping[str, Any], gamma: str, degree: int, trace: float = TRACE, *, total: bool = False
+    plant: Mapping[str, Any], gamma: str, degree: int, trace: float = TRACE, rule: str = "each"
 ) -> dict[str, Any]:
     """Witness of Theorem 3 at the level gamma; raises InfeasibleError if there is no room for rounding."""
     change = change_of(plant)
-    point = centred(floating(plant, change), float(Fraction(gamma)), degree, trace, total=total)
-    found = exact_grams(dynamics_of(plant, change), rational(gamma), degree, point, total_degree=total)
+    point = centred(floating(plant, change), float(Fraction(gamma)), degree, trace, rule)
+    found = exact_grams(dynamics_of(plant, change), rational(gamma), degree, point, rule)
     made = {name: [written(gram) for gram in pair] for name, pair in found.items()}
     least = min(float(np.linalg.eigvalsh(as_floats(gram))[0]) for pair in made.values() for gram in pair)
     if not least > 0.0:
@@ -133,15 +133,23 @@ def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str
     if level is not None:
         gamma = str(Fraction(level))
         return {"bound": {"upper": gamma}, "witness": grams(plant, gamma, degree, WIDE_TRACE)}
-    least = minimum_gain(floating(plant), degree).gamma
-    return stepwise(least, STEPS, LEVEL_BITS, lambda gamma: grams(plant, gamma, degree))
+    return _upper(theorem, "each")
 
 
 def total_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """The same by the rule of the total degree."""
+    return _upper(theorem, "total")
+
+
+def narrow_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """The same with kernels in the variable that the theorem names."""
+    return _upper(theorem, theorem["parameters"]["rule"], WIDE_TRACE)
+
+
+def _upper(theorem: Mapping[str, Any], rule: str, trace: float = TRACE) -> dict[str, Any]:
     plant, degree = theorem["plant"], theorem["parameters"]["degree"]
-    least = minimum_gain(floating(plant), degree, rule=DegreeRule.TOTAL).gamma
-    return stepwise(least, STEPS, LEVEL_BITS, lambda gamma: grams(plant, gamma, degree, total=True))
+    least = minimum_gain(floating(plant), degree, rule=SOLVED[rule]).gamma
+    return stepwise(least, STEPS, LEVEL_BITS, lambda gamma: grams(plant, gamma, degree, trace, rule))
 
 
 def gain_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:

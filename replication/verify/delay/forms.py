@@ -6,7 +6,7 @@ f are F functions on [-1, 0]. Q, S and R are matrix polynomials: the matrix of e
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TypeVar
@@ -84,29 +84,40 @@ def moment(weight: Mapping[int, int], power: int) -> fmpq:
     return sum((fmpq(factor * (-1) ** (power + k), power + k + 1) for k, factor in weight.items()), fmpq(0))
 
 
-def kernels(degree: int, *, total: bool) -> list[tuple[int, int]]:
-    """The powers (a, b) of s and t in zeta of `square`: up to the degree each, or in total."""
+RULES: Mapping[str, Callable[[int, int, int], bool]] = {
+    "each": lambda a, b, degree: True,
+    "total": lambda a, b, degree: a + b <= degree,
+    "outer": lambda a, b, degree: a == 0,
+    "inner": lambda a, b, degree: b == 0,
+}
+"""Which powers (a, b) of s and t the kernels of a degree hold, of those up to the degree each."""
+Powers = Sequence[tuple[int, int]]
+
+
+def kernels(degree: int, rule: str = "each") -> Powers:
+    """The powers (a, b) of s and t in zeta of `square` by a rule."""
     powers = range(degree + 1)
-    return [(a, b) for a, b in product(powers, powers) if not total or a + b <= degree]
+    return [(a, b) for a, b in product(powers, powers) if RULES[rule](a, b, degree)]
 
 
-def basis_size(points: int, functions: int, degree: int, *, total: bool = False) -> int:
+def basis_size(points: int, functions: int, degree: int, powers: Powers | None = None) -> int:
     """Number of entries of zeta in `square`."""
-    return points + functions * (degree + 1 + len(kernels(degree, total=total)))
+    return points + functions * (degree + 1 + len(kernels(degree) if powers is None else powers))
 
 
 def square(
-    M: fmpq_mat, weight: Mapping[int, int], points: int, functions: int, degree: int, *, total: bool = False
+    M: fmpq_mat, weight: Mapping[int, int], points: int, functions: int, degree: int, powers: Powers | None = None
 ) -> Form:
     """int g(s) zeta(s)'M zeta(s) ds, which is non-negative for M >= 0 and g >= 0.
 
-    zeta(s) = [u; s^a f(s), a = 0..degree; s^a int t^b f(t) dt, a and then b, of `kernels`].
+    zeta(s) = [u; s^a f(s), a = 0..degree; s^a int t^b f(t) dt, (a, b) in `powers`, up to the degree each if None].
     """
+    powers = kernels(degree) if powers is None else powers
     u = range(points)
-    starts = range(points, basis_size(points, functions, degree, total=total), functions)
+    starts = range(points, basis_size(points, functions, degree, powers), functions)
     columns = [range(start, start + functions) for start in starts]
     local = dict(enumerate(columns[: degree + 1]))
-    distributed = dict(zip(kernels(degree, total=total), columns[degree + 1 :], strict=True))
+    distributed = dict(zip(powers, columns[degree + 1 :], strict=True))
     Q: Polynomial = {}
     S: Polynomial = {}
     R: Kernel = {}

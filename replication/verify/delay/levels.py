@@ -10,7 +10,7 @@ from flint import acb, fmpq
 from replication.verify.delay.hidden import Hidden, characteristic, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, on_plant
 from replication.verify.delay.sos import Proof, read_proof, require_level
-from replication.verify.reading import integer, positive, rational, several, sized
+from replication.verify.reading import integer, positive, rational, several, sized, text
 from replication.verify.statement import LOWER, UPPER, Depends, Found, Says, statement
 from replication.verify.theorem import require
 
@@ -22,9 +22,9 @@ OBSERVERS = ("observers by Theorem 3",)
 TENSOR = "z2-each"
 BY_EACH = (TENSOR, "z2-each-same", "z2-wide", "z2-each-wide")
 BY_TOTAL = ("z2-total", "z2-total-same", "z2-total-wide", "z2-total-z1", "z2-total-next")
-NARROW = ("z2-outer", "z2-inner")
+NARROW = {"outer": "z2-outer", "inner": "z2-inner"}
 """Readings of the degree rule of Z_2: those that hold all powers up to the degree in each variable, those that hold
-all of that total degree at least, and those with one variable only."""
+all of that total degree at least, and those with one variable only, by their rule in `forms`."""
 UNDER = ("none", TENSOR, "sinc")
 """Readings under which the text speaks of the gain of such an observer, and of conditions that are met."""
 
@@ -42,9 +42,25 @@ def above(degree: int, *, total: bool = False) -> Says:
     return Says(quantity=LEAST, setting={"degree": degree}, readings=readings)
 
 
+def narrow(degree: int) -> Says:
+    """What squares of a degree, or less, with kernels in one variable are under the rule that they go by."""
+    return Says(
+        quantity=LEAST,
+        setting={"degree": degree},
+        readings=lambda parameters: (NARROW[parameters["rule"]],) if parameters["degree"] <= degree else (),
+    )
+
+
+def one_variable(value: Any, path: str) -> str:
+    """The name of the variable of which alone the kernels hold powers."""
+    rule = text(value, path)
+    require(rule in NARROW, f'{path} must be "outer" or "inner", got "{rule[:20]}"')
+    return rule
+
+
 def below(degree: int) -> Says:
     """No observer is better, whatever the degree and the rule."""
-    return Says(quantity=LEAST, setting={"degree": degree}, readings=(*BY_EACH, *BY_TOTAL, *NARROW))
+    return Says(quantity=LEAST, setting={"degree": degree}, readings=(*BY_EACH, *BY_TOTAL, *NARROW.values()))
 
 
 def ratio(degree: int) -> Says:
@@ -90,7 +106,21 @@ def total_upper(plant: DelayPlant, degree: int, upper: fmpq, witness: Proof) -> 
     """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program>, with the squares of total degree
     {degree} or more, and so by the tensor rule, is feasible at the level {upper:up}.
     """
-    require_level(plant, upper, degree, witness, total=True)
+    require_level(plant, upper, degree, witness, "total")
+
+
+@on_plant(
+    "delay.narrow-upper",
+    parameters={"degree": DEGREE, "rule": one_variable},
+    bound=UPPER,
+    witness=PROOF,
+    says=tuple(map(narrow, DEGREES)),
+)
+def narrow_upper(plant: DelayPlant, degree: int, rule: str, upper: fmpq, witness: Proof) -> None:
+    """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program>, with the squares of degree {degree} or
+    more and powers of the {rule} variable alone in Z_2, is feasible at the level {upper:up}.
+    """
+    require_level(plant, upper, degree, witness, rule)
 
 
 @on_plant("delay.gain-lower", bound=LOWER, witness=HIDDEN, says=tuple(map(below, DEGREES)))

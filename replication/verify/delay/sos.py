@@ -7,6 +7,7 @@ Z can cancel is left out of the comparison; everything else must match exactly. 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -15,10 +16,19 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
 from replication.verify.delay import forms
-from replication.verify.delay.forms import Form, Kernel, Polynomial, add_to
+from replication.verify.delay.forms import Form, Kernel, Polynomial, Powers, add_to
 from replication.verify.delay.plant import DelayPlant, measured_last
 from replication.verify.reading import fields, matrix, sequence, symmetric
 from replication.verify.theorem import require
+
+
+def bases(degree: int, rule: str) -> list[tuple[Mapping[int, int], int, Powers]]:
+    """The weights 1 and -s(s+1), the degree of Z_1 under each, the powers of s and t in Z_2.
+
+    The second is one degree lower, but for powers of the outer variable alone.
+    """
+    orders = ((forms.UNIFORM, degree), (forms.BUMP, degree - 1))
+    return [(weight, order, forms.kernels(degree if rule == "outer" else order, rule)) for weight, order in orders]
 
 
 @dataclass(frozen=True)
@@ -28,14 +38,14 @@ class Squares:
     grams: list[fmpq_mat]
     path: str
 
-    def form(self, points: int, functions: int, degree: int, *, total: bool) -> Form:
-        """The form, of degrees `degree` and `degree` - 1; refuses matrices that are indefinite or of another size."""
+    def form(self, points: int, functions: int, degree: int, rule: str) -> Form:
+        """The form on the `bases` of a degree; refuses matrices that are indefinite or of another size."""
         parts = []
-        for gram, weight, order in zip(self.grams, (forms.UNIFORM, forms.BUMP), (degree, degree - 1), strict=True):
-            size, name = forms.basis_size(points, functions, order, total=total), f"{self.path} of degree {order}"
+        for gram, (weight, order, powers) in zip(self.grams, bases(degree, rule), strict=True):
+            size, name = forms.basis_size(points, functions, order, powers), f"{self.path} of degree {order}"
             require(gram.nrows() == size, f"{name} must have {size} rows, got {gram.nrows()}")
             require_positive_definite(gram, name)
-            parts.append(forms.square(gram, weight, points, functions, order, total=total))
+            parts.append(forms.square(gram, weight, points, functions, order, powers))
         return forms.total(*parts)
 
 
@@ -56,15 +66,15 @@ def read_proof(value: Any, path: str, n: int) -> Proof:
     return Proof(matrix(change, f"{path}.change", n, n), V, N)
 
 
-def require_level(plant: DelayPlant, gamma: fmpq, degree: int, proof: Proof, *, total: bool = False) -> None:
+def require_level(plant: DelayPlant, gamma: fmpq, degree: int, proof: Proof, rule: str = "each") -> None:
     """Refuse unless it is proved that the gains of Theorem 3 at this degree give an L2 gain below gamma.
 
-    total: the degree is that of s and t together, otherwise of each (the tensor rule).
+    rule: one of `forms.RULES`; "each" is the tensor rule.
     """
     inner = measured_last(plant, proof.change)
     n, functions = plant.states, plant.late.ncols()
-    V = proof.storage.form(n, functions, degree, total=total)
-    N = proof.dissipation.form(plant.points, functions, degree, total=total)
+    V = proof.storage.form(n, functions, degree, rule)
+    N = proof.dissipation.form(plant.points, functions, degree, rule)
     for power, part in V.S.items():
         for i, j in product(range(functions), repeat=2):
             require(i // n == j // n or part[i, j] == 0, f"V couples two delays in S at power {power}")

@@ -38,7 +38,7 @@ def test_triangle_index_inverts_triangle() -> None:
     assert np.array_equal(triangle_index(5, second, first), np.arange(15))
 
 
-@pytest.mark.parametrize("rule", [DegreeRule.TENSOR, DegreeRule.TOTAL, DegreeRule.WIDE])
+@pytest.mark.parametrize("rule", [rule for rule in DegreeRule if rule is not DegreeRule.BESSEL])
 @pytest.mark.parametrize("weighted", [False, True])
 def test_cone_is_the_integral_of_its_definition(rule: DegreeRule, weighted: bool) -> None:
     rng = np.random.default_rng(3)

@@ -18,14 +18,17 @@ from replication.estimation.delay.sos.forms import FormSpace, Index
 class DegreeRule(StrEnum):
     """Which monomials η^a θ^b the basis Z_2 of degree d holds, and the degree of the weighted term (Corollary 2).
 
-    tensor: a, b <= d; total: a + b <= d; both with a weighted term of degree d-1, so that both terms reach the same
-    degrees. wide: a <= d, b <= 2d, both terms of degree d; no strictly feasible point exists, and solvers stop early.
-    bessel: the smaller cone of `bessel` with d moments of each history; it lies in that of the tensor rule of degree
-    max(1, d-1), and in that of the total rule of degree 1 if d = 1.
+    tensor: a, b <= d; total: a + b <= d; inner: a <= d, b = 0; outer: a = 0, b <= d; all with a weighted term of
+    degree d-1, so that both terms reach the same degrees; for outer it keeps b <= d. wide: a <= d, b <= 2d, both terms
+    of degree d; no strictly feasible point exists, and solvers stop early. bessel: the smaller cone of `bessel` with d
+    moments of each history; it lies in that of the tensor rule of degree max(1, d-1), and in that of the total rule of
+    degree 1 if d = 1.
     """
 
     TENSOR = "tensor"
     TOTAL = "total"
+    OUTER = "outer"
+    INNER = "inner"
     WIDE = "wide"
     BESSEL = "bessel"
 
@@ -40,8 +43,15 @@ class ConeBlock:
 
     def kernel_basis(self) -> tuple[Index, Index]:
         """Degrees (in η, in θ) of the members of Z_2."""
-        outer = 2 * self.degree if self.rule is DegreeRule.WIDE else self.degree
-        first, second = np.divmod(np.arange((self.degree + 1) * (outer + 1), dtype=np.int64), outer + 1)
+        inner = 0 if self.rule is DegreeRule.OUTER else self.degree
+        outer = self.degree
+        if self.rule is DegreeRule.WIDE:
+            outer = 2 * self.degree
+        elif self.rule is DegreeRule.OUTER:
+            outer = self.degree + self.weighted
+        elif self.rule is DegreeRule.INNER:
+            outer = 0
+        first, second = np.divmod(np.arange((inner + 1) * (outer + 1), dtype=np.int64), outer + 1)
         if self.rule is DegreeRule.TOTAL:
             keep = first + second <= self.degree
             first, second = first[keep], second[keep]
