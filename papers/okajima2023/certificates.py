@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from papers.okajima2023.experiments.declared import DIAGONAL_STEP, LARGEST_ENTRY, SECOND_DECIMALS
+from papers.okajima2023.experiments.declared import DIAGONAL_STEP, ENTRY_DECIMALS, LARGEST_ENTRY, PLANT, SECOND_DECIMALS
+from papers.okajima2023.experiments.unstable import any_entries
 from papers.okajima2023.method.input_recovery import recover_inputs
 from papers.okajima2023.method.recovery import exact_diagonals, recover_outputs, recover_poles
 from papers.okajima2023.printed import DATA, GAINS, matrix, poles
@@ -49,6 +50,20 @@ def recovered(theorem: Mapping[str, Any]) -> dict[str, Any]:
         if "B_d" in wanted:
             inputs = recover_inputs(A, found["C"], gains)
             found |= {"B_d": inputs["B_d"], "D": inputs["D"]}
+    return _as_wanted(theorem, found)
+
+
+def free_setting(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """The same for the A of which all entries may differ from the print."""
+    stated, error_poles = poles(DATA["poles"]), [pole[0] for pole in poles(DATA["error-poles"])]
+    A = matrix(DATA["unstable-A"])
+    found = any_entries(A, PLANT["C"], GAINS["42"], stated, error_poles, ENTRY_DECIMALS)
+    return _as_wanted(theorem, {"A": found["rounded"]})
+
+
+def _as_wanted(theorem: Mapping[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
+    """No witness, if these are the parameters of the theorem."""
+    wanted = theorem["parameters"]
     for name, value in found.items():
         if decimals(value) != wanted[name]:
             raise AuditError(
@@ -79,6 +94,7 @@ MAKERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "multirate.one-matrix": orders.one_matrix,
     "multirate.recovered-poles": recovered,
     "multirate.same-setting": recovered,
+    "multirate.free-setting": free_setting,
     "multirate.recovered-error-poles": recovered,
     "multirate.recovered-design": recovered_design,
 }

@@ -23,7 +23,7 @@ CHECKS: dict[str, Callable[[Certificate], Proof]] = {
 ABOUT: dict[str, tuple[str, ...]] = {
     "okajima2023": (
         *("multirate.variables", "multirate.rows", "multirate.error-system", "multirate.dissipation"),
-        *("multirate.schur", "multirate.recovered-poles", "multirate.same-setting"),
+        *("multirate.schur", "multirate.recovered-poles", "multirate.same-setting", "multirate.free-setting"),
         *("multirate.recovered-error-poles", "multirate.recovered-design"),
     ),
     "mustafa": (

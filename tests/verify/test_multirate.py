@@ -418,9 +418,9 @@ def test_the_ends_of_a_bracket_may_touch() -> None:
         require_lower(q("3/2"), q("899/400"))
 
 
-def section_4c(statement: str, A: list[list[str]], poles: list[list[str]], **more: Any) -> Theorem:
+def section_4c(statement: str, printed: list[list[str]], poles: list[list[str]], **more: Any) -> Theorem:
     """One sensor C and one phase; the gain is L."""
-    plant = {"name": "", "A": A, "C": [["1", "0"]], "L": [more.pop("L", [["0"], ["0"]])]}
+    plant = {"name": "", "A": printed, "C": [["1", "0"]], "L": [more.pop("L", [["0"], ["0"]])]}
     certificate = {
         **load("section-4c-poles"),
         "paper": None,
@@ -468,6 +468,16 @@ def test_gains_that_leave_an_unstable_pole() -> None:
             section_4c("same-setting", DIAGONAL, stated, diagonal=["2", "1/2"], L=[[gain], ["0"]])
     with pytest.raises(Refused, match="no pole of A_e is proved to be outside"):
         section_4c("same-setting", DIAGONAL, [["2", "0"], ["0", "0"]], diagonal=["2", "0"], L=[["1"], ["0"]])
+
+
+def test_gains_that_stabilise_an_A_of_other_entries() -> None:
+    A, stated = [["0", "-1"], ["1", "5/2"]], [["1/2", "0"], ["2", "0"]]
+    theorem = section_4c("free-setting", DIAGONAL, stated, A=A, L=[["5/2"], ["-21/4"]])
+    assert theorem.holds is True and "5/2" in theorem.sentence
+    with pytest.raises(Refused, match="A_e is not proved to be stable"):
+        section_4c("free-setting", DIAGONAL, stated, A=A, L=[["0"], ["0"]])
+    with pytest.raises(Refused, match="stated pole"):
+        section_4c("free-setting", DIAGONAL, stated, A=[["0", "-1"], ["1", "2"]], L=[["5/2"], ["-21/4"]])
 
 
 def test_error_poles_are_matched_by_size() -> None:

@@ -72,8 +72,12 @@ def _by_stated_order(found: list[list[float]]) -> Numbers:
     pinned="undetermined",
     reading=FREE_A,
     says=[
-        Predicate(of=recovered("stable error system", *TIMES, "diagonal", design=name), reading=reading)
-        for reading, name in ((RECOVERED_A, "section-4c-design"), (SECOND_A, "section-4c-second-setting"))
+        Predicate(of=recovered("stable error system", *TIMES, part, design=name), reading=reading)
+        for reading, part, name in (
+            (FREE_A, "A", "section-4c-free-setting"),
+            (RECOVERED_A, "diagonal", "section-4c-design"),
+            (SECOND_A, "diagonal", "section-4c-second-setting"),
+        )
     ],
 )
 def same_setting(results: Results) -> Evidence:

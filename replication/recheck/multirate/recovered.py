@@ -26,12 +26,23 @@ Disc = tuple[Complex, Fraction]
 
 def _plant(given: Certificate, *more: str) -> tuple[Matrix, Schedule, list[Matrix], list[Disc]]:
     """A with the stated diagonal, the schedule, further matrices, and the discs of the stated poles, in their order."""
-    names = ("name", "A", "C", "L", "poles", "half_unit", "error_poles")
-    printed = dict(zip(names, take(given.plant, "plant", *names), strict=True))
+    printed = _printed(given)
     periods, offsets, diagonal, *others = take(given.parameters, "parameters", "periods", "offsets", "diagonal", *more)
     a = square(printed["A"], "A")
     for i, entry in enumerate(several(diagonal, "diagonal", number, len(a))):
         a[i][i] = entry
+    matched = _matched(printed, a)
+    need(any(_outside(disc) for disc in matched), "no pole lies outside the unit circle")
+    return a, schedule(periods, offsets), [matrix(value, "a matrix") for value in others], matched
+
+
+def _printed(given: Certificate) -> dict[str, Any]:
+    names = ("name", "A", "C", "L", "poles", "half_unit", "error_poles")
+    return dict(zip(names, take(given.plant, "plant", *names), strict=True))
+
+
+def _matched(printed: dict[str, Any], a: Matrix) -> list[Disc]:
+    """The discs of the stated poles, in their order; refused unless A has these and no others."""
     stated = several(printed["poles"], "poles", lambda value, at: several(value, at, number, 2))
     half = positive(printed["half_unit"], "half_unit")
     matched = []
@@ -44,8 +55,7 @@ def _plant(given: Certificate, *more: str) -> tuple[Matrix, Schedule, list[Matri
         need(len(near) == 1, f"A has no pole, or several, at {real} and {imaginary}")
         matched += near
     need(sum(1 if imaginary == 0 else 2 for _, imaginary in stated) == len(a), "A has other poles too")
-    need(any(_outside(disc) for disc in matched), "no pole lies outside the unit circle")
-    return a, schedule(periods, offsets), [matrix(value, "a matrix") for value in others], matched
+    return matched
 
 
 def _outside(disc: Disc) -> bool:
@@ -85,6 +95,17 @@ def same_setting(given: Certificate) -> Proof:
     return Proof(holds=False)
 
 
+def free_setting(given: Certificate) -> Proof:
+    """With an A of other entries, which has the stated poles, and the C of Sec. IV-A the gains (42) stabilise A_e."""
+    given.stated()
+    periods, offsets, entries = take(given.parameters, "parameters", "periods", "offsets", "A")
+    a = square(entries, "A")
+    _matched(_printed(given), a)
+    for centre, radius in _loop(given, a, matrix(given.plant["C"], "C"), schedule(periods, offsets)):
+        need(radius < 1 and centre.size2() < (1 - radius) ** 2, "a pole of A_e may lie outside the unit circle")
+    return Proof(holds=True)
+
+
 def error_poles(given: Certificate) -> Proof:
     """The poles of A_e with another C, all real, in the order in which the stated ones stand."""
     given.stated()
@@ -111,6 +132,7 @@ def design(given: Certificate) -> Proof:
 CHECKS = {
     "multirate.recovered-poles": poles,
     "multirate.same-setting": same_setting,
+    "multirate.free-setting": free_setting,
     "multirate.recovered-error-poles": error_poles,
     "multirate.recovered-design": design,
 }

@@ -94,6 +94,24 @@ def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal:
 
 
 @on_recovered(
+    "multirate.free-setting",
+    parameters={**TIMES, "A": square},
+    holds=True,
+    says=Says(quantity="stable error system", readings=("any-entries",)),
+)
+def free_setting(plant: Plant, periods: list[int], offsets: list[int], A: fmpq_mat) -> Found:
+    """With A = {shown}, which has the poles stated in Sec. IV-C, and C = {sensors} the gains (42) leave all poles of
+    A_e inside the unit circle.
+
+    Other entries of A than those on its diagonal differ from the print; it is one of many.
+    """
+    _stated_poles(plant, A)
+    C = matrix(plant["C"], "plant.C")
+    require(is_schur(_error_polynomial(plant, schedule(periods, offsets), A, C)), "A_e is not proved to be stable")
+    return Found(words={"shown": _rows(A), "sensors": _rows(C)})
+
+
+@on_recovered(
     "multirate.recovered-error-poles",
     parameters={**RECOVERED, "C": matrix},
     says=tuple(Says(quantity=one, readings=RECOVERED_PLANT) for one in ("error poles", "stable error system")),
@@ -161,13 +179,18 @@ def _rows(M: fmpq_mat) -> str:
 
 
 def _recovered(plant: Plant, diagonal: list[fmpq]) -> tuple[fmpq_mat, list[acb]]:
-    """A with the printed off-diagonal entries and the recovered diagonal, and its poles: refused unless as stated.
-
-    Of a pair of poles, the one with positive imaginary part stands for both.
-    """
+    """A with the printed off-diagonal entries and the recovered diagonal, and its poles: refused unless as stated."""
     A = square(plant["A"], "plant.A")
     for i, entry in enumerate(diagonal):
         A[i, i] = entry
+    return A, _stated_poles(plant, A)
+
+
+def _stated_poles(plant: Plant, A: fmpq_mat) -> list[acb]:
+    """The poles of A: refused unless they are as stated.
+
+    Of a pair of poles, the one with positive imaginary part stands for both.
+    """
     half = positive(plant["half_unit"], "plant.half_unit")
     upper = [root for root in roots(characteristic_polynomial(A)) if not root.imag < 0]
     stated = matrix(plant["poles"], "plant.poles", columns=2).tolist()
@@ -178,7 +201,7 @@ def _recovered(plant: Plant, diagonal: list[fmpq]) -> tuple[fmpq_mat, list[acb]]
         require(len(near) == 1, f"A has not the stated pole {re} + {im}i")
         found.extend(near)
         upper = [root for root in upper if root is not near[-1]]
-    return A, found
+    return found
 
 
 def _error_polynomial(plant: Plant, measured: list[list[int]], A: fmpq_mat, C: fmpq_mat) -> fmpq_poly:
