@@ -38,12 +38,12 @@ BRIEF = Brief(
     "nominal. Over all sequences the gain is larger, [in](-valid.1) [both examples](-valid.2).",
     holds="At the period of its grid [each](gamma.1) [level](filter.norm) comes out; both examples are "
     "[stable](stable.1) [throughout](stable.2); [one element](condition-8.2) satisfies (8) on the second range.",
-    correct="[What solves (6)](valid.1) on the grid does not elsewhere; [one](grid.1) [element](condition-8.1) "
-    "does not cover the first range; [case U3](u3) and [two maps](map) are misprinted.",
+    correct="[What solves (6)](valid.1) on the grid fails over the whole range; [one](grid.1) [element](condition-8.1) "
+    "does not cover the first; [case U3](u3) and [two maps](map) are misprinted.",
     guess="Whether the abstract promises its levels [for every sequence](robust-level.1) or for the grid; what "
     "[step 4](algorithm) means; whether the printed filter is [an observer](filter.first-column).",
     sketch=Sketch(
-        alt="A signal is sampled at irregular instants, while the level of the filter belongs to one constant period.",
+        alt="A signal is sampled at irregular instants, while the filter is designed for one constant period.",
         strokes=(
             curve(Draws.TRUTH, _higher),
             dots(Draws.MEASURED, SAMPLED, _higher),
@@ -55,7 +55,7 @@ BRIEF = Brief(
     ),
     explorers=(
         Explorer(
-            title="A level belongs to one period; spread costs more",
+            title="A level is designed at one period; spread costs more",
             text="Move the constant period: the filter has its printed level near the middle of the range. Over all "
             "sequences of periods its gain lies in the band, far above. In the last picture the range itself widens.",
             pictures=(

@@ -48,7 +48,7 @@ def case_u3(results: Results) -> Proof:
         holds=ends[2]["printed, alpha"]["upper"] < middle(2) < ends[2]["corrected, alpha"]["upper"]
         and ends[1]["printed, alpha"]["upper"] > ends[1]["corrected, alpha"]["upper"],
         text="Lemma 3 bounds Delta(theta) by (e^{mu(A) theta} - 1)/mu(A). In Example 2 the printed upper end lies "
-        "below the middle of the interval; in Example 1 it lies beyond where the bound reaches 1/alpha.",
+        "below h_0, the middle of the range; in Example 1 it lies beyond where the bound reaches 1/alpha.",
         quantities={
             f"upper end, Example {e}, {name}": ends[e][f"{name}, alpha"]["upper"]
             for e in ends

@@ -17,7 +17,7 @@ def findings(results: Results) -> tuple[str, ...]:
     bracket, weighted = (
         {e: results[f"{name}.{e}"]["lower"] for e in EXAMPLES} for name in ("bracket", "bracket-duration")
     )
-    whose = {1: "our nominally optimal filter", 2: "the printed filter"}
+    whose = {1: "our filter next to the nominal optimum", 2: "the printed filter"}
     sizes = [results[f"grids.{e}"]["algorithm"][CORRECT.name]["size"] for e in EXAMPLES]
     as_read = [reading.name for reading in (AS_PRINTED, WITH_SET_MINUS)]
     ends = {results[f"grids.{e}"]["algorithm"][name]["end"] for e in EXAMPLES for name in as_read}
@@ -35,7 +35,7 @@ def findings(results: Results) -> tuple[str, ...]:
         "paper has one in each.",
         *(_covers(e, results[f"condition.{e}"]) for e in EXAMPLES),
         *(
-            f"The corrected algorithm's level in the {WORDS[e]} example is {up(own[e]['level'])}; some sequence gives "
+            f"The corrected algorithm's level in the {WORDS[e]} example is {own[e]['level']:.4f}; some sequence gives "
             f"its filter a gain of at least {down(own[e]['lower'])}, samples counted."
             for e in EXAMPLES
         ),

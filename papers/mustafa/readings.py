@@ -58,7 +58,8 @@ ONE_ELEMENT = Reading(
 CORRECTED_GRID = Reading(
     name="grid by (9), corrected",
     place="Secs. I and III; eq. (9), case U3; Algorithm 1, steps 3 and 4",
-    text="The grid is that of Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4.",
+    text="The grid is that of Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4; "
+    "step 4 is corrected by an inference (erratum algorithm).",
 )
 CONSTANT_CHANGE = Reading(
     name="constant change",
@@ -76,7 +77,7 @@ BOUND_9 = Reading(
     name="bound (9)",
     place="Algorithm 1, step 3; eq. (9)",
     text="An element covers the interval (9) with alpha as step 3 defines it; U3 corrected, and alpha and a set-minus "
-    "in step 4.",
+    "in step 4, which is an inference (erratum algorithm).",
 )
 UNION = Reading(
     name="no set-minus",

@@ -25,7 +25,10 @@ PARTS = (
     ),
     formulation.EARLIER,
     formulation.FORMULATION,
-    Part("Fig. 1, block diagram", reason="A drawing without data; its schedules are audited, its D is an erratum."),
+    Part(
+        "Fig. 1, block diagram",
+        reason="A drawing without data; its schedules are audited, the D of the sentence on it is an erratum.",
+    ),
     Part("Remark 1, on zero measurements", reason="An explanation: the observer knows S_k."),
     theorems.THEOREMS,
     levels.LEVELS,

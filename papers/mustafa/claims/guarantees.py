@@ -158,14 +158,15 @@ TAKEN_BACK = (
     "Stability is not in doubt: the error system is stable for every sequence. Of the level of Algorithm 1 Sec. V-A "
     "says that it is guaranteed for the periods of the grid."
 )
-SAID_OF_7 = "Sec. III says it of the grid of [7], whose idea it follows; (6) includes the level."
+SAID_OF = "Sec. I says it of this grid, Sec. III of that of [7]; (6) includes the level."
+SAID_AT = "Sec. I, on the grid; Sec. III, before Lemma 2"
 
 for e in EXAMPLES:
     ABSTRACT.feasible(
         f"valid.{e}",
-        place="Sec. III, before Lemma 2",
+        place=SAID_AT,
         statement=f"The inequality (6), which in Example {e} holds with the printed level, to its digits, for the one "
-        f"period of the grid, holds for all periods of the range. {SAID_OF_7}",
+        f"period of the grid, holds for all periods of the range. {SAID_OF}",
         uses=f"curve.{e}",
         pinned="refuted",
         says=Predicate(of=term("least level of (6)", f"example-{e}"), relation="at most", to=str(GAMMA[e])),
@@ -173,9 +174,9 @@ for e in EXAMPLES:
     )(of_example(solution_is_valid, e))
     ABSTRACT.feasible(
         f"valid-own.{e}",
-        place="Sec. III, before Lemma 2",
+        place=SAID_AT,
         statement=f"What solves (6) in Example {e} for the periods of the grid, with some level, solves it with the "
-        f"same level for all periods of the range. {SAID_OF_7}",
+        f"same level for all periods of the range. {SAID_OF}",
         uses=f"own-grid.{e}",
         pinned="refuted",
         reading=CORRECTED_GRID.name,

@@ -42,7 +42,7 @@ THEOREMS.feasible(
 
 @THEOREMS.feasible("theory.summation", place="Eqs. (26)-(28)", uses="summation")
 def summation(results: Results) -> Evidence:
-    """For the gains (33) under random noise, summing (25) gives (26), (27) and a ratio of energies within (28)."""
+    """For the gains (33) under random noise, summing (25) gives (26), (27) and a ratio of l2 norms within (28)."""
     found = results["summation"]
     room = min(found["epsilon"], found["excess_26"], found["excess_27"], found["bound_28"] - found["largest_ratio"])
     return positive(

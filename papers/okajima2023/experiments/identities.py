@@ -115,7 +115,7 @@ def summation(
     slack: by how much the level exceeds the smallest one of Theorem 1, relative, which leaves an epsilon > 0 in (22).
     Returns the level, that epsilon, and over all draws, relative to the energy of d_*: the largest distance of the sum
     of xi' Theta_k xi from the left-hand side of (26), and the least excess of the left-hand side over the right-hand
-    side in (26) and (27); and the largest ratio of energies, as a root, beside the bound in (28).
+    side in (26) and (27); and the largest ratio of l2 norms beside the bound in (28).
     """
     problem, L = build(plant, periods, offsets, sensors), np.array(gains)
     found = lmi_analysis(problem, L, accept=("optimal", "optimal_inaccurate"))

@@ -59,7 +59,9 @@ def loop_map(plant: Plant) -> Found:
 
 @statement("nonuniform.congruence", source="mustafa", holds=True, says="congruence (10)")
 def congruence() -> None:
-    """(10) is the congruence of (6) by diag(J_1, I, J_1, I), block by block, for plants and filters of any size."""
+    """(10) is the congruence of (6) by diag(J_1, I, J_1, I), block by block, for plants and signals of
+    any size and filters of the plant's order.
+    """
     identities.require_congruence()
 
 
