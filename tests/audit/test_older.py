@@ -26,7 +26,7 @@ def flat(record: dict[str, Any]) -> dict[str, Any]:
     """A claim as schema 2 stored it: one flat record."""
     claim, evidence, judgement = record["claim"], dict(record["evidence"]), dict(record["judgement"])
     printed, computed = evidence.pop("as_printed"), evidence.pop("value")
-    del evidence["outcomes"], evidence["over_inputs"]
+    del evidence["draws"], evidence["outcomes"], evidence["over_inputs"]
     known_later = ("expected", "uses", "reading", "optimum", "repeats")
     kept = ("value", "lower", "upper", "holds", "margin", "threshold", "threshold_reason", "probability")
     del judgement["intervals"]

@@ -74,6 +74,7 @@ def _claim(record: dict[str, Any], inferred: set[str]) -> dict[str, Any]:
         "evidence": {
             **{name: record[name] for name in _EVIDENCE},
             "value": record["computed"],
+            "draws": None,
             "outcomes": [],
             "over_inputs": None,
             "as_printed": None if printed is None else {**_UNKNOWN, **printed},
