@@ -21,12 +21,14 @@ LONGEST = 34
 @dataclass(frozen=True, kw_only=True)
 class Proofs:
     """asked, proved, supported: how many claims there are, are proved, and have theorems beside them. open: the ones
-    without any, by reason. twice, machine: how many certificates the second verifier and Coq have checked too."""
+    without any, by reason. made, twice, machine: how many certificates there are, and how many of them the second
+    verifier and Coq have checked too."""
 
     certificates: tuple[tuple[CertificateRecord, tuple[ClaimRecord, ...]], ...]
     asked: int
     proved: int
     supported: int
+    made: int
     twice: int
     machine: int
     open: tuple[tuple[str, tuple[ClaimRecord, ...]], ...]
@@ -49,6 +51,7 @@ def proofs(results: ResultsFile) -> Proofs | None:
         asked=len(asked),
         proved=sum(claim.judgement.proved for claim in asked),
         supported=sum(bool(claim.judgement.supported) for claim in asked),
+        made=len(results.certificates),
         twice=sum(certificate.proved and certificate.second for certificate in results.certificates),
         machine=sum(certificate.proved and bool(certificate.machine) for certificate in results.certificates),
         open=tuple((reason, tuple(claims)) for reason, claims in reasons.items()),
