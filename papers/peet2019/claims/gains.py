@@ -182,7 +182,7 @@ def reaches(example: str, results: Results) -> Evidence:
         quantities={
             "relative excess": excess,
             "optimum": optimum,
-            **{f"relative excess or more than it, {name}": found for name, found in excesses.items() if name != HOUSE},
+            **{f"relative excess at most, {name}": found for name, found in excesses.items() if name != HOUSE},
         },
         note=(
             "The degree rule is the text's open choice: the statement is that some rule suffices, and the excess is "
