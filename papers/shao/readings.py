@@ -33,7 +33,11 @@ STARTS: Mapping[str, Start] = {
 }
 """Readings of ζ(0), which is not printed."""
 SLOWEST = "slowest-mode"
-EVERY = "every-structure"
+EVERY = "every-open-choice"
+ESTIMATES: Mapping[str, str] = {
+    f"estimate-{reading}": observer for reading, observer in INTERPOLATIONS.items() if observer != SLOW_INPUT
+}
+"""Observers that may be meant by DRC-PMI and have a steady state, by the reading of the estimation error."""
 
 _SETTINGS = (
     "The command is as printed and held over T; L is a gain in continuous time; all parameters are exactly the printed "
@@ -71,9 +75,18 @@ READINGS = (
         TABLE,
         "As literal, but the observer of DRC-PMI takes the input of the slow instant for the whole M T.",
     ),
-    _reading("start-zero", FIGURES, "The observer starts at ζ(0) = 0; the rest as literal."),
-    _reading("start-output", FIGURES, "The observer starts at ζ(0) = [y(0), 0, 0]; the rest as literal."),
-    _reading("start-true", FIGURES, "The observer starts at ζ(0) = x(0); the rest as literal."),
+    *(
+        _reading(
+            f"estimate-{name}",
+            FIGURES,
+            f"DRC-PMI as {name}; the largest |θ − θ̂| is taken over the fast instants of the steady state.",
+        )
+        for name in (LITERAL, "pmi-held", "pmi-one-correction")
+    ),
+    *(
+        _reading(name, FIGURES, f"The observer starts at ζ(0) = {start}; the rest as literal (SRC: held over M T).")
+        for name, start in (("start-zero", "0"), ("start-output", "[y(0), 0, 0]"), ("start-true", "x(0)"))
+    ),
     _reading(
         SLOWEST,
         "Secs. I and V, Figs. 2 and 3",
@@ -83,8 +96,9 @@ READINGS = (
     _reading(
         EVERY,
         TABLE,
-        "All stable loops together over the observers that may be meant, the feedforward, the timing of the reference, "
-        "the kind of gain and the form of the observer: what holds must hold for each.",
+        "All stable loops together over what the text leaves open: the feedforward, the timing of the reference, and "
+        "the observer of DRC-PMI. Predictor (6), the forms (7) and (8), and L in continuous time are as printed. What "
+        "holds must hold for each.",
     ),
     _reading(
         "steady-errors",

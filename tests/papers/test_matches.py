@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 
@@ -83,6 +85,17 @@ def test_what_theorems_decide_under_each_reading_is_proved_whichever_way() -> No
     assert found.proved and found.difference == ""
     without = matched("shao.stability.pmi", *names[:-1])
     assert not without.proved and without.by_reading["pmi-slow-input"] is None
+
+
+def test_what_is_proved_along_some_solutions_is_not_proved_of_all() -> None:
+    """The proof of Theorem 1 needs a derivative along its solutions; without that condition the claim is not proved."""
+    for name in ("theorem-1", "vanishing-error"):
+        claim = CLAIMS[f"peet2019.theory.{name}"]
+        assert matched(claim.id, "observer-bound").proved
+        (says,) = claim.says
+        of_all = replace(claim, says=(replace(says, of=replace(says.of, setting={})),))
+        with patch.dict(CLAIMS, {claim.id: of_all}):
+            assert not matched(claim.id, "observer-bound").proved
 
 
 def test_a_reading_of_the_evidence_of_which_nothing_is_said_is_open() -> None:

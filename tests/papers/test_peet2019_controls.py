@@ -76,7 +76,7 @@ def agreeing() -> Results:
             "root": [0.4, 0.0], "pade": gamma, "pade_states": 9, "pade_status": "optimal", "pade_riccati": gamma,
             "chebyshev": gamma, "exact": None if example == "1" else {"lower": gamma, "upper": gamma},
         }  # fmt: skip
-        found[f"lumped.ex{example}"] = {"states": [states], "relative": [0.001]}
+        found[f"lumped.ex{example}"] = {"states": [states], "relative": [0.001], "collocation": gamma}
         found[f"small.ex{example}"] = {"level": 0.0009, "solver": SOLVER}
     return {f"{PAPER.key}.{name}": value for name, value in found.items()}
 
@@ -147,6 +147,7 @@ def alterations() -> list[tuple[str, Alteration]]:
         ("theory.present-only", at("inversion/present_only/l0", to(WRONG))),
         ("observer.lumped-states", at("lumped.ex2/relative/0", to(-0.02))),
         ("fig1.below-level", at("fig1/scan/0/gain", to(2.34))),
+        ("fig1.below-level", at("sos.ex2.d3/tensor/gamma", to(2.34))),
         ("scaling.desktop", at("measured/cells/0/gamma", to(None))),
         ("scaling.desktop", at("measured/cells/0/peak", to(17.0))),
         ("scaling.desktop", at("measured/cells/0/cpu_seconds", to(1e5))),

@@ -315,7 +315,7 @@ def test_a_better_estimate_is_exported_both_ways() -> None:
     better, worse = proved("estimate-2-one-correction").says
     assert (better.holds, worse.holds) == (True, False)
     assert (better.of.setting["observer"], worse.of.setting["than"]) == ("single_correction",) * 2
-    assert better.readings == worse.readings == ("pmi-one-correction",)
+    assert better.readings == worse.readings == ("estimate-pmi-one-correction",)
 
 
 def root_of(certificate: dict[str, Any]) -> list[str]:
@@ -367,7 +367,8 @@ def test_sentences_hold_the_numbers() -> None:
     assert "0.9173784" in sentences["radius-motor-apo"]
     assert "5.5501544" in sentences["radius-motor-src"]
     assert "0.9173787" in sentences["stable-apo"]
-    assert "modulus 5.550 or more" in sentences["table-src-1"]
+    assert "modulus 5.550 or more" in sentences["table-src-1"] and "held over M T" in sentences["table-src-1"]
+    assert "held over T, the largest" in sentences["errors-pmi"]
     assert "27.0928" in sentences["errors-pmi"]
     assert "4.4032 to 4.4033 percent" in sentences["estimate-2"]
     assert "0.63678" in sentences["condition-scalar"]

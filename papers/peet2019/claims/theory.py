@@ -15,6 +15,9 @@ ROUNDING = 1e-10
 """Residuals of an identity below this are rounding: the data are of size one."""
 WHY_ROUNDING = "An identity holds up to the rounding of quadrature and linear algebra on data of size one."
 
+ALONG = "solutions with d<e, P e>/dt = 2<e, P e'>"
+"""Of which solutions the proof of Theorem 1 speaks."""
+
 CORRECTED = Verdict.REPRODUCED_AFTER_ERRATUM
 LOOPS = tuple(f"loop.{name}" for name in ("ex1", "ex2", "own-1", "own-2", "own-3"))
 """The closed loops: two of the examples, three systems of ours."""
@@ -37,7 +40,7 @@ COROLLARY_2 = Part(
 THEOREM_4 = Part("Theorem 4, Lemma 5 and the remark after it", reading=NO_READING)
 
 
-@INTRODUCTION.order("theory.lmi-3", place="Sec. I, eq. (3)", uses="lmi-3", says=term("bound (7)"))
+@INTRODUCTION.order("theory.lmi-3", place="Sec. I, eq. (3)", uses="lmi-3", says=term("bound (7)", by="LMI (3)"))
 def lmi_3(results: Results) -> Evidence:
     """Where LMI (3) holds for P > 0 and Z, the observer with L₁ = P⁻¹Z has a gain of at most γ."""
     found = results["lmi-3"]
@@ -70,10 +73,12 @@ def lmi_3(results: Results) -> Evidence:
     uses=("lmi-3", "self-adjoint", *LOOPS),
     erratum="theorem-1-self-adjoint",
     reading=HOUSE,
-    says=Predicate(of=term("bound (7)"), reading=NO_READING),
+    says=Predicate(of=term("bound (7)", along=ALONG), reading=NO_READING),
 )
 def theorem_1(results: Results) -> Evidence:
-    """Where 𝒫 = 𝒫* is coercive and the inequality holds, the error obeys the bound (7)."""
+    """Where 𝒫 = 𝒫* is coercive and the inequality holds, (7) bounds the error along solutions with d⟨e, 𝒫e⟩/dt =
+    2⟨e, 𝒫ė⟩.
+    """
     loops = [results[name] for name in LOOPS]
     kept = [loop for loop in loops if loop["storage"] > 0.0 and loop["dissipation"] <= 0.0]
     room = min((1.0 - loop["norms"][-1] / loop["level"] for loop in kept), default=-1.0)
@@ -89,9 +94,9 @@ def theorem_1(results: Results) -> Evidence:
             "largest gain over γ, without delays": results["lmi-3"]["largest"],
         },
         note=(
-            "The runs are instances; in general as for LMI (3), along solutions on which ⟨e, 𝒫e⟩ has a derivative. The "
-            "theorem takes 𝒵 as bounded on Y; that of (10) evaluates histories at -τᵢ, which L₂ does not allow. "
-            "How the proof carries over is not checked here."
+            "The runs are instances; in general as for LMI (3). That the text's solutions have this derivative is not "
+            "checked. The theorem takes 𝒵 as bounded on Y; that of (10) evaluates histories at -τᵢ, which L₂ does not "
+            "allow. How the proof carries over is not checked here."
         ),
         as_printed=without_symmetry(results),
     )
@@ -118,10 +123,12 @@ def without_symmetry(results: Results) -> Evidence:
     uses=("self-adjoint", *LOOPS),
     erratum="theorem-1-self-adjoint",
     reading=HOUSE,
-    says=Predicate(of=term("error vanishes with w"), reading=NO_READING),
+    says=Predicate(of=term("error vanishes with w", along=ALONG), reading=NO_READING),
 )
 def vanishing(results: Results) -> Evidence:
-    """Under the conditions of Theorem 1, with 𝒫 = 𝒫*, the error tends to zero if the disturbance does."""
+    """Under the conditions of Theorem 1, with 𝒫 = 𝒫*, the error tends to zero if the disturbance does, along solutions
+    with d⟨e, 𝒫e⟩/dt = 2⟨e, 𝒫ė⟩.
+    """
     abscissas = {name: results[name]["abscissa"] for name in LOOPS}
     return positive(
         -max(abscissas.values()),

@@ -233,7 +233,8 @@ def stability_theorem(results: Results) -> Evidence:
         },
         note=(
             "As T → 0 the rates of the error tend to eig(A − LC/M), and A − LC/M need not be Hurwitz. "
-            "Sec. I promises convergence to a bounded region, Sec. IV to zero; both fail here. The text numbers no "
-            "theorem: the claim gathers the conditions and the conclusion of Sec. IV."
+            "The counter-example converges neither to zero, as Sec. IV has it, nor to a bounded region, as Sec. I "
+            "has it under mild conditions, which it does not name. The text numbers no theorem: the claim gathers the "
+            "conditions and the conclusion of Sec. IV."
         ),
     )

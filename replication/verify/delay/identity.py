@@ -168,7 +168,20 @@ def dissipation_identity(misprints: list[str]) -> Found:
     return Found(words={"corrected": "; ".join(MISPRINTS[misprint] for misprint in misprints)})
 
 
-@statement("delay.observer-bound", source="peet2019", holds=True, says=("bound (7)", "error vanishes with w"))
+ALONG = {"along": "solutions with d<e, P e>/dt = 2<e, P e'>"}
+"""What Theorem 1 needs of its solutions; those of matrices, to which LMI (3) belongs, have it."""
+
+
+@statement(
+    "delay.observer-bound",
+    source="peet2019",
+    holds=True,
+    says=(
+        Says(quantity="bound (7)", setting={"by": "LMI (3)"}),
+        Says(quantity="bound (7)", setting=ALONG),
+        Says(quantity="error vanishes with w", setting=ALONG),
+    ),
+)
 def observer_bound() -> None:
     """Where the inequality of Theorem 1, or LMI (3), holds with a coercive P = P*, the observer with L = P^-1 Z obeys
     (7), and its error tends to zero with w, along solutions with d<e, P e>/dt = 2<e, P e'>, for any number of states

@@ -13,7 +13,7 @@ from replication.verify.algebra.balls import is_less, largest
 from replication.verify.algebra.decimals import above, below
 from replication.verify.algebra.roots import require_roots_within
 from replication.verify.dualrate import response
-from replication.verify.dualrate.loop import INTERPOLATED, Loop, Observer, monodromy, on_loop, read_observer
+from replication.verify.dualrate.loop import INTERPOLATED, Loop, Observer, held_over, monodromy, on_loop, read_observer
 from replication.verify.dualrate.response import Feedforward, Place
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import fields, positive, sequence, several, sized, text
@@ -73,9 +73,9 @@ def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _compared(parameters: Mapping[str, Any]) -> tuple[str, ...]:
-    """The reading under which one of two observers is that of DRC-PMI."""
+    """The reading under which one of two observers is that of DRC-PMI, and the error is that at the fast instants."""
     found = [INTERPOLATED[name] for name in (parameters["observer"], parameters["than"]) if name in INTERPOLATED]
-    return tuple(found) or ("literal",)
+    return tuple(f"estimate-{name}" for name in found or ["literal"])
 
 
 def _swapped(parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -120,8 +120,9 @@ def tracking_errors(
     frequencies: list[fmpq],
     errors: list[Error],
 ) -> Found:
-    """With y_d = sin σt and the command <{command}|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = {input}>, held over T, the
-    largest tracking error of {observer.words}< of the plant {plant.name}|> {where} of the steady state is {sizes}.
+    """With y_d = sin σt and the command <{command}|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = {input}>, held over
+    {hold}, the largest tracking error of {observer.words}< of the plant {plant.name}|> {where} of the steady state is
+    {sizes}.
 
     Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state.
 
@@ -149,6 +150,7 @@ def tracking_errors(
     return Found(
         words={
             "command": feedforward.words,
+            "hold": held_over(observer),
             "input": feedforward.formula,
             "where": INSTANTS[instants],
             "sizes": ", ".join(sizes),
@@ -168,7 +170,7 @@ def tracking_errors(
 )
 def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency: fmpq) -> Found:
     """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
-    y_d' + a₃ y_d>, held over T, the largest error of C x̂ at the fast instants in the steady state< of the plant
+    y_d' + a₃ y_d>, held over {hold}, the largest error of C x̂ at the fast instants in the steady state< of the plant
     {plant.name}|> is {sizes}.
 
     The largest |y − C x̂| over the fast instants is smaller for one observer than for another.
@@ -182,7 +184,7 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
         f"{compared.words}"
         for error, compared in zip(errors, (observer, than), strict=True)
     )
-    return Found(words={"sizes": ", ".join(sizes)})
+    return Found(words={"hold": held_over(observer, than), "sizes": ", ".join(sizes)})
 
 
 def _estimation_error(loop: Loop, observer: Observer, sigma: fmpq) -> arb:

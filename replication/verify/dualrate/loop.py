@@ -53,6 +53,12 @@ class Observer(StrEnum):
         }[self]
 
 
+def held_over(*observers: Observer) -> str:
+    """For how long a command is held in loops with these observers."""
+    single = Observer.SRC in observers
+    return "T" if not single else "M T" if set(observers) == {Observer.SRC} else "T, over M T in the single-rate loop"
+
+
 INTERPOLATED = {
     Observer.HELD: "pmi-held",
     Observer.SINGLE: "pmi-one-correction",

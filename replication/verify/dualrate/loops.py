@@ -11,7 +11,16 @@ from replication.verify.algebra.balls import complex_of, is_less
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.roots import require_roots_within, root_near, without_root
 from replication.verify.dualrate import response
-from replication.verify.dualrate.loop import INTERPOLATED, Loop, Observer, monodromy, on_loop, read_loop, read_observer
+from replication.verify.dualrate.loop import (
+    INTERPOLATED,
+    Loop,
+    Observer,
+    held_over,
+    monodromy,
+    on_loop,
+    read_loop,
+    read_observer,
+)
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import positive, rational, sequence, several, sized, text
 from replication.verify.statement import BOTH, Depends, Found, Says
@@ -102,8 +111,8 @@ def no_bounded_error(
     plant: Loop, observer: Observer, frequency: fmpq, starts: Mapping[str, list[fmpq]], root: acb
 ) -> Found:
     """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
-    y_d' + a₃ y_d>, held over T, {observer.words}< of the plant {plant.name}|> has no bounded tracking error from this
-    x(0) and ζ(0) = {listed}: each excites an eigenvalue of modulus {size:down 3} or more.
+    y_d' + a₃ y_d>, held over {hold}, {observer.words}< of the plant {plant.name}|> has no bounded tracking error from
+    this x(0) and ζ(0) = {listed}: each excites an eigenvalue of modulus {size:down 3} or more.
 
     The tracking error is unbounded from x(0) = start with each of the given ζ(0).
 
@@ -118,7 +127,7 @@ def no_bounded_error(
         c = excitation(plant, observer, frequency, root, [*plant.start.entries(), *estimate])
         require(not c.contains(0), f"the eigenvalue is not proved to be excited and seen from {name}")
     listed = ", ".join(f"({', '.join(map(str, estimate))})" for estimate in starts.values())
-    return Found(words={"listed": listed, "size": abs(root)})
+    return Found(words={"hold": held_over(observer), "listed": listed, "size": abs(root)})
 
 
 def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Sequence[fmpq]) -> acb:

@@ -130,7 +130,8 @@ def test_changed_data_turn_claims_red() -> None:
     column = {problem.APO: [float(v) for v in printed.table_1("DRC-APO")]}
     readings = {choice: {**found, **column} for choice, found in table["readings"].items()}
     agreeing = {**table, "ratios": {**table["ratios"], **column}, "readings": readings}
-    assert verdict("shao.table.apo-3", {"shao.table": agreeing}) is Verdict.REPRODUCED
+    found = {"shao.table": agreeing, "shao.windows": result("shao.windows")}
+    assert verdict("shao.table.apo-3", found) is Verdict.REPRODUCED
     weak = {**table, "radius": {**table["radius"], problem.APO: 1.5}}
     assert verdict("shao.stability.apo", {"shao.table": weak}) in DENIED
 
