@@ -53,7 +53,7 @@ from replication.audit.model import Kind, Verdict
 from replication.estimation.delay import delay_system, rightmost_roots
 from replication.estimation.delay.sos.synthesis import assemble, program
 from replication.estimation.validation import Array
-from replication.verify.delay import levels
+from replication.verify.delay import dual, levels
 from replication.verify.delay.forms import kernels
 from replication.verify.delay.sos import bases
 
@@ -344,12 +344,12 @@ def test_theorems_speak_of_the_rules_that_hold_their_squares(degree: int) -> Non
             # A bound from below is on all squares of the reading, of a lower degree too.
             assert all(block.degree == degree for block in allowed)
             assert all(_members(block) == set(kernels(degree, rule)) for block in allowed)
-            assert levels.narrow_below(given).readings({"degree": degree, "rule": rule}) == (name,)
+            assert dual.narrow_below(given).readings({"degree": degree, "rule": rule}) == (name,)
             for (_, order, powers), block in zip(bases(given, rule), allowed, strict=True):
                 assert order <= block.degree
                 assert set(powers) <= _members(block)
     assert levels.narrow(degree).readings({"degree": degree + 1, "rule": "outer"}) == ()
-    assert levels.narrow_below(degree + 1).readings({"degree": degree, "rule": "inner"}) == ()
+    assert dual.narrow_below(degree + 1).readings({"degree": degree, "rule": "inner"}) == ()
     assert set(levels.below(degree).readings) == set(READINGS)
 
 

@@ -16,7 +16,7 @@ from replication.verify.algebra.decimals import below
 from replication.verify.algebra.linear import require_positive_semidefinite, zeros
 from replication.verify.algebra.work import spend
 from replication.verify.delay.forms import BUMP, UNIFORM, Form, Powers, basis_size, kernels, square
-from replication.verify.delay.levels import DEGREES, narrow_below, one_variable
+from replication.verify.delay.levels import DEGREES, LEAST, NARROW, TENSOR, one_variable
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.delay.sos import Squared, bases, rate, require_zero
 from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
@@ -60,7 +60,7 @@ def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
     "delay.degree-lower",
     parameters={"degree": sized(integer, 1)},
     bound=LOWER,
-    says=Says(quantity="least level of Theorem 3", readings=("z2-each",)),
+    says=Says(quantity=LEAST, readings=(TENSOR,)),
     witness={
         "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
         "functional": Depends(lambda given: sized(read_functional, given.plant, 2 * given.degree + 1)),
@@ -73,6 +73,15 @@ def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, 
     The tensor rule: powers of s and of t up to the degree each, with the weight 1; one less with -s(s + 1).
     """
     _require_functional(plant, bases(degree, "each"), lower, change, functional)
+
+
+def narrow_below(degree: int) -> Says:
+    """What no squares of a degree, or more, with kernels in one variable reach under the rule that they go by."""
+    return Says(
+        quantity=LEAST,
+        setting={"degree": degree},
+        readings=lambda parameters: (NARROW[parameters["rule"]],) if parameters["degree"] >= degree else (),
+    )
 
 
 @on_plant(

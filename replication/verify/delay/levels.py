@@ -51,15 +51,6 @@ def narrow(degree: int) -> Says:
     )
 
 
-def narrow_below(degree: int) -> Says:
-    """What no squares of a degree, or more, with kernels in one variable reach under the rule that they go by."""
-    return Says(
-        quantity=LEAST,
-        setting={"degree": degree},
-        readings=lambda parameters: (NARROW[parameters["rule"]],) if parameters["degree"] >= degree else (),
-    )
-
-
 def one_variable(value: Any, path: str) -> str:
     """The name of the variable of which alone the kernels hold powers."""
     rule = text(value, path)
