@@ -17,6 +17,7 @@ MAKERS = {
     "delay.total-upper": delay.total_upper,
     "delay.narrow-upper": delay.narrow_upper,
     "delay.degree-lower": delay_dual.degree_lower,
+    "delay.narrow-lower": delay_dual.narrow_lower,
     "delay.near-optimal": delay.near_optimal,
     "delay.pade-upper": delay_pade.pade_upper,
     "delay.pade-lower": delay_pade.pade_lower,

@@ -29,6 +29,7 @@ from papers.peet2019.experiments.measured import RECORD, recorded
 from papers.peet2019.experiments.readings import (
     HOUSE,
     READINGS,
+    Block,
     Rule,
     Shape,
     _blocks,
@@ -52,7 +53,8 @@ from replication.audit.model import Kind, Verdict
 from replication.estimation.delay import delay_system, rightmost_roots
 from replication.estimation.delay.sos.synthesis import assemble, program
 from replication.estimation.validation import Array
-from replication.verify.delay import levels
+from replication.verify.delay import dual, levels
+from replication.verify.delay.forms import kernels
 from replication.verify.delay.sos import bases
 
 ROUNDING = 1e-10
@@ -323,6 +325,10 @@ def _always(shape: Shape) -> Callable[[int], Shape]:
     return lambda _: shape
 
 
+def _members(block: Block) -> set[tuple[int, int]]:
+    return set(zip(*(powers.tolist() for powers in block.kernel_basis()), strict=True))
+
+
 @pytest.mark.parametrize("degree", levels.DEGREES)
 def test_theorems_speak_of_the_rules_that_hold_their_squares(degree: int) -> None:
     """What the verifier says of the readings, against the members of Z_1 and Z_2 that they list."""
@@ -335,10 +341,15 @@ def test_theorems_speak_of_the_rules_that_hold_their_squares(degree: int) -> Non
         for rule, name in levels.NARROW.items():
             assert levels.narrow(degree).readings({"degree": given, "rule": rule}) == (name,)
             allowed = _blocks(READINGS[name].storage(degree))
+            # A bound from below is on all squares of the reading, of a lower degree too.
+            assert all(block.degree == degree for block in allowed)
+            assert all(_members(block) == set(kernels(degree, rule)) for block in allowed)
+            assert dual.narrow_below(given).readings({"degree": degree, "rule": rule}) == (name,)
             for (_, order, powers), block in zip(bases(given, rule), allowed, strict=True):
                 assert order <= block.degree
-                assert set(powers) <= set(zip(*(powers.tolist() for powers in block.kernel_basis()), strict=True))
-    assert levels.narrow(1).readings({"degree": degree + 1, "rule": "outer"}) == ()
+                assert set(powers) <= _members(block)
+    assert levels.narrow(degree).readings({"degree": degree + 1, "rule": "outer"}) == ()
+    assert dual.narrow_below(degree + 1).readings({"degree": degree, "rule": "inner"}) == ()
     assert set(levels.below(degree).readings) == set(READINGS)
 
 

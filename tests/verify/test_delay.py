@@ -214,8 +214,8 @@ def symmetric(rng: random.Random, size: int) -> fmpq_mat:
 def test_squares_are_those_of_a_second_derivation(rule: str, degree: int, weight: int) -> None:
     points, functions = 3, 2
     g, order, powers = delay_sos.bases(degree, rule)[weight]
-    basis = oracle.Basis(points, functions, order, weight, rule)
-    assert g == oracle.WEIGHTS[weight] and list(powers) == basis.kernels
+    basis = oracle.bases(points, functions, degree, rule)[weight]
+    assert g == oracle.WEIGHTS[basis.weight] and tuple(powers) == basis.kernels
     gram = symmetric(random.Random(degree), basis.size)
     form = delay_forms.square(gram, g, points, functions, order, powers)
     assert delay_forms.basis_size(points, functions, order, powers) == basis.size

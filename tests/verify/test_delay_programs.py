@@ -12,6 +12,7 @@ import pytest
 from delay_cases import Json, certificate, refusal
 from flint import acb, fmpq, fmpq_mat
 
+from replication.certify.delay import dual as dual_maker
 from replication.certify.delay import levels as maker
 from replication.certify.delay import pade as pade_maker
 from replication.certify.rounding import exact, floats, rational
@@ -204,6 +205,36 @@ def test_another_degree_of_the_dual_is_refused() -> None:
     assert "at least 1" in refusal(given, delay_dual.degree_lower)
 
 
+@pytest.mark.parametrize(("name", "rule", "degree"), [("ex2-outer", "outer", 3), ("ex3-inner", "inner", 2)])
+def test_the_level_with_kernels_in_one_variable_is_bounded_below(name: str, rule: str, degree: int) -> None:
+    given = certificate(f"{name}-lower")
+    theorem = check(given)
+    said = {one.of.setting["degree"]: one.readings for one in theorem.says}
+    assert said == {d: (f"z2-{rule}",) if d <= degree else () for d in (1, 2, 3, 4)}
+    assert theorem.upper is None and theorem.holds is None
+    assert "the functional gives" in refusal(scaled(given, 1 + 10 * SMALL), delay_dual.narrow_lower)
+    other = certificate(f"{name}-lower")
+    other["parameters"]["rule"] = "inner" if rule == "outer" else "outer"
+    assert "positive semidefinite" in refusal(other, delay_dual.narrow_lower)
+    other["parameters"]["rule"] = "each"
+    assert "parameters.rule must be" in refusal(other, delay_dual.narrow_lower)
+    other = certificate(f"{name}-lower")
+    other["parameters"]["degree"] = degree - 1
+    assert f"must have {2 * degree + 1} entries" in refusal(other, delay_dual.narrow_lower)
+
+
+@pytest.mark.parametrize("rule", ["outer", "inner"])
+def test_both_bounds_with_kernels_in_one_variable_agree(rule: str) -> None:
+    """Degree 1 of Example 2 from both sides: squares below the functional would contradict it."""
+    theorem = {**certificate("ex2-d1-lower"), "name": "own", "paper": None, "claims": []}
+    theorem["parameters"] = {"degree": 1, "rule": rule}
+    upper = {**theorem, "statement": "delay.narrow-upper", **maker.narrow_upper(theorem)}
+    lower = {**theorem, "statement": "delay.narrow-lower", **dual_maker.narrow_lower(theorem)}
+    high, low = check(upper).upper, check(lower).lower
+    assert high is not None and low is not None
+    assert 0 <= high / low - 1 < fmpq(1, 50)  # the weighted squares of the lower bound are more
+
+
 def functional(points: int, functions: int, powers: int) -> delay_dual.Functional:
     rng = random.Random(2)
 
@@ -226,7 +257,7 @@ def test_the_matrix_on_squares_gives_the_functional_of_every_square() -> None:
     seen = functional(points, functions, 3)
     for weight in (delay_forms.UNIFORM, delay_forms.BUMP):
         order = degree if weight is delay_forms.UNIFORM else degree - 1
-        G = delay_dual._on_squares(seen.of, weight, points, functions, order)
+        G = delay_dual._on_squares(seen.of, weight, points, functions, order, delay_forms.kernels(order))
         size = delay_forms.basis_size(points, functions, order)
         half = fmpq_mat(size, size, list(range(size * size)))
         M = half + half.transpose()

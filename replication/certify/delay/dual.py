@@ -8,13 +8,10 @@ coordinates there is room for rounding.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from typing import Any
 
-import cvxpy as cp
 import numpy as np
-import scipy.sparse as sparse
 from flint import fmpq, fmpq_mat
 
 from replication.certify.delay.forms import (
@@ -23,47 +20,35 @@ from replication.certify.delay.forms import (
     Entry,
     Key,
     add,
+    bases,
     cancellable,
     contribution,
     echelon,
+    powers_of,
     supply,
 )
+from replication.certify.delay.gram import to_legendre
+from replication.certify.delay.interior import Dual, Row, inner_weights
 from replication.certify.delay.levels import change_of, dynamics_of
-from replication.certify.rounding import as_floats, floats, modelled, rational, rounded
 from replication.errors import SolverError
 from replication.estimation.validation import Array
 from replication.verify.reading import written
 
-STEP = 8e-6
-"""Relative distance of the bound from the dual optimum: leaves room for rounding."""
-ROOM = 1e-8
-"""Least eigenvalue below which the residuals of the solver could spoil the rounding."""
-LEVEL_BITS, WEIGHT_BITS = 40, 40
+LEVEL_BITS = 40
 
-Row = dict[int, fmpq]
+Squares = Callable[[int, int], tuple[Basis, Basis]]
+"""The bases under both weights, from the numbers of points and of functions."""
 
 
-@dataclass(frozen=True)
-class Dual:
-    """keys: the weights y. matrices: for each entry of each matrix of the functional on squares, its row of weights.
-
-    hidden: the coordinates of each matrix that are not measured. Those on N come first.
-    """
-
-    keys: tuple[Key, ...]
-    matrices: tuple[dict[Entry, Row], ...]
-    hidden: tuple[tuple[int, ...], ...]
-
-
-def dual_of(dynamics: Dynamics, degree: int) -> Dual:
-    """The functional on the squares of N and of dV/dt, for both weights, at one degree."""
+def dual_of(dynamics: Dynamics, squares: Squares) -> Dual:
+    """The functional on the squares of N and of dV/dt, for both weights, on bases with so many points."""
     position: dict[Key, int] = {}
     matrices: list[dict[Entry, Row]] = []
     hidden: list[tuple[int, ...]] = []
-    n, width = dynamics.states, dynamics.functions
+    changes: list[Array] = []
+    n = dynamics.states
     for points, moving in ((dynamics.points, False), (n, True)):
-        for weight in (0, 1):
-            basis = Basis(points, width, degree - weight, weight)
+        for basis in squares(points, dynamics.functions):
             rows: dict[Entry, Row] = {}
             for entry, key, factor in basis.terms():
                 row = rows.setdefault(entry, {})
@@ -73,7 +58,8 @@ def dual_of(dynamics: Dynamics, degree: int) -> Dual:
                     add(row, position.setdefault(target, len(position)), half * amount)
             matrices.append(rows)
             hidden.append(tuple(i for i in range(basis.size) if not _measured(dynamics, basis, i, moving)))
-    return Dual(tuple(position), tuple(matrices), tuple(hidden))
+            changes.append(to_legendre(basis)[np.ix_(hidden[-1], hidden[-1])])
+    return Dual(tuple(position), tuple(matrices), tuple(hidden), tuple(changes))
 
 
 def _measured(dynamics: Dynamics, basis: Basis, i: int, moving: bool) -> bool:
@@ -85,17 +71,33 @@ def _measured(dynamics: Dynamics, basis: Basis, i: int, moving: bool) -> bool:
 
 def degree_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """Bound and witness of a level that Theorem 3 cannot go below at the degree of the theorem."""
-    plant, degree = theorem["plant"], theorem["parameters"]["degree"]
+    degree = theorem["parameters"]["degree"]
+    return _lower(theorem, lambda points, functions: bases(points, functions, degree, "each"), 2 * degree + 1)
+
+
+def narrow_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
+    """The same with kernels in the variable that the theorem names; both weights with the same degree."""
+    degree, rule = theorem["parameters"]["degree"], theorem["parameters"]["rule"]
+    kernels = powers_of(degree, rule)
+
+    def squares(points: int, functions: int) -> tuple[Basis, Basis]:
+        return Basis(points, functions, degree, 0, kernels), Basis(points, functions, degree, 1, kernels)
+
+    return _lower(theorem, squares, 2 * degree + 3)
+
+
+def _lower(theorem: Mapping[str, Any], squares: Squares, powers: int) -> dict[str, Any]:
+    plant = theorem["plant"]
     change = change_of(plant)
     dynamics = dynamics_of(plant, change)
-    dual = dual_of(dynamics, degree)
+    dual = dual_of(dynamics, squares)
     # The coefficients of 2 v'z at the keys of the dual.
     plain = supply(dynamics, fmpq(0))
     costs = [plain.get(key, fmpq(0)) for key in dual.keys]
-    weights = _weights(dual, costs, *_equalities(dynamics, dual, costs))
+    weights = inner_weights(dual, costs, *_equalities(dynamics, dual, costs))
     value = sum((weight * cost for weight, cost in zip(weights, costs, strict=True)), fmpq(0))
     gamma = str(fmpq((value * 2**LEVEL_BITS).floor(), 2**LEVEL_BITS))
-    functional = _as_matrices(dynamics, 2 * degree + 1, dict(zip(dual.keys, weights, strict=True)))
+    functional = _as_matrices(dynamics, powers, dict(zip(dual.keys, weights, strict=True)))
     return {"bound": {"lower": gamma}, "witness": {"change": written(change), "functional": functional}}
 
 
@@ -122,50 +124,6 @@ def _equalities(dynamics: Dynamics, dual: Dual, costs: list[fmpq]) -> tuple[list
     for j, other in enumerate(others):
         free[other, j] = fmpq(1)
     return constant, free
-
-
-def _weights(dual: Dual, costs: list[fmpq], constant: list[fmpq], free: fmpq_mat) -> list[fmpq]:
-    """Rational y in the interior: the largest value first, then the largest margin a little below it.
-
-    Raises SolverError if there is no room for rounding.
-    """
-    cost = as_floats(written(costs))
-    t, margin = cp.Variable(free.ncols()), cp.Variable()
-    y = as_floats(written(constant)) + floats(free) @ t
-    grams = []
-    for matrix, hidden in zip(dual.matrices, dual.hidden, strict=True):
-        entries = sparse.csr_array(_map(matrix, hidden, len(dual.keys))) @ y
-        gram = cp.reshape(entries, (len(hidden), len(hidden)), order="C")
-        grams.append((gram + gram.T) / 2)
-    best = _solved(cp.Problem(cp.Maximize(cost @ y), [gram >> 0 for gram in grams]))
-    room = [gram >> margin * np.eye(gram.shape[0]) for gram in grams]
-    _solved(cp.Problem(cp.Maximize(margin), [cost @ y >= best * (1.0 - STEP), *room]))
-    least = min(float(np.linalg.eigvalsh(gram.value)[0]) for gram in grams)
-    if not least >= ROOM:
-        raise SolverError(f"no room for rounding: margin {least:.1e} at {STEP:g} below {best!r}; raise the distance")
-    chosen = fmpq_mat([[rational(rounded(float(value), WEIGHT_BITS))] for value in np.asarray(t.value)])
-    moved = free * chosen
-    return [value + moved[i, 0] for i, value in enumerate(constant)]
-
-
-def _map(matrix: dict[Entry, Row], hidden: tuple[int, ...], count: int) -> Array:
-    """The map from y to the entries of the matrix on the hidden coordinates, row by row."""
-    place = {i: k for k, i in enumerate(hidden)}
-    size = len(hidden)
-    result = np.zeros((size, size, count))
-    for (i, j), row in matrix.items():
-        if i in place and j in place:
-            for column, amount in row.items():
-                result[place[i], place[j], column] = result[place[j], place[i], column] = as_floats(str(amount))
-    return result.reshape(size * size, count)
-
-
-def _solved(problem: cp.Problem) -> float:
-    """The optimum; raises SolverError without one."""
-    modelled(problem)
-    if problem.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
-        raise SolverError(f"Clarabel found no functional: status {problem.status}")
-    return float(np.asarray(problem.value))
 
 
 def _as_matrices(dynamics: Dynamics, powers: int, weights: Mapping[Key, fmpq]) -> dict[str, Any]:

@@ -23,27 +23,21 @@ WEIGHTS: tuple[Mapping[int, int], ...] = ({0: 1}, {1: -1, 2: -1})
 
 @dataclass(frozen=True)
 class Basis:
-    """zeta(t) = [u; t^a f(t); t^a int s^b f(s) ds] with a, b <= degree, under the weight number `weight`.
+    """zeta(t) = [u; t^a f(t); t^a int s^b f(s) ds] with a <= degree, under the weight number `weight`.
 
-    rule: "each" for all powers (a, b) of the moments, "total" for a + b <= degree, "inner" for b = 0, "outer" for a = 0
-    and, under the second weight, b <= degree + 1.
+    pairs: the powers (a, b) of the moments, up to the degree each if None.
     """
 
     points: int
     functions: int
     degree: int
     weight: int
-    rule: str = "each"
+    pairs: tuple[tuple[int, int], ...] | None = None
 
     @cached_property
-    def kernels(self) -> list[tuple[int, int]]:
+    def kernels(self) -> tuple[tuple[int, int], ...]:
         """The powers a and b of the moments."""
-        d = self.degree
-        if self.rule == "outer":
-            return [(0, b) for b in range(d + self.weight + 1)]
-        if self.rule == "inner":
-            return [(a, 0) for a in range(d + 1)]
-        return [(a, b) for a in range(d + 1) for b in range(d + 1) if self.rule == "each" or a + b <= d]
+        return powers_of(self.degree, "each") if self.pairs is None else self.pairs
 
     @property
     def size(self) -> int:
@@ -85,6 +79,25 @@ class Basis:
                     else:
                         fixed, free = (left, g) if f is None else (right, f)
                         yield (i, j), pair(fixed, self.points + power * self.functions + free), weight  # type: ignore[operator, arg-type]
+
+
+def powers_of(degree: int, rule: str) -> tuple[tuple[int, int], ...]:
+    """The powers (a, b) of moments: up to the degree "each", in "total", "inner" with b = 0, "outer" with a = 0."""
+    if rule == "outer":
+        return tuple((0, b) for b in range(degree + 1))
+    if rule == "inner":
+        return tuple((a, 0) for a in range(degree + 1))
+    each = range(degree + 1)
+    return tuple((a, b) for a in each for b in each if rule == "each" or a + b <= degree)
+
+
+def bases(points: int, functions: int, degree: int, rule: str) -> tuple[Basis, Basis]:
+    """Under both weights; the second is one degree lower, but for the powers of the outer variable alone."""
+    lower = powers_of(degree if rule == "outer" else degree - 1, rule)
+    return (
+        Basis(points, functions, degree, 0, powers_of(degree, rule)),
+        Basis(points, functions, degree - 1, 1, lower),
+    )
 
 
 def pair(first: int, second: int) -> Key:

@@ -22,6 +22,7 @@ from replication.certify.delay.forms import (
     Form,
     Key,
     add,
+    bases,
     cancellable,
     contribution,
     derivative,
@@ -94,11 +95,10 @@ def centred(system: DelaySystem, gamma: float, degree: int, trace: float, rule: 
             break
     else:
         raise InfeasibleError(f"no room for rounding at the level {gamma!r}: margin {margin:.1e}; raise the level")
-    functions = system.states * system.delay_count
-    grams = [
-        _in_powers(block, Basis(0, functions, degree - weight, weight, rule))
-        for block, weight in zip(blocks, (0, 1, 0, 1), strict=True)
-    ]
+    n, functions = system.states, system.states * system.delay_count
+    every = n + functions + system.b.shape[1] + system.c10.shape[0]
+    both = *bases(n, functions, degree, rule), *bases(every, functions, degree, rule)
+    grams = [change.T @ block @ change for block, change in zip(blocks, map(to_legendre, both), strict=True)]
     least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
     return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
 
@@ -110,19 +110,18 @@ def _projected(program: Program, x: Array) -> Array:
     return x
 
 
-def _in_powers(gram: Array, basis: Basis) -> Array:
-    """A Gram matrix in Legendre polynomials as one in powers of t; of the points of the basis there may be more."""
+def to_legendre(basis: Basis) -> Array:
+    """The matrix that takes zeta in powers of t to the same in orthonormal Legendre polynomials."""
     count, functions = basis.degree + 1, basis.functions
     powers = _legendre_powers(basis.degree + 1)
     kept = [a * (count + 1) + b for a, b in basis.kernels]
-    points = gram.shape[0] - (basis.size - basis.points)
+    points = basis.points
     middle = points + functions * count
-    change = np.eye(gram.shape[0])
+    change = np.eye(basis.size)
     change[points:middle, points:middle] = np.kron(powers[:count, :count], np.eye(functions))
     # The powers of a polynomial are no higher than its own, so that those of each rule go among themselves.
     change[middle:, middle:] = np.kron(np.kron(powers, powers)[np.ix_(kept, kept)], np.eye(functions))
-    result: Array = change.T @ gram @ change
-    return result
+    return change
 
 
 def _legendre_powers(degree: int) -> Array:
@@ -140,8 +139,8 @@ def exact_grams(
     """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
     bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
     n, width = dynamics.states, dynamics.functions
-    v_bases = [Basis(n, width, degree - weight, weight, rule) for weight in (0, 1)]
-    h_bases = [Basis(dynamics.points, width, degree - weight, weight, rule) for weight in (0, 1)]
+    v_bases = bases(n, width, degree, rule)
+    h_bases = bases(dynamics.points, width, degree, rule)
     storage, dissipation = (
         [exact(rounded_array((matrix + matrix.T) / 2.0, bits)) for matrix in pair]
         for pair in (point.storage, point.dissipation)

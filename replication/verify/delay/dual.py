@@ -6,7 +6,7 @@ for every V and N of this degree; so the level is at least its value on 2 v'z ov
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,9 +15,10 @@ from flint import fmpq, fmpq_mat
 from replication.verify.algebra.decimals import below
 from replication.verify.algebra.linear import require_positive_semidefinite, zeros
 from replication.verify.algebra.work import spend
-from replication.verify.delay.forms import BUMP, UNIFORM, Form, basis_size, square
+from replication.verify.delay.forms import BUMP, UNIFORM, Form, Powers, basis_size, kernels, square
+from replication.verify.delay.levels import DEGREES, LEAST, NARROW, TENSOR, one_variable
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
-from replication.verify.delay.sos import rate, require_zero
+from replication.verify.delay.sos import Squared, bases, rate, require_zero
 from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
 from replication.verify.statement import LOWER, Depends, Says
 from replication.verify.theorem import require
@@ -59,7 +60,7 @@ def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
     "delay.degree-lower",
     parameters={"degree": sized(integer, 1)},
     bound=LOWER,
-    says=Says(quantity="least level of Theorem 3", readings=("z2-each",)),
+    says=Says(quantity=LEAST, readings=(TENSOR,)),
     witness={
         "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
         "functional": Depends(lambda given: sized(read_functional, given.plant, 2 * given.degree + 1)),
@@ -71,6 +72,44 @@ def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, 
 
     The tensor rule: powers of s and of t up to the degree each, with the weight 1; one less with -s(s + 1).
     """
+    _require_functional(plant, bases(degree, "each"), lower, change, functional)
+
+
+def narrow_below(degree: int) -> Says:
+    """What no squares of a degree, or more, with kernels in one variable reach under the rule that they go by."""
+    return Says(
+        quantity=LEAST,
+        setting={"degree": degree},
+        readings=lambda parameters: (NARROW[parameters["rule"]],) if parameters["degree"] >= degree else (),
+    )
+
+
+@on_plant(
+    "delay.narrow-lower",
+    parameters={"degree": sized(integer, 1), "rule": one_variable},
+    bound=LOWER,
+    says=tuple(map(narrow_below, DEGREES)),
+    witness={
+        "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
+        "functional": Depends(lambda given: sized(read_functional, given.plant, 2 * given.degree + 3)),
+    },
+)
+def narrow_lower(
+    plant: DelayPlant, degree: int, rule: str, lower: fmpq, change: fmpq_mat, functional: Functional
+) -> None:
+    """<The plant {plant.name}: Theorem 3|The plant: the sum-of-squares program> with the squares of degree {degree} or
+    less, with the weight 1 and with -s(s + 1), and powers of the {rule} variable alone in Z_2 is infeasible below
+    {lower:down}; other degree rules may allow less.
+    """
+    powers = kernels(degree, rule)
+    squares = [(weight, degree, powers) for weight in (UNIFORM, BUMP)]
+    _require_functional(plant, squares, lower, change, functional)
+
+
+def _require_functional(
+    plant: DelayPlant, squares: Sequence[Squared], lower: fmpq, change: fmpq_mat, functional: Functional
+) -> None:
+    """Refuse unless the functional is non-negative on all squares of these kinds and gives the level."""
     plant = measured_last(plant, change)
     n, functions, points = plant.states, plant.late.ncols(), plant.points
     require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")
@@ -79,9 +118,9 @@ def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, 
     level = supply - functional.of(rate(plant, fmpq(1), nothing))
     require(level > 0, "the functional is not positive on |w|^2 + |v|^2")
     require(supply >= lower * level, f"the functional gives {below(supply / level)} only")
-    for weight, order in ((UNIFORM, degree), (BUMP, degree - 1)):
+    for weight, order, powers in squares:
         for name, count, value in (("N", points, functional.of), ("dV/dt", n, functional.of_rate(plant))):
-            gram = _on_squares(value, weight, count, functions, order)
+            gram = _on_squares(value, weight, count, functions, order, powers)
             require_positive_semidefinite(gram, f"the functional on {name} of degree {order}")
 
 
@@ -107,17 +146,17 @@ def _mask(M: fmpq_mat, n: int, *, inside: bool) -> fmpq_mat:
 
 
 def _on_squares(
-    value: Callable[[Form], fmpq], weight: Mapping[int, int], points: int, functions: int, degree: int
+    value: Callable[[Form], fmpq], weight: Mapping[int, int], points: int, functions: int, degree: int, powers: Powers
 ) -> fmpq_mat:
     """The symmetric matrix G with value(square(M)) = trace(G M) for every symmetric M."""
-    size = basis_size(points, functions, degree)
-    spend(
-        size**2 * (degree + 1) ** 4 * (10_000 + 1_000 * functions**2), f"the functional on squares of degree {degree}"
-    )
+    size = basis_size(points, functions, degree, powers)
+    spend(size**2 * len(powers) ** 2 * (10_000 + 1_000 * functions**2), f"the functional on squares of degree {degree}")
     result = zeros(size, size)
     for i in range(size):
         for j in range(i + 1):
             unit = zeros(size, size)
             unit[i, j] = unit[j, i] = fmpq(1)
-            result[i, j] = result[j, i] = value(square(unit, weight, points, functions, degree)) / (1 if i == j else 2)
+            result[i, j] = result[j, i] = value(square(unit, weight, points, functions, degree, powers)) / (
+                1 if i == j else 2
+            )
     return result

@@ -54,7 +54,7 @@ def narrow(degree: int) -> Says:
 def one_variable(value: Any, path: str) -> str:
     """The name of the variable of which alone the kernels hold powers."""
     rule = text(value, path)
-    require(rule in NARROW, f'{path} must be "outer" or "inner", got "{rule[:20]}"')
+    require(rule in NARROW, f'{path} must be "outer" or "inner"')
     return rule
 
 

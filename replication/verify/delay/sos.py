@@ -21,9 +21,12 @@ from replication.verify.delay.plant import DelayPlant, measured_last
 from replication.verify.reading import fields, matrix, sequence, symmetric
 from replication.verify.theorem import require
 
+Squared = tuple[Mapping[int, int], int, Powers]
+"""The weight of a square, the degree of Z_1, the powers of s and t in Z_2."""
 
-def bases(degree: int, rule: str) -> list[tuple[Mapping[int, int], int, Powers]]:
-    """The weights 1 and -s(s+1), the degree of Z_1 under each, the powers of s and t in Z_2.
+
+def bases(degree: int, rule: str) -> list[Squared]:
+    """The squares of a degree with the weights 1 and -s(s+1).
 
     The second is one degree lower, but for powers of the outer variable alone.
     """
