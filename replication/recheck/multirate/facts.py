@@ -83,6 +83,13 @@ def rows(given: Certificate) -> Proof:
     return _exactly(2 * n + inputs + q)
 
 
+def cyclic_rows(given: Certificate) -> Proof:
+    """The rows of the matrix (30) of one plant with as many times the states, disturbances and sensors as instants."""
+    planned, (n, inputs, q) = _times(given), _sizes(given)
+    need(len(planned.periods) == q, "a period for each sensor")
+    return _exactly(planned.length * (2 * n + inputs + q))
+
+
 def _sizes(given: Certificate) -> tuple[int, int, int]:
     n = len(_states(given))
     return n, len(matrix(given.plant["B_d"], "B_d", n)[0]), len(matrix(given.plant["C"], "C", None, n))
@@ -237,6 +244,7 @@ CHECKS = {
     "multirate.dual-rate": dual_rate,
     "multirate.variables": variables,
     "multirate.rows": rows,
+    "multirate.cyclic-rows": cyclic_rows,
     "multirate.unmeasured": unmeasured,
     "multirate.observable": observable,
     "multirate.product": order_of_factors,
