@@ -101,7 +101,7 @@ def covered(plant: Plant, h: Interval, gain: Interval, printed: bool = False) ->
 class Ended:
     """How Algorithm 1 ended."""
 
-    elements: int
+    periods: list[Interval]
     passes: int
     first: Span
 
@@ -113,14 +113,16 @@ def run(plant: Plant, value: Any) -> Ended:
     start, stop = seconds(plant.low), seconds(plant.high)
     added = [seconds(plant.time("middle"))]
     spans: list[Span] = []
+    periods: list[Interval] = []
     for i, witnesses in enumerate(passes):
         need(len(witnesses) == len(added), "each new element needs its bracket")
+        periods += added
         for h, one in zip(added, witnesses, strict=True):
             spans.append(covered(plant, h, alpha(plant, h, one)))
         holes = _holes(spans, start, stop)
         if not holes:
             need(i == len(passes) - 1, "the algorithm has ended, but there are more passes")
-            return Ended(len(spans), len(passes), spans[0])
+            return Ended(periods, len(passes), spans[0])
         added = [(low + high) * Fraction(1, 2) for low, high in holes]
     need(False, "the range is not covered after these passes")
     raise AssertionError
@@ -154,7 +156,7 @@ def grid_size(given: Certificate) -> Proof:
     take(given.parameters, "parameters")
     given.stated("lower", "upper")
     ended = run(read_plant(given.plant), *take(given.witness, "witness", "passes"))
-    return Proof(Fraction(ended.elements), Fraction(ended.elements))
+    return Proof(Fraction(len(ended.periods)), Fraction(len(ended.periods)))
 
 
 def one_interval(given: Certificate) -> Proof:
@@ -164,7 +166,7 @@ def one_interval(given: Certificate) -> Proof:
     plant = read_plant(given.plant)
     ended = run(plant, *take(given.witness, "witness", "passes"))
     need(is_hurwitz(plant.A), "A is not Hurwitz")
-    need(ended.elements > 1 and not _covers(ended.first, plant), "the first interval covers the range")
+    need(len(ended.periods) > 1 and not _covers(ended.first, plant), "the first interval covers the range")
     return Proof(holds=True)
 
 
