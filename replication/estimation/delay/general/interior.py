@@ -126,7 +126,9 @@ def solve(blocks: tuple[Block, ...], order: int, cost: Array, *, gap: float = GA
         if stuck > STUCK:
             break
         y = y + ahead * dy
-        slacks = [_symmetric(s + ahead * p.forward @ d @ p.forward.T) for s, p, d in zip(slacks, scaled, ds, strict=True)]
+        slacks = [
+            _symmetric(s + ahead * p.forward @ d @ p.forward.T) for s, p, d in zip(slacks, scaled, ds, strict=True)
+        ]
         duals = [
             _symmetric(x + ahead_dual * p.inverse.T @ d @ p.inverse) for x, p, d in zip(duals, scaled, dx, strict=True)
         ]

@@ -150,4 +150,3 @@ def _legendre(weights: Array) -> Array:
     points, quadrature = legendre.gauss(count + 1)
     powers = (-points[:, None]) ** np.arange(count)
     return np.asarray(np.einsum("t,tc,tk,kij->cij", quadrature, legendre.evaluate(count, points), powers, weights))
-

@@ -52,7 +52,8 @@ class Scaling:
         rows = np.concatenate([1.0 / (self.time * self.states), np.full(p, root), np.ones(form.measurements)])[:, None]
         columns = np.concatenate([self.states, np.full(form.inputs, root)])
         lines = (
-            Line(line.delay * self.time, line.carry * columns, rows * line.end, rows * line.moments) for line in form.lines
+            Line(line.delay * self.time, line.carry * columns, rows * line.end, rows * line.moments)
+            for line in form.lines
         )
         return replace(form, now=rows * form.now * columns, lines=tuple(lines))
 
