@@ -17,8 +17,6 @@ from typing import Any
 from replication.recheck.run import ABOUT
 
 ROOT = Path(__file__).parents[2]
-PLACES = 6
-"""How many numbers of each part of a certificate are altered, one by one."""
 Certificate = dict[str, Any]
 
 
@@ -56,7 +54,7 @@ def true() -> dict[str, Certificate]:
 
 
 def altered(certificate: Certificate) -> Iterator[Certificate]:
-    """The certificate itself, then with each of its parts changed."""
+    """The certificate itself, then changed in one of all places that are alike, as the entries of a matrix are."""
     yield certificate
     random = Random(certificate["name"])
     for group in ("bound", "witness"):
@@ -68,9 +66,12 @@ def altered(certificate: Certificate) -> Iterator[Certificate]:
 
 
 def _changed(certificate: Certificate, group: str, random: Random) -> Iterator[Certificate]:
-    places = list(_places(certificate[group]))
-    for place in places if len(places) <= PLACES else random.sample(places, PLACES):
-        for change in CHANGES:
+    alike: dict[tuple[Any, ...], list[tuple[Any, ...]]] = {}
+    for place in _places(certificate[group]):
+        alike.setdefault(tuple(key if isinstance(key, str) else 0 for key in place), []).append(place)
+    chosen = [random.choice(places) for places in alike.values()]
+    for change in CHANGES:
+        for place in chosen:
             found = copy.deepcopy(certificate)
             holder: Any = found[group]
             for key in place[:-1]:
@@ -111,6 +112,14 @@ def _integer(step: int) -> Callable[[Any], Any]:
     return lambda value: value + step if type(value) is int else None
 
 
+def _negative(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_negative(one) for one in value]
+    return (
+        value[1:] if isinstance(value, str) and value[:1] == "-" else f"-{value}" if isinstance(value, str) else value
+    )
+
+
 CHANGES: tuple[Callable[[Any], Any], ...] = (
     _number(lambda number: number * Fraction(1001, 1000)),
     _number(lambda number: number * Fraction(999, 1000)),
@@ -123,6 +132,7 @@ CHANGES: tuple[Callable[[Any], Any], ...] = (
     lambda value: value[:-1] if isinstance(value, list) else None,
     lambda value: [*value, value[-1]] if isinstance(value, list) and value else None,
     lambda value: value[::-1] if isinstance(value, list) else None,
+    lambda value: _negative(value) if isinstance(value, list) else None,
     lambda value: "word" if isinstance(value, str) else None,
     lambda value: 1 if isinstance(value, str | list | dict) else None,
 )

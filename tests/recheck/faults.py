@@ -21,9 +21,11 @@ from replication.recheck import run as second
 from replication.recheck.reading import Proof, Unproved
 from replication.verify.theorem import Refused
 
-SLOW, SLOWEST = 0.2, 1.0
+SLOW, SLOWEST = 0.2, 5.0
 """Seconds of the processor beyond which an altered certificate, or a true one, is no part of a search for faults."""
-MOST = 60
+FIRST = 6
+"""Alterations that are always tried: bounds come first."""
+MOST = 150
 """Cases on which a fault is tried, the quick ones first."""
 
 
@@ -70,17 +72,15 @@ class Case:
 
 
 def cases(step: int) -> list[Case]:
-    """The corpus: the true certificates, and every step-th of what is made of each."""
-    found = []
-    for certificate in true().values():
-        limit = SLOWEST
-        for one in list(altered(certificate))[::step]:
-            case = _case(one, limit)
-            if case is None and limit == SLOWEST:
-                break
-            limit = SLOW
-            found += [case] if case else []
-    return found
+    """The corpus: of each true certificate itself, the first alterations, and every step-th of the others."""
+    return [case for certificate in true().values() for case in made_of(certificate, step)]
+
+
+def made_of(certificate: Certificate, step: int) -> list[Case]:
+    """The cases of one certificate; none if it takes too long itself."""
+    whole = _case(certificate, SLOWEST)
+    rest = [one for place, one in enumerate(altered(certificate)) if 0 < place < FIRST or (place and place % step == 0)]
+    return [whole, *filter(None, (_case(one, SLOW) for one in rest))] if whole else []
 
 
 def _case(certificate: Certificate, limit: float) -> Case | None:
