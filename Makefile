@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme picture test test-fast mutants docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
+.PHONY: report figures readme picture test test-fast mutants mutants-both docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
@@ -35,6 +35,9 @@ test-fast: $(STAMP) ## the tests that take no more than a few seconds and need n
 
 mutants: $(STAMP) ## every small change of the verifier, of which `make test` tries some (about half an hour)
 	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py --numprocesses=auto
+
+mutants-both: $(STAMP) ## every small change of either verifier, told by the other (hours)
+	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_agreement.py
 
 docs: $(STAMP) ## the documentation as pages in build/docs, which need no network
 	$(BIN)/python -m mkdocs build --quiet

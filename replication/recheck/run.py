@@ -24,19 +24,25 @@ ABOUT: dict[str, tuple[str, ...]] = {
     "okajima2023": (
         *("multirate.variables", "multirate.rows", "multirate.error-system", "multirate.dissipation"),
         *("multirate.schur", "multirate.recovered-poles", "multirate.same-setting", "multirate.free-setting"),
-        *("multirate.recovered-error-poles", "multirate.recovered-design"),
+        *("multirate.recovered-error-poles", "multirate.recovered-design", "multirate.one-matrix"),
+        *("multirate.shorter-periods", "multirate.cyclic-rows"),
     ),
     "mustafa": (
         *("nonuniform.lemma-2", "nonuniform.lemma-3", "nonuniform.map", "nonuniform.congruence"),
         *("nonuniform.recovery", "nonuniform.sizes", "nonuniform.upper-end", "nonuniform.lower-end"),
         *("nonuniform.grid-size", "nonuniform.one-interval", "nonuniform.stalls", "nonuniform.same-level"),
-        "nonuniform.observer-column",
+        *("nonuniform.observer-column", "nonuniform.breaks-condition-8", "nonuniform.meets-condition-8"),
+        *("nonuniform.grid-solution-fails", "nonuniform.output-matrix"),
     ),
     "shao": (
         *("dualrate.coordinates", "dualrate.sampled-observer", "dualrate.error-equations", "dualrate.step-bound"),
         *("dualrate.prediction-bound", "dualrate.contraction", "dualrate.counterexample"),
+        *("dualrate.second-case", "dualrate.collected-constant"),
     ),
-    "peet2019": ("delay.dissipation-identity", "delay.operator-identity", "delay.not-unstable"),
+    "peet2019": (
+        *("delay.dissipation-identity", "delay.operator-identity", "delay.not-unstable", "delay.present-only"),
+        "delay.observer-bound",
+    ),
 }
 """By paper, the statements that speak of it, and stand with its certificates only."""
 SECONDS = 20
@@ -95,6 +101,8 @@ def proof(value: Any, root: Path = ROOT, place: tuple[str, str] | None = None) -
     need(WORD.fullmatch(word(given["name"], "name")) is not None, "the name is no name")
     need(place is None or place == (given["paper"], given["name"]), f"the file stands for {place}")
     need(all(isinstance(given[group], dict) for group in ("plant", "parameters", "bound", "witness")), "no objects")
+    named = word(given["plant"].get("name", ""), "plant.name")
+    need(named == "" or WORD.fullmatch(named) is not None, "plant.name is no name")
     if given["paper"] is None:
         need(given["claims"] == [], "an own plant supports no claims")
     else:

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 from flint import fmpq, fmpq_mat
@@ -14,7 +15,7 @@ from flint import fmpq, fmpq_mat
 from replication.audit.run.prove import prove
 from replication.verify.algebra.decimals import above, below, decimal, half_unit, printed_matrix, printed_poles
 from replication.verify.reading import MAX_BYTES
-from replication.verify.run import check, committed, printable, report, same, verify
+from replication.verify.run import STATEMENTS, check, committed, printable, report, same, verify
 from replication.verify.subjects import papers, plant, printed, subject, theorems
 from replication.verify.theorem import Refused
 
@@ -82,11 +83,19 @@ def test_a_stated_side_must_be_the_proved_one() -> None:
         check({**certificate, "bound": {"upper": "8"}})
 
 
-def test_a_check_that_breaks_down_proves_nothing(tmp_path: Path) -> None:
+def test_a_check_that_breaks_down_proves_nothing() -> None:
+    def broken(certificate: object, stated: object) -> None:
+        raise KeyError("A")
+
+    with patch.dict(STATEMENTS, {"multirate.rows": broken}):
+        assert verify(FOLDER / "rows.json").reason == "the check ended in KeyError: 'A'"
+
+
+def test_a_field_that_is_missing_is_named(tmp_path: Path) -> None:
     certificate = json.loads((FOLDER / "rows.json").read_bytes())
     odd = {**certificate, "paper": None, "claims": [], "plant": {"name": "without-any-matrix"}}
     (tmp_path / "odd.json").write_text(json.dumps(odd), encoding="utf-8")
-    assert verify(tmp_path / "odd.json").reason == "the check ended in KeyError: 'A'"
+    assert verify(tmp_path / "odd.json").reason == "plant lacks the field A, C"
 
 
 def test_values_are_the_same_with_their_types() -> None:

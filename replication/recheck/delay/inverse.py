@@ -53,14 +53,18 @@ class Operator:
 
 
 class Setting:
-    """A random operator as in Theorem 4, and its inverse by the theorem, corrected or as it is printed."""
+    """A random operator as in Theorem 4, and its inverse by the theorem, corrected or as it is printed.
 
-    def __init__(self, draw: Draw, size: tuple[int, int, int], corrected: bool) -> None:
+    coupled: whether Q_i, and with it H, is not zero.
+    """
+
+    def __init__(self, draw: Draw, size: tuple[int, int, int], corrected: bool, coupled: bool = True) -> None:
         self.n, self.rows, points = size
         n, rows, pairs = self.n, self.rows, range(DELAYS)
         self.tau = draw.number()
         self.weights = [[draw.number() for _ in range(points)] for _ in pairs]
         p, h, gamma = draw.symmetric(n), draw.matrix(n, DELAYS * rows), draw.symmetric(DELAYS * rows)
+        h = h if coupled else nought(n, DELAYS * rows)
         self.z = [[draw.matrix(rows, n) for _ in range(points)] for _ in pairs]
         s = [[draw.symmetric(n) for _ in range(points)] for _ in pairs]
         self.back = [[inverse(one) for one in row] for row in s]
@@ -116,62 +120,138 @@ def theorem_4(draw: Draw, size: tuple[int, int, int], corrected: bool) -> Any:
     )
 
 
+@dataclass(frozen=True)
+class Injection:
+    """The operator (10) by its parts, for one measurement, at the points of each delay.
+
+    Z_7ij = Z' W_7ij Z(theta) has one column for one measurement, of which Z(theta) there is a column, seen.
+    """
+
+    Z0: Matrix
+    Z2: list[Matrix]
+    Z3: list[list[Matrix]]
+    W4: list[Matrix]
+    W5: list[list[Matrix]]
+    W6: list[Matrix]
+    W7: list[list[Matrix]]
+    seen: list[list[Matrix]]
+
+
+class Gains:
+    """The gains of Lemma 5: L_0, L_2i and L_3i; and what stands after X_i(s) in L_4i, L_5ij, L_6i and L_7ij."""
+
+    def __init__(self, g: Setting, z: Injection) -> None:
+        k, points = range(DELAYS), range(len(g.weights[0]))
+        h = [g.block(g.h, i) for i in k]
+        turned_h = [turned(one) for one in h]
+        beside = [[times(g.block(g.gamma, i, j), g.t[j]) for j in k] for i in k]
+        third = [[[times(z.W7[i][j], z.seen[j][b]) for b in points] for j in k] for i in k]
+        self.X = [[times(g.back[i][a], turned(g.z[i][a])) for a in points] for i in k]
+        self.L0 = plus(times(g.p, z.Z0), *(times(h[i], g.t[i], z.W4[i]) for i in k))
+        self.L2 = [plus(times(g.p, z.Z2[i]), *(times(h[j], g.t[j], z.W5[j][i]) for j in k)) for i in k]
+        self.L3 = [
+            [
+                plus(
+                    times(g.p, z.Z3[i][b]),
+                    times(h[i], g.v[i][b], z.W6[i]),
+                    *(times(h[j], g.t[j], third[j][i][b]) for j in k),
+                )
+                for b in points
+            ]
+            for i in k
+        ]
+        self.L4 = [plus(times(turned_h[i], z.Z0), z.W4[i], *(times(beside[i][j], z.W4[j]) for j in k)) for i in k]
+        self.L5 = [
+            [plus(times(turned_h[i], z.Z2[j]), z.W5[i][j], *(times(beside[i][q], z.W5[q][j]) for q in k)) for j in k]
+            for i in k
+        ]
+        self.L6 = z.W6
+        self.L7 = [
+            [
+                [
+                    plus(
+                        times(turned_h[i], z.Z3[j][b]),
+                        third[i][j][b],
+                        times(g.block(g.gamma, i, j), g.v[j][b], z.W6[j]),
+                        *(times(beside[i][q], third[q][j][b]) for q in k),
+                    )
+                    for b in points
+                ]
+                for j in k
+            ]
+            for i in k
+        ]
+
+    def histories(self) -> list[Matrix]:
+        """All gains but L_0 and L_2i, those with X_i(s) without it: X_i(s) times zero is zero."""
+        after = [*self.L4, *self.L6, *(one for row in self.L5 for one in row)]
+        return [
+            *(one for row in self.L3 for one in row),
+            *after,
+            *(one for block in self.L7 for row in block for one in row),
+        ]
+
+
 def lemma_5(draw: Draw, size: tuple[int, int, int], corrected: bool) -> Any:
     """The inverse on the injection (10), and the gains of the lemma, on one measurement and its histories."""
     g = Setting(draw, size, corrected)
     k, n, rows, m = range(DELAYS), g.n, g.rows, draw.matrix
-    y0, past = m(1, 1), [m(1, 1) for _ in k]
-    y = [[m(1, 1) for _ in row] for row in g.weights]
-    z0, z2, z3 = m(n, 1), [m(n, 1) for _ in k], [[m(n, 1) for _ in row] for row in g.weights]
-    w4, w5, w6 = [m(rows, 1) for _ in k], [[m(rows, 1) for _ in k] for _ in k], [m(rows, 1) for _ in k]
-    w7 = [[m(rows, rows) for _ in k] for _ in k]
-    # Z_7ij = Z' W_7ij Z(theta) has one column for one measurement, of which Z(theta) there is a column.
-    zc = [[m(rows, 1) for _ in row] for row in g.weights]
+    points = range(len(g.weights[0]))
+    y0, past, y = m(1, 1), [m(1, 1) for _ in k], [[m(1, 1) for _ in points] for _ in k]
+    z = Injection(
+        m(n, 1),
+        [m(n, 1) for _ in k],
+        [[m(n, 1) for _ in points] for _ in k],
+        [m(rows, 1) for _ in k],
+        [[m(rows, 1) for _ in k] for _ in k],
+        [m(rows, 1) for _ in k],
+        [[m(rows, rows) for _ in k] for _ in k],
+        [[m(rows, 1) for _ in points] for _ in k],
+    )
+    gains = Gains(g, z)
 
     def summed(curve: Any) -> Matrix:
-        return plus(*(scaled(w, curve(j, b)) for j, row in enumerate(g.weights) for b, w in enumerate(row)))
+        return plus(*(scaled(w, times(curve(j, b), y[j][b])) for j in k for b, w in enumerate(g.weights[j])))
 
-    first = plus(times(z0, y0), *(times(z2[i], past[i]) for i in k), summed(lambda j, b: times(z3[j][b], y[j][b])))
-    factor = g.tau if corrected else Fraction(1)
-    second = []
-    for i in k:
-        common = plus(
-            times(w4[i], y0),
-            *(times(w5[i][j], past[j]) for j in k),
-            summed(lambda j, b, i=i: times(w7[i][j], zc[j][b], y[j][b])),
-        )
-        second.append(
-            [scaled(factor, times(turned(g.z[i][a]), plus(common, times(w6[i], y[i][a])))) for a in range(len(y[i]))]
-        )
-    h = [g.block(g.h, i) for i in k]
-    gamma = [[g.block(g.gamma, i, j) for j in k] for i in k]
-    l0 = plus(times(g.p, z0), *(times(h[i], g.t[i], w4[i]) for i in k))
-    l2 = [plus(times(g.p, z2[i]), *(times(h[j], g.t[j], w5[j][i]) for j in k)) for i in k]
+    def injected(i: int, a: int) -> Matrix:
+        common = plus(times(z.W4[i], y0), *(times(z.W5[i][j], past[j]) for j in k))
+        inner = summed(lambda j, b: times(z.W7[i][j], z.seen[j][b]))
+        value = times(turned(g.z[i][a]), plus(common, inner, times(z.W6[i], y[i][a])))
+        return scaled(g.tau if corrected else Fraction(1), value)
 
-    def l3(i: int, b: int) -> Matrix:
-        inner = plus(*(times(h[j], g.t[j], w7[j][i], zc[i][b]) for j in k))
-        return plus(times(g.p, z3[i][b]), times(h[i], g.v[i][b], w6[i]), inner)
+    def gained(i: int, a: int) -> Matrix:
+        common = plus(times(gains.L4[i], y0), *(times(gains.L5[i][j], past[j]) for j in k))
+        inner = summed(lambda j, b: gains.L7[i][j][b])
+        return times(gains.X[i][a], plus(common, inner, times(gains.L6[i], y[i][a])))
 
-    gained = plus(times(l0, y0), *(times(l2[i], past[i]) for i in k), summed(lambda j, b: times(l3(j, b), y[j][b])))
-    below = []
-    for i in k:
-        l4 = plus(times(turned(h[i]), z0), w4[i], *(times(gamma[i][j], g.t[j], w4[j]) for j in k))
-        l5 = [plus(times(turned(h[i]), z2[j]), w5[i][j], *(times(gamma[i][q], g.t[q], w5[q][j]) for q in k)) for j in k]
+    first = plus(times(z.Z0, y0), *(times(z.Z2[i], past[i]) for i in k), summed(lambda j, b: z.Z3[j][b]))
+    above = plus(times(gains.L0, y0), *(times(gains.L2[i], past[i]) for i in k), summed(lambda j, b: gains.L3[j][b]))
+    second, below = ([[curve(i, a) for a in points] for i in k] for curve in (injected, gained))
+    return g.inverse.applied(first, second), (above, below)
 
-        def l7(j: int, b: int, i: int = i) -> Matrix:
-            inner = plus(*(times(gamma[i][q], g.t[q], w7[q][j], zc[j][b]) for q in k))
-            own = times(w7[i][j], zc[j][b])
-            return plus(times(turned(h[i]), z3[j][b]), own, times(gamma[i][j], g.v[j][b], w6[j]), inner)
 
-        common = plus(
-            times(l4, y0), *(times(l5[j], past[j]) for j in k), summed(lambda j, b, l7=l7: times(l7(j, b), y[j][b]))
-        )
-        row = []
-        for a in range(len(y[i])):
-            x = times(g.back[i][a], turned(g.z[i][a]))
-            row.append(times(x, plus(common, times(w6[i], y[i][a]))))
-        below.append(row)
-    return g.inverse.applied(first, second), (gained, below)
+def corrections(draw: Draw, size: tuple[int, int, int]) -> Any:
+    """All gains of Lemma 5 with Q_i and Z_3i to Z_7ij zero, and P^-1 Z_0, P^-1 Z_2i and zeros."""
+    g = Setting(draw, size, corrected=True, coupled=False)
+    k, n, rows, points = range(DELAYS), g.n, g.rows, range(len(g.weights[0]))
+    z0, z2, none = draw.matrix(n, 1), [draw.matrix(n, 1) for _ in k], nought(rows, 1)
+    z = Injection(
+        z0,
+        z2,
+        [[nought(n, 1) for _ in points] for _ in k],
+        [none for _ in k],
+        [[none for _ in k] for _ in k],
+        [none for _ in k],
+        [[nought(rows, rows) for _ in k] for _ in k],
+        [[draw.matrix(rows, 1) for _ in points] for _ in k],
+    )
+    gains, again = Gains(g, z), inverse(g.operator.P)
+    others = gains.histories()
+    return (gains.L0, gains.L2, others), (
+        times(again, z0),
+        [times(again, one) for one in z2],
+        [nought(len(one), 1) for one in others],
+    )
 
 
 PARTS = {"theorem-4": theorem_4, "lemma-5": lemma_5}
@@ -190,4 +270,15 @@ def operator_identity(given: Certificate) -> Proof:
     return Proof(holds=True)
 
 
-CHECKS = {"delay.operator-identity": operator_identity}
+def present_only(given: Certificate) -> Proof:
+    """Where Q_i and Z_3i to Z_7ij are zero, the gains of Lemma 5 are L_0 = P^-1 Z_0, L_2i = P^-1 Z_2i, and zero."""
+    given.stated()
+    take(given.plant, "plant", "name")
+    take(given.parameters, "parameters")
+    take(given.witness, "witness")
+    for size in SIZES["theorem-4"]:
+        need(same(partial(corrections, size=size)), "other gains are not zero, or L_0 or L_2i is another one")
+    return Proof(holds=True)
+
+
+CHECKS = {"delay.operator-identity": operator_identity, "delay.present-only": present_only}

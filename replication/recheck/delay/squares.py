@@ -45,13 +45,13 @@ Entry = tuple[Any, ...]
 """Of zeta: ("u", i), ("f", i, a) for s^a f_i(s), ("h", i, a, b) for s^a times the integral of t^b f_i."""
 
 
-def entries(us: int, functions: int, degree: int) -> list[Entry]:
-    """The entries of zeta in order."""
+def entries(us: int, functions: int, degree: int, total: bool = False) -> list[Entry]:
+    """The entries of zeta in order, a and b up to the degree; or their sum, if it is the total one."""
     powers = range(degree + 1)
     return [
         *(("u", i) for i in range(us)),
         *(("f", i, a) for a in powers for i in range(functions)),
-        *(("h", i, a, b) for a in powers for b in powers for i in range(functions)),
+        *(("h", i, a, b) for a in powers for b in powers if not total or a + b <= degree for i in range(functions)),
     ]
 
 
@@ -97,11 +97,10 @@ def terms(weight: int, left: Entry, right: Entry) -> Iterator[tuple[Place, Fract
             yield exchanged(place), share
 
 
-def squared(gram: list[Matrix], us: int, functions: int, degree: int) -> Form:
+def squared(gram: list[Matrix], zetas: list[list[Entry]]) -> Form:
     """The sum of squares of Gram matrices, for both weights."""
     found: Form = defaultdict(Fraction)
-    for weight, one in enumerate(gram):
-        zeta = entries(us, functions, degree - weight)
+    for weight, (one, zeta) in enumerate(zip(gram, zetas, strict=True)):
         for i, left in enumerate(zeta):
             for j in range(i, len(zeta)):
                 if one[i][j]:
@@ -215,18 +214,20 @@ class Error:
         return found
 
 
-def require_squares(plant: Delayed, degree: int, level: Fraction, value: Any) -> None:
+def require_squares(plant: Delayed, degree: int, level: Fraction, value: Any, total_degree: bool = False) -> None:
     """Refuse unless the identity of Theorem 3 holds with these Gram matrices, but for what Z cancels."""
     change, stored, dissipated = take(value, "sos", "change", "storage", "dissipation")
     need(1 <= degree <= MOST_DEGREE and level > 0, "the degree is too large, or the level not positive")
     system = Error(changed(plant, change))
     v, n = (several(grams, name, symmetric, 2) for grams, name in ((stored, "storage"), (dissipated, "dissipation")))
-    for weight in (0, 1):
-        for gram, us in ((v[weight], plant.n), (n[weight], system.us)):
-            need(len(gram) == len(entries(us, system.functions, degree - weight)), "a Gram matrix has another size")
-            need(is_positive(gram), "a Gram matrix is not positive")
-    storage = squared(v, plant.n, system.functions, degree)
-    total = squared(n, system.us, system.functions, degree)
+    of_v, of_n = (
+        [entries(us, system.functions, degree - weight, total_degree) for weight in (0, 1)]
+        for us in (plant.n, system.us)
+    )
+    for gram, zeta in zip([*v, *n], [*of_v, *of_n], strict=True):
+        need(len(gram) == len(zeta), "a Gram matrix has another size")
+        need(is_positive(gram), "a Gram matrix is not positive")
+    storage, total = squared(v, of_v), squared(n, of_n)
     for place, one in system.supplied(level).items():
         total[place] += one
     for place, coefficient in storage.items():
@@ -248,12 +249,17 @@ def _symmetric(form: Form) -> Form:
     return found
 
 
-def gain_upper(given: Certificate) -> Proof:
+def gain_upper(given: Certificate, total_degree: bool = False) -> Proof:
     """Theorem 3 is feasible at a level."""
     (upper,) = given.stated("upper")
     (degree,) = take(given.parameters, "parameters", "degree")
-    require_squares(read_plant(given.plant), count(degree, "degree", 1), upper, dict(given.witness))
+    require_squares(read_plant(given.plant), count(degree, "degree", 1), upper, dict(given.witness), total_degree)
     return Proof(upper=upper)
+
+
+def total_upper(given: Certificate) -> Proof:
+    """The same with powers of s and t that are at most the degree together."""
+    return gain_upper(given, True)
 
 
 def near_optimal(given: Certificate) -> Proof:
@@ -269,5 +275,6 @@ def near_optimal(given: Certificate) -> Proof:
 
 CHECKS = {
     "delay.gain-upper": gain_upper,
+    "delay.total-upper": total_upper,
     "delay.near-optimal": near_optimal,
 }

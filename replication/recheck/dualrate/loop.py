@@ -45,7 +45,8 @@ def read_loop(plant: Mapping[str, Any], *more: str) -> Loop:
     n = len(state)
     whole = positive(ratio, "M")
     need(whole.denominator == 1, "M is no integer")
-    small(whole <= MOST_PERIODS and n <= MOST_STATES, f"M is above {MOST_PERIODS}, or more than {MOST_STATES} states")
+    need(whole <= MOST_PERIODS, f"M is above {MOST_PERIODS}")
+    small(n <= MOST_STATES, f"more than {MOST_STATES} states")
     return Loop(
         state,
         matrix(b, "B", n, 1),

@@ -6,7 +6,18 @@ from fractions import Fraction
 
 from replication.recheck.dualrate.loop import read_loop
 from replication.recheck.exact import determinant, is_hurwitz, minus, plus, solved, times, unit
-from replication.recheck.reading import Certificate, Matrix, Proof, count, matrix, need, number, one_of, several, take
+from replication.recheck.reading import (
+    Certificate,
+    Matrix,
+    Proof,
+    count,
+    matrix,
+    need,
+    one_of,
+    positive,
+    several,
+    take,
+)
 
 
 def _motor(given: Certificate) -> tuple[list[Fraction], list[Matrix]]:
@@ -14,9 +25,9 @@ def _motor(given: Certificate) -> tuple[list[Fraction], list[Matrix]]:
     _, *values = take(given.plant, "plant", "name", *symbols, "A", "B", "C")
     take(given.parameters, "parameters")
     take(given.witness, "witness")
-    return [number(value, name) for name, value in zip(symbols, values, strict=False)], [
-        matrix(value, "A, B, C") for value in values[7:]
-    ]
+    a, b, c = values[7:]
+    read = [matrix(a, "A", 3, 3), matrix(b, "B", 3, 1), matrix(c, "C", 1, 3)]
+    return [positive(value, name) for name, value in zip(symbols, values, strict=False)], read
 
 
 def torque_constant(given: Certificate) -> Proof:

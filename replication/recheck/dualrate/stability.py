@@ -64,7 +64,7 @@ def no_bounded_error(given: Certificate) -> Proof:
     zero: Matrix = [[Fraction(0)] for _ in range(n)]
     own = {"zero": zero, "output": [*times(loop.C, loop.start), *zero[1:]], "true": loop.start}
     starts = [own[one] for one in several(listed, "starts", lambda value, at: one_of(value, at, *own))]
-    need(bool(starts), "no start")
+    need(0 < len({*listed}) == len(starts), "no start, or one twice")
     phi = monodromy(loop, observer)
     polynomial = characteristic(phi)
     point, away = eigenvalue(loop, observer, guess)

@@ -1,11 +1,9 @@
-"""The stability theorem of Shao et al., its steps, and a loop that refutes it."""
+"""The stability theorem of Shao et al., and a loop that refutes it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from math import factorial
 from typing import Any
 
 from replication.recheck.dualrate.loop import Loop, read_loop
@@ -13,7 +11,6 @@ from replication.recheck.dualrate.scalar import margin
 from replication.recheck.exact import (
     blocks,
     is_positive,
-    is_semidefinite,
     minus,
     nought,
     part,
@@ -24,7 +21,6 @@ from replication.recheck.exact import (
     turned,
     unit,
 )
-from replication.recheck.identities import Draw, same
 from replication.recheck.interval import Interval, exponential, largest
 from replication.recheck.reading import (
     Certificate,
@@ -33,15 +29,11 @@ from replication.recheck.reading import (
     count,
     matrix,
     need,
-    one_of,
     positive,
     several,
     symmetric,
     take,
 )
-
-STATES = 3
-"""Of the identities: the size of the example."""
 
 
 def joint(loop: Loop) -> Matrix:
@@ -172,112 +164,9 @@ def counterexample(given: Certificate) -> Proof:
     return Proof(holds=False)
 
 
-WEIGHTS: Mapping[str, Mapping[str, Matrix]] = {
-    "output": {"CA": [[1, 0]], "CBK": [[1, -1]]},
-    "feedback": {"KÂ": [[1, -1]], "KBK": [[1, -1]], "KLC": [[1, 0]]},
-}
-"""By quantity, the matrices of its rate, each with the vector that it multiplies, in terms of x and xi."""
-
-
-def step_bound(given: Certificate) -> Proof:
-    """(12) and (13), or (14): the rate of y or K zeta term by term, each vector at most a weight times |chi|."""
-    given.stated()
-    take(given.plant, "plant", "name")
-    take(given.witness, "witness")
-    name, weights = take(given.parameters, "parameters", "quantity", "weights")
-    quantity = one_of(name, "quantity", *WEIGHTS)
-    vectors = WEIGHTS[quantity]
-    for weight, (term, combined) in zip(take(weights, "weights", *vectors), vectors.items(), strict=True):
-        above = positive(weight, term)
-        short = minus(unit(2, above**2), times(turned(combined), combined))
-        need(is_semidefinite(short), f"the weight of {term} is too small")
-
-    def sides(draw: Draw) -> Any:
-        n = STATES
-        a, b, c, k, gain = (draw.matrix(*size) for size in ((n, n), (n, 1), (1, n), (1, n), (n, 1)))
-        x, own, x0, own0, e = (draw.matrix(rows, 1) for rows in (n, n, n, n, 1))
-        u, y = times(k, own0), plus(times(c, x0), e)
-        if quantity == "output":
-            return times(c, plus(times(a, x), times(b, u))), plus(times(c, a, x), times(c, b, k, own0))
-        rate = plus(times(minus(a, times(gain, c)), own), times(b, u), times(gain, y))
-        terms = times(k, minus(a, times(gain, c)), own), times(k, b, k, own0), times(k, gain, c, x0), times(k, gain, e)
-        return times(k, rate), plus(*terms)
-
-    need(same(sides), "the rate has other terms")
-    return Proof(holds=True)
-
-
-def contraction(given: Certificate) -> Proof:
-    """1 - phi = (1 - E)(1 - c) for phi = E + (1 - E) c: positive for E and c below one."""
-    _bare(given)
-
-    def sides(draw: Draw) -> Any:
-        e, c = draw.number(), draw.number()
-        return 1 - (e + (1 - e) * c), (1 - e) * (1 - c)
-
-    need(same(sides), "1 - phi is another polynomial")
-    return Proof(holds=True)
-
-
-def _bare(given: Certificate) -> None:
-    given.stated()
-    take(given.plant, "plant", "name")
-    take(given.parameters, "parameters")
-    take(given.witness, "witness")
-
-
-def sampled_observer(given: Certificate) -> Proof:
-    """(7) and the solution of (3) have the same derivatives at t = 0.
-
-    That of order j of (3) is hatA times the one before, from the second on; that of (7) is hatA^j zeta + hatA^(j-1)
-    (B u + L y), by the series of e^(hatA t) and of its integral. So both pass to the next by hatA.
-    """
-    _bare(given)
-
-    def sides(draw: Draw) -> Any:
-        n = STATES
-        a, pushed, own = draw.matrix(n, n), draw.matrix(n, 1), draw.matrix(n, 1)
-        solution = [own, plus(times(a, own), pushed)]
-        for _ in range(n):
-            solution.append(times(a, solution[-1]))
-        series, power = [own], unit(n)
-        for j in range(1, n + 2):
-            # t^j of e^(a t) has the coefficient a^j/j!, and of its integral a^(j-1)/j!.
-            integral = scaled(Fraction(1, factorial(j)), power)
-            power = times(power, a)
-            term = plus(times(scaled(Fraction(1, factorial(j)), power), own), times(integral, pushed))
-            series.append(scaled(factorial(j), term))
-        return series, solution
-
-    need(same(sides), "the derivatives differ")
-    return Proof(holds=True)
-
-
-def error_equations(given: Certificate) -> Proof:
-    """(9) equals (10)."""
-    _bare(given)
-
-    def sides(draw: Draw) -> Any:
-        n = STATES
-        a, b, c, k, gain = (draw.matrix(*size) for size in ((n, n), (n, 1), (1, n), (1, n), (n, 1)))
-        x, own, held, y_held, predicted = (draw.matrix(rows, 1) for rows in (n, n, n, 1, 1))
-        xi, fed = minus(x, own), times(b, k)
-        printed = plus(times(a, x), times(fed, held)), minus(times(a, xi), times(gain, minus(predicted, times(c, own))))
-        above = plus(times(plus(a, fed), x), scaled(-1, times(fed, xi)), times(fed, minus(held, own)))
-        wrong = plus(minus(y_held, times(c, x)), minus(predicted, y_held))
-        return printed, (above, minus(times(minus(a, times(gain, c)), xi), times(gain, wrong)))
-
-    need(same(sides), "(9) and (10) differ")
-    return Proof(holds=True)
-
-
 CHECKS = {
     "dualrate.lyapunov": lyapunov,
     "dualrate.condition": condition,
     "dualrate.prediction-bound": prediction_bound,
     "dualrate.counterexample": counterexample,
-    "dualrate.step-bound": step_bound,
-    "dualrate.contraction": contraction,
-    "dualrate.sampled-observer": sampled_observer,
-    "dualrate.error-equations": error_equations,
 }

@@ -33,8 +33,13 @@ def _times(given: Certificate) -> Schedule:
     return schedule(*take(given.parameters, "parameters", "periods", "offsets"))
 
 
+def _field(given: Certificate, name: str) -> Any:
+    need(name in given.plant, f"plant has no field {name}")
+    return given.plant[name]
+
+
 def _states(given: Certificate) -> Matrix:
-    found = square(given.plant["A"], "A")
+    found = square(_field(given, "A"), "A")
     small(len(found) <= MOST_STATES, f"more than {MOST_STATES} states")
     return found
 
@@ -66,8 +71,7 @@ def dual_rate(given: Certificate) -> Proof:
     """Whether all sensors measure at the first instant, and none at another."""
     planned = _times(given)
     numbers = [len(planned.measured(k)) for k in range(planned.length)]
-    need(numbers == [len(planned.periods), *([0] * (planned.length - 1))], "a sensor measures at another time")
-    return Proof(holds=True)
+    return Proof(holds=numbers == [len(planned.periods), *([0] * (planned.length - 1))])
 
 
 def variables(given: Certificate) -> Proof:
@@ -79,13 +83,21 @@ def variables(given: Certificate) -> Proof:
 
 def rows(given: Certificate) -> Proof:
     """The rows of the matrix (30)."""
+    take(given.witness, "witness")
     n, inputs, q = _sizes(given)
     return _exactly(2 * n + inputs + q)
 
 
+def cyclic_rows(given: Certificate) -> Proof:
+    """The rows of the matrix (30) of one plant with as many times the states, disturbances and sensors as instants."""
+    planned, (n, inputs, q) = _times(given), _sizes(given)
+    need(len(planned.periods) == q, "a period for each sensor")
+    return _exactly(planned.length * (2 * n + inputs + q))
+
+
 def _sizes(given: Certificate) -> tuple[int, int, int]:
     n = len(_states(given))
-    return n, len(matrix(given.plant["B_d"], "B_d", n)[0]), len(matrix(given.plant["C"], "C", None, n))
+    return n, len(matrix(_field(given, "B_d"), "B_d", n)[0]), len(matrix(_field(given, "C"), "C", None, n))
 
 
 def unmeasured(given: Certificate) -> Proof:
@@ -100,14 +112,16 @@ def unmeasured(given: Certificate) -> Proof:
 
 
 def _gains(given: Certificate) -> list[Matrix]:
-    found: list[Matrix] = several(given.plant["L"], "L", matrix)
+    size = len(_states(given))
+    found: list[Matrix] = several(_field(given, "L"), "L", lambda value, at: matrix(value, at, size))
     return found
 
 
 def observable(given: Certificate) -> Proof:
     """Whether the observability matrix has full rank."""
+    take(given.witness, "witness")
     a = _states(given)
-    c = matrix(given.plant["C"], "C", None, len(a))
+    c = matrix(_field(given, "C"), "C", None, len(a))
     seen = [c]
     for _ in a[1:]:
         seen.append(times(seen[-1], a))
@@ -117,7 +131,7 @@ def observable(given: Certificate) -> Proof:
 def order_of_factors(given: Certificate) -> Proof:
     """Whether the poles of A_e depend on the order of its factors, though not on where the period begins."""
     planned, a = _times(given), _states(given)
-    c, gains = matrix(given.plant["C"], "C", len(planned.periods), len(a)), _gains(given)
+    c, gains = matrix(_field(given, "C"), "C", len(planned.periods), len(a)), _gains(given)
     need(len(gains) == planned.length, "a gain for each phase")
     factors = []
     for k, one in enumerate(gains):
@@ -237,6 +251,7 @@ CHECKS = {
     "multirate.dual-rate": dual_rate,
     "multirate.variables": variables,
     "multirate.rows": rows,
+    "multirate.cyclic-rows": cyclic_rows,
     "multirate.unmeasured": unmeasured,
     "multirate.observable": observable,
     "multirate.product": order_of_factors,

@@ -96,21 +96,33 @@ class Sensed:
 
 def sensed(plant: Any, parameters: Any, *more: str) -> tuple[Sensed, list[Any], Fraction]:
     """The plant with the sensors chosen, further fields of it as they stand, and the width that is asked for."""
-    _, *matrices = take(plant, "plant", "name", "A", "B_d", "C", "D", "W", *more)
     chosen, periods, offsets, relative = take(parameters, "parameters", "sensors", "periods", "offsets", "relative")
+    found, others = scheduled(plant, chosen, schedule(periods, offsets), *more)
+    return found, others, positive(relative, "relative")
+
+
+def scheduled(plant: Any, chosen: Any, planned: Schedule, *more: str) -> tuple[Sensed, list[Any]]:
+    """The plant with the sensors chosen under a schedule, and further fields of it as they stand."""
+    _, *matrices = take(plant, "plant", "name", "A", "B_d", "C", "D", "W", *more)
     a = square(matrices[0], "A")
     small(len(a) <= MOST_STATES, f"more than {MOST_STATES} states")
     b, c = matrix(matrices[1], "B_d", len(a)), matrix(matrices[2], "C", None, len(a))
     d, w = matrix(matrices[3], "D", len(c)), matrix(matrices[4], "W", None, len(a))
     kept = several(chosen, "sensors", count)
     need(bool(kept) and all(i < len(c) for i in kept) and len({*kept}) == len(kept), "sensors that are none, or twice")
-    planned = schedule(periods, offsets)
     need(len(planned.periods) == len(kept), "a period for each sensor")
-    return (
-        Sensed(a, b, [c[i] for i in kept], [d[i] for i in kept], w, planned),
-        matrices[5:],
-        positive(relative, "relative"),
-    )
+    return Sensed(a, b, [c[i] for i in kept], [d[i] for i in kept], w, planned), matrices[5:]
+
+
+def closed(plant: Sensed, gains: Any) -> list[tuple[Matrix, Matrix]]:
+    """(A_k, B_k) of the error system with these gains, phase by phase."""
+    injected = several(gains, "L", lambda value, at: matrix(value, at, len(plant.A)), plant.times.length)
+    need(all(len(one[0]) == len(plant.C) for one in injected), "L has a column for each sensor")
+    found = []
+    for k, one in enumerate(injected):
+        a = minus(plant.A, times(one, plant.rows(plant.C, k)))
+        found.append((a, blocks([[plant.B, scaled(-1, times(one, plant.rows(plant.D, k)))]])))
+    return found
 
 
 def gain(given: Certificate) -> Proof:
@@ -119,12 +131,7 @@ def gain(given: Certificate) -> Proof:
     size, length = len(plant.A), plant.times.length
     stored, turn, v = take(given.witness, "witness", "P", "turn", "v")
     lower, upper = _bracket(given, relative)
-    injected = several(gains, "L", lambda value, at: matrix(value, at, size), length)
-    need(all(len(one[0]) == len(plant.C) for one in injected), "L has a column for each sensor")
-    steps = []
-    for k, one in enumerate(injected):
-        a = minus(plant.A, times(one, plant.rows(plant.C, k)))
-        steps.append((a, blocks([[plant.B, scaled(-1, times(one, plant.rows(plant.D, k)))]])))
+    steps = closed(plant, gains)
     storage = several(stored, "P", lambda value, at: symmetric(value, at, size), length)
     for k, (a, b) in enumerate(steps):
         both = blocks([[a, b]])
@@ -227,20 +234,25 @@ def optimum_noncausal(given: Certificate) -> Proof:
     return Proof(lower, upper, True)
 
 
-def optimum_causal(given: Certificate) -> Proof:
-    """The least level of predictors, where a disturbance that is seen too late meets it."""
-    plant, _, relative = sensed(given.plant, given.parameters)
-    p, y, start, d = take(given.witness, "witness", "P", "Y", "start", "d")
-    lower, upper = _bracket(given, relative)
-    attained(plant, p, y, upper)
-    inputs = several(d, "d", lambda value, at: matrix(value, at, len(plant.B[0]), 1))
+def require_seen_late(plant: Sensed, start: Any, disturbance: Any, level: Fraction) -> None:
+    """Refuse unless a disturbance from rest at an instant, hidden up to its end, has this gain."""
+    inputs = several(disturbance, "d", lambda value, at: matrix(value, at, len(plant.B[0]), 1))
     state = nought(len(plant.A), 1)
     produced, spent = Fraction(0), Fraction(0)
     for k, one in enumerate(inputs, count(start, "start")):
         spent += squares(one) + squares(plant.hiding(k, state))
         state = plus(times(plant.A, state), times(plant.B, one))
         produced += squares(times(plant.W, state))
-    need(spent > 0 and produced >= lower**2 * spent, "the disturbance has a smaller gain")
+    need(spent > 0 and produced >= level**2 * spent, "the disturbance has a smaller gain")
+
+
+def optimum_causal(given: Certificate) -> Proof:
+    """The least level of predictors, where a disturbance that is seen too late meets it."""
+    plant, _, relative = sensed(given.plant, given.parameters)
+    p, y, start, d = take(given.witness, "witness", "P", "Y", "start", "d")
+    lower, upper = _bracket(given, relative)
+    attained(plant, p, y, upper)
+    require_seen_late(plant, start, d, lower)
     return Proof(lower, upper, True)
 
 

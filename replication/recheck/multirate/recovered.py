@@ -69,6 +69,7 @@ def _around(value: Fraction, radius: Fraction) -> tuple[Fraction, Fraction]:
 def poles(given: Certificate) -> Proof:
     """The poles of A are those that are stated, to their digits."""
     given.stated()
+    take(given.witness, "witness")
     parts = []
     for centre, radius in _plant(given)[3]:
         parts += [_around(centre.re, radius), *([_around(centre.im, radius)] if centre.im != 0 else [])]
@@ -89,6 +90,7 @@ def _loop(given: Certificate, a: Matrix, c: Matrix, planned: Schedule) -> list[D
 def same_setting(given: Certificate) -> Proof:
     """With the C of Sec. IV-A the gains (42) leave poles outside the unit circle, so the setting is another one."""
     given.stated()
+    take(given.witness, "witness")
     a, planned, _, _ = _plant(given)
     found = _loop(given, a, matrix(given.plant["C"], "C"), planned)
     need(any(_outside(disc) for disc in found), "no pole of A_e lies outside the unit circle")
@@ -109,6 +111,7 @@ def free_setting(given: Certificate) -> Proof:
 def error_poles(given: Certificate) -> Proof:
     """The poles of A_e with another C, all real, in the order in which the stated ones stand."""
     given.stated()
+    take(given.witness, "witness")
     a, planned, (c,), _ = _plant(given, "C")
     stated = several(given.plant["error_poles"], "error_poles", number)
     found = _loop(given, a, c, planned)

@@ -53,10 +53,10 @@ def before(first: Any, second: Any) -> bool:
     return one < other
 
 
-def require_response(plant: Plant, phi: Matrix, lower: Fraction, turn: Any, direction: Any) -> None:
+def require_response(a: Matrix, phi: Matrix, lower: Fraction, turn: Any, direction: Any) -> None:
     """Refuse unless A Phi (z - Phi)^-1 amplifies a direction by more than the bound at a point of the circle."""
     vector = complex_column(direction, "direction", len(phi))
-    answer = times(plant.A, phi, solved(resolved(on_circle(turn), phi), vector))
+    answer = times(a, phi, solved(resolved(on_circle(turn), phi), vector))
     spent = modulus2(vector)
     need(spent > 0 and modulus2(answer) > lower * lower * spent, "the response is no larger than that")
 
@@ -74,7 +74,7 @@ def alpha(plant: Plant, h: Interval, value: Any) -> Interval:
     supply += [[*([Fraction(0)] * n), *row] for row in unit(n, high * high)]
     left = minus(supply, times(turned(step), stored, step))
     need(pivots_are_positive(enclosed(left)), "the bounded real lemma does not hold")
-    require_response(plant, phi, low, turn, direction)
+    require_response(plant.A, phi, low, turn, direction)
     need(low <= high, "the bounds are crossed")
     return Interval.between(low, high)
 
@@ -101,7 +101,7 @@ def covered(plant: Plant, h: Interval, gain: Interval, printed: bool = False) ->
 class Ended:
     """How Algorithm 1 ended."""
 
-    elements: int
+    periods: list[Interval]
     passes: int
     first: Span
 
@@ -113,14 +113,16 @@ def run(plant: Plant, value: Any) -> Ended:
     start, stop = seconds(plant.low), seconds(plant.high)
     added = [seconds(plant.time("middle"))]
     spans: list[Span] = []
+    periods: list[Interval] = []
     for i, witnesses in enumerate(passes):
         need(len(witnesses) == len(added), "each new element needs its bracket")
+        periods += added
         for h, one in zip(added, witnesses, strict=True):
             spans.append(covered(plant, h, alpha(plant, h, one)))
         holes = _holes(spans, start, stop)
         if not holes:
             need(i == len(passes) - 1, "the algorithm has ended, but there are more passes")
-            return Ended(len(spans), len(passes), spans[0])
+            return Ended(periods, len(passes), spans[0])
         added = [(low + high) * Fraction(1, 2) for low, high in holes]
     need(False, "the range is not covered after these passes")
     raise AssertionError
@@ -154,7 +156,7 @@ def grid_size(given: Certificate) -> Proof:
     take(given.parameters, "parameters")
     given.stated("lower", "upper")
     ended = run(read_plant(given.plant), *take(given.witness, "witness", "passes"))
-    return Proof(Fraction(ended.elements), Fraction(ended.elements))
+    return Proof(Fraction(len(ended.periods)), Fraction(len(ended.periods)))
 
 
 def one_interval(given: Certificate) -> Proof:
@@ -164,7 +166,7 @@ def one_interval(given: Certificate) -> Proof:
     plant = read_plant(given.plant)
     ended = run(plant, *take(given.witness, "witness", "passes"))
     need(is_hurwitz(plant.A), "A is not Hurwitz")
-    need(ended.elements > 1 and not _covers(ended.first, plant), "the first interval covers the range")
+    need(len(ended.periods) > 1 and not _covers(ended.first, plant), "the first interval covers the range")
     return Proof(holds=True)
 
 
@@ -203,20 +205,30 @@ def same_level(given: Certificate) -> Proof:
     need(count(cell, "cell") < number, "the cell is none")
     gain, far, reached = positive(lower, "alpha"), positive(radius, "radius"), positive(level, "level")
     start, length = seconds(plant.low), seconds(plant.high) - seconds(plant.low)
-    n = len(plant.A)
+    n, modal = len(plant.A), _modal(plant.A)
     centre = start + length * Fraction(2 * cell + 1, 2 * number)
-    phi = [row[:n] for row in plant.step(centre)]
-    require_response(plant, phi, gain, *take(response, "response", "turn", "direction"))
+    phi = exponential(scaled(centre, modal))
+    require_response(modal, phi, gain, *take(response, "response", "turn", "direction"))
     # Delta(theta), the integral of e^(At), stands beside e^(A theta) in exp of [A, I; 0, 0] theta.
     theta = length * Fraction(1, 2 * number)
     zero = unit(n, Fraction(0))
-    delta = [row[n:] for row in exponential(scaled(theta, blocks([[plant.A, unit(n)], [zero, zero]])))[:n]]
+    delta = [row[n:] for row in exponential(scaled(theta, blocks([[modal, unit(n)], [zero, zero]])))[:n]]
     vector = matrix(direction, "direction", n, 1)
     spent = modulus2(vector)
     need(spent > 0 and modulus2(times(delta, vector)) > far * far * spent, "Delta is no larger than that")
     need(reached < min(gain, gain * far), "the filter's level is no lower")
     require_level(Case(plant, read_filter(filter_, plant), plant.low, plant.high, False), reached, storage)
     return Proof(holds=True)
+
+
+def _modal(a: Matrix) -> Matrix:
+    """[a, b; -b, a] for the eigenvalues a + ib and a - ib."""
+    need(len(a) == 2, "modal coordinates are those of two states")
+    middle = (a[0][0] + a[1][1]) / 2
+    square_ = a[0][0] * a[1][1] - a[0][1] * a[1][0] - middle * middle
+    need(square_ > 0, "the eigenvalues are real")
+    b = Interval.of(square_).root()
+    return [[Interval.of(middle), b], [-b, Interval.of(middle)]]
 
 
 def _sharp() -> bool:

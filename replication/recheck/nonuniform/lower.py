@@ -99,7 +99,6 @@ def breaks_level(given: Certificate) -> Proof:
 def require_no_filter(plant: Plant, period: Any, level: Fraction, start: Any) -> None:
     """Refuse unless a disturbance that no measurement shows up to k = 0 has this gain to the errors up to k = 1."""
     n, r, m = len(plant.A), len(plant.C), len(plant.B[0])
-    need(is_hurwitz(plant.A), "A is not Hurwitz")
     step = plant.step(seconds(plant.time(period)))
     phi, gamma = [row[:n] for row in step], [row[n:] for row in step]
     if not any(map(any, plant.D)):
@@ -107,6 +106,7 @@ def require_no_filter(plant: Plant, period: Any, level: Fraction, start: Any) ->
         _require_ratio(modulus2(times(plant.L, gamma, w)), modulus2(w), level)
         return
     need(r == m, "D is neither zero nor square")
+    need(is_hurwitz(plant.A), "A is not Hurwitz")
     hidden = scaled(-1, times(inverse(plant.D), plant.C))
     backwards = inverse(plus(phi, times(gamma, hidden)))
     need(is_schur(characteristic(backwards)), "a zero may lie in the unit circle")

@@ -13,8 +13,9 @@ from replication.verify.algebra.work import bits, characteristic_polynomial, pro
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.sensing import TIMES, schedule, without_noise
 from replication.verify.predicate import NO_READING
-from replication.verify.reading import as_written, matrices, matrix, states
+from replication.verify.reading import as_written, known_fields, matrices, matrix, states
 from replication.verify.statement import Found, Says, statement
+from replication.verify.theorem import require
 
 Plant = Mapping[str, Any]
 """A plant as it stands in the certificate, of which each statement reads what it counts."""
@@ -145,6 +146,7 @@ def order_of_factors(plant: Plant, periods: list[int], offsets: list[int]) -> Fo
     """
     measured = schedule(periods, offsets)
     A, C = _observed(plant)
+    require(C.nrows() == len(periods), "plant.C must have a row for each period")
     first, *others = without_noise(A, C, measured).error_system(_gains(plant, len(periods), len(measured)))
     orders = ([first, *others], [*others, first], [*reversed(others), first])
     poles, shifted, reverse = (characteristic_polynomial(monodromy(order)) for order in orders)
@@ -157,13 +159,14 @@ def order_of_factors(plant: Plant, periods: list[int], offsets: list[int]) -> Fo
 
 def _observed(plant: Plant) -> tuple[fmpq_mat, fmpq_mat]:
     """A and C of the plant."""
-    A = states(plant["A"], "plant.A")
-    return A, matrix(plant["C"], "plant.C", columns=A.nrows())
+    A, C = known_fields(plant, "plant", "A", "C")
+    A = states(A, "plant.A")
+    return A, matrix(C, "plant.C", columns=A.nrows())
 
 
 def _gains(plant: Plant, sensors: int, phases: int) -> list[fmpq_mat]:
-    n = states(plant["A"], "plant.A").nrows()
-    return matrices(plant["L"], "plant.L", n, sensors, phases)
+    A, L = known_fields(plant, "plant", "A", "L")
+    return matrices(L, "plant.L", states(A, "plant.A").nrows(), sensors, phases)
 
 
 def _rows(plant: Plant) -> int:

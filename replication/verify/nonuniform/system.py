@@ -63,8 +63,10 @@ class Plant:
 
 
 def read_plant(value: Any, path: str = "plant") -> Plant:
-    """The plant of a certificate, shapes checked; other fields, such as a printed filter, are left alone."""
-    A, B, C, D, L, *ends = known_fields(value, path, "A", "B", "C", "D", "L", "h_l", "h_u")
+    """The plant of a certificate, shapes checked; a filter that is printed with it is left alone."""
+    A, B, C, D, L, *ends = known_fields(value, path, "A", "B", "C", "D", "L", "h_l", "h_u", "name")[:-1]
+    others = set(value) - {"A", "B", "C", "D", "L", "h_l", "h_u", "name", "filter"}
+    require(not others, f"{path} has the unknown field {min(others, default='')}")
     A = states(A, f"{path}.A")
     n = A.nrows()
     B, C = matrix(B, f"{path}.B", rows=n), matrix(C, f"{path}.C", columns=n)

@@ -1,0 +1,138 @@
+"""Certificates on which both verifiers must say the same: of each statement a true one, and altered ones.
+
+An alteration keeps the file well formed or not, makes it false, or leaves it true with another bound; which of these is
+for the verifiers to say.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from replication.recheck.run import ABOUT
+
+ROOT = Path(__file__).parents[2]
+Certificate = dict[str, Any]
+
+
+NAMES = {
+    "mustafa": """
+        condition-8-1 condition-8-2 congruence filter-first-column floor-1 floor-2 grid-2 lemma-2 lemma-3-1
+        lower-end-1 map-1 nominal-1-upper one-interval-2 our-filter-lower our-filter-upper output-matrix
+        own-grid-2 printed-filter-level range-1-no-filter range-2-lower range-2-no-filter recovery
+        same-level-1 sizes stable-2 stall-1 upper-end-1
+    """,
+    "okajima2023": """
+        common-period cyclic-rows dissipation dual-rate error-system gains-33-unmeasured gains-38
+        gains-38-one-matrix idle-instants-case-2 observable optimum-1-1 optimum-case-a product rows schur
+        section-4c-design section-4c-error-poles section-4c-poles section-4c-same-setting
+        selection-eqs-11-12 shorter-periods variables
+    """,
+    "peet2019": """
+        ex1-lower ex1-near-optimal ex1-one-disturbance ex1-pade-lower ex1-pade-upper ex1-total-upper
+        ex1-unstable ex2-d1-lower ex4-not-unstable observer-bound present-only theorem-3-identity theorem-4
+    """,
+    "shao": """
+        collected-constant condition condition-scalar contraction coordinates counterexample
+        discrete-observer error-equations errors-pmi-fast-instants estimate-2-one-correction
+        feedforward-printed hurwitz-feedback lyapunov output-bounds prediction-bound radius-motor-apo
+        second-case slow-period stable-pmi table-src-1 torque-constant
+    """,
+}
+"""By paper, a certificate of each statement that is soon checked, and a few more."""
+
+
+def true() -> dict[str, Certificate]:
+    """These certificates, by the paths of their files."""
+    paths = (f"{paper}/{name}" for paper, listed in NAMES.items() for name in listed.split())
+    return {path: json.loads((ROOT / "certificates" / f"{path}.json").read_bytes()) for path in paths}
+
+
+def altered(certificate: Certificate) -> Iterator[Certificate]:
+    """The certificate itself, then changed in one of all places that are alike, as the entries of a matrix are."""
+    yield certificate
+    random = Random(certificate["name"])
+    for group in ("bound", "witness"):
+        yield from _changed(certificate, group, random)
+    if certificate["statement"] not in {statement for listed in ABOUT.values() for statement in listed}:
+        own = {**certificate, "paper": None, "claims": []}
+        for group in ("plant", "parameters"):
+            yield from _changed(own, group, random)
+
+
+def _changed(certificate: Certificate, group: str, random: Random) -> Iterator[Certificate]:
+    alike: dict[tuple[Any, ...], list[tuple[Any, ...]]] = {}
+    for place in _places(certificate[group]):
+        alike.setdefault(tuple(key if isinstance(key, str) else 0 for key in place), []).append(place)
+    chosen = [random.choice(places) for places in alike.values()]
+    for change in CHANGES:
+        for place in chosen:
+            found = copy.deepcopy(certificate)
+            holder: Any = found[group]
+            for key in place[:-1]:
+                holder = holder[key]
+            new = change(holder[place[-1]])
+            if new is not None:
+                holder[place[-1]] = new
+                yield found
+    for key in [*certificate[group], "another"]:
+        found = copy.deepcopy(certificate)
+        if key in certificate[group]:
+            del found[group][key]
+        else:
+            found[group][key] = "1"
+        yield found
+
+
+def _places(value: Any) -> Iterator[tuple[Any, ...]]:
+    """The ways to all values but the outermost."""
+    keys = value.keys() if isinstance(value, dict) else range(len(value)) if isinstance(value, list) else ()
+    for key in keys:
+        yield (key,)
+        for rest in _places(value[key]):
+            yield (key, *rest)
+
+
+def _number(change: Callable[[Fraction], Fraction]) -> Callable[[Any], Any]:
+    def changed(value: Any) -> Any:
+        try:
+            return str(change(Fraction(value))) if isinstance(value, str) else None
+        except ValueError:
+            return None
+
+    return changed
+
+
+def _integer(step: int) -> Callable[[Any], Any]:
+    return lambda value: value + step if type(value) is int else None
+
+
+def _negative(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_negative(one) for one in value]
+    return (
+        value[1:] if isinstance(value, str) and value[:1] == "-" else f"-{value}" if isinstance(value, str) else value
+    )
+
+
+CHANGES: tuple[Callable[[Any], Any], ...] = (
+    _number(lambda number: number * Fraction(1001, 1000)),
+    _number(lambda number: number * Fraction(999, 1000)),
+    _number(lambda number: -number),
+    _number(lambda number: number + Fraction(1, 2)),
+    _number(lambda number: Fraction(0)),
+    _number(lambda number: number * 1000),
+    _integer(1),
+    _integer(-1),
+    lambda value: value[:-1] if isinstance(value, list) else None,
+    lambda value: [*value, value[-1]] if isinstance(value, list) and value else None,
+    lambda value: value[::-1] if isinstance(value, list) else None,
+    lambda value: _negative(value) if isinstance(value, list) else None,
+    lambda value: "word" if isinstance(value, str) else None,
+    lambda value: 1 if isinstance(value, str | list | dict) else None,
+)

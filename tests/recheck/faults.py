@@ -1,0 +1,167 @@
+"""Small faults in one verifier, found by the other: what it then says of the corpus, against the other's word."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import CodeType, FrameType
+from typing import Any
+
+import mutants
+from corpus import Certificate, altered, true
+
+import replication.verify.run as first
+from replication import twice
+from replication.recheck import run as second
+from replication.recheck.reading import Proof, Unproved
+from replication.verify.theorem import Refused
+
+SLOW, SLOWEST = 0.2, 5.0
+"""Seconds of the processor beyond which an altered certificate, or a true one, is no part of a search for faults."""
+FIRST = 6
+"""Alterations that are always tried: bounds come first."""
+MOST = 150
+"""Cases on which a fault is tried, the quick ones first."""
+
+
+def by_first(certificate: Certificate) -> first.Outcome:
+    """What the first verifier says of a certificate."""
+    try:
+        return first.Outcome(path=Path(certificate["name"]), theorem=first.check(certificate))
+    except Refused as refusal:
+        return first.Outcome(path=Path(certificate["name"]), theorem=None, reason=str(refusal))
+    except Exception as failure:  # noqa: BLE001 - as its command does
+        return first.Outcome(path=Path(certificate["name"]), theorem=None, reason=f"ended in {failure!r}")
+
+
+def by_second(certificate: Certificate) -> Proof | Unproved:
+    """What the second verifier says of a certificate."""
+    try:
+        return second.proof(certificate)
+    except Unproved as refusal:
+        return refusal
+    except Exception as failure:  # noqa: BLE001 - as its command does
+        return Unproved(f"ended in {failure!r}")
+
+
+ASK: Mapping[str, Callable[[Certificate], Any]] = {"verify": by_first, "recheck": by_second}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A certificate, what both say of it, and by room the seconds that takes and the functions that are called."""
+
+    certificate: Certificate
+    one: first.Outcome
+    other: Proof | Unproved
+    seconds: Mapping[str, float]
+    entered: Mapping[str, set[int]]
+
+    def noticed(self, room: str) -> bool:
+        """Whether the verifier in this room, asked again, differs from what the other one has said, or skips it."""
+        if room == "verify":
+            pair = twice.compared(by_first(self.certificate), self.other)
+        else:
+            pair = twice.compared(self.one, by_second(self.certificate))
+        return bool(pair.conflict) or not pair.checked
+
+
+def cases(step: int) -> list[Case]:
+    """The corpus: of each true certificate itself, the first alterations, and every step-th of the others."""
+    return [case for certificate in true().values() for case in made_of(certificate, step)]
+
+
+def made_of(certificate: Certificate, step: int) -> list[Case]:
+    """The cases of one certificate; none if it takes too long itself."""
+    whole = _case(certificate, SLOWEST)
+    rest = [one for place, one in enumerate(altered(certificate)) if 0 < place < FIRST or (place and place % step == 0)]
+    return [whole, *filter(None, (_case(one, SLOW) for one in rest))] if whole else []
+
+
+def _case(certificate: Certificate, limit: float) -> Case | None:
+    """What both say of it; None if that takes one of them longer."""
+    said: dict[str, Any] = {}
+    seconds = {}
+    for room, ask in ASK.items():
+        begin = time.process_time()
+        said[room] = ask(certificate)
+        seconds[room] = time.process_time() - begin
+        if seconds[room] > limit:
+            return None
+    return Case(certificate, said["verify"], said["recheck"], seconds, _entered(certificate))
+
+
+def _entered(certificate: Certificate) -> Mapping[str, set[int]]:
+    """By module of either verifier, the first lines of the functions that a check of a certificate calls."""
+    called: set[CodeType] = set()
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        if event == "call":
+            called.add(frame.f_code)
+
+    mutants._forget(mutants._own_modules())
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        for ask in ASK.values():
+            ask(certificate)
+    finally:
+        sys.setprofile(before)
+    files = {module.__file__: name for name, module in list(sys.modules.items()) if name.startswith(mutants.ROOM)}
+    entered: defaultdict[str, set[int]] = defaultdict(set)
+    for code in called:
+        if code.co_filename in files:
+            entered[files[code.co_filename]].add(code.co_firstlineno)
+    return entered
+
+
+def unnoticed(module: str, tried: Sequence[mutants.Mutant], corpus: Sequence[Case]) -> Iterator[mutants.Mutant]:
+    """Those faults of a module with which its verifier says of every case what the other one says."""
+    room = module.split(".")[1]
+    kills: defaultdict[int, int] = defaultdict(int)
+    for mutant in tried:
+        reached = [
+            i
+            for i, case in enumerate(corpus)
+            if (case.entered[module] if not mutant.function else not case.entered[module].isdisjoint(mutant.function))
+        ]
+        # What has noticed faults before comes first, then what is quick.
+        reached.sort(key=lambda i: (-kills[i], corpus[i].seconds[room]))
+        noticed = _noticed(mutant, room, [corpus[i] for i in reached[:MOST]])
+        if noticed is None:
+            yield mutant
+        elif noticed >= 0:
+            kills[reached[noticed]] += 1
+
+
+def _noticed(mutant: mutants.Mutant, room: str, tried: Sequence[Case]) -> int | None:
+    """The number of the case that a fault changes; -1 if it ends in the import or never; None if there is none."""
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(reader)
+        mutants._die_alone()
+        answer = "none"
+        try:
+            answer = str(_first_difference(mutant, room, tried))
+        finally:
+            os.write(writer, answer.encode())
+            os._exit(0)
+    os.close(writer)
+    with os.fdopen(reader) as stream:
+        answer = stream.read()
+    os.waitpid(child, 0)
+    return None if answer == "none" else int(answer or -1)
+
+
+def _first_difference(mutant: mutants.Mutant, room: str, tried: Sequence[Case]) -> int | str:
+    try:
+        mutants._take_the_place(mutant)
+    except Exception:  # noqa: BLE001 - whatever a fault does to an import, it is noticed
+        return -1
+    return next((i for i, case in enumerate(tried) if case.noticed(room)), "none")

@@ -1,0 +1,124 @@
+"""Both verifiers say the same of altered certificates, and a small fault in either is told by the other."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import faults
+import mutants
+import pytest
+from corpus import NAMES, Certificate, altered, true
+
+from replication import twice
+from replication.recheck.reading import Unproved
+from replication.verify.run import STATEMENTS
+
+ROOT = Path(__file__).parents[2]
+WHOLE = os.environ.get("MUTANTS") == "all"
+STEP = 1 if WHOLE else 32
+"""Of the altered certificates every so many are tried; all of them with MUTANTS=all (`make mutants-both`)."""
+SHARE = 1
+"""Faults of each module that are tried, evenly spread over it; all of them with MUTANTS=all."""
+NOTICED = 0.5
+"""Of the faults at least so many change an answer on the corpus: it would not find much if it were weaker."""
+WIDE = ("shao/condition", "shao/condition-scalar", "shao/counterexample")
+KNOWN = {(path, field) for path in WIDE for field in ("low", "high", "least", "most")}
+"""Certificates, and the field altered, that one verifier alone accepts: where the bounds of an eigenvalue are wide, the
+intervals of the second enclose the left side of (18) more narrowly than the balls of the first. Both are sound.
+"""
+
+
+def differing(path: str, certificate: Certificate) -> Iterator[tuple[str, str]]:
+    """The alterations of a certificate on which the verifiers differ."""
+    for place, one in enumerate(altered(certificate)):
+        if place < faults.FIRST or place % STEP == 0:
+            outcome, found = faults.by_first(one), faults.by_second(one)
+            if twice.compared(outcome, found).conflict:
+                yield path, _changed(certificate, one)
+            # A refusal says why.
+            assert "ended in" not in outcome.reason, (path, place, outcome.reason)
+            assert not isinstance(found, Unproved) or "ended in" not in str(found), (path, place, found)
+
+
+def _changed(one: Any, other: Any, field: str = "") -> str:
+    """The innermost field that differs."""
+    if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
+        keys = [key for key in one if one[key] != other[key] and key not in ("paper", "claims")]
+        return _changed(one[keys[0]], other[keys[0]], keys[0]) if keys else field
+    return field
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("paper", NAMES)
+def test_both_say_the_same_of_altered_certificates(paper: str) -> None:
+    found = [pair for path, one in true().items() if path.startswith(f"{paper}/") for pair in differing(path, one)]
+    assert set(found) <= KNOWN
+
+
+def test_the_corpus_has_a_certificate_of_each_statement() -> None:
+    assert {one["statement"] for one in true().values()} == set(STATEMENTS)
+
+
+def modules() -> list[str]:
+    """The modules of both verifiers that decide what is proved."""
+    found = []
+    for room in ("recheck", "verify"):
+        for path in sorted((ROOT / "replication" / room).rglob("*.py")):
+            if not path.stem.startswith("__"):
+                found.append(".".join(path.relative_to(ROOT).with_suffix("").parts))
+    return found
+
+
+@cache
+def corpus() -> list[faults.Case]:
+    return faults.cases(STEP)
+
+
+@pytest.mark.slow
+def test_a_fault_that_changes_an_answer_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    """What a faulty verifier says is compared with the word of the other: no changed answer passes for that of both.
+
+    Faults that change none are told by `make mutants-both`, for reading: most leave a check as good as it was.
+    """
+    assert not any(case.noticed(room) for case in corpus() for room in faults.ASK)
+    tried, left = 0, []
+    for name in modules():
+        import_module(name)
+        listed = mutants.mutants_of(name)
+        chosen = listed if WHOLE else listed[:: max(1, math.ceil(len(listed) / SHARE))]
+        tried += len(chosen)
+        left += list(faults.unnoticed(name, chosen, corpus()))
+    with capsys.disabled():
+        print(f" [{tried} faults: {tried - len(left)} change an answer, and the other verifier tells]", end="")
+        if WHOLE:
+            print(*("", *left), sep="\n")
+    assert tried > 50
+    assert tried - len(left) > NOTICED * tried
+
+
+FAULTS = (
+    ("recheck.multirate.orders", "require_seen_late(shorter", "require_seen_late left out", "shorter-periods"),
+    ("recheck.multirate.orders", "lower**2 * spent <= seen", "became 3", "gains-38-one-matrix"),
+    ("recheck.nonuniform.condition", "scaled(time, [[real", "lost its sign or negation", "condition-8-1"),
+    ("recheck.nonuniform.filters", "(sign if k == j", "Sub became Add", "output-matrix"),
+    ("recheck.delay.observer", "return first - supplied", "Sub became Add", "observer-bound"),
+    ("recheck.delay.squares", "if not total or a + b <= degree", "LtE became GtE", "ex1-total-upper"),
+    ("recheck.dualrate.steps", "a4 = 2 *", "Mult became Add", "collected-constant"),
+)
+"""Module, line, change, and the certificate of whose alterations one must tell it."""
+
+
+@pytest.mark.parametrize(("module", "text", "change", "name"), FAULTS)
+def test_a_fault_of_the_mathematics_is_told(module: str, text: str, change: str, name: str) -> None:
+    module = f"replication.{module}"
+    import_module(module)
+    seeded = [one for one in mutants.mutants_of(module) if text in one.text and one.change == change]
+    (certificate,) = [one for one in true().values() if one["name"] == name]
+    assert seeded
+    assert list(faults.unnoticed(module, seeded, faults.made_of(certificate, 3))) == []
