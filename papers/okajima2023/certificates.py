@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from papers.okajima2023.experiments.declared import DIAGONAL_STEP, ENTRY_DECIMALS, LARGEST_ENTRY, PLANT, SECOND_DECIMALS
+from papers.okajima2023.experiments.declared import DIAGONAL_STEP, ENTRY_DECIMALS, LARGEST_ENTRY, SECOND_DECIMALS
 from papers.okajima2023.experiments.unstable import any_entries
 from papers.okajima2023.method.input_recovery import recover_inputs
 from papers.okajima2023.method.recovery import exact_diagonals, recover_outputs, recover_poles
-from papers.okajima2023.printed import DATA, GAINS, matrix, poles
+from papers.okajima2023.printed import DATA, GAINS, PLANT, matrix, poles
 from replication.certify.multirate import levels as multirate
 from replication.certify.multirate import orders
 from replication.certify.rounding import decimals
