@@ -23,9 +23,9 @@ from replication.verify.theorem import Refused
 
 SLOW, SLOWEST = 0.2, 5.0
 """Seconds of the processor beyond which an altered certificate, or a true one, is no part of a search for faults."""
-FIRST = 6
+FIRST = 3
 """Alterations that are always tried: bounds come first."""
-MOST = 150
+MOST = 100
 """Cases on which a fault is tried, the quick ones first."""
 
 
