@@ -17,7 +17,7 @@ def findings(results: Results) -> tuple[str, ...]:
     bracket, weighted = (
         {e: results[f"{name}.{e}"]["lower"] for e in EXAMPLES} for name in ("bracket", "bracket-duration")
     )
-    whose = {1: "our filter next to the nominal optimum", 2: "the printed filter"}
+    whose = {1: "our filter", 2: "the printed filter"}
     sizes = [results[f"grids.{e}"]["algorithm"][CORRECT.name]["size"] for e in EXAMPLES]
     as_read = [reading.name for reading in (AS_PRINTED, WITH_SET_MINUS)]
     ends = {results[f"grids.{e}"]["algorithm"][name]["end"] for e in EXAMPLES for name in as_read}
