@@ -52,8 +52,8 @@ def _simulated(found: Mapping[str, Any]) -> str:
 
 def _unstable(diagonals: list[Mapping[str, Any]]) -> str:
     return (
-        f"With Sec. IV-A's C, gains (42) fail for each of {len(diagonals)} diagonals of A with the stated poles, but not "
-        "for every such A."
+        f"With Sec. IV-A's C, gains (42) fail for each of {len(diagonals)} diagonals of A with the stated poles, "
+        "but not for every such A."
     )
 
 
