@@ -55,6 +55,7 @@ def test_each_misprint_is_what_is_printed() -> None:
 
 def test_with_scalars_all_misprints_but_the_transposes_show() -> None:
     values = {name: fmpq(1, k + 2) for k, name in enumerate(sorted(_letters("e-transposes")))}
+    assert delay_identity.residual(BOTH, "e-transposes").at(values) == 0
     # R_12(s, t) and R_21(t, s) are one number, and so are the two histories of a double integral.
     assert delay_identity.residual(BOTH, "d-sign").at(values | dict.fromkeys(_letters("d-sign"), fmpq(1))) != 0
 

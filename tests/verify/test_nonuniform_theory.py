@@ -325,7 +325,10 @@ def test_columns_of_the_observer_are_enclosed() -> None:
     (first, second) = check(load("filter-second-column")).items
     assert round(float(first[0].p) / float(first[0].q), 4) == 0.0373
     assert round(float(second[0].p) / float(second[0].q), 4) == 0.9048
-    (first, second) = check(load("filter-first-column")).items
+    assert "Column 2 of" in check(load("filter-second-column")).sentence
+    theorem = check(load("filter-first-column"))
+    assert "Column 1 of" in theorem.sentence
+    (first, second) = theorem.items
     assert round(float(first[0].p) / float(first[0].q), 3) == -0.044
     assert round(float(second[0].p) / float(second[0].q), 3) == -1.067
 
