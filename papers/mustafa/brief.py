@@ -35,13 +35,13 @@ def _example(number: int, begin: float) -> Picture:
 BRIEF = Brief(
     topic="Samples at irregular instants",
     card="The levels [come out](+gamma.1) at each grid's [one period](+filter.norm); Sec. V-A calls such levels "
-    "nominal. Over all sequences the gain is larger, [in](-valid.1) [both examples](-valid.2).",
+    "nominal. Over all sequences the gain is larger, [in](?robust-level.1) [both examples](?robust-level.2).",
     holds="At the period of its grid [each](gamma.1) [level](filter.norm) comes out; both examples are "
     "[stable](stable.1) [throughout](stable.2); [one element](condition-8.2) satisfies (8) on the second range.",
-    correct="[What solves (6)](valid.1) on the grid fails over the whole range; [one](grid.1) [element](condition-8.1) "
-    "does not cover the first; [case U3](u3) and [two maps](map) are misprinted.",
-    guess="Whether the abstract promises its levels [for every sequence](robust-level.1) or for the grid; what "
-    "[step 4](algorithm) means; whether the printed filter is [an observer](filter.first-column).",
+    correct="[One](grid.1) [element](condition-8.1) does not cover the range of Example 1; [case U3](u3) and [two "
+    "maps](map) are misprinted.",
+    guess="Whether the abstract promises its levels [for every sequence](robust-level.1) or the grid; what "
+    "[valid](valid.1) and [step 4](algorithm) mean; whether the printed filter is [an observer](filter.first-column).",
     sketch=Sketch(
         alt="A signal is sampled at irregular instants, while the filter is designed for one constant period.",
         strokes=(

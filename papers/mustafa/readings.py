@@ -61,6 +61,12 @@ CORRECTED_GRID = Reading(
     text="The grid is that of Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4; "
     "step 4 is corrected by an inference (erratum algorithm).",
 )
+STABLE_ONLY = Reading(
+    name="valid as stable",
+    place="Sec. I, on the idea of [7]; Sec. V-A",
+    text="Valid means that the error system is stable for every sequence: Sec. I calls the idea one of stability "
+    "robustness, and Sec. V-A calls the level nominal.",
+)
 CONSTANT_CHANGE = Reading(
     name="constant change",
     place="Eq. (8)",
@@ -108,5 +114,5 @@ DRAWN = {
 
 READINGS = (
     SAMPLES, DURATION, GRID_PERIODS, NOMINAL, FOUND, OUR_FILTER, OBSERVER_FORM, ONE_ELEMENT, CORRECTED_GRID,
-    CONSTANT_CHANGE, ANY_CHANGE, BOUND_9, UNION, SET_MINUS, MULTIPLIERS, *DRAWN.values(),
+    STABLE_ONLY, CONSTANT_CHANGE, ANY_CHANGE, BOUND_9, UNION, SET_MINUS, MULTIPLIERS, *DRAWN.values(),
 )  # fmt: skip

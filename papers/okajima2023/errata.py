@@ -44,7 +44,7 @@ def diagonal(results: Results) -> Proof:
             f"printed, one has the stated poles to their digits: {tuple(state['fits'][0])}. Off the grid another real "
             f"diagonal has them: about ({', '.join(f'{entry:.4f}' for entry in other['diagonal'])}), with which no "
             f"integer C with entries of size up to {results[ALL_DIAGONALS]['bound']} explains the poles of A_e. An A "
-            "with other entries off its diagonal is not considered."
+            "with other entries off its diagonal can have the stated poles too, and keep the C of Sec. IV-A."
         ),
         quantities={f"modulus of pole {i + 1} of A as printed": abs(complex(*pole)) for i, pole in enumerate(literal)},
     )
@@ -124,7 +124,8 @@ ERRATA = (
         id=SETTING,
         place="Sec. IV-C, before eq. (41)",
         printed="The setting is that of Sec. IV-A in everything but A.",
-        meant="If A differs on its diagonal alone, C differs as well; and B_d and D, if the gains (42) are optimal.",
+        meant="If A differs on its diagonal alone and has the stated poles, C differs as well; "
+        "and B_d and D, if the gains (42) are optimal.",
         prove=setting,
         uses=USES,
         inference=True,

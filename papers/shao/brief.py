@@ -68,9 +68,9 @@ BRIEF = Brief(
     ),
     explorers=(
         Explorer(
-            title="A model between slow samples is no fast sensor",
+            title="The printed virtual measurement is no fast sensor",
             text="Move the fast period, the ratio of both periods, or the frequency of the reference. At short periods "
-            "and low frequencies the repaired predictor does what a fast sensor would; the printed one does not.",
+            "the repaired predictor does nearly what a fast sensor would; there the printed one does not.",
             pictures=(
                 _compared("rates", "period", "period_s", "fast period T (s)", "slowest rate (1/s)", 0.01, fast=True),
                 _compared("lag", "ratio", "ratio", "ratio M of the periods", "lag of the estimate (s)", 6),

@@ -54,8 +54,8 @@ def findings(results: Results) -> tuple[str, ...]:
         _pairs(results),
         "By the slowest mode the literal DRC-APO settles slower than the literal DRC-PMI: time constants of "
         f"{constants[APO]:.1f} s and {constants[PMI]:.1f} s.",
-        "The literal DRC-APO settles slower than {} of {} stable readings of DRC-PMI over kinds of gain and forms of "
-        "the observer.".format(*slower_readings(results)),
+        "The literal DRC-APO settles slower than {} of {} stable loops with DRC-PMI over kinds of gain and forms, "
+        "also such as the text excludes.".format(*slower_readings(results)),
         "As T → 0 the estimation error follows A − LC/M, not A − LC: with (6) the gain acts once in M periods.",
         f"By the slowest mode DRC-APO does not act like a fast sensor: time constants of {constants[APO]:.1f} s and "
         f"{constants[FAST]:.1f} s.",

@@ -396,7 +396,7 @@ def brief(topic: str = "Sensors that are slow", words: str = "one column") -> Br
                 Stroke(draws=Draws.LABEL, points=((10, 14),), text=topic),
             ),
         ),
-        explorers=(explorer(topic),),
+        explorers=(explorer(" ".join(topic.split()[:15])),),
     )
 
 

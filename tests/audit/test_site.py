@@ -127,7 +127,7 @@ def test_examples_stand_there_with_what_they_print_and_draw(site: Path, read: Ca
         source = path.read_text(encoding="utf-8")
         assert " ".join(source.strip().splitlines()[-1].split()) in words(gallery), path.name
         assert source.splitlines()[0].strip('"') in labels, path.name
-    assert len([text for text in outputs if "guaranteed level: " in text]) == len(METHODS)
+    assert len([text for text in outputs if "guaranteed level: " in text]) >= len(METHODS)
     for name in names(site):
         assert not re.search(r"--8|<!-- (example|picture|figures)", (site / f"{name}.html").read_text()), name
 

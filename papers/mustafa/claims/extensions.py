@@ -28,7 +28,7 @@ def solvers(result: dict[str, Any]) -> tuple[SolverRecord, ...]:
     says=for_both("map of the error system"),
 )
 def map_12(results: Results) -> Evidence:
-    """The map in the condition for robust performance is the one from w to e."""
+    """The map in the condition for robust performance is the one from w to e, for a constant change of the period."""
     return reordered_map(
         results,
         ("(12) as printed",),

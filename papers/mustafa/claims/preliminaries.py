@@ -98,7 +98,7 @@ def lemma_2(results: Results) -> Evidence:
 
 @LEMMAS.feasible("lemma-3", place="Lemma 3", uses="identities", says=term("Lemma 3"))
 def lemma_3(results: Results) -> Evidence:
-    """The norm of e^{At} is at most e^{mu(A) t}."""
+    """For t >= 0 the 2-norm of e^{At} is at most e^{mu(A) t}."""
     return identity(results, "lemma 3", "Largest excess over the bound for random plants of two states and periods.")
 
 
@@ -111,7 +111,7 @@ def lemma_3(results: Results) -> Evidence:
     says=for_both("map of the error system"),
 )
 def map_of_error_system(results: Results) -> Evidence:
-    """The map printed below (7) is the one from w to e."""
+    """The map printed below (7) is the one from w to e, for a constant change of the period."""
     return reordered_map(
         results,
         ("map as printed", "(12) as printed"),

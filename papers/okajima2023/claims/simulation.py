@@ -153,7 +153,7 @@ def truncation(results: Results) -> Evidence:
         ),
         0.0005,
         "Half a unit in the last place of the printed ratios.",
-        method="Geometric bound of the tail from e(601) and the spectral radius, largest over cases and draws.",
+        method="Geometric estimate of the tail from e(601) and the spectral radius, largest over cases and draws.",
         quantities={f"largest |e(601)|, {WHO[name]}": found["largest_final_error"] for name, found in cases.items()},
     )
 
@@ -163,9 +163,9 @@ TIMED = Part("Sec. IV-B, simulations, Figs. 6-8", reading=SAME_NOISE, figures="f
 
 @TIMED.statistical(
     "simulation.timing",
-    place="Sec. IV-B, on Figs. 6-8",
-    statement="The text reads from Figs. 6-8 that timing is important for the error. In our draws of such noise, Case "
-    "2 has less energy than each other case in most.",
+    place="Sec. IV-B, last sentence",
+    statement="From levels, gains and Figs. 6-8 the text concludes that timing is important for the error. In our "
+    "draws of such noise, Case 2 has less energy than each other case in most.",
     uses="timing-draws",
 )
 def least_error_of_timings(results: Results) -> Evidence:

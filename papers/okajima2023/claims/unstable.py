@@ -108,8 +108,9 @@ def same_setting(results: Results) -> Evidence:
             "spectral radius, diagonal on the grid": radius,
             "spectral radius, A as printed": _radius(results[PRINTED]["error_poles"]),
         },
-        note="The text excepts A and says no more. If A differs on its diagonal alone, as its print suggests, the "
-        f"gains (42) do not stabilise A_e. With all entries free, A = {bracketed(free['rounded'])} has the stated "
+        note="The text excepts A and says no more. If A differs on its diagonal alone and has the stated poles, the "
+        "gains (42) do not stabilise A_e: proved for two diagonals, and so at the points tried of the rounding. "
+        f"With all entries free, A = {bracketed(free['rounded'])} has the stated "
         "poles and is stabilised; there A_e has the stated poles too, before A is rounded. It is one of many, found "
         "for the purpose, and no proposal of what was meant.",
     )

@@ -58,7 +58,7 @@ def draws(
         ratios = {reading: np.sqrt(error / energy) for reading, energy in _energies(d, w, case).items()}
         noiseless, _ = _error_energy(system, np.concatenate([d, 0 * w[:, :, case["sensors"]]], axis=2))
         ratios["d, simulated without w"] = np.sqrt(noiseless / (d**2).sum(axis=(1, 2)))
-        # After the noise ends the error decays at least this fast, up to a factor that a geometric tail bounds.
+        # After the noise ends the error decays about this fast.
         decay = system.spectral_radius() ** (2 / system.period)
         found[name] = {
             "ratios": {reading: values.tolist() for reading, values in ratios.items()},

@@ -215,7 +215,8 @@ def desktop(results: Results) -> Evidence:
         },
         note=(
             "Example 4 alone, and no product between the largest of these and 50, on a machine of ours with two "
-            "processors; not the authors' code, nor higher degrees."
+            "processors; not the authors' code, nor higher degrees. Two cells with one delay certify a given level; "
+            "the others minimise γ."
         ),
     )
 

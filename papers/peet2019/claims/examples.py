@@ -135,11 +135,11 @@ def _table(example: str) -> None:
         f"{name}.not-conservative",
         place="Secs. I and X",
         statement=(
-            f"Example {example}: at degree 3, with some degree rule, the method is not conservative: the gain of some "
-            f"observer by Theorem 3 is at most {1 + CLOSE:.12g} times the least."
+            f"Example {example}: at degree 3, counted in each variable, the method is not conservative: the gain of "
+            f"some observer by Theorem 3 is at most {1 + CLOSE:.12g} times the least."
         ),
         uses=(f"sos.{name}.d3", reference, "rules"),
-        reading=NO_READING,
+        reading="z2-each",
         says=Predicate(of=over_the_least(name, 3), relation="at most", to=str(1 + Fraction(str(CLOSE)))),
     )(partial(reaches, example))
 

@@ -37,7 +37,11 @@ COROLLARY_2 = Part(
     "Corollary 2",
     reason="Its cone is defined in Part 1, not at hand; what rests on it is given for a stated family of degree rules.",
 )
-THEOREM_4 = Part("Theorem 4, Lemma 5 and the remark after it", reading=NO_READING)
+THEOREM_4 = Part(
+    "Theorem 4, Lemma 5 and the remark after it",
+    reading=NO_READING,
+    reason="That the inverse maps X into X is not checked.",
+)
 
 
 @INTRODUCTION.order("theory.lmi-3", place="Sec. I, eq. (3)", uses="lmi-3", says=term("bound (7)", by="LMI (3)"))

@@ -149,8 +149,8 @@ def better_transient(results: Results) -> Evidence:
         },
         note=(
             "ζ(0) is not printed, and the outcome hangs on it. By the slowest mode DRC-APO as printed is slower than "
-            "the literal DRC-PMI, because with (6) L acts once in M periods, but not than every reading of DRC-PMI: "
-            "with L as a discrete gain one is slower still. How much better is not judged."
+            "the literal DRC-PMI, because with (6) L acts once in M periods. One loop with L as a discrete gain, which "
+            "the text excludes, is slower still. How much better is not judged."
         ),
     )
 

@@ -39,7 +39,7 @@ def _range(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {name: parameters[name] for name in ("from", "to", *(("filter",) if "filter" in parameters else ()))}
 
 
-STABLE = (NO_READING, "our filter")
+STABLE = (NO_READING, "our filter", "valid as stable")
 
 
 OF_FILTER = Says(quantity=GAIN, estimators=(GIVEN,), setting=_range, readings=_readings)
