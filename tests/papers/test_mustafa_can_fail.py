@@ -71,7 +71,7 @@ BROKEN: dict[str, Alteration] = {
         )
         for e in EXAMPLES
     },
-    **{f"valid.{e}": to(0.0, f"curve.{e}", "floor") for e in EXAMPLES},
+    **{f"valid.{e}": to(1.001, f"bracket.{e}", "filter_radius") for e in EXAMPLES},
     **{
         f"valid-own.{e}": both(to(0.10, f"own-grid.{e}", "lower"), to(0.11, f"own-grid.{e}", "upper")) for e in EXAMPLES
     },
