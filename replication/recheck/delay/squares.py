@@ -273,12 +273,14 @@ def _feasible(given: Certificate, degree: Any, rule: str) -> Proof:
 
 def gain_upper(given: Certificate) -> Proof:
     """Theorem 3 is feasible at a level."""
-    return _feasible(given, *take(given.parameters, "parameters", "degree"), "tensor")
+    (degree,) = take(given.parameters, "parameters", "degree")
+    return _feasible(given, degree, "tensor")
 
 
 def total_upper(given: Certificate) -> Proof:
     """The same with powers of s and t that are at most the degree together."""
-    return _feasible(given, *take(given.parameters, "parameters", "degree"), "total")
+    (degree,) = take(given.parameters, "parameters", "degree")
+    return _feasible(given, degree, "total")
 
 
 def narrow_upper(given: Certificate) -> Proof:
