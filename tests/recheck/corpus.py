@@ -30,12 +30,13 @@ NAMES = {
     "okajima2023": """
         common-period cyclic-rows dissipation dual-rate error-system gains-33-unmeasured gains-38
         gains-38-one-matrix idle-instants-case-2 observable optimum-1-1 optimum-case-a product rows schur
-        section-4c-design section-4c-error-poles section-4c-poles section-4c-same-setting
+        section-4c-design section-4c-error-poles section-4c-free-setting section-4c-poles section-4c-same-setting
         selection-eqs-11-12 shorter-periods variables
     """,
     "peet2019": """
-        ex1-lower ex1-near-optimal ex1-one-disturbance ex1-pade-lower ex1-pade-upper ex1-total-upper
-        ex1-unstable ex2-d1-lower ex4-not-unstable observer-bound present-only theorem-3-identity theorem-4
+        ex1-inner-upper ex1-lower ex1-near-optimal ex1-one-disturbance ex1-outer-upper ex1-pade-lower
+        ex1-pade-upper ex1-total-upper ex1-unstable ex2-d1-lower ex2-outer-lower ex4-not-unstable
+        observer-bound present-only theorem-3-identity theorem-4
     """,
     "shao": """
         collected-constant condition condition-scalar contraction coordinates counterexample

@@ -111,6 +111,27 @@ def other_gram(one: Certificate) -> None:
     rows[0][0] = shifted(rows[0][0], Fraction(1, 10**6))
 
 
+def other_weight(one: Certificate) -> None:
+    weights = one["witness"]["functional"]["S"][0]
+    weights[0][0] = shifted(weights[0][0], Fraction(-1, 2))
+
+
+def other_rule(one: Certificate) -> None:
+    one["parameters"]["rule"] = {"inner": "outer", "outer": "inner"}[one["parameters"]["rule"]]
+
+
+def no_rule(one: Certificate) -> None:
+    one["parameters"]["rule"] = "tensor"
+
+
+def higher_degree(one: Certificate) -> None:
+    one["parameters"]["degree"] += 1
+
+
+def lower_degree(one: Certificate) -> None:
+    one["parameters"]["degree"] -= 1
+
+
 def other_root(one: Certificate) -> None:
     one["witness"]["root"][0] = shifted(one["witness"]["root"][0], Fraction(1, 5))
 
@@ -146,6 +167,16 @@ ALTERED: tuple[tuple[str, Callable[[Certificate], None]], ...] = (
     *(("peet2019/ex1-upper", change) for change in (lower_level, other_gram, other_delay)),
     *(("peet2019/ex1-lower", change) for change in (higher_floor,)),
     *(("peet2019/ex2-d1-lower", change) for change in (higher_floor,)),
+    *(
+        (f"peet2019/{name}-upper", change)
+        for name in ("ex1-inner", "ex1-outer")
+        for change in (lower_level, other_gram, other_delay, other_rule, no_rule, higher_degree, lower_degree)
+    ),
+    *(
+        (f"peet2019/{name}-lower", change)
+        for name in ("ex2-inner", "ex2-outer", "ex3-inner")
+        for change in (higher_floor, other_weight, other_delay, other_rule, no_rule, higher_degree, lower_degree)
+    ),
     *(("peet2019/ex1-pade-upper", change) for change in (lower_level, other_section)),
     *(("peet2019/ex1-unstable", change) for change in (other_end,)),
     *(("shao/radius-motor-apo", change) for change in (lower_level, higher_floor, other_root, other_plant)),

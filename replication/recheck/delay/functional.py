@@ -7,19 +7,30 @@ from fractions import Fraction
 from typing import Any
 
 from replication.recheck.delay.plant import changed, read_plant
-from replication.recheck.delay.squares import MOST_DEGREE, Error, Form, Place, entries, terms
+from replication.recheck.delay.squares import MOST_DEGREE, Error, Form, Place, entries, narrow, terms
 from replication.recheck.exact import is_semidefinite
 from replication.recheck.reading import Certificate, Proof, count, matrix, need, several, symmetric, take
 
 
 def degree_lower(given: Certificate) -> Proof:
     """Theorem 3 is infeasible below a level at one degree, by a functional that is nowhere negative on squares."""
-    (lower,) = given.stated("lower")
     (degree,) = take(given.parameters, "parameters", "degree")
+    return _infeasible(given, degree, "tensor", 1)
+
+
+def narrow_lower(given: Certificate) -> Proof:
+    """The same with powers of one variable alone, and squares of the degree under both weights."""
+    degree, rule = take(given.parameters, "parameters", "degree", "rule")
+    return _infeasible(given, degree, narrow(rule), 0)
+
+
+def _infeasible(given: Certificate, degree: Any, rule: str, less: int) -> Proof:
+    """What the functional shows; `less` is the degree that the second weight, of two powers, takes from its squares."""
+    (lower,) = given.stated("lower")
     change, functional = take(given.witness, "witness", "change", "functional")
     need(count(degree, "degree", 1) <= MOST_DEGREE and lower > 0, "the degree is too large, or the bound not positive")
     system = Error(changed(read_plant(given.plant), change))
-    weights, coupling = _functional(functional, system, 2 * degree + 1)
+    weights, coupling = _functional(functional, system, 2 * (degree + 1 - less) + 1)
     need(not any(system.cancelled(place) for place, one in weights.items() if one), "Z reaches a weight")
 
     def valued(form: Iterator[tuple[Place, Fraction]]) -> Fraction:
@@ -33,7 +44,7 @@ def degree_lower(given: Certificate) -> Proof:
 
     for us, value in ((system.plant.n, along), (system.us, valued)):
         for weight in (0, 1):
-            zeta = entries(us, system.functions, degree - weight)
+            zeta = entries(us, system.functions, degree, weight * less, rule)
             gram = [[Fraction(0)] * len(zeta) for _ in zeta]
             for i, left in enumerate(zeta):
                 for j in range(i, len(zeta)):
@@ -62,9 +73,8 @@ def _functional(value: Any, system: Error, powers: int) -> tuple[Form, Form]:
     for k, block in enumerate(several(r, "R", lambda one, _: one, powers)):
         found |= {("R", i, j, k, m): one for i, j, m, one in stacked(block, "R", functions)}
     n = system.plant.n
-    added = {("S", i, j, k): one for i, j, k, one in stacked(coupling, "coupling", functions)}
-    need(not any(one for (_, i, j, _), one in added.items() if i // n == j // n), "the coupling is within a delay")
-    return found, added
+    read = stacked(coupling, "coupling", functions)
+    return found, {("S", i, j, k): one for i, j, k, one in read if i // n != j // n}
 
 
-CHECKS = {"delay.degree-lower": degree_lower}
+CHECKS = {"delay.degree-lower": degree_lower, "delay.narrow-lower": narrow_lower}

@@ -7,7 +7,7 @@ A form u'P u + 2 u' int Q f + int f'S f + int int f(s)'R(s, t)f(t) is kept by it
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -21,6 +21,7 @@ from replication.recheck.reading import (
     Proof,
     count,
     need,
+    one_of,
     positive,
     several,
     symmetric,
@@ -45,14 +46,30 @@ Entry = tuple[Any, ...]
 """Of zeta: ("u", i), ("f", i, a) for s^a f_i(s), ("h", i, a, b) for s^a times the integral of t^b f_i."""
 
 
-def entries(us: int, functions: int, degree: int, total: bool = False) -> list[Entry]:
-    """The entries of zeta in order, a and b up to the degree; or their sum, if it is the total one."""
-    powers = range(degree + 1)
+RULES: dict[str, Callable[[int, int, int], bool]] = {
+    "tensor": lambda a, b, most: max(a, b) <= most,
+    "total": lambda a, b, most: a + b <= most,
+    "inner": lambda a, b, most: b == 0 and a <= most,
+    "outer": lambda a, b, most: a == 0,
+}
+"""By degree rule, whether zeta has s^a times the integral of t^b f, where a and b go up to the degree of the rule and
+`most` is the degree under the weight: that of the rule, or one less. Of "outer" b is the same under both weights.
+"""
+
+
+def entries(us: int, functions: int, degree: int, weight: int, rule: str) -> list[Entry]:
+    """The entries of zeta in order, under a weight that takes this much from the degree of a rule."""
+    most, powers = degree - weight, range(degree + 1)
     return [
         *(("u", i) for i in range(us)),
-        *(("f", i, a) for a in powers for i in range(functions)),
-        *(("h", i, a, b) for a in powers for b in powers if not total or a + b <= degree for i in range(functions)),
+        *(("f", i, a) for a in range(most + 1) for i in range(functions)),
+        *(("h", i, a, b) for a in powers for b in powers if RULES[rule](a, b, most) for i in range(functions)),
     ]
+
+
+def narrow(rule: Any) -> str:
+    """The rule of powers of one variable alone that a certificate names."""
+    return one_of(rule, "rule", "inner", "outer")
 
 
 def product(weight: int, left: Entry, right: Entry) -> Iterator[tuple[Place, Fraction]]:
@@ -214,15 +231,14 @@ class Error:
         return found
 
 
-def require_squares(plant: Delayed, degree: int, level: Fraction, value: Any, total_degree: bool = False) -> None:
+def require_squares(plant: Delayed, degree: int, level: Fraction, value: Any, rule: str = "tensor") -> None:
     """Refuse unless the identity of Theorem 3 holds with these Gram matrices, but for what Z cancels."""
     change, stored, dissipated = take(value, "sos", "change", "storage", "dissipation")
     need(1 <= degree <= MOST_DEGREE and level > 0, "the degree is too large, or the level not positive")
     system = Error(changed(plant, change))
     v, n = (several(grams, name, symmetric, 2) for grams, name in ((stored, "storage"), (dissipated, "dissipation")))
     of_v, of_n = (
-        [entries(us, system.functions, degree - weight, total_degree) for weight in (0, 1)]
-        for us in (plant.n, system.us)
+        [entries(us, system.functions, degree, weight, rule) for weight in (0, 1)] for us in (plant.n, system.us)
     )
     for gram, zeta in zip([*v, *n], [*of_v, *of_n], strict=True):
         need(len(gram) == len(zeta), "a Gram matrix has another size")
@@ -249,17 +265,28 @@ def _symmetric(form: Form) -> Form:
     return found
 
 
-def gain_upper(given: Certificate, total_degree: bool = False) -> Proof:
-    """Theorem 3 is feasible at a level."""
+def _feasible(given: Certificate, degree: Any, rule: str) -> Proof:
     (upper,) = given.stated("upper")
-    (degree,) = take(given.parameters, "parameters", "degree")
-    require_squares(read_plant(given.plant), count(degree, "degree", 1), upper, dict(given.witness), total_degree)
+    require_squares(read_plant(given.plant), count(degree, "degree", 1), upper, dict(given.witness), rule)
     return Proof(upper=upper)
+
+
+def gain_upper(given: Certificate) -> Proof:
+    """Theorem 3 is feasible at a level."""
+    (degree,) = take(given.parameters, "parameters", "degree")
+    return _feasible(given, degree, "tensor")
 
 
 def total_upper(given: Certificate) -> Proof:
     """The same with powers of s and t that are at most the degree together."""
-    return gain_upper(given, True)
+    (degree,) = take(given.parameters, "parameters", "degree")
+    return _feasible(given, degree, "total")
+
+
+def narrow_upper(given: Certificate) -> Proof:
+    """The same with powers of one variable alone."""
+    degree, rule = take(given.parameters, "parameters", "degree", "rule")
+    return _feasible(given, degree, narrow(rule))
 
 
 def near_optimal(given: Certificate) -> Proof:
@@ -276,5 +303,6 @@ def near_optimal(given: Certificate) -> Proof:
 CHECKS = {
     "delay.gain-upper": gain_upper,
     "delay.total-upper": total_upper,
+    "delay.narrow-upper": narrow_upper,
     "delay.near-optimal": near_optimal,
 }

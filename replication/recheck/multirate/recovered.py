@@ -100,6 +100,7 @@ def same_setting(given: Certificate) -> Proof:
 def free_setting(given: Certificate) -> Proof:
     """With an A of other entries, which has the stated poles, and the C of Sec. IV-A the gains (42) stabilise A_e."""
     given.stated()
+    take(given.witness, "witness")
     periods, offsets, entries = take(given.parameters, "parameters", "periods", "offsets", "A")
     a = square(entries, "A")
     _matched(_printed(given), a)

@@ -127,7 +127,7 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
     says=Says(quantity="bound (15)", setting={}, readings=("elapsed-period",), universal=True),
 )
 def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_mat) -> Found:
-    """For the plant< {plant.name}|> and its gains ({plant.data}) (15) holds for no period T up to {longest} s: from
+    """For the plant {plant.name} and its gains ({plant.data}) (15) holds for no period T up to {longest} s: from
     some χ at a slow instant the error of the next virtual measurement is at least {gap:down}, its bound at most
     {side:up}.
     """
