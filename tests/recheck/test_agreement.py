@@ -108,7 +108,7 @@ FAULTS = (
     ("recheck.nonuniform.condition", "scaled(time, [[real", "lost its sign or negation", "condition-8-1"),
     ("recheck.nonuniform.filters", "(sign if k == j", "Sub became Add", "output-matrix"),
     ("recheck.delay.observer", "return first - supplied", "Sub became Add", "observer-bound"),
-    ("recheck.delay.squares", "if not total or a + b <= degree", "LtE became GtE", "ex1-total-upper"),
+    ("recheck.delay.squares", "return a + b <= most", "LtE became GtE", "ex1-total-upper"),
     ("recheck.dualrate.steps", "a4 = 2 *", "Mult became Add", "collected-constant"),
 )
 """Module, line, change, and the certificate of whose alterations one must tell it."""

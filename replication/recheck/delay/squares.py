@@ -7,7 +7,7 @@ A form u'P u + 2 u' int Q f + int f'S f + int int f(s)'R(s, t)f(t) is kept by it
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -46,15 +46,14 @@ Entry = tuple[Any, ...]
 """Of zeta: ("u", i), ("f", i, a) for s^a f_i(s), ("h", i, a, b) for s^a times the integral of t^b f_i."""
 
 
-RULES: dict[str, Callable[[int, int, int], bool]] = {
-    "tensor": lambda a, b, most: max(a, b) <= most,
-    "total": lambda a, b, most: a + b <= most,
-    "inner": lambda a, b, most: b == 0 and a <= most,
-    "outer": lambda a, b, most: a == 0,
-}
-"""By degree rule, whether zeta has s^a times the integral of t^b f, where a and b go up to the degree of the rule and
-`most` is the degree under the weight: that of the rule, or one less. Of "outer" b is the same under both weights.
-"""
+def held(rule: str, a: int, b: int, most: int) -> bool:
+    """Whether zeta has s^a times the integral of t^b f, a and b up to the degree of the rule.
+
+    `most` is the degree under the weight: that of the rule, or one less. Of "outer" b is the same under both weights.
+    """
+    if rule == "total":
+        return a + b <= most
+    return {"tensor": max(a, b) <= most, "inner": b == 0 and a <= most, "outer": a == 0}[rule]
 
 
 def entries(us: int, functions: int, degree: int, weight: int, rule: str) -> list[Entry]:
@@ -63,7 +62,7 @@ def entries(us: int, functions: int, degree: int, weight: int, rule: str) -> lis
     return [
         *(("u", i) for i in range(us)),
         *(("f", i, a) for a in range(most + 1) for i in range(functions)),
-        *(("h", i, a, b) for a in powers for b in powers if RULES[rule](a, b, most) for i in range(functions)),
+        *(("h", i, a, b) for a in powers for b in powers if held(rule, a, b, most) for i in range(functions)),
     ]
 
 
