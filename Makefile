@@ -37,7 +37,7 @@ mutants: $(STAMP) ## every small change of the verifier, of which `make test` tr
 	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py --numprocesses=auto
 
 mutants-both: $(STAMP) ## every small change of either verifier, told by the other (hours)
-	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_agreement.py
+	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py
 
 docs: $(STAMP) ## the documentation as pages in build/docs, which need no network
 	$(BIN)/python -m mkdocs build --quiet

@@ -32,11 +32,7 @@ AGREEMENT = 1e-8
 NORM_OF_GAINS = 1e-7
 
 
-SUPPORTED = {
-    "unstable.error-poles": "unrounded-gains",
-    "unstable.same-setting": "any-entries",
-    "order.shorter-in-general": "table-alone",
-}
+SUPPORTED = {"unstable.error-poles": "unrounded-gains"}
 """Claims that rest on several readings, under one of which there is no theorem."""
 
 

@@ -242,7 +242,7 @@ def near_rounding(rng: np.random.Generator, certificate: Certificate, others: Ma
     """A bound on the wrong side of the proved one, by less than what a sentence shows."""
     small = Fraction(1, 10 ** int(rng.integers(9, 40)))
     both = [other for other in others.values() if {"lower", "upper"} <= other["bound"].keys()]
-    halves = [name for name in others if name.endswith("-upper") and f"{name[:-6]}-lower" in others]
+    halves = [name for name in others if name.endswith("-upper") and _same_number(name, others)]
     chosen = int(rng.integers(len(both) + len(halves)))
     if chosen < len(both):
         altered, other = own(both[chosen]), both[chosen]["bound"]
@@ -255,6 +255,12 @@ def near_rounding(rng: np.random.Generator, certificate: Certificate, others: Ma
     beyond = Fraction(other["upper"]) * (1 + small) if side == "lower" else Fraction(other["lower"]) * (1 - small)
     altered["bound"][side] = str(beyond)
     return encoded(altered)
+
+
+def _same_number(upper: str, others: Mapping[str, Certificate]) -> bool:
+    """Whether the two halves of a bracket bound one number: at another degree a larger bound may be true."""
+    lower = others.get(f"{upper[:-6]}-lower")
+    return lower is not None and all(others[upper]["parameters"].get(k) == v for k, v in lower["parameters"].items())
 
 
 FALSE: list[tuple[str, dict[str, Any]]] = [
