@@ -51,9 +51,9 @@ BRIEF = Brief(
     "[theorems](+theory.theorem2) are tight at its gains and designs. Sec. IV-C prints [a stable "
     "matrix](?diagonal-of-a).",
     holds="For the stable plant, to one part in a million, [Theorem 1](theory.theorem1) is tight at four gain sets, "
-    "[Theorem 2](theory.theorem2) at all designs; [levels](gamma.proposed) hold.",
+    "[Theorem 2](theory.theorem2) at all designs.",
     correct="[Table 1](table1.n21), entry (2, 1), exceeds the rounded optimum. Eq. (4) [counts](sensor-index) "
-    "states for sensors; Sec. II-A, on Fig. 1, [names](noise-index) a wrong entry.",
+    "states for sensors.",
     guess="Which noises [eq. (34)](denominator) divides by; which [matrices](unstable.same-setting) Sec. IV-C has; "
     "whether the sentence that [shorter periods](order.shorter-in-general) help is meant beyond Table 1.",
     sketch=Sketch(

@@ -124,8 +124,8 @@ ERRATA = (
         id=SETTING,
         place="Sec. IV-C, before eq. (41)",
         printed="The setting is that of Sec. IV-A in everything but A.",
-        meant="If A differs on its diagonal alone and has the stated poles, C differs as well; "
-        "and B_d and D, if the gains (42) are optimal.",
+        meant="With each of two diagonals of A that have the stated poles, C differs as well; with the A and C found, "
+        "so do B_d and D, if the gains (42) are optimal.",
         prove=setting,
         uses=USES,
         inference=True,
@@ -142,7 +142,8 @@ ERRATA = (
         id="noise-index",
         place="Sec. II-A, on Fig. 1",
         printed="D is the diagonal matrix of D₁₁ and D₁₂.",
-        meant="It is that of D₁₁ and D₂₂.",
+        meant="It is that of D₁₁ and D₂₂, if indices are those of entries.",
         prove=noise_index,
+        inference=True,
     ),
 )

@@ -18,7 +18,7 @@ def _estimate(x: float) -> float:
 BRIEF = Brief(
     topic="A state with memory",
     card="[Theorem 3](-theory.theorem-3-feasible) can be met and [Theorem 4](-theory.theorem-4) inverts once "
-    "corrected. The gains of [Example 1](+ex1.gamma-d3) are reproduced, two of [degree 1](-ex2.gamma-d1) not.",
+    "corrected. The least gains of [Example 1](+ex1.gamma-d3) are reproduced, two of [degree 1](-ex2.gamma-d1) not.",
     holds="The least gains of [Example 1](ex1.gamma-d3), and those by Padé of [Example 1](ex1.gamma-pade), "
     "[Example 2](ex2.gamma-pade) and [Example 3](ex3.gamma-pade).",
     correct="[Theorem 1](theory.theorem-1) needs 𝒫 = 𝒫*, [Theorem 3](theory.d-sign) has wrong signs, "

@@ -38,7 +38,8 @@ def not_self_adjoint(results: Results) -> Proof:
         holds=found["coercive"] > 0.0 > found["largest"] and found["abscissa"] > 0.0,
         text=(
             "Two states without delays: 𝒫 is coercive and not self-adjoint, the inequality holds, and the error is "
-            "unstable. With 𝒫 = 𝒫* the proof is right."
+            "unstable. With 𝒫 = 𝒫* the bound (7) follows along solutions with d⟨e, 𝒫e⟩/dt = 2⟨e, 𝒫e′⟩; whether the "
+            "text's solutions are such is not checked."
         ),
         quantities={
             "least eigenvalue of the form ⟨e, 𝒫e⟩": found["coercive"],

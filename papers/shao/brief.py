@@ -46,7 +46,7 @@ def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float
 BRIEF = Brief(
     topic="A slow sensor in a fast loop",
     card="[The stability theorem](-theory.stability) is false: a loop that meets its condition diverges. "
-    "[No reading tried](-table.any-reading) gives a whole column of Table I.",
+    "[No reading tried](-table.any-reading) gives a whole column of numbers of Table I.",
     holds="The motor loop is [stable under DRC-APO](stability.apo) and [unstable under SRC](stability.src); "
     "[both gains](motor.hurwitz-feedback) are as the theorem supposes.",
     correct="[The stability theorem](theory.stability) is false; its proof breaks at "
@@ -68,7 +68,7 @@ BRIEF = Brief(
     ),
     explorers=(
         Explorer(
-            title="The printed virtual measurement is no fast sensor",
+            title="At short periods the printed virtual measurement is no fast sensor",
             text="Move the fast period, the ratio of both periods, or the frequency of the reference. At short periods "
             "the repaired predictor does nearly what a fast sensor would; there the printed one does not.",
             pictures=(

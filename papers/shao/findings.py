@@ -42,7 +42,7 @@ def findings(results: Results) -> tuple[str, ...]:
         "The corrected feedforward, the error at fast instants alone, or both, give no number of Table I: literal "
         f"numbers move by at most {at_most(100 * _largest_move(results))}%.",
         f"{sum(found.hits.values()) or 'None'} of {sum(found.tried.values()):,} readings searched gives a whole column "
-        "of Table I.",
+        "of numbers of Table I.",
         f"Only {sum(found.distinct.values()):,} of the readings searched differ to print within their structure: late "
         "windows show the steady state.",
         "The nearest reading of both columns is no evidence: "

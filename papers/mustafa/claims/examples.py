@@ -275,7 +275,8 @@ def first_column(results: Results) -> Evidence:
     "figure.attenuated", place="Sec. VI-B; Fig. 2", uses=(*DRAWS, "laws", "bracket.2"), reading=DRAWN["uniform"].name
 )
 def attenuated(results: Results) -> Evidence:
-    """The disturbance of the text is attenuated in the error, and more than with no filter, in every draw of ours."""
+    """In every draw of ours the disturbance of the text is attenuated in the error, and, where the same draw was also
+    simulated with no filter, more than so."""
     r, laws = merged(results), results["laws"]
     ordered = sorted(r["ratios"])
     # To attenuate is less than one; to do so effectively is less than what no filter leaves for the same draw.

@@ -183,7 +183,7 @@ for e in EXAMPLES:
             Predicate(
                 of=term("least level of (6)", f"example-{e}"),
                 relation="at most",
-                to=str(GAMMA[e]),
+                to=str(upper_end(GAMMA[e])),
                 reading=ONE_ELEMENT.name,
             ),
             Predicate(

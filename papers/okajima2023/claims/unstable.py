@@ -85,6 +85,7 @@ def same_setting(results: Results) -> Evidence:
     radius = _radius(results[RECOVERED]["outputs"]["error_poles_printed_C"])
     found, free = results[ALL_DIAGONALS], results[ANY_ENTRIES]
     least = [row["least_radius"] for row in found["found"]]
+    others = [row["radius"] for row in found["found"][1:]]
     fits = _rounds_to(free["poles"], poles(DATA["poles"]), HALF_UNIT_OF_POLES)
     return Evidence(
         method="Spectral radius over one period of A_e with such an A, the C of Sec. IV-A and the gains (42).",
@@ -98,7 +99,7 @@ def same_setting(results: Results) -> Evidence:
             Outcome(reading=FREE_A, holds=fits and free["radius"] < 1, margin=1 - free["radius"] if fits else None),
             *(
                 Outcome(reading=name, holds=size < 1, margin=1 - size)
-                for name, size in zip((RECOVERED_A, SECOND_A), (radius, *least[1:]), strict=True)
+                for name, size in zip((RECOVERED_A, SECOND_A), (radius, *others), strict=True)
             ),
         ),
         quantities={

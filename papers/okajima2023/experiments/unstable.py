@@ -82,9 +82,9 @@ def diagonals(
 ) -> Json:
     """All real diagonals of A with the stated poles, other entries as printed, and what the gains do with this C.
 
-    For each: the diagonal, and the least and the largest spectral radius of A_e while the stated poles move to the ends
-    and the middle of their rounding, `half_unit` either way; and how many integer C with entries up to `bound` explain
-    the stated poles of A_e.
+    For each: the diagonal, the spectral radius of A_e, and its least and largest value while the stated poles move to
+    the ends and the middle of their rounding, `half_unit` either way; and how many integer C with entries up to `bound`
+    explain the stated poles of A_e.
     """
     rows = [_row(printed_A, diagonal) for diagonal in exact_diagonals(printed_A, stated_poles)]
     parts = [part for pole in stated_poles for part in pole]
@@ -104,6 +104,7 @@ def diagonals(
         "found": [
             {
                 "diagonal": row["diagonal"],
+                "radius": row["radii"][len(row["radii"]) // 2],
                 "least_radius": min(row["radii"]),
                 "largest_radius": max(row["radii"]),
                 "fits": recover_outputs(row["A"], printed_gains, stated_error_poles, bound)["fits"],

@@ -226,8 +226,8 @@ def sinc_gain(results: Results) -> Evidence:
     return Evidence(
         method="",
         not_checkable=(
-            "The sinc is not specified: shape, centre, horizon and channels are open. Nor are the observer's gains "
-            "printed. The simulated gain depends on all of them."
+            "The sinc is not specified: shape, centre, horizon and channels are open. With one "
+            "observer the simulated gain depends on all of them. Its gains, which are not printed, were not varied."
         ),
         quantities={
             "smallest gain of the scan": min(scan),

@@ -185,8 +185,8 @@ def reaches(example: str, results: Results) -> Evidence:
             **{f"relative excess at most, {name}": found for name, found in excesses.items() if name != HOUSE},
         },
         note=(
-            "The degree rule is the text's open choice: the statement is that some rule suffices, and the excess is "
-            f"given for each. Under {', '.join(more) or 'none'} the least gain found exceeds the optimum by more than "
+            "The degree rule is the text's open choice: the statement is under the degree in each variable, and the "
+            f"excess is given for each rule. Under {', '.join(more) or 'none'} the least level found exceeds the optimum by more than "
             "is allowed here. "
         )
         + (
