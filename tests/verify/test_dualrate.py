@@ -44,7 +44,7 @@ def own(name: str, **changes: Any) -> dict[str, Any]:
         if value is GONE:
             del place[last]
         else:
-            place[int(last) if isinstance(place, list) else last] = value
+            place[int(last) if isinstance(place, list) else last] = copy.deepcopy(value)
     return certificate
 
 

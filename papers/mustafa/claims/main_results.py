@@ -274,6 +274,7 @@ for e in EXAMPLES:
         statement=f"With the one element of its grid, Example {e} satisfies (8) over the whole range, for constant "
         "changes of the period and for all changes in modal coordinates.",
         uses=f"condition.{e}",
+        consequence="headline",
         pinned={1: "refuted", 2: "consistent"}[e],
         reading=CONSTANT_CHANGE.name,
         says=[

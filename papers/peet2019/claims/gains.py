@@ -185,9 +185,9 @@ def reaches(example: str, results: Results) -> Evidence:
             **{f"relative excess at most, {name}": found for name, found in excesses.items() if name != HOUSE},
         },
         note=(
-            "The degree rule is the text's open choice: the statement is under the degree in each variable, and the "
-            f"excess is given for each rule. Under {', '.join(more) or 'none'} the least level found exceeds the optimum by more than "
-            "is allowed here. "
+            "The degree rule is the text's open choice: the statement is under the degree in each variable, and "
+            "the excess is given for each rule. "
+            f"Under {', '.join(more) or 'none'} the least level found exceeds the optimum by more than allowed here. "
         )
         + (
             "In Examples 2 and 3 the gain from the first disturbance does not depend on the observer, since y does "
