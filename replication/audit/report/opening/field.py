@@ -96,7 +96,7 @@ def answer(lanes: Sequence[Lane]) -> str:
     corrected = any(lane.corrected for lane in others)
     sound = f"every theorem passes our tests{', some only once misprints are corrected' if corrected else ''}"
     if not all(lane.sound for lane in others):
-        sound = "no theorem fails"
+        sound = f"no theorem fails{' once misprints are corrected' if corrected else ''}"
     whose = "the paper" if whole == 1 else "both papers" if whole == 2 else f"all {_count(whole)} papers"
     if not broken:
         return f"In {whose} {sound}."
