@@ -11,7 +11,6 @@ second for a keystroke. Exit code 1 if one is missed.
 from __future__ import annotations
 
 import argparse
-import shutil
 import statistics
 import sys
 import tempfile
@@ -20,6 +19,7 @@ from pathlib import Path
 import msgspec
 from selenium import webdriver
 
+from replication.audit.publish.picture import started
 from replication.audit.report.page import render
 from replication.audit.store.records import ClaimRecord, ResultsFile, read_results
 
@@ -54,18 +54,6 @@ def multiplied(results: ResultsFile, times: int) -> ResultsFile:
 def _again(record: ClaimRecord, copy: int) -> ClaimRecord:
     claim = msgspec.structs.replace(record.claim, id=f"{record.claim.id}.again-{copy}")
     return msgspec.structs.replace(record, claim=claim)
-
-
-def started() -> webdriver.Chrome:
-    """Chromium without a window; SystemExit if it is not installed."""
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if chromium is None or driver is None:
-        raise SystemExit("Chromium or its driver is missing; install both (Debian: chromium chromium-driver)")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
-        options.add_argument(argument)
-    return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
 
 
 def measured(browser: webdriver.Chrome, page: Path) -> tuple[float, float]:

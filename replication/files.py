@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import re
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from replication.errors import AuditError
+
+_SIGNED = re.compile(rb"<!-- made from ([0-9a-f]{64}), the page above ([0-9a-f]{64}) -->\n\Z")
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -22,6 +26,21 @@ def write_atomically(path: Path, content: bytes) -> None:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+def write_page(path: Path, page: str, key: str) -> None:
+    """Write an HTML page with the checksum of what it was made from, and its own: so an edited page is made again."""
+    content = page.encode()
+    signature = f"<!-- made from {key}, the page above {hashlib.sha256(content).hexdigest()} -->\n"
+    write_atomically(path, content + signature.encode())
+
+
+def made_from(path: Path) -> str:
+    """The key of a page as `write_page` left it; empty for any other file, or none."""
+    content = path.read_bytes() if path.is_file() else b""
+    found = _SIGNED.search(content)
+    whole = found is not None and hashlib.sha256(content[: found.start()]).hexdigest() == found[2].decode()
+    return found[1].decode() if found is not None and whole else ""
 
 
 def write_directory(directory: Path, files: Mapping[str, bytes]) -> None:

@@ -49,6 +49,16 @@ def test_run_writes_everything_and_sums_it_up(lab: Lab) -> None:
     assert json.loads((lab.root / "report" / "results.json").read_bytes())["run"]["date"] == "1970-01-01T00:00:00Z"
 
 
+def test_results_that_come_out_again_keep_their_date(ran: Lab) -> None:
+    report = ran.root / "report" / "results.json"
+    before = report.read_bytes()
+    assert ran.cli("run", SOURCE_DATE_EPOCH="86400").returncode == 0
+    assert report.read_bytes() == before
+    report.write_bytes(before.replace(b'"threads":', b'"threads": ', 1) + b"x")
+    assert ran.cli("run", SOURCE_DATE_EPOCH="86400").returncode == 0
+    assert json.loads(report.read_bytes())["run"]["date"] == "1970-01-02T00:00:00Z"
+
+
 def test_progress_is_plain_lines_when_nobody_watches(lab: Lab) -> None:
     done = lab.cli("run")
     steps = [line for line in done.stdout.splitlines() if line.startswith("[")]

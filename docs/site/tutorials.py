@@ -21,13 +21,13 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def on_files(files: Files, config: Any) -> Files:
     """Add one page for each notebook."""
-    for path in sorted((ROOT / FOLDER).glob("*.ipynb")):
-        try:
-            notebook = executed(path, ROOT).notebook
-        except AuditError as error:
-            raise PluginError(str(error)) from None
-        text = "\n\n".join(_cells(notebook, path.stem))
-        files.append(File.generated(config, f"tutorials/{path.stem}.md", content=text))
+    try:
+        for done in executed(sorted((ROOT / FOLDER).glob("*.ipynb")), ROOT):
+            name = done.kept.stem
+            text = "\n\n".join(_cells(done.notebook, name))
+            files.append(File.generated(config, f"tutorials/{name}.md", content=text))
+    except AuditError as error:
+        raise PluginError(str(error)) from None
     return files
 
 

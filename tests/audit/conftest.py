@@ -10,6 +10,8 @@ import pytest
 from sample import build
 from selenium import webdriver
 
+from replication.audit.publish.picture import started
+
 
 @pytest.fixture(scope="session")
 def address(tmp_path_factory: pytest.TempPathFactory) -> str:
@@ -18,18 +20,13 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[webdriver.Chrome]:
-    chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
-    if chromium is None or driver is None:
+    if shutil.which("chromium") is None or shutil.which("chromedriver") is None:
         if os.environ.get("CI"):
             pytest.fail("Chromium or its driver is missing; install both (Debian: chromium chromium-driver)")
         pytest.skip("Chromium or its driver is missing; the report is tried where they are installed")
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"):
-        options.add_argument(argument)
-    started = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
-    yield started
-    started.quit()
+    opened = started()
+    yield opened
+    opened.quit()
 
 
 @pytest.fixture

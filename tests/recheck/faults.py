@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections import defaultdict
@@ -141,22 +140,7 @@ def unnoticed(module: str, tried: Sequence[mutants.Mutant], corpus: Sequence[Cas
 
 def _noticed(mutant: mutants.Mutant, room: str, tried: Sequence[Case]) -> int | None:
     """The number of the case that a fault changes; -1 if it ends in the import or never; None if there is none."""
-    reader, writer = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(reader)
-        mutants._die_alone()
-        answer = "none"
-        try:
-            answer = str(_first_difference(mutant, room, tried))
-        finally:
-            os.write(writer, answer.encode())
-            os._exit(0)
-    os.close(writer)
-    with os.fdopen(reader) as stream:
-        answer = stream.read()
-    os.waitpid(child, 0)
-    return None if answer == "none" else int(answer or -1)
+    return mutants.told_by_a_child(lambda: _first_difference(mutant, room, tried))
 
 
 def _first_difference(mutant: mutants.Mutant, room: str, tried: Sequence[Case]) -> int | str:

@@ -242,6 +242,11 @@ def _single(row: Any) -> tuple[Any]:
 
 def _noticed_by(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> int | None:
     """The number of the check that a mutant fails, tried in this order first, or None; -1 if it cannot be imported."""
+    return told_by_a_child(lambda: _first_failure(mutant, tests, order))
+
+
+def told_by_a_child(first: Callable[[], int | str]) -> int | None:
+    """What `first` finds in a process of its own: a number, or None for "none"; -1 if the process ends before."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
@@ -249,7 +254,7 @@ def _noticed_by(mutant: Mutant, tests: Sequence[str], order: Sequence[int]) -> i
         _die_alone()
         answer = "none"
         try:
-            answer = str(_first_failure(mutant, tests, order))
+            answer = str(first())
         finally:
             os.write(writer, answer.encode())
             os._exit(0)

@@ -6,7 +6,7 @@ import re
 
 from replication.errors import AuditError
 
-MOST_WORDS, MOST_NUMBERS = 25, 2
+MOST_WORDS, MOST_WORDS_OF_TITLE, MOST_NUMBERS = 25, 15, 2
 
 LINK = re.compile(r"\[([^\[\]]+)\]\(([+\-?]?)([\w.\-]+)\)")
 """`[words](name)`: words that link a claim or an erratum, perhaps with a sign of what they say of it."""
@@ -35,3 +35,8 @@ def require_short(sentence: str, most_words: int = MOST_WORDS, what: str = "find
             f"a {what} has at most {MOST_NUMBERS} numbers, this one {', '.join(numbers)}: {text!r}; say it with fewer"
         )
     return sentence
+
+
+def require_title(title: str) -> str:
+    """The same for the title of a figure or picture, which is its message."""
+    return require_short(title, MOST_WORDS_OF_TITLE, "title")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import importlib
+import json
 import re
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -20,7 +20,7 @@ from replication.audit.report.formulas import set_inline
 from replication.audit.report.templates import SOURCES, environment, source
 from replication.audit.store.provenance import LOCK
 from replication.errors import AuditError
-from replication.files import write_atomically
+from replication.files import made_from, write_atomically, write_page
 
 FOLDER, CACHE = "docs/notebooks", ".cache/notebooks"
 SITE_STYLE = SOURCES.parent / "docs" / "site" / "site.css"
@@ -47,40 +47,54 @@ class Built:
 
 @dataclass(frozen=True)
 class Executed:
-    """A notebook with its outputs, and whether it had to be executed for them."""
+    """Where a notebook is kept with its outputs, and whether it had to be executed for them."""
 
-    notebook: Any
+    kept: Path
     fresh: bool
+
+    @property
+    def notebook(self) -> Any:
+        """The notebook with its outputs."""
+        return _needed("nbformat").read(self.kept, as_version=4)
 
 
 def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iterator[Built]:
     """Execute the notebooks in docs/notebooks of the project at `root` (all unless named) and write pages to `output`.
 
-    Raises AuditError for an unknown name, and for a notebook with an error, which it names with the cell.
+    A page that was made from the same outputs, style and template is left alone. Raises AuditError for an unknown name,
+    and for a notebook with an error, which it names with the cell.
     """
     paths = {path.stem: path for path in sorted((root / FOLDER).glob("*.ipynb"))}
     chosen = [one_of("notebook", name, paths) for name in names] or list(paths)
-    for name in chosen:
-        page = output / f"{name}.html"
-        done = executed(paths[name], root)
-        write_atomically(page, _page(done.notebook).encode())
+    around = (_style() + source("notebook.html.j2")).encode()
+    for done in executed([paths[name] for name in chosen], root):
+        page = output / f"{done.kept.stem}.html"
+        key = hashlib.sha256(around + done.kept.read_bytes()).hexdigest()
+        if made_from(page) != key:
+            write_page(page, _page(done.notebook), key)
         yield Built(page, done.fresh)
 
 
-def executed(path: Path, root: Path) -> Executed:
-    """The notebook at `path` with its outputs, kept in the cache of `root` until it, the sources or the lock change."""
-    nbformat = _needed("nbformat")
-    key = hashlib.sha256(_sources(root) + path.read_bytes()).hexdigest()
-    kept = root / CACHE / path.name
-    if kept.is_file():
-        with contextlib.suppress(nbformat.reader.NotJSONError, AttributeError):
-            notebook = nbformat.read(kept, as_version=4)
-            if notebook.metadata.get(KEY) == key:
-                return Executed(notebook, fresh=False)
-    notebook = execute(path, root)
-    notebook.metadata[KEY] = key
-    write_atomically(kept, nbformat.writes(notebook).encode())
-    return Executed(notebook, fresh=True)
+def executed(paths: Iterable[Path], root: Path) -> Iterator[Executed]:
+    """The notebooks with their outputs, kept in the cache of `root` until one, the sources or the lock change."""
+    sources = _sources(root)
+    for path in paths:
+        key = hashlib.sha256(sources + path.read_bytes()).hexdigest()
+        kept = root / CACHE / path.name
+        fresh = _key(kept) != key
+        if fresh:
+            notebook = execute(path, root)
+            notebook.metadata[KEY] = key
+            write_atomically(kept, _needed("nbformat").writes(notebook).encode())
+        yield Executed(kept, fresh)
+
+
+def _key(kept: Path) -> str:
+    """What a kept notebook was made from; empty for none, or for what is not whole."""
+    try:
+        return str(json.loads(kept.read_bytes())["metadata"].get(KEY, ""))
+    except (FileNotFoundError, ValueError, LookupError, TypeError, AttributeError):
+        return ""
 
 
 def execute(path: Path, root: Path) -> Any:
@@ -131,9 +145,13 @@ def _page(notebook: Any) -> str:
         .render(
             title=heading[1] if heading else "Tutorial",
             body=Markup(body),
-            style=Markup(colours() + SITE_STYLE.read_text(encoding="utf-8") + source("notebook.css")),
+            style=Markup(_style()),
         )
     )
+
+
+def _style() -> str:
+    return colours() + SITE_STYLE.read_text(encoding="utf-8") + source("notebook.css")
 
 
 def colours() -> str:

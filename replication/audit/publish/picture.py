@@ -10,10 +10,14 @@ import hashlib
 import io
 import shutil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from replication.audit.store.records import ResultsFile, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
+
+if TYPE_CHECKING:
+    from selenium import webdriver
 
 WIDTH, HEIGHT = 1240, 2000
 PART = "#field"
@@ -64,7 +68,8 @@ def take(report: Path, results: ResultsFile, picture: Path) -> None:
     write_atomically(picture, stream.getvalue())
 
 
-def _screenshot(report: Path) -> bytes:
+def started() -> webdriver.Chrome:
+    """Chromium without a window; raises AuditError if it or its driver is missing."""
     from selenium import webdriver
 
     chromium, driver = shutil.which("chromium"), shutil.which("chromedriver")
@@ -74,7 +79,11 @@ def _screenshot(report: Path) -> bytes:
     options.binary_location = chromium
     for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars"):
         options.add_argument(argument)
-    browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+    return webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
+
+
+def _screenshot(report: Path) -> bytes:
+    browser = started()
     try:
         size = {"width": WIDTH, "height": HEIGHT, "deviceScaleFactor": 1, "mobile": False}
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)

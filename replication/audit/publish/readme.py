@@ -24,9 +24,9 @@ SHOWN_WIDTH = 440
 
 def results_block(results: ResultsFile) -> str:
     """Markdown: how many claims are proved, and of each paper its badge and what the report says of it first."""
-    proved = theorems(once(results.claims))
-    every = f"{_image(f'{BADGES}/all.svg', badges(results))} {proved}".strip()
-    return "\n".join([BEGIN, "", *_lines(results), "", every, "", END])
+    shown = badges(results)
+    every = f"{_image(f'{BADGES}/all.svg', shown)} {theorems(once(results.claims))}".strip()
+    return "\n".join([BEGIN, "", *_lines(results, shown), "", every, "", END])
 
 
 def example_block(ran: Ran) -> str:
@@ -68,8 +68,7 @@ def update(root: Path, results: ResultsFile, ran: Ran) -> None:
         write_atomically(root / name, content.encode())
 
 
-def _lines(results: ResultsFile) -> Iterator[str]:
-    shown = badges(results)
+def _lines(results: ResultsFile, shown: dict[str, str]) -> Iterator[str]:
     for paper in results.papers:
         name = f"{BADGES}/{paper.key}.svg"
         yield f"- **{paper.cited}** {_image(name, shown)} {_line(paper)}"

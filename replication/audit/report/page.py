@@ -10,7 +10,6 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -32,9 +31,7 @@ from replication.audit.report.sections import sections
 from replication.audit.report.templates import CLAIM_CELL, SOURCES, environment, source, style_sheet
 from replication.audit.store.records import ResultsFile, to_json
 from replication.errors import AuditError
-from replication.files import write_atomically
-
-_SIGNED = re.compile(rb"<!-- made from ([0-9a-f]{64}), the page above ([0-9a-f]{64}) -->\n\Z")
+from replication.files import made_from, write_page
 
 
 def build_report(results: ResultsFile, figures: Path, output: Path) -> Path:
@@ -47,11 +44,11 @@ def build_report(results: ResultsFile, figures: Path, output: Path) -> Path:
     place = output.resolve()
     depth = len(place.relative_to(SOURCES.parent).parts) - 1 if place.is_relative_to(SOURCES.parent) else 1
     key = _key(results, figures, depth)
-    if _made_from(output) == key:
+    if made_from(output) == key:
         return output
     page, evidence, shown = _made(results, figures, "../" * depth)
     require_sourced(" ".join([page, *evidence.values()]), results, shown)
-    write_atomically(output, _signed(page.encode(), key))
+    write_page(output, page, key)
     return output
 
 
@@ -64,19 +61,6 @@ def _key(results: ResultsFile, figures: Path, depth: int) -> str:
     for path in (*code, *words, *drawn):
         digest.update(hashlib.sha256(path.read_bytes() if path.is_file() else b"").digest())
     return digest.hexdigest()
-
-
-def _signed(page: bytes, key: str) -> bytes:
-    """A page with what it was made from, and its own checksum: an edited page is made again."""
-    return page + f"<!-- made from {key}, the page above {hashlib.sha256(page).hexdigest()} -->\n".encode()
-
-
-def _made_from(path: Path) -> str:
-    """The key of a page as it was written; empty for any other file, or none."""
-    content = path.read_bytes() if path.is_file() else b""
-    found = _SIGNED.search(content)
-    whole = found is not None and hashlib.sha256(content[: found.start()]).hexdigest() == found[2].decode()
-    return found[1].decode() if found is not None and whole else ""
 
 
 def render(results: ResultsFile, figures: Path, root: str = "../") -> str:

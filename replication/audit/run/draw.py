@@ -17,7 +17,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.inspect.sentences import require_short
+from replication.audit.inspect.sentences import require_title
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.run.settled import settled
 from replication.audit.run.worker import describe
@@ -31,7 +31,6 @@ from replication.drawing.style import house_style
 from replication.errors import AuditError
 from replication.files import write_atomically
 
-MOST_WORDS_OF_TITLE = 15
 Kept = tuple[FigureRecord, list[str]]
 
 
@@ -205,8 +204,7 @@ def _draw(figure: Figure, data: FigureData) -> bytes:
 
 def _titled(figure: Figure, data: FigureData) -> str:
     """The message, with numbers of the data; whoever reads nothing else reads this, so it is short."""
-    title = figure.title(data) if callable(figure.title) else figure.title
-    return require_short(title, MOST_WORDS_OF_TITLE, "title")
+    return require_title(figure.title(data) if callable(figure.title) else figure.title)
 
 
 def _described(figure: Figure, data: FigureData) -> str:

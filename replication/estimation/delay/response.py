@@ -128,20 +128,29 @@ class Trajectory:
         return float(np.sqrt(energy[0] / energy[1]))
 
 
-def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) -> Trajectory:
-    """Answer of the error system, from rest, to a disturbance that is linear between equidistant `times`; exact then.
+def equidistant(times: object, disturbance: object, inputs: int) -> tuple[Array, Array, float]:
+    """The instants (M,), the disturbance (M, inputs) and the step of a simulation; raises InvalidInputError.
 
-    disturbance (M, r). Raises InvalidInputError for other shapes, unequal steps, what is not finite, or a disturbance
-    that is zero.
+    It is raised for other shapes, unequal steps, what is not finite, and a disturbance that is zero.
     """
-    w = as_matrix("disturbance", disturbance, columns=error.b.shape[1])
+    w = as_matrix("disturbance", disturbance, columns=inputs)
     instants = as_array("times", times, (len(w),))
     steps = np.diff(instants)
     if steps.size < 1 or np.any(steps <= 0.0) or np.ptp(steps) > 1e-9 * steps.max():
         raise InvalidInputError("times must be at least two and equidistant, increasing")
     if not np.any(w):
         raise InvalidInputError("the disturbance must not vanish: the gain would be 0/0")
-    n, r, h = error.a.shape[0], error.b.shape[1], float(steps.mean())
+    return instants, w, float(steps.mean())
+
+
+def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) -> Trajectory:
+    """Answer of the error system, from rest, to a disturbance that is linear between equidistant `times`; exact then.
+
+    disturbance (M, r). Raises InvalidInputError for other shapes, unequal steps, what is not finite, or a disturbance
+    that is zero.
+    """
+    instants, w, h = equidistant(times, disturbance, error.b.shape[1])
+    n, r = error.a.shape[0], error.b.shape[1]
     augmented = np.zeros((n + 2 * r, n + 2 * r))
     augmented[:n, :n], augmented[:n, n : n + r] = error.a, error.b
     augmented[n : n + r, n + r :] = np.eye(r) / h

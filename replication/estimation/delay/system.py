@@ -16,8 +16,43 @@ from replication.errors import InvalidInputError
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 
+class PlantSizes:
+    """The sizes of a plant with the fields a0, delays, b, c10 and c2."""
+
+    a0: Array
+    delays: tuple[float, ...]
+    b: Array
+    c10: Array
+    c2: Array
+
+    @property
+    def states(self) -> int:
+        """Number of states n."""
+        return int(self.a0.shape[0])
+
+    @property
+    def delay_count(self) -> int:
+        """Number of delays K."""
+        return len(self.delays)
+
+    @property
+    def inputs(self) -> int:
+        """Number of disturbances r."""
+        return int(self.b.shape[1])
+
+    @property
+    def outputs(self) -> int:
+        """Number of outputs to estimate p."""
+        return int(self.c10.shape[0])
+
+    @property
+    def measurements(self) -> int:
+        """Number of measurements q."""
+        return int(self.c2.shape[0])
+
+
 @dataclass(frozen=True)
-class DelaySystem:
+class DelaySystem(PlantSizes):
     """Plant of eq. (1) with n states, r disturbances, p outputs to estimate, q measurements and K delays.
 
     Build it with `delay_system`, which checks everything.
@@ -47,31 +82,6 @@ class DelaySystem:
     c10: Array
     c1: tuple[Array, ...]
     c2: Array
-
-    @property
-    def states(self) -> int:
-        """Number of states n."""
-        return int(self.a0.shape[0])
-
-    @property
-    def delay_count(self) -> int:
-        """Number of delays K."""
-        return len(self.delays)
-
-    @property
-    def inputs(self) -> int:
-        """Number of disturbances r."""
-        return int(self.b.shape[1])
-
-    @property
-    def outputs(self) -> int:
-        """Number of outputs to estimate p."""
-        return int(self.c10.shape[0])
-
-    @property
-    def measurements(self) -> int:
-        """Number of measurements q."""
-        return int(self.c2.shape[0])
 
 
 def delay_system(
@@ -118,7 +128,7 @@ def delay_system(
     state = as_matrix("a0", a0, rows=size, columns=size)
     if size < 1:
         raise InvalidInputError("a0 must have at least one state, got shape (0, 0)")
-    times = _checked_delays(delays)
+    times = checked_delays(delays)
     delayed = _per_delay("a", a, len(times), (size, size))
     drive, output = as_matrix("b", b, rows=size), as_matrix("c10", c10, columns=size)
     rows = output.shape[0]
@@ -137,8 +147,9 @@ def delay_system(
     return DelaySystem(state, delayed, times, drive, output, late_outputs, sensor)
 
 
-def _checked_delays(delays: Sequence[float]) -> tuple[float, ...]:
-    times = tuple(positive_scalar(f"delays[{i}]", value, unit="s") for i, value in enumerate(_listed("delays", delays)))
+def checked_delays(delays: Any) -> tuple[float, ...]:
+    """At least one, positive and increasing (s); raises InvalidInputError otherwise."""
+    times = tuple(positive_scalar(f"delays[{i}]", value, unit="s") for i, value in enumerate(listed("delays", delays)))
     if not times:
         raise InvalidInputError("delays must hold at least one delay; for none use a zero matrix and any delay")
     if any(later <= earlier for earlier, later in pairwise(times)):
@@ -148,13 +159,14 @@ def _checked_delays(delays: Sequence[float]) -> tuple[float, ...]:
 
 def _per_delay(name: str, matrices: Any, count: int, shape: tuple[int, int]) -> tuple[Array, ...]:
     """The matrices, one per delay and each of `shape`."""
-    given = _listed(name, matrices)
+    given = listed(name, matrices)
     if len(given) != count:
         raise InvalidInputError(f"{name} must hold one matrix per delay: {count} delays, {len(given)} matrices")
     return tuple(as_matrix(f"{name}[{i}]", m, rows=shape[0], columns=shape[1]) for i, m in enumerate(given))
 
 
-def _listed(name: str, value: Any) -> list[Any]:
+def listed(name: str, value: Any) -> list[Any]:
+    """The entries of what is given for each delay; raises InvalidInputError if it has none to list."""
     try:
         return list(value)
     except TypeError as error:

@@ -13,15 +13,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from replication.audit.brief import Curve, Explorer, Picture
-from replication.audit.inspect.sentences import require_short
+from replication.audit.inspect.sentences import require_title
 from replication.audit.judge import numerals
 from replication.audit.report.claim import ClaimView
 from replication.audit.report.pictures.axes import FRAME, Scale, scale_of, spread, ticks
 from replication.audit.store.records import PaperRecord
 from replication.errors import AuditError
 
-MOST_WORDS = 15
-"""Of a title, which is the message."""
 LINE, LETTERS = 72, 18
 """Height of a line of a name in units of the frame, and how many letters it has; the value stands below."""
 
@@ -85,7 +83,7 @@ def explorers(
     known = {view.record.id: view for view in claims}
     made = []
     for explorer in paper.brief.explorers if paper.brief else ():
-        require_short(explorer.title, MOST_WORDS, "title")
+        require_title(explorer.title)
         own = [picture for picture in explorer.pictures if picture.figure in drawn]
         pictures = [_view(paper.key, picture, _table(figures / f"{picture.figure}.csv"), known) for picture in own]
         largest = max((_level(view) for view in pictures), default=0.0)

@@ -111,7 +111,7 @@ def _outward(ours: Ends) -> Ends:
 
 def _two_digits(number: Fraction) -> int:
     """A large number to two digits, a whole one in any case."""
-    return round(number, min(0, 1 - math.floor(math.log10(number)))).__int__()
+    return int(round(number, min(0, 1 - math.floor(math.log10(number)))))
 
 
 def _rungs(box: Ends, ours: Ends, end: Fraction) -> tuple[Rung, Rung, Rung]:

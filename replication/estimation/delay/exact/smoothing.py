@@ -72,13 +72,8 @@ def smoother_gains(plant: PlantTerms, omega: Array) -> Array:
     if r <= q:
         return np.zeros(len(omega))
     values = plant.terms.at(axis(omega))
-    states, estimated, measured = plant.rows
-    pencil = np.concatenate([values[:, states], values[:, measured]], axis=1)
-    pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
-    # Rows of unit length: the null space does not hang on the units.
-    pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
-    kernel = np.linalg.svd(pencil)[2][:, n + q :].conj().swapaxes(1, 2)
-    output, noise = values[:, estimated] @ kernel, kernel[:, n:]
+    kernel = np.linalg.svd(plant.pencil(omega, values))[2][:, n + q :].conj().swapaxes(1, 2)
+    output, noise = values[:, plant.rows[1]] @ kernel, kernel[:, n:]
     _, sizes, right = np.linalg.svd(noise, full_matrices=False)
     moved = np.where(sizes > PARALLEL, 1.0 / np.maximum(sizes, PARALLEL), 0.0)
     gains = np.linalg.norm(output @ right.conj().swapaxes(1, 2) * moved[:, None, :], 2, axis=(1, 2))

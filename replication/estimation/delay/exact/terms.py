@@ -141,6 +141,18 @@ class PlantTerms:
         n, p, q, _ = self.sizes
         return slice(0, n), slice(n, n + p), slice(n + p, n + p + q)
 
+    def pencil(self, omega: Array, values: Complex) -> Complex:
+        """[A - j omega, B; C_2, D_21] at each frequency (M,), `values` being M there; rows of unit length.
+
+        So no rank and no null space of it hangs on the units.
+        """
+        n = self.sizes[0]
+        states, _, measured = self.rows
+        found = np.concatenate([values[:, states], values[:, measured]], axis=1)
+        found[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
+        found /= np.maximum(np.linalg.norm(found, axis=2, keepdims=True), np.finfo(float).tiny)
+        return found
+
     @property
     def columns(self) -> tuple[slice, slice]:
         """Where x and w stand."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay.exact.forms import plant_terms
-from replication.estimation.delay.exact.terms import axis
+from replication.estimation.delay.exact.terms import PlantTerms, axis
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.validation import Array
 
@@ -50,27 +50,20 @@ def _direct_noise(plant: DelayPlant) -> float:
 
 def _weakest(plant: DelayPlant) -> tuple[float, float]:
     """The frequency where the pencil comes closest to losing a row, and how close."""
-    rate = 1.0 / plant.delays[-1]
+    terms, rate = plant_terms(plant), 1.0 / plant.delays[-1]
     grid = np.concatenate([[0.0], rate * np.logspace(-DECADES, DECADES / 2, POINTS), rate * np.linspace(0, 50, POINTS)])
     omega = np.unique(grid)
-    values = _sizes(plant, omega)
+    values = _sizes(terms, omega)
     best = int(np.argmin(values))
     left, right = omega[max(best - 1, 0)], omega[min(best + 1, len(omega) - 1)]
     for _ in range(ROUNDS):
         first, second = left + (right - left) / 3.0, right - (right - left) / 3.0
-        low, high = _sizes(plant, np.array([first, second]))
+        low, high = _sizes(terms, np.array([first, second]))
         left, right = (left, second) if low < high else (first, right)
     middle = (left + right) / 2.0
-    found = float(_sizes(plant, np.array([middle]))[0])
+    found = float(_sizes(terms, np.array([middle]))[0])
     return (middle, found) if found < values[best] else (float(omega[best]), float(values[best]))
 
 
-def _sizes(plant: DelayPlant, omega: Array) -> Array:
-    terms = plant_terms(plant)
-    values = terms.terms.at(axis(omega))
-    states, _, measured = terms.rows
-    pencil = np.concatenate([values[:, states], values[:, measured]], axis=1)
-    n = plant.states
-    pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
-    pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
-    return np.asarray(np.linalg.svd(pencil, compute_uv=False)[:, -1])
+def _sizes(terms: PlantTerms, omega: Array) -> Array:
+    return np.asarray(np.linalg.svd(terms.pencil(omega, terms.terms.at(axis(omega))), compute_uv=False)[:, -1])

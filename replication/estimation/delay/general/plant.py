@@ -10,15 +10,14 @@ delay, whose weight is a polynomial of the age s.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay.system import DelaySystem, delay_system
+from replication.estimation.delay.system import DelaySystem, PlantSizes, checked_delays, delay_system, listed
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 Matrices = tuple[Array, ...]
@@ -27,7 +26,7 @@ HIGHEST_POWER = 5
 
 
 @dataclass(frozen=True)
-class DelayPlant:
+class DelayPlant(PlantSizes):
     """Plant with n states, r disturbances w, m known inputs u, p outputs z to estimate, q measurements y, K delays.
 
     What is not given is zero; without the terms from `b_delayed` on this is the plant of `delay_system`.
@@ -109,34 +108,9 @@ class DelayPlant:
             object.__setattr__(self, name, value)
 
     @property
-    def states(self) -> int:
-        """Number of states n."""
-        return int(self.a0.shape[0])
-
-    @property
-    def delay_count(self) -> int:
-        """Number of delays K."""
-        return len(self.delays)
-
-    @property
-    def inputs(self) -> int:
-        """Number of disturbances r."""
-        return int(self.b.shape[1])
-
-    @property
     def known_inputs(self) -> int:
         """Number of known inputs m."""
         return int(self.b_known.shape[1])
-
-    @property
-    def outputs(self) -> int:
-        """Number of outputs to estimate p."""
-        return int(self.c10.shape[0])
-
-    @property
-    def measurements(self) -> int:
-        """Number of measurements q."""
-        return int(self.c2.shape[0])
 
     @property
     def noiseless(self) -> bool:
@@ -196,7 +170,7 @@ def _checked(plant: DelayPlant) -> dict[str, Any]:
         as_matrix(name, given[name]).shape[axis] if given[name] is not None else 0
         for name, axis in (("b", 1), ("c10", 0), ("c2", 0), ("b_known", 1))
     )
-    if given["b_known"] is None and len(_listed("b_known_delayed", given["b_known_delayed"])):
+    if given["b_known"] is None and len(listed("b_known_delayed", given["b_known_delayed"])):
         m = as_matrix("b_known_delayed[0]", given["b_known_delayed"][0]).shape[1]
     if min(r, p, q) < 1:
         raise InvalidInputError(
@@ -218,24 +192,14 @@ def _checked(plant: DelayPlant) -> dict[str, Any]:
     return checked
 
 
-def checked_delays(delays: Any) -> tuple[float, ...]:
-    """At least one, positive and increasing (s); raises InvalidInputError otherwise."""
-    times = tuple(positive_scalar(f"delays[{i}]", value, unit="s") for i, value in enumerate(_listed("delays", delays)))
-    if not times:
-        raise InvalidInputError("delays must hold at least one delay; for none use a zero matrix and any delay")
-    if any(later <= earlier for earlier, later in pairwise(times)):
-        raise InvalidInputError(f"delays must increase strictly, got {times}; sort them together with their matrices")
-    return times
-
-
 def _ranges(given: Any, delays: tuple[float, ...]) -> tuple[tuple[float, float], ...]:
     """Ends of the ranges, each around its delay."""
-    pairs = _listed("ranges", given) or [(delay, delay) for delay in delays]
+    pairs = listed("ranges", given) or [(delay, delay) for delay in delays]
     if len(pairs) != len(delays):
         raise InvalidInputError(f"ranges must hold one pair per delay: {len(delays)} delays, {len(pairs)} pairs")
     checked = []
     for i, (pair, delay) in enumerate(zip(pairs, delays, strict=True)):
-        ends = _listed(f"ranges[{i}]", pair)
+        ends = listed(f"ranges[{i}]", pair)
         if len(ends) != 2:
             raise InvalidInputError(f"ranges[{i}] must be a pair (shortest, longest) in s, got {pair!r}")
         low, high = (positive_scalar(f"ranges[{i}][{j}]", end, unit="s") for j, end in enumerate(ends))
@@ -251,7 +215,7 @@ def _per_delay(
     name: str, values: Any, count: int, shape: tuple[int, int], read: Callable[[str, Any, tuple[int, int]], Array]
 ) -> Matrices:
     """One value per delay, each as `read` takes it; zeros if there are none."""
-    given = _listed(name, values) or [np.zeros(shape)] * count
+    given = listed(name, values) or [np.zeros(shape)] * count
     if len(given) != count:
         raise InvalidInputError(f"{name} must hold one matrix per delay: {count} delays, {len(given)} matrices")
     return tuple(read(f"{name}[{i}]", value, shape) for i, value in enumerate(given))
@@ -263,7 +227,7 @@ def _matrix(name: str, value: Any, shape: tuple[int, int]) -> Array:
 
 def _weights(name: str, value: Any, shape: tuple[int, int]) -> Array:
     """Coefficients (k, rows, columns) of the powers of the age; one matrix is a constant weight."""
-    powers = _listed(name, value)
+    powers = listed(name, value)
     matrices = [powers] if np.ndim(powers) == 2 else powers
     if not 1 <= len(matrices) <= HIGHEST_POWER + 1:
         raise InvalidInputError(
@@ -273,10 +237,3 @@ def _weights(name: str, value: Any, shape: tuple[int, int]) -> Array:
     weights = np.stack([_matrix(f"{name}[{k}]", matrix, shape) for k, matrix in enumerate(matrices)])
     weights.flags.writeable = False
     return weights
-
-
-def _listed(name: str, value: Sequence[Any] | Any) -> list[Any]:
-    try:
-        return list(value)
-    except TypeError as error:
-        raise InvalidInputError(f"{name} must be a list with one entry per delay, got {value!r}") from error

@@ -6,6 +6,7 @@ from string import Template
 
 import numpy as np
 
+from replication.estimation.api.c_code import CHECKS, NO_INPUTS
 from replication.estimation.api.export import c_array, c_name, comment_text
 from replication.estimation.delay.sampled.recursion import SampledObserver
 
@@ -110,12 +111,6 @@ $kept    for (i = 0; i < ${M}_FIRST; i++)
 }
 """
 )
-CHECKS = """\
-    for (i = 0; i < ${M}_INPUTS; i++)
-        if (!isfinite(u[i]))
-            return 1;
-"""
-NO_INPUTS = "    (void)u;\n"
 COPIED = """\
         for (j = 0; j < ${M}_INPUTS; j++)
             known[i] += ${n}_taps[0][i][${M}_UNKNOWNS + j] * u[j];

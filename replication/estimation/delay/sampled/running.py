@@ -11,10 +11,10 @@ from replication.estimation.api.running import RunningObserver
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.terms import PlantTerms, Terms
 from replication.estimation.delay.general.observer import DelayObserver
-from replication.estimation.delay.response import Trajectory
+from replication.estimation.delay.response import Trajectory, equidistant
 from replication.estimation.delay.sampled.c_form import c_form
 from replication.estimation.delay.sampled.recursion import SampledObserver, exact_response, sampled
-from replication.estimation.validation import Array, as_array, as_matrix, increasing_grid, positive_scalar
+from replication.estimation.validation import Array, increasing_grid, positive_scalar
 
 LONGEST = 20_000
 """Samples that are kept, at the most."""
@@ -171,19 +171,13 @@ def simulate_error(observer: DelayObserver, times: object, disturbance: object) 
     InvalidInputError
         Another shape, unequal steps, a disturbance that is zero, or steps that are too long.
     """
-    w = as_matrix("disturbance", disturbance, columns=observer.plant.inputs)
-    instants = as_array("times", times, (len(w),))
-    steps = np.diff(instants)
-    if steps.size < 1 or np.any(steps <= 0.0) or np.ptp(steps) > 1e-9 * steps.max():
-        raise InvalidInputError("times must be at least two and equidistant, increasing")
-    if not np.any(w):
-        raise InvalidInputError("the disturbance must not vanish: the gain would be 0/0")
+    instants, w, dt = equidistant(times, disturbance, observer.plant.inputs)
     plant = plant_terms(observer.plant)
     n, _, q, _ = plant.sizes
     # An observer that measures y = 0 and is told -w as if it were known estimates -e.
     rows, columns = np.eye(len(plant.terms.constant)), np.eye(plant.terms.constant.shape[1])
     told = replace(plant, known=plant.terms.applied(-rows, columns[:, plant.columns[1]]))
-    copy = InnovationsObserver(told, injection_terms(observer), dt=float(steps.mean()))
+    copy = InnovationsObserver(told, injection_terms(observer), dt=dt)
     output, state = np.zeros((len(w), plant.sizes[1])), np.zeros((len(w), n))
     for k, value in enumerate(w):
         state[k] = -copy.step(value, np.zeros(q))

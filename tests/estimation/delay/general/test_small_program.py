@@ -7,7 +7,7 @@ import pytest
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
-from replication.estimation.conic.interior import solve
+from replication.estimation.conic.interior import Point, solve
 from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
 from replication.estimation.conic.steps import Block
 from replication.estimation.delay.general.cone import (
@@ -141,10 +141,8 @@ def by_clarabel(blocks: tuple[Block, ...], order: int) -> float:
     return float(solve_clarabel(program_under(cost, *groups), accept=ALMOST).multipliers[-1])
 
 
-@pytest.mark.parametrize(("plant", "degree"), [(delayed_output, 2), (averaged, 2), (delayed_output, 3)])
-def test_the_least_level_is_that_of_another_solver(plant, degree: int) -> None:  # type: ignore[no-untyped-def]
-    form = line_form(plant())
-    over = rates(form, degree)
+def solved(form: LineForm, over: Rates) -> tuple[tuple[Block, ...], Point]:
+    """The blocks of the least level, and their solution."""
     blocks = (
         *positivity(over),
         dissipation(over, over.without_innovation(), outputs=form.outputs),
@@ -152,7 +150,14 @@ def test_the_least_level_is_that_of_another_solver(plant, degree: int) -> None: 
     )
     cost = np.zeros(len(blocks[0].others))
     cost[-1] = -1.0
-    found = solve(blocks, len(over.u), cost)
+    return blocks, solve(blocks, len(over.u), cost)
+
+
+@pytest.mark.parametrize(("plant", "degree"), [(delayed_output, 2), (averaged, 2), (delayed_output, 3)])
+def test_the_least_level_is_that_of_another_solver(plant, degree: int) -> None:  # type: ignore[no-untyped-def]
+    form = line_form(plant())
+    over = rates(form, degree)
+    blocks, found = solved(form, over)
     assert -found.value == pytest.approx(by_clarabel(blocks, len(over.u)), rel=1e-6)
 
 
@@ -160,14 +165,7 @@ def test_z_makes_the_whole_inequality_positive() -> None:
     """With Z and L_z put in, N of a feasible storage is positive in all coordinates."""
     form = line_form(delayed_output())
     over = rates(form, DEGREE)
-    blocks = (
-        *positivity(over),
-        dissipation(over, over.without_innovation(), outputs=form.outputs),
-        dissipation(over, over.without_state(), outputs=0),
-    )
-    cost = np.zeros(len(blocks[0].others))
-    cost[-1] = -1.0
-    point = solve(blocks, len(over.u), cost)
+    _, point = solved(form, over)
     storage = storage_of(over, point.w, point.y)
     storage = Storage(storage.plus, storage.s, storage.t, 1.05 * storage.level)
     z, lz = multiplier(over, storage)
