@@ -11,7 +11,6 @@ from replication.commands.shared import (
     FINE,
     add_figures,
     add_output,
-    checkout,
     project_root,
     results_path,
     say,
@@ -33,7 +32,7 @@ def notebooks(chosen: argparse.Namespace) -> int:
     """Write the pages and say which notebooks had to be executed."""
     from replication.audit.publish.notebooks import build_notebooks
 
-    root = checkout()
+    root = project_root()
     for built in build_notebooks(root, chosen.to or root / "report" / "notebooks", chosen.names):
         say([f"{'executed' if built.executed else 'unchanged'}: {built.page}"])
     return FINE
@@ -58,7 +57,7 @@ def artifact(chosen: argparse.Namespace) -> int:
         changed = changed_files(chosen.check)
         say([*changed, f"{len(changed)} files changed"])
         return DIFFERENT if changed else FINE
-    root = checkout()
+    root = project_root()
     path = chosen.to or root / "dist" / f"slow-sensor-replication-{__version__}-artifact.zip"
     say([f"{path}: {write_archive(root, path)} files"])
     return FINE

@@ -15,7 +15,7 @@ from replication.commands.shared import (
     FINE,
     add_figures,
     add_output,
-    checkout,
+    here,
     jobs,
     say,
     say_report,
@@ -64,7 +64,6 @@ def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
     import msgspec
 
-    import papers
     from replication.audit.inspect.notes import notes
     from replication.audit.publish.terminal import run_lines
     from replication.audit.run.draw import draw_figures
@@ -72,9 +71,9 @@ def command(chosen: argparse.Namespace) -> int:
     from replication.files import require_writable
 
     executor = _executor(chosen)
-    root = checkout()
-    selected = papers.load(chosen.papers or papers.KEYS)
-    whole = len(selected) == len(papers.KEYS)
+    project = here()
+    root, selected = project.root, project.load(chosen.papers)
+    whole = len(selected) == len(project.keys)
     output = chosen.output or root / "report" / ("" if whole else "+".join(paper.key for paper in selected))
     figures = chosen.figures or root / "figures"
     require_writable(output, "--output")

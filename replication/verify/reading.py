@@ -10,11 +10,12 @@ import re
 import stat
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
-
-from flint import fmpq, fmpq_mat, fmpz
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from replication.verify.theorem import Refused, require
+
+if TYPE_CHECKING:  # imported where a number is read, so that lists of theorems can be read without it
+    from flint import fmpq, fmpq_mat
 
 T = TypeVar("T")
 Reader = Callable[[Any, str], Any]
@@ -132,6 +133,8 @@ def rational(value: Any, path: str) -> fmpq:
     require(
         max(len(numerator.lstrip("-")), len(denominator)) <= MAX_DIGITS, f"{path} has more than {MAX_DIGITS} digits"
     )
+    from flint import fmpq, fmpz
+
     return fmpq(fmpz(numerator), fmpz(denominator))
 
 
@@ -159,6 +162,8 @@ def several(value: Any, path: str, reader: Callable[[Any, str], T], most: int = 
 
 def matrix(value: Any, path: str, rows: int | None = None, columns: int | None = None) -> fmpq_mat:
     """A matrix from a list of rows of rationals, of the given shape where that is given."""
+    from flint import fmpq_mat, fmpz
+
     read = sequence(value, path, lambda row, where: sequence(row, where, rational), rows)
     widths = sorted({len(row) for row in read})
     require(len(widths) == 1 and widths != [0], f"{path} must have rows of one length, at least 1, got {widths}")
@@ -201,6 +206,8 @@ def matrices(value: Any, path: str, rows: int, columns: int, length: int | None 
 
 def written(value: Any) -> Any:
     """The JSON form of rationals, matrices, and of lists and objects of them: the inverse of the readers above."""
+    from flint import fmpq, fmpq_mat, fmpz
+
     if isinstance(value, fmpq_mat):
         return [[str(entry) for entry in row] for row in value.tolist()]
     if isinstance(value, (fmpq, fmpz)):

@@ -40,12 +40,24 @@ class Unproved:
     reason: str
 
 
+def folder_of(root: Path) -> Path:
+    """Where the papers of the project at `root` lie, by its configuration; in `papers` if that does not say."""
+    path = root / "replication.toml"
+    try:
+        settings = tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    except ValueError as error:
+        raise Refused(f"{path.name} is not valid TOML: {error}") from None
+    name = name_of(settings.get("papers", "papers"), f"{path.name}: papers")
+    require(name.isidentifier(), f"{path.name}: papers must be a name of Python, got {name}")
+    return root / name
+
+
 def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Unproved, ...]]:
     """The wanted theorems of a paper by name, and its claims without one; raises Refused for a malformed list."""
-    path = root / "papers" / paper / "theorems.json"
+    path = folder_of(root) / paper / "theorems.json"
     if not path.is_file():
         return {}, ()
-    listed = f"papers/{paper}/{path.name}"
+    listed = path.relative_to(root).as_posix()
     wanted: dict[str, Wanted] = {}
     unproved = []
     for i, entry in enumerate(sequence(parse(path.read_bytes()), listed, lambda value, _: value)):
@@ -72,13 +84,13 @@ def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Un
 
 def papers(root: Path = ROOT) -> tuple[str, ...]:
     """The papers that list theorems."""
-    return tuple(sorted(path.parent.name for path in (root / "papers").glob("*/theorems.json")))
+    return tuple(sorted(path.parent.name for path in folder_of(root).glob("*/theorems.json")))
 
 
 def subject(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     """What the certificate of a wanted theorem must say of itself: all its fields but `bound` and `witness`."""
     wanted, _ = theorems(paper, root)
-    require(name in wanted, f"papers/{paper}/theorems.json wants no theorem named {name}")
+    require(name in wanted, f"{folder_of(root).name}/{paper}/theorems.json wants no theorem named {name}")
     entry = wanted[name]
     return {
         "format": FORMAT,
@@ -95,7 +107,7 @@ def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     """A plant of a paper as certificates write it; the name "" stands for no plant."""
     if not name:
         return {"name": ""}
-    folder = root / "papers" / paper
+    folder = folder_of(root) / paper
     plants = plants_of(folder / "plants.py")(printed(folder / "printed.toml"))
     require(name in plants, f"the paper {paper} has no plant named {name!r}; there are {', '.join(plants) or 'none'}")
     return {"name": name, **written(plants[name])}

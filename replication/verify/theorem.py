@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-from flint import fmpq
+from typing import TYPE_CHECKING, TypeAlias
 
 from replication.verify.predicate import Exported
 
-Side = fmpq | None
+if TYPE_CHECKING:  # what a paper wants can be read without it
+    from flint import fmpq
+
+Side: TypeAlias = "fmpq | None"
 """One end of a proved interval; None if the certificate says nothing on that side."""
 
 

@@ -159,7 +159,9 @@ def colours() -> str:
     style = source("style.css")
     rules = re.findall(r"^:root \{.*?^\}\n|^@media [^{]*\{\s*:root \{.*?^\}\n", style, re.DOTALL | re.MULTILINE)
     if len(rules) < 2 or "--paper:" not in rules[0]:
-        raise AuditError("report/style.css no longer begins with the palette in two colour schemes; keep it in :root")
+        raise AuditError(
+            "html/style.css of the report no longer begins with the palette in two colour schemes; keep it in :root"
+        )
     return "".join(rules) + source("code.css")
 
 

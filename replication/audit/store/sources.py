@@ -13,6 +13,7 @@ from types import TracebackType
 from typing import Any
 
 import replication
+from replication.audit.project import read_settings
 from replication.errors import AuditError
 
 CALLERS = tuple(f"replication/audit/run/{name}.py" for name in ("worker", "assemble", "draw"))
@@ -154,7 +155,13 @@ class SourceTree:
 
 def default_packages(root: Path) -> dict[str, Path]:
     """The packages whose files count as sources: this one, wherever it is installed, and the papers at `root`."""
-    return {"replication": Path(replication.__file__).parent, "papers": root / "papers"}
+    package = read_settings(root).papers
+    return {"replication": Path(replication.__file__).parent, package: root / package}
+
+
+def project_of(packages: Mapping[str, Path]) -> Path | None:
+    """The folder in which the papers lie, of the packages that count as sources; None if there are none."""
+    return next((folder.parent for name, folder in packages.items() if name != "replication"), None)
 
 
 def _parents(module: str) -> Iterator[str]:
