@@ -13,8 +13,15 @@ EXTRAS = {
 """The extra of each module that may be absent."""
 
 
+def missing(error: BaseException) -> str:
+    """The extra that installs what an import did not find; empty for any other error."""
+    if not isinstance(error, ModuleNotFoundError):
+        return ""
+    return EXTRAS.get((error.name or "").partition(".")[0], "")
+
+
 def told(error: BaseException) -> str:
-    """The message of an error on one line; of a module that an extra would install, with how to install it."""
+    """The message of an error on one line; of a module that an extra installs, with how to install it."""
     said = " ".join(str(error).split())
-    extra = EXTRAS.get((error.name or "").partition(".")[0]) if isinstance(error, ModuleNotFoundError) else None
+    extra = missing(error)
     return f'{said}; install it with `pip install "slow-sensor-replication[{extra}]"`' if extra else said

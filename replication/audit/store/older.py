@@ -78,6 +78,7 @@ def _claim(record: dict[str, Any], inferred: set[str]) -> dict[str, Any]:
             "repeats": "",
             "consequence": None,
             "says": [],
+            "meant": "",
         },
         "evidence": {
             **{name: record[name] for name in _EVIDENCE},

@@ -53,6 +53,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     repeats: str
     consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
+    meant: str = ""
 
 
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
