@@ -122,7 +122,7 @@ class Part:
                     tolerance=tolerance,
                     tolerance_reason=tolerance_reason,
                     erratum=erratum,
-                    meant=meant,
+                    meant=_plain(meant),
                     reading=reading or self.reading,
                     optimum=optimum,
                     repeats=repeats,
@@ -232,7 +232,15 @@ def paper(
         ),
         experiments=tuple(replace(entry, name=one(entry.name)) for entry in experiments),
         errata=tuple(
-            replace(entry, id=one(entry.id), uses=full(entry.uses), prove=own(entry.prove)) for entry in errata
+            replace(
+                entry,
+                id=one(entry.id),
+                printed=_plain(entry.printed),
+                meant=_plain(entry.meant),
+                uses=full(entry.uses),
+                prove=own(entry.prove),
+            )
+            for entry in errata
         ),
         figures=tuple(
             replace(figure, name=one(figure.name, "-"), uses=full(figure.uses), data=own(figure.data))

@@ -12,8 +12,8 @@ from typing import Any
 
 from replication.verify import delay, dualrate, multirate, nonuniform
 from replication.verify.reading import content, fields, name_of, parse, rational, text
-from replication.verify.statement import collected
-from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
+from replication.verify.statement import Statement, collected
+from replication.verify.subjects import FORMAT, ROOT, folder_of, loaded, papers, subject, theorems
 from replication.verify.theorem import Refused, Theorem, require
 
 STATEMENTS = collected(delay, dualrate, multirate, nonuniform)
@@ -95,8 +95,20 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
         require(paper in papers(root), f"there is no paper {paper!r:.60} that lists theorems")
         for field, wanted in subject(paper, name, root).items():
             require(same(values[field], wanted), f"{field} is not that of the wanted theorem {name}")
-    require(statement in STATEMENTS, f"there is no statement {statement!r:.60}")
-    return STATEMENTS[statement](certificate, stated)
+    known = STATEMENTS if values["paper"] is None else {**STATEMENTS, **own_statements(values["paper"], root)}
+    require(statement in known, f"there is no statement {statement!r:.60}")
+    return known[statement](certificate, stated)
+
+
+def own_statements(paper: str, root: Path) -> dict[str, Statement]:
+    """The statements of a paper's statements.py, which begin with its key, and stand with its certificates alone."""
+    module = loaded(folder_of(root) / paper / "statements.py")
+    declared = [value for value in vars(module).values() if isinstance(value, Statement)] if module else []
+    for one in declared:
+        require(
+            one.name.startswith(f"{paper}."), f"{paper}/statements.py declares {one.name}, which must begin with {paper}."
+        )
+    return {one.name: one for one in declared}
 
 
 def same(first: Any, second: Any) -> bool:

@@ -11,6 +11,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NoReturn, cast
 
 from replication.verify.reading import fields, name_of, parse, sequence, text, written
@@ -132,10 +133,18 @@ def printed(path: Path) -> dict[str, Any]:
 
 def plants_of(path: Path) -> Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]]:
     """The function `plants` of a paper's plants.py, loaded from its file alone: no package of papers is imported."""
-    if not path.is_file():
+    module = loaded(path)
+    if module is None:
         return lambda printed: {}
-    spec = importlib.util.spec_from_file_location(f"plants of {path.parent.name}", path)
+    return cast(Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]], module.plants)
+
+
+def loaded(path: Path) -> ModuleType | None:
+    """A module of a paper, from its file alone; None if there is no such file."""
+    if not path.is_file():
+        return None
+    spec = importlib.util.spec_from_file_location(f"{path.stem} of {path.parent.name}", path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return cast(Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]], module.plants)
+    return module

@@ -24,7 +24,7 @@ from replication.verify.theorem import Refused
 
 ROUNDING = 1e-9
 """A proved bracket may be narrower than floating point is exact: a value this near, relatively, is moved to its end."""
-SUBJECT = ("printed.toml", "plants.py", "theorems.json")
+SUBJECT = ("printed.toml", "plants.py", "statements.py", "theorems.json")
 """Files of a paper that say what its certificates are about."""
 NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
 OPEN = "It holds under one reading of the text and fails under another."

@@ -156,7 +156,10 @@ def _terms(predicate: Predicate) -> Iterator[str]:
     for term in predicate.terms:
         unit = unit_of(term.quantity)
         if not unit:
-            yield f"speaks of {term.quantity!r}, which is no known quantity; add it to {where} with its unit"
+            yield (
+                f"speaks of {term.quantity!r}, which is no known quantity; give one of the paper's own statements its "
+                f"unit in brackets, such as 'final size [1]', or add it to {where}"
+            )
         elif not predicate.unit:
             yield f"says something of {term.quantity!r} without a unit; it has the unit {unit!r}"
         elif predicate.unit != unit:
