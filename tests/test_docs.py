@@ -54,7 +54,7 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     assert {record["claim"]["kind"] for record in records} == {kind.value for kind in Kind}
     assert [record["claim"]["id"] for record in records if record["judgement"]["proved"]] == ["randomwalk.variance.n1"]
     (show,) = re.findall(r"^python -m replication (show .+)$", GUIDE, re.MULTILINE)
-    assert "P / (P + 1) = 0.618033989" in lab.cli(*show.split()).stdout
+    assert "closed.gain gives 0.618033989" in lab.cli(*show.split()).stdout
     assert measure(lab.path("randomwalk")).share <= 0.25
     assert "0 open" in lab.cli("coverage", "randomwalk").stdout
     assert lab.python("-m", "pytest", "-q", "tests/papers/test_randomwalk.py").returncode == 0

@@ -106,7 +106,8 @@ def own_statements(paper: str, root: Path) -> dict[str, Statement]:
     declared = [value for value in vars(module).values() if isinstance(value, Statement)] if module else []
     for one in declared:
         require(
-            one.name.startswith(f"{paper}."), f"{paper}/statements.py declares {one.name}, which must begin with {paper}."
+            one.name.startswith(f"{paper}."),
+            f"{paper}/statements.py declares {one.name}, which must begin with {paper}.",
         )
     return {one.name: one for one in declared}
 

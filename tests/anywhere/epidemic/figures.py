@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from replication.audit.parts import Figure, FigureData, Results
+from replication.audit.declare import Figure, FigureData, Results
 from replication.drawing.style import line, new_axes
 
 

@@ -1,8 +1,11 @@
 """A note on an epidemic."""
 
-from papers.epidemic import claims, experiments, figures
-from replication.audit.declare import experiment, paper
+from papers.epidemic import errata, experiments, figures, printed
+from replication.audit.declare import Part, experiment, paper
 from replication.audit.inspect.coverage import tallies
+from replication.audit.numbers import numbers
+
+R, DAYS = (float(printed.DATA[name]) for name in ("reproduction", "days"))
 
 PAPER = paper(
     key="epidemic",
@@ -13,11 +16,16 @@ PAPER = paper(
     doi="",
     summary="Growth, doubling time and final size of an epidemic.",
     bibtex="@misc{epidemic, title = {A note on an epidemic}}",
-    parts=(claims.SETTING, claims.RESULTS),
-    experiments=(
-        experiment("epidemic", experiments.epidemic, reproduction=claims.REPRODUCTION, days=claims.DAYS, step=0.01),
+    parts=(
+        Part("Sec. 2", reason="Parameters."),
+        *numbers(printed.__file__),
+        Part("The course", figures="course"),
     ),
-    errata=claims.ERRATA,
+    experiments=(
+        experiment("epidemic", experiments.epidemic, reproduction=R, days=DAYS, step=0.01),
+        experiment("closed", experiments.closed, reproduction=R, days=DAYS),
+    ),
+    errata=errata.ERRATA,
     figures=(figures.COURSE,),
     coverage=tallies(__file__),
 )
