@@ -142,6 +142,20 @@ def test_a_wrong_number_changes_verdict_and_exit_code(stranger: Stranger) -> Non
     assert stranger.run("replication", "run").returncode == 0
 
 
+@pytest.mark.parametrize("print_", ["1,85", "1.85(2)", "1.85 ± 0.02", "185 %"])
+def test_a_print_as_other_fields_write_it(stranger: Stranger, print_: str) -> None:
+    printed = stranger.home / "papers" / "epidemic" / "printed.toml"
+    text = printed.read_text(encoding="utf-8")
+    printed.write_text(text.replace('"1.85"', f'"{print_}"'), encoding="utf-8")
+    done = stranger.run("replication", "run")
+    printed.write_text(text, encoding="utf-8")
+    if print_ == "185 %":  # which is computed in per cent, and here it is not
+        assert done.returncode == 1
+        assert "epidemic.doubling: the computed number is 10^-2 times the print; another unit" in done.stdout
+    else:
+        assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_what_needs_an_extra_says_which(stranger: Stranger) -> None:
     experiments = stranger.home / "papers" / "epidemic" / "experiments.py"
     text = experiments.read_text(encoding="utf-8")
