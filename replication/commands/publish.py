@@ -1,4 +1,4 @@
-"""`replication report`, `notebooks`, `export` and `artifact`: what is written of results for others to read."""
+"""`replication report`, `notebooks`, `export`, `artifact`, `register`: what is written of results for others to read."""
 
 from __future__ import annotations
 
@@ -63,6 +63,14 @@ def artifact(chosen: argparse.Namespace) -> int:
     return FINE
 
 
+def register(chosen: argparse.Namespace) -> int:
+    """Write the page on several projects."""
+    from replication.audit.report.register import build_register
+
+    say([f"register: {build_register(chosen.results, chosen.to)}"])
+    return FINE
+
+
 def _for_report(parser: argparse.ArgumentParser) -> None:
     add_output(parser, "where results.json is and index.html goes")
     add_figures(parser, "where the SVG and CSV files are")
@@ -84,6 +92,14 @@ def _for_artifact(parser: argparse.ArgumentParser) -> None:
     which.add_argument("--check", type=Path, metavar="DIR", help="compare an unpacked archive with its checksums")
 
 
+def _for_register(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="results.json, or its folder")
+    default = Path("register.html")
+    parser.add_argument(
+        "--to", type=Path, default=default, metavar="FILE", help="the page (default: register.html here)"
+    )
+
+
 _ARTIFACT_NOTES = """\
 The same commit and results give the same bytes. Unpacked, the archive is a project again: `make report`
 rebuilds it and `make test` runs its tests.
@@ -103,5 +119,8 @@ COMMANDS = {
         _for_artifact,
         artifact,
         _ARTIFACT_NOTES,
+    ),
+    "register": Command(
+        "set the results of several projects, of any field, side by side on a page", _for_register, register
     ),
 }
