@@ -68,6 +68,7 @@ def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
     import papers
     from replication.audit.run.unchanged import LastRun
+    from replication.audit.store.sources import kept_at
     from replication.files import require_writable
 
     executor = _executor(chosen)
@@ -85,7 +86,8 @@ def command(chosen: argparse.Namespace) -> int:
     require_writable(output, "--output")
     require_writable(figures, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
-    return _run(selected, cache, root, executor, (output, figures), last, twice=chosen.twice)
+    with kept_at(directory / "sources.json"):
+        return _run(selected, cache, root, executor, (output, figures), last, twice=chosen.twice)
 
 
 def _run(
