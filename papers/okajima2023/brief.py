@@ -49,10 +49,10 @@ def _case(label: str, name: str, claim: str, *sensors: Ticks) -> Picture:
 BRIEF = Brief(
     topic="Sensors that tick at different rates",
     card="The stable plant's levels hold, except [one](-table1.n21) in Table 1; [both](+theory.theorem1) "
-    "[theorems](+theory.theorem2) are tight at its printed gains and designs. Sec. IV-C prints [a stable "
+    "[theorems](+theory.theorem2) are tight at its gains and designs. Sec. IV-C prints [a stable "
     "matrix](?diagonal-of-a).",
-    holds="For the stable plant, to one part in a million, [Theorem 1](theory.theorem1) is tight at the "
-    f"{len(GAIN_SETS)} printed gain sets, [Theorem 2](theory.theorem2) at all {len(DESIGNS)} designs of Sec. IV.",
+    holds="For the stable plant, to one part in a million, [Theorem 1](theory.theorem1) is tight at "
+    f"{len(GAIN_SETS)} gain sets, [Theorem 2](theory.theorem2) at Sec. IV's {len(DESIGNS)} designs.",
     correct="[Table 1](table1.n21), entry (2, 1), exceeds the rounded optimum. Eq. (4) [counts](sensor-index) "
     "states for sensors.",
     guess="Which noises [eq. (34)](denominator) divides by; which [matrices](unstable.same-setting) Sec. IV-C has; "

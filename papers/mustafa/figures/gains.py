@@ -74,7 +74,7 @@ def describe_curves(figure: FigureData) -> str:
     jump = steps.index(max(steps))
     return (
         "; ".join(
-            f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, the filter at constant "
+            f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, {OF_FILTER[e]} at constant "
             f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its gain "
             f"over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
             f"{down(_excess(figure, e), 1)} times the printed level"
@@ -184,8 +184,8 @@ FIGURES = (
         caption="Gains at constant periods, of our filter next to the optimum at the middle of the range in Example 1, "
         "where none is printed, and of the printed one in Example 2. The published level belongs to one period; over "
         "most of the range the filter has a larger gain, and a larger one still when the period varies: the level "
-        "at the top is as thick as the bracket of that gain. Norms count samples. In Example 1 the optimum is zero where "
-        "Φ − ΓC/D is Schur.",
+        "at the top is as thick as the bracket of that gain. Norms count samples. In Example 1 the optimum is zero "
+        "where Φ − ΓC/D is Schur.",
         published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "bracket") for e in EXAMPLES),
         data=curves, plot=plot_curves, alt=describe_curves,
     ),
@@ -199,7 +199,7 @@ FIGURES = (
     Figure(
         name="worst", place="Beyond Sec. VI-A", title=say_worst,
         caption="Our filter of Example 1: some of the last samples of the sequence, with the disturbance that suits "
-        "it, scaled to a peak of one among the last. The long periods come in bursts; there the disturbance is largest.",
+        "it, scaled to a peak of one. The long periods come in bursts; there the disturbance is largest.",
         published=False, uses=("bracket.1",), data=worst, plot=plot_worst, alt=describe_worst,
     ),
 )  # fmt: skip

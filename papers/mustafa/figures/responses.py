@@ -30,9 +30,10 @@ def plot_responses(figure: FigureData) -> Any:
     (disturbance,) = axis.plot(c["k"], c["w"], linewidth=1.1, color=FOREGROUND, linestyle="--")
     (error,) = axis.plot(c["k"], c["e"], linewidth=1.1, color=OURS)
     name_line(axis, disturbance, "disturbance w", 27, ha="left")
+    text = f"error e, one draw (line)\nand {_draws(figure)} draws (band)"
     axis.annotate(
-        f"error e, one draw (line)\nand {_draws(figure)} draws (band)", (150, max(c["band_high"][140:160])),
-        xytext=(6, 22), textcoords="offset points", color=error.get_color(), arrowprops={"arrowstyle": "-", "color": OURS},
+        text, (150, max(c["band_high"][140:160])), xytext=(6, 22), textcoords="offset points",
+        color=error.get_color(), arrowprops={"arrowstyle": "-", "color": OURS},
     )  # fmt: skip
     axis.set_ylim(1.2 * min(c["w"]), 1.2 * max(c["w"]))
     name_axes(axis, "error e, disturbance w (1)", "sample k")
