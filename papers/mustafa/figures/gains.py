@@ -74,9 +74,9 @@ def describe_curves(figure: FigureData) -> str:
     jump = steps.index(max(steps))
     return (
         "; ".join(
-            f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, {OF_FILTER[e]} at constant "
-            f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its gain "
-            f"over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
+            f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, {OF_FILTER[e]} at "
+            f"constant periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its "
+            f"gain over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
             f"{down(_excess(figure, e), 1)} times the printed level"
             for e in EXAMPLES
         )
@@ -100,7 +100,7 @@ def plot_brackets(figure: FigureData) -> Any:
     (upper,) = axis.plot(c["h_u"], c["upper"], marker="v", **line(0))
     (lower,) = axis.plot(c["h_u"], c["lower"], marker="^", **line(1))
     middle = c["h_u"][2]
-    name_line(axis, upper, "guaranteed for every sequence", middle, ha="right")
+    name_line(axis, upper, "no sequence exceeds it", middle, ha="right")
     name_line(axis, lower, "one sequence attains it", middle, side=-1, ha="left")
     name_axes(axis, "worst-case gain (1)", "longest period (s)")
     axis.set_ylim(0, 1.15 * max(c["upper"]))
