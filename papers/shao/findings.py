@@ -64,7 +64,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"and {radius[FAST]:.5f}.",
         f"DRC-PMI with the gain L/M obtains {at_least(100 * min(shares))}% to {at_most(100 * max(shares))}% of the "
         "error reduction from the literal DRC-PMI to DRC-APO at the frequencies of Table I.",
-        f"At {LOW_FREQUENCY:g} rad/s, far below the rates of the loops, the error of DRC-APO is "
+        f"At {LOW_FREQUENCY:g} rad/s, below the frequencies of Table I, the steady-state error of DRC-APO is "
         f"{1 - table['slow'][APO] / table['slow'][PMI]:.0%} smaller than that of the literal DRC-PMI.",
         f"SRC is unstable, as the manuscript says: the monodromy radius is {radius[SRC]:.3f}.",
     )
