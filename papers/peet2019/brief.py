@@ -18,7 +18,7 @@ def _estimate(x: float) -> float:
 BRIEF = Brief(
     topic="A state with memory",
     card="[Theorem 3](-theory.theorem-3-feasible) can be met and [Theorem 4](-theory.theorem-4) inverts once "
-    "corrected. The least gains of [Example 1](+ex1.gamma-d3) then come out, two of [degree 1](-ex2.gamma-d1) do not.",
+    "corrected. The least gains of [Example 1](+ex1.gamma-d3) then come out, two of [degree 1](-ex2.gamma-d1) not.",
     holds="The least gains by Padé of [Example 1](ex1.gamma-pade), [Example 2](ex2.gamma-pade) and "
     "[Example 3](ex3.gamma-pade); those of [Example 1](ex1.gamma-d3) come out once Theorem 3 is corrected.",
     correct="[Theorem 1](theory.theorem-1) needs 𝒫 = 𝒫*, [Theorem 3](theory.d-sign) has wrong signs, "
@@ -44,7 +44,7 @@ BRIEF = Brief(
         Explorer(
             title="In Example 2 delays above half a second cost accuracy that no observer regains",
             text="First: the delay of Example 2 grows; the least gain stays level at first. Second: how far a design "
-            "is from the least gain, as the degree or the number of states grows.",
+            "is from the least gain, as the degree, counted in each variable, or the number of states grows.",
             pictures=(
                 Picture(
                     label="delay",
