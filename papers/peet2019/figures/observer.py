@@ -89,7 +89,9 @@ def relation(figure: FigureData, name: str) -> str:
 
 def say_fig_1(figure: FigureData) -> str:
     """The message of Fig. 1."""
-    return f"Both errors stay below a tenth of their largest after {_died_out(figure):.1f} s"
+    return (
+        f"From {_died_out(figure):.1f} s to {figure.columns['t'][-1]:g} s both errors stay below a tenth of the largest"
+    )
 
 
 def _died_out(figure: FigureData) -> float:
@@ -104,8 +106,8 @@ def describe_fig_1(figure: FigureData) -> str:
     peaks = {name: _peak(values) for name, values in c.items() if name != "t"}
     parts = [f"{name} is largest at {t[i]:.2f} s with {c[name][i]:.3f}" for name, i in peaks.items()]
     return (
-        f"Disturbance and two errors over {t[-1]:g} s. {'; '.join(parts)}. After {_died_out(figure):.1f} s both errors "
-        "stay below a tenth of the largest."
+        f"Disturbance and two errors over {t[-1]:g} s. {'; '.join(parts)}. From {_died_out(figure):.1f} s to the end "
+        "both errors stay below a tenth of the largest."
     )
 
 
@@ -149,7 +151,7 @@ FIGURES = (
         place="Sec. VIII",
         title=say_gains,
         caption="L₃ to L₆ of eq. (9), for the states x₁ and x₂, of an observer five per cent above the "
-        "optimum, a system of ours with one delay.",
+        "optimum, a system of ours with one delay; equal or opposite to one per cent of the first state's gain.",
         published=False,
         uses=("gains",),
         data=gains,
