@@ -26,7 +26,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"under DRC-APO, printed {table_1('DRC-APO')[0]} %.",
         "Whether DRC-APO tracks better hangs on DRC-PMI, which the text leaves open: with one correction per slow "
         "instant DRC-PMI has the smaller error.",
-        f"Which transient is better hangs on the unprinted start of the observer: DRC-APO {_starts(results)}.",
+        f"Which transient is better hangs on the unprinted start of the observer: DRC-APO {_starts(results)}, against "
+        "the literal DRC-PMI.",
         "The proof breaks at (15): the error of the virtual measurement is an estimation error, which does not vanish "
         "with T.",
         f"A predictor that carries on from the last measurement stabilises the counter-example: at T = "

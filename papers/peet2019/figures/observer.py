@@ -117,7 +117,7 @@ def say_gains(figure: FigureData) -> str:
         word: [f"L{'₃₄₅₆'[i]}" for i, name in enumerate(GAINS) if relation(figure, name) == word] for word in _SAID
     }
     said = [f"{' and '.join(names)} {_SAID[word]}" for word, names in named.items() if names]
-    return f"For the two states {', '.join(said) or 'all gains differ'}"
+    return f"In one observer of ours, for both states {', '.join(said) or 'all gains differ'}"
 
 
 _SAID = {"same": "are equal", "opposite": "opposite"}

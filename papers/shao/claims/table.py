@@ -165,9 +165,15 @@ def any_reading(results: Results) -> Evidence:
             "nearest common reading": found.joint_distance,
             "nearest for DRC-PMI alone": found.nearest["pmi"].distance,
             "nearest for DRC-APO alone": found.nearest["apo"].distance,
-            "share of columns as near, common": chance(found.joint_distance, found.joint_decoys),
-            "share of columns as near, DRC-PMI": chance(found.nearest["pmi"].distance, found.decoys["pmi"]),
-            "share of columns as near, DRC-APO": chance(found.nearest["apo"].distance, found.decoys["apo"]),
+            "share as near among random columns and the printed, common": chance(
+                found.joint_distance, found.joint_decoys
+            ),
+            "share as near among random columns and the printed, DRC-PMI": chance(
+                found.nearest["pmi"].distance, found.decoys["pmi"]
+            ),
+            "share as near among random columns and the printed, DRC-APO": chance(
+                found.nearest["apo"].distance, found.decoys["apo"]
+            ),
         },
         note=(
             f"Nearest common reading, {nearness(found.joint)}. Nearest to one column alone, {nearness(found.nearest)}. "
@@ -192,7 +198,9 @@ def any_window(results: Results) -> Evidence:
         ),
         value=tuple(zip(*([cell["nearest"] for cell in found[column]] for column in COLUMNS), strict=True)),
         quantities={
-            "windows, readings and starts tried": float(sum(cell["long"] for cell in cells)),
+            "windows of half a period or more tried, over all readings and starts": float(
+                sum(cell["long"] for cell in cells)
+            ),
             "numbers that come out over a window of half a period or more": float(hit["long"]),
             "numbers that come out over a shorter window": float(hit["short"]),
         },
