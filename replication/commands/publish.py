@@ -1,4 +1,4 @@
-"""`replication report`, `notebooks`, `export`, `artifact`, `register`: what is written of results for others to read."""
+"""`replication report`, `notebooks`, `export`, `artifact`, `register`: what is written of results for readers."""
 
 from __future__ import annotations
 

@@ -44,11 +44,19 @@ def say_report(results: ResultsFile, figures: Path, output: Path) -> None:
     """Build the report at `output` and say where it is, and which of the tutorials that it links to are not built."""
     from replication.audit.report.page import build_report
 
-    root = project_root()
-    say([f"report: {build_report(results, figures, output, root)}"])
-    pages = root / "report" / "notebooks"
-    named = {paper.notebook for paper in results.papers if paper.notebook}
-    absent = sorted(name for name in named if not (pages / f"{name}.html").is_file())
+    say([f"report: {build_report(results, figures, output, project_root())}"])
+    say_tutorials(tutorials(results))
+
+
+def tutorials(results: ResultsFile) -> tuple[str, ...]:
+    """The names of the tutorials to which a report on these results links."""
+    return tuple(sorted({paper.notebook for paper in results.papers if paper.notebook}))
+
+
+def say_tutorials(names: Iterable[str]) -> None:
+    """Say which of these tutorials are not built."""
+    pages = project_root() / "report" / "notebooks"
+    absent = [name for name in names if not (pages / f"{name}.html").is_file()]
     if absent:
         say([f"tutorials not built yet, to which it links: {', '.join(absent)}; `replication notebooks` writes them"])
 
