@@ -60,8 +60,11 @@ class Project:
     def load(self, keys: Iterable[str] = ()) -> tuple[Paper, ...]:
         """The papers of these keys, or all, in the order of `keys`.
 
-        Raises AuditError for an unknown key, naming the nearest, and for a paper that cannot be imported.
+        Raises AuditError for an unknown key, naming the nearest, for a paper that cannot be imported, and if there is
+        none at all.
         """
+        if not self.keys:
+            raise AuditError(f"there is no paper in {self.folder} yet; begin one with `replication new KEY`")
         wanted = {one_of("paper", key, self.keys) for key in keys} or set(self.keys)
         self._let_import()
         return tuple(self._paper(key) for key in self.keys if key in wanted)

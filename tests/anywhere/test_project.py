@@ -59,6 +59,11 @@ def test_a_folder_of_another_name_holds_the_papers(tmp_path: Path) -> None:
     assert paper.key == "fresh2030" and (root / "texts_of_test_project" / "fresh2030" / "paper.py").is_file()
 
 
+def test_a_project_without_papers_says_how_to_begin_one(tmp_path: Path) -> None:
+    with pytest.raises(AuditError, match=r"there is no paper in .*papers yet; begin one with `replication new KEY`"):
+        find_project(configured(tmp_path, 'title = "Empty"\n')).load()
+
+
 def test_a_name_that_is_taken_is_told(tmp_path: Path) -> None:
     import papers
 

@@ -163,6 +163,18 @@ def test_a_print_as_other_fields_write_it(stranger: Stranger, print_: str) -> No
         assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_a_theorem_asks_for_its_verifier_and_a_reason_for_none_does_not(stranger: Stranger) -> None:
+    names = ["growth", "doubling", "final"]
+    entry = {"claims": [f"epidemic.{name}" for name in names], "reason": "Computed in floating point."}
+    listed = stranger.home / "papers" / "epidemic" / "theorems.json"
+    listed.write_text(json.dumps([entry]), encoding="utf-8")
+    assert stranger.run("replication", "run").returncode == 0
+    done = stranger.run("replication", "verify")
+    listed.unlink()
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1 and 'pip install "slow-sensor-replication[proofs]"' in done.stderr
+
+
 def test_what_needs_an_extra_says_which(stranger: Stranger) -> None:
     experiments = stranger.home / "papers" / "epidemic" / "experiments.py"
     text = experiments.read_text(encoding="utf-8")
