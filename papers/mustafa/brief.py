@@ -56,7 +56,8 @@ BRIEF = Brief(
     explorers=(
         Explorer(
             title="A level is designed at one period; spread costs more",
-            text="Move the constant period: the filter has its printed level near the middle of the range. Over all "
+            moves="Move the constant period.",
+            text="The filter has its printed level near the middle of the range. Over all "
             "sequences of periods its gain lies in the band, far above. In the last picture the range itself widens.",
             pictures=(
                 _example(1, 0.0678),
