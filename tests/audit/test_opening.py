@@ -104,7 +104,9 @@ def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFi
 
 
 def lane(broken: bool, corrected: bool = False, sound: bool = True) -> Any:
-    return SimpleNamespace(broken=broken, corrected=corrected, sound=sound, cells=[SimpleNamespace(marks=("claim",))])
+    paper = SimpleNamespace(record=SimpleNamespace(cited="Doe (undated)"))
+    cells = [SimpleNamespace(marks=("claim",))]
+    return SimpleNamespace(paper=paper, broken=broken, corrected=corrected, sound=sound, cells=cells)
 
 
 @pytest.mark.parametrize(
@@ -116,8 +118,12 @@ def lane(broken: bool, corrected: bool = False, sound: bool = True) -> Any:
         ([lane(True), lane(True)], "In both papers a central guarantee fails."),
         (
             [lane(True), lane(False, corrected=True), lane(False)],
-            "In one of three papers a central guarantee fails; in the other two every theorem passes our tests, "
+            "In Doe a central guarantee fails; in the other two papers every theorem passes our tests, "
             "some only once misprints are corrected.",
+        ),
+        (
+            [lane(True), lane(True), lane(True), lane(False)],
+            "In three of four papers a central guarantee fails; in the other paper every theorem passes our tests.",
         ),
         ([], "There is no claim to judge."),
     ],

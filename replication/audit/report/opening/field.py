@@ -26,6 +26,8 @@ ORDER = (
 FAILS = (Verdict.REFUTED, Verdict.DIFFERS)
 STANDS = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.REPRODUCED_AFTER_ERRATUM)
 MOST_PLACES = 3
+MOST_NAMES = 2
+"""Papers with a failing guarantee that the answer names."""
 _WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
 
@@ -86,7 +88,7 @@ def field(papers: Sequence[PaperView]) -> Field:
 
 
 def answer(lanes: Sequence[Lane]) -> str:
-    """What comes out, in one sentence: in how many papers a guarantee fails, and what is true of the others."""
+    """What comes out, in one sentence: in which papers a guarantee fails, and what is true of the others."""
     judged = [lane for lane in lanes if any(cell.marks for cell in lane.cells)]
     if not judged:
         return "There is no claim to judge."
@@ -102,8 +104,10 @@ def answer(lanes: Sequence[Lane]) -> str:
         return f"In {whose} {sound}."
     if not rest:
         return f"In {whose} a central guarantee fails."
-    where = "the other" if rest == 1 else f"the other {_count(rest)}"
-    return f"In {_count(broken)} of {_count(whole)} papers a central guarantee fails; in {where} {sound}."
+    where = "the other paper" if rest == 1 else f"the other {_count(rest)} papers"
+    names = " and ".join(lane.paper.record.cited.replace(" (undated)", "") for lane in judged if lane.broken)
+    which = names if broken <= MOST_NAMES else f"{_count(broken)} of {_count(whole)} papers"
+    return f"In {which} a central guarantee fails; in {where} {sound}."
 
 
 def _count(number: int) -> str:
