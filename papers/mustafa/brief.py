@@ -50,7 +50,7 @@ BRIEF = Brief(
             ticks(Draws.TICK, DESIGNED, 118),
             ticks(Draws.TICK_OURS, SAMPLED, 147),
             label("designed for", 8, 106),
-            label("sampled at", 8, 134, Draws.LABEL_OURS),
+            label("sampled at", 8, 131, Draws.LABEL_OURS),
         ),
     ),
     explorers=(

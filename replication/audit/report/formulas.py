@@ -21,7 +21,7 @@ _INDEX = rf"\{{[^{{}}]*\}}|(?:{'|'.join(_GREEK)}|[A-Za-z]{{1,4}}\d*(?:,[A-Z]−\
 _POWER = r"\{[^{}]*\}|\((?:[^()]|\([^()]*\))*\)|-?\w"
 _SET = re.compile(
     rf"`(?P<code>[^`]+)`|(?<![A-Za-z_])(?P<of>d?{_LETTER})_(?P<index>{_INDEX})|(?<=[\w)|}}\]])\^(?P<power>{_POWER})|"
-    r"(?<=\w)(?P<gap>_)(?=\w)"
+    r"(?<!\w)(?P<name>[A-Za-z]\w*_\w+)"
 )
 
 # The converter lets the fences of these matrices stay small, and stretches those after \\left and \\right.
@@ -62,7 +62,7 @@ def set_inline(text: str) -> str:
 
 
 def prose(text: str) -> Markup:
-    """A sentence with indices and powers set, as in "A_e" and "e^{At}"; what stands in backticks is code."""
+    """A sentence with indices and powers set, as in "A_e" and "e^{At}"; names of a program and backticks are code."""
     parts, end = [], 0
     for found in _SET.finditer(text):
         parts += [escape(text[end : found.start()]), _set(found)]
@@ -71,13 +71,11 @@ def prose(text: str) -> Markup:
 
 
 def _set(found: re.Match[str]) -> Markup:
-    if found["code"]:
-        return Markup("<code>{}</code>").format(found["code"])
     if found["of"]:
         return Markup("{}<sub>{}</sub>").format(_letter(found["of"]), _letter(_bare(found["index"])))
     if found["power"]:
         return Markup("<sup>{}</sup>").format(prose(_bare(found["power"])))
-    return Markup(" ")
+    return Markup("<code>{}</code>").format(found["code"] or found["name"])
 
 
 def _bare(text: str) -> str:
