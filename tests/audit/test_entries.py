@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
+from msgspec.structs import replace
 from sample import claim
 
 from replication.audit.judge.agreement import Target
@@ -84,6 +85,10 @@ def test_the_ladder_sets_bounds_below_the_print_in_all_digits() -> None:
     assert entry.interval == (Fraction("1.135"), Fraction("1.145"))
 
 
+def judged(record: ClaimRecord, verdict: Verdict) -> ClaimRecord:
+    return replace(record, judgement=replace(record.judgement, verdict=verdict))
+
+
 @pytest.mark.parametrize(
     ("printed", "value", "off"),
     [
@@ -98,10 +103,8 @@ def test_the_distance_from_the_print_is_a_part_of_the_print(printed: str, value:
     record = claim("case", Kind.VALUE, Verdict.DIFFERS, printed, Evidence(method="Evaluated directly", value=value))
     (view,) = views([record], targets([record]))
     assert view.off == (pytest.approx(off[0], rel=1e-3), off[1])
-    agreeing = claim(
-        "case", Kind.VALUE, Verdict.REPRODUCED, printed, Evidence(method="Evaluated directly", value=value)
-    )
-    assert views([agreeing], targets([agreeing]))[0].off is None
+    unsettled = judged(record, Verdict.UNDETERMINED)
+    assert views([unsettled], targets([unsettled]))[0].off is None
 
 
 @pytest.mark.parametrize(
@@ -123,7 +126,10 @@ def test_a_table_counts_its_entries_by_their_verdicts() -> None:
         *(Verdict.REPRODUCED, Verdict.DIFFERS, Verdict.COMPATIBLE, Verdict.REPRODUCED_AFTER_ERRATUM),
         *(Verdict.REFUTED, Verdict.CONSISTENT, Verdict.UNDETERMINED, Verdict.ERROR),
     ]
-    records = [claim(f"case-{n}", Kind.ORDER, verdict, "", Evidence(holds=True)) for n, verdict in enumerate(verdicts)]
+    tried = Evidence(method="Tried", holds=True)
+    records = [
+        judged(claim(f"case-{n}", Kind.ORDER, verdict, "", tried), verdict) for n, verdict in enumerate(verdicts)
+    ]
     known = {view.record.id: view for view in views(records, {})}
     rows = tuple((str(n), f"{CLAIM_CELL}{record.id}", "N/A") for n, record in enumerate(records))
     made = table_view(Table(place="Table 1", caption="All", header=("K \\ n", "1", ""), rows=rows), known)
