@@ -442,6 +442,7 @@ def test_a_latex_formula_cannot_bring_markup() -> None:
     [
         ("A_e and γ_min", "A<sub>e</sub> and γ<sub>min</sub>"),
         ("C_2ᵀZ_5ijᵀ, C_1e", "C<sub>2</sub>ᵀZ<sub>5ij</sub>ᵀ, C<sub>1</sub>e"),
+        ("-BᵀQ_i, ZC_2", "-BᵀQ<sub>i</sub>, ZC<sub>2</sub>"),
         ("+dS_i/ds, ÿ_d, ΣC_1i", "+dS<sub>i</sub>/ds, ÿ<sub>d</sub>, ΣC<sub>1i</sub>"),
         ("K_theta, ξ(t_{k−1})", "K<sub>θ</sub>, ξ(t<sub>k−1</sub>)"),
         ("S^-1/tau_K^2, e^{A h_0}", "S<sup>−1</sup>/τ<sub>K</sub><sup>2</sup>, e<sup>A h<sub>0</sub></sup>"),
