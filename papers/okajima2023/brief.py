@@ -72,7 +72,7 @@ BRIEF = Brief(
         Explorer(
             title="Two sensors, each read at its own pace, give the lowest level",
             moves="Choose what the observer reads.",
-            text="Blue is the size of its estimation error under one draw of noise, "
+            text="Blue is the size of the estimation error under one draw of noise, "
             "grey that of the observer that reads both sensors at their own periods. Ticks are measurements.",
             pictures=(
                 _case("both sensors, each at its own period", "proposed", "proposed", _Y1, _Y2),
