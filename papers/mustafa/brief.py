@@ -50,16 +50,16 @@ BRIEF = Brief(
             ticks(Draws.TICK, DESIGNED, 118),
             ticks(Draws.TICK_OURS, SAMPLED, 147),
             label("designed for", 8, 106),
-            label("sampled at", 8, 134, Draws.LABEL_OURS),
+            label("sampled at", 8, 131, Draws.LABEL_OURS),
         ),
     ),
     explorers=(
         Explorer(
             title="A level is designed at one period; spread costs more",
-            text="Move the constant period. Our filter in Example 1, where none is printed, has the printed level at "
-            "the middle of the range alone; the printed filter of Example 2 from about half the middle up to it. Over "
-            "all sequences of periods the gain of each lies in the band, far above. In the last picture the range of "
-            "our filter itself widens.",
+            moves="Move the constant period.",
+            text="Our filter in Example 1, where none is printed, has the printed level at the middle of the range "
+            "alone; the printed filter of Example 2 from about half the middle up to it. Over all sequences of periods "
+            "the gain of each lies in the band, far above. In the last picture the range of our filter itself widens.",
             pictures=(
                 _example(1, 0.0678, "our"),
                 _example(2, 0.05, "printed"),

@@ -72,9 +72,10 @@ BRIEF = Brief(
     explorers=(
         Explorer(
             title="Two sensors, each read at its own pace, give the lowest of four levels",
-            text="Choose what the observer reads. Blue is the size of its estimation error under one draw of noise, "
-            "grey that of the observer that reads both sensors at their own periods. For Cases A to C the gains are "
-            "ours, none being printed. Ticks are measurements.",
+            moves="Choose what the observer reads.",
+            text="Blue is the size of its estimation error under one draw of noise, grey that of the observer that "
+            "reads both sensors at their own periods. For Cases A to C the gains are ours, none being printed. Ticks "
+            "are measurements.",
             pictures=(
                 _case("both sensors, each at its own period", "proposed", "proposed", _Y1, _Y2),
                 _case("y₁ alone (Case A)", "A", "case-a", _Y1),
@@ -84,7 +85,8 @@ BRIEF = Brief(
         ),
         Explorer(
             title="Timing alone moves the level",
-            text="Both sensors keep their periods; the second starts later by the offset. Move it: the best offset is "
+            moves="Move the offset.",
+            text="Both sensors keep their periods; the second starts later by the offset. The best offset is "
             "not always zero. A curve ends where the timings repeat.",
             pictures=(
                 Picture(

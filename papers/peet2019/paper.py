@@ -33,7 +33,7 @@ TABLES = (
     *(
         Table(
             place=f"Example {example}",
-            caption=f"Example {example}: least gain by degree and by Padé; CPU seconds, theirs and ours.",
+            caption="Least gain by degree and by Padé; CPU seconds, theirs and ours.",
             header=("", "d = 1", "d = 2", "d = 3", "Padé"),
             rows=(
                 ("γ_min", *(f"claim:ex{example}.gamma-{column}" for column in COLUMNS)),

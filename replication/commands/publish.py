@@ -65,7 +65,7 @@ def artifact(chosen: argparse.Namespace) -> int:
 
 def register(chosen: argparse.Namespace) -> int:
     """Write the page on several projects."""
-    from replication.audit.report.register import build_register
+    from replication.audit.publish.register import build_register
 
     say([f"register: {build_register(chosen.results, chosen.to)}"])
     return FINE

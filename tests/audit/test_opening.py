@@ -104,10 +104,8 @@ def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFi
 
 
 def lane(broken: bool, corrected: bool = False, sound: bool = True, unsettled: bool = False) -> Any:
-    paper, cells = (
-        SimpleNamespace(record=SimpleNamespace(cited="Doe et al. (2020)")),
-        [SimpleNamespace(marks=("claim",))],
-    )
+    paper = SimpleNamespace(record=SimpleNamespace(cited="Doe et al. (undated)"))
+    cells = [SimpleNamespace(marks=("claim",))]
     return SimpleNamespace(broken=broken, corrected=corrected, sound=sound, open=unsettled, cells=cells, paper=paper)
 
 
@@ -115,23 +113,26 @@ def lane(broken: bool, corrected: bool = False, sound: bool = True, unsettled: b
     ("lanes", "sentence"),
     [
         ([lane(True)], "In the paper a central guarantee fails."),
-        ([lane(False)], "In the paper every theorem passes our tests."),
-        ([lane(False), lane(False, sound=False)], "In both papers no central guarantee is refuted."),
+        ([lane(False)], "Every theorem passes our tests in the paper."),
+        ([lane(False), lane(False, sound=False)], "No central guarantee is refuted in the papers."),
         (
             [lane(False, sound=False, corrected=True, unsettled=True)],
-            "In the paper no central guarantee is refuted once corrected; what Doe et al. promise depends on the "
-            "reading.",
+            "Once corrected, no central guarantee is refuted in the paper; that of Doe et al. depends on the reading.",
         ),
         (
             [lane(True, unsettled=True), lane(False, unsettled=True), lane(False, sound=False, unsettled=True)],
-            "In one of three papers a central guarantee fails; in two none is refuted; what two of them promise "
-            "depends on the reading.",
+            "In Doe et al. a central guarantee fails; none is refuted in the others; that of two of them depends on "
+            "the reading.",
         ),
         ([lane(True), lane(True)], "In both papers a central guarantee fails."),
         (
             [lane(True), lane(False, corrected=True), lane(False)],
-            "In one of three papers a central guarantee fails; in two every theorem passes our tests, "
-            "some only once misprints are corrected.",
+            "In Doe et al. a central guarantee fails; every theorem passes our tests in the others, some only once "
+            "misprints are corrected.",
+        ),
+        (
+            [lane(True), lane(True), lane(True), lane(False)],
+            "In three of four papers a central guarantee fails; every theorem passes our tests in the other.",
         ),
         ([], "There is no claim to judge."),
     ],
@@ -148,7 +149,7 @@ def paper_of(records: Any) -> Any:
 def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
-    assert field([paper_of([remark])]).answer == "In the paper no central guarantee is refuted."
+    assert field([paper_of([remark])]).answer == "No central guarantee is refuted in the paper."
     assert field([paper_of([theorem])]).answer == "In the paper a central guarantee fails."
     assert field([paper_of([theorem, remark])]).failing == 2
     failing = sum(record.verdict in FAILS for record in made.claims)

@@ -10,6 +10,7 @@ from replication.audit.brief import Consequence
 from replication.audit.model import Verdict
 from replication.audit.report.claim import ClaimView
 from replication.audit.report.paper import PaperView
+from replication.audit.store.records import PaperRecord
 
 ORDER = (
     Verdict.ERROR,
@@ -27,6 +28,8 @@ FAILS = (Verdict.REFUTED, Verdict.DIFFERS)
 PROMISES = (Consequence.THEOREM, Consequence.HEADLINE)
 STANDS = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.REPRODUCED_AFTER_ERRATUM)
 MOST_PLACES = 3
+MOST_NAMES = 2
+"""Papers with a failing guarantee that the answer names."""
 _WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
 
@@ -89,33 +92,43 @@ def field(papers: Sequence[PaperView]) -> Field:
 
 
 def answer(lanes: Sequence[Lane]) -> str:
-    """What comes out, in one sentence: in how many papers a guarantee fails, and what is true of the others."""
+    """What comes out, in one sentence: in which papers a guarantee fails, and what is true of the others."""
     judged = [lane for lane in lanes if any(cell.marks for cell in lane.cells)]
     if not judged:
         return "There is no claim to judge."
     others = [lane for lane in judged if not lane.broken]
     whole, rest = len(judged), len(others)
-    whose = "the paper" if whole == 1 else "both papers" if whole == 2 else f"all {_count(whole)} papers"
     if not others:
+        whose = "the paper" if whole == 1 else "both papers" if whole == 2 else f"all {_count(whole)} papers"
         return f"In {whose} a central guarantee fails."
     if rest == whole:
-        return f"In {whose} {_of_unbroken(others, 'no central guarantee')}."
-    where = "the other" if rest == 1 else _count(rest)
-    first = f"In {_count(whole - rest)} of {_count(whole)} papers a central guarantee fails"
-    return f"{first}; in {where} {_of_unbroken(others, 'none')}."
+        where = "in the paper" if whole == 1 else "in the papers"
+        sentence = _said_of(others, "no central guarantee", where)
+        return f"{sentence[0].upper()}{sentence[1:]}."
+    failing = [lane.paper.record for lane in judged if lane.broken]
+    which = " and ".join(_authors(record) for record in failing)
+    if len(failing) > MOST_NAMES:
+        which = f"{_count(len(failing))} of {_count(whole)} papers"
+    where = "in the other" if rest == 1 else "in the others"
+    return f"In {which} a central guarantee fails; {_said_of(others, 'none', where)}."
 
 
-def _of_unbroken(lanes: Sequence[Lane], none: str) -> str:
+def _said_of(lanes: Sequence[Lane], none: str, where: str) -> str:
     """What is true of papers of which no guarantee fails; that none is refuted does not say that all hold."""
-    corrected, unsettled = any(lane.corrected for lane in lanes), [lane.paper for lane in lanes if lane.open]
-    said = f"{none} is refuted{' once corrected' if corrected else ''}"
+    corrected, unsettled = any(lane.corrected for lane in lanes), [lane.paper.record for lane in lanes if lane.open]
+    said = f"{'once corrected, ' if corrected else ''}{none} is refuted {where}"
     if all(lane.sound for lane in lanes):
-        said = f"every theorem passes our tests{', some only once misprints are corrected' if corrected else ''}"
+        said = (
+            f"every theorem passes our tests {where}{', some only once misprints are corrected' if corrected else ''}"
+        )
     if not unsettled:
         return said
-    if len(unsettled) > 1:
-        return f"{said}; what {_count(len(unsettled))} of them promise depends on the reading"
-    return f"{said}; what {unsettled[0].record.cited.partition(' (')[0]} promise depends on the reading"
+    whose = _authors(unsettled[0]) if len(unsettled) == 1 else f"{_count(len(unsettled))} of them"
+    return f"{said}; that of {whose} depends on the reading"
+
+
+def _authors(record: PaperRecord) -> str:
+    return record.cited.partition(" (")[0]
 
 
 def _count(number: int) -> str:
