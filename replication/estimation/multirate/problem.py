@@ -65,7 +65,7 @@ class MultirateProblem:
         return as_array("gains", gains, shape, axes="(N, n, q)")
 
     def error_system(self, gains: Array) -> PeriodicSystem:
-        """Eqs. (16), (18): e+ = (A - L_k S_k C) e + B_d d - L_k S_k D w, z = W e; gains of shape (N, n, q).
+        """Eqs. (16), (18): e+ = (A - L_k S_k C) e + B_d d + (B_w - L_k S_k D) w, z = W e; gains (N, n, q).
 
         Columns of L_k of sensors that are not measured at k have no effect. Raises InvalidInputError for another shape.
         """
@@ -73,7 +73,7 @@ class MultirateProblem:
         stages = []
         for rows, L in zip(self.measured_rows(), gains, strict=True):
             gain = L[:, rows]
-            B = np.hstack([plant.B_d, -gain @ plant.D[rows]])
+            B = np.hstack([plant.B_d, plant.B_w - gain @ plant.D[rows]])
             stages.append(Stage(plant.A - gain @ plant.C[rows], B, plant.W, np.zeros((plant.W.shape[0], B.shape[1]))))
         return PeriodicSystem(tuple(stages))
 
