@@ -42,21 +42,22 @@ def _joined(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
     """First, then second; each one map, or a stack of them."""
     n = first.A.shape[-1]
     inner = first.H @ second.G + np.eye(n)
-    solved = _solved(inner, np.concatenate([first.A, first.H @ second.A.mT], axis=-1))
+    solved = solve(inner, np.concatenate([first.A, first.H @ second.A.mT], axis=-1))
     turned, driven = solved[..., :n], solved[..., n:]
     return RiccatiMap(
         second.A @ turned, first.G + first.A.mT @ second.G @ turned, second.H + second.A @ driven
     )
 
 
-def _solved(matrix: Array, right: Array) -> Array:
+def solve(matrix: Array, right: Array) -> Array:
+    """matrix^-1 right, each one matrix or a stack; raises numpy.linalg.LinAlgError if a matrix is singular."""
     if matrix.ndim > 2:
         return np.asarray(np.linalg.solve(matrix, right))
     # A small system takes longer to hand to numpy than to solve.
-    *_, solution, failed = dgesv(matrix, right)
+    _, _, solution, failed = dgesv(matrix, right)
     if failed:
         raise np.linalg.LinAlgError("singular")
-    return np.asarray(solution)
+    return solution  # type: ignore[no-any-return]
 
 
 def _halved(stages: RiccatiMap) -> RiccatiMap:

@@ -64,6 +64,12 @@ class MultirateProblem:
         shape = (self.schedule.period, self.plant.order, self.plant.sensors)
         return as_array("gains", gains, shape, axes="(N, n, q)")
 
+    def without_sensors(self) -> PeriodicSystem:
+        """The plant alone, from (d, w) to W x: the error of the estimate zero."""
+        plant = self.plant
+        drive = plant.drive
+        return PeriodicSystem((Stage(plant.A, drive, plant.W, np.zeros((len(plant.W), drive.shape[1]))),))
+
     def error_system(self, gains: Array) -> PeriodicSystem:
         """Eqs. (16), (18): e+ = (A - L_k S_k C) e + B_d d + (B_w - L_k S_k D) w, z = W e; gains (N, n, q).
 
