@@ -44,9 +44,7 @@ def _joined(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
     inner = first.H @ second.G + np.eye(n)
     solved = solve(inner, np.concatenate([first.A, first.H @ second.A.mT], axis=-1))
     turned, driven = solved[..., :n], solved[..., n:]
-    return RiccatiMap(
-        second.A @ turned, first.G + first.A.mT @ second.G @ turned, second.H + second.A @ driven
-    )
+    return RiccatiMap(second.A @ turned, first.G + first.A.mT @ second.G @ turned, second.H + second.A @ driven)
 
 
 def solve(matrix: Array, right: Array) -> Array:

@@ -1,8 +1,8 @@
 """Multi-rate observers for a plant of one's own: `design`, `analyse`, `simulate` (Okajima et al., 2023).
 
 The plant is sampled at a base period; sensor i measures every periods[i] of them, offsets[i] later. A design gives the
-periodic gains with the smallest worst-case gain from process and sensor noise to the weighted estimation error (`hinf`),
-with the smallest mean square error for white noise (`h2`, the Kalman filter), or between both (`mixed`).
+periodic gains with the smallest worst-case gain from process and sensor noise to the weighted estimation error
+(`hinf`), with the smallest mean square error for white noise (`h2`, the Kalman filter), or between both (`mixed`).
 """
 
 from __future__ import annotations
@@ -72,9 +72,9 @@ class MultirateReader(PlantReader[MultiratePlant]):
         stand_in = np.eye(len(system.C)) if D is None else D
         plant = MultiratePlant.from_statespace(system, stand_in, disturbances=disturbances, W=given["weight"])
         if R is not None or given["Q"] is not None or given["S"] is not None:
-            kept = {"W": plant.W, "B_u": plant.B_u, "dt": plant.dt}
-            matrices = {"A": plant.A, "B_d": plant.B_d, "C": plant.C, "D": D, "R": R, "Q": given["Q"], "S": given["S"]}
-            plant = MultiratePlant.from_covariances(**matrices, **kept)
+            kept: dict[str, Any] = {"W": plant.W, "B_u": plant.B_u, "dt": plant.dt}
+            noise = {"D": D, "R": R, "Q": given["Q"], "S": given["S"]}
+            plant = MultiratePlant.from_covariances(A=plant.A, B_d=plant.B_d, C=plant.C, **noise, **kept)
         labels = list(system.input_labels)
         noisy = set(range(len(labels))) if disturbances is None else {*disturbances}
         inputs = tuple(name for i, name in enumerate(labels) if i not in noisy and name not in noisy)
@@ -184,7 +184,9 @@ def design(
         return result_of(problem, signals, found.gains, best)
     if goal is Goal.MIXED:
         found = balanced(problem, best) if level is None else riccati_design(problem, level)
-        asked = Evidence("level of the design", found.level if np.isfinite(found.level) else "infinite", "least entropy")
+        asked = Evidence(
+            "level of the design", found.level if np.isfinite(found.level) else "infinite", "least entropy"
+        )
         return result_of(problem, signals, found.gains, best, (asked, *mean_error_facts(problem, found.gains)))
     kalman = kalman_design(problem)
     base = result_of(problem, signals, kalman.gains, best, mean_error_facts(problem, kalman.gains))

@@ -91,17 +91,21 @@ class MultiratePlant:
             raise InvalidInputError("C must have at least one row: a plant without sensors cannot be observed")
         W, B_u, B_w = (None if given is _NOT_GIVEN else given for given in (self.W, self.B_u, self.B_w))
         D = as_matrix("D", self.D, rows=C.shape[0])
-        noises = D.shape[1]
         checked: dict[str, Any] = {
             "A": A,
             "B_d": as_matrix("B_d", self.B_d, rows=n),
             "C": C,
             "D": D,
-            "B_w": np.zeros((n, noises)) if B_w is None else as_matrix("B_w", B_w, rows=n, columns=noises),
+            "B_w": np.zeros((n, 0)) if B_w is None else as_matrix("B_w", B_w, rows=n),
             "W": np.eye(n) if W is None else as_matrix("W", W, columns=n),
             "B_u": np.zeros((n, 0)) if B_u is None else as_matrix("B_u", B_u, rows=n),
             "dt": positive_scalar("dt", self.dt, unit="seconds"),
         }
+        if checked["B_w"].shape[1] not in (0, D.shape[1]):
+            raise InvalidInputError(
+                f"B_w must have as many columns as D, {D.shape[1]}, for both belong to w; got shape "
+                f"{checked['B_w'].shape}"
+            )
         if not checked["B_d"].shape[1] or not checked["W"].shape[0]:
             raise InvalidInputError(
                 "B_d needs a column and W a row; write zeros where there is no disturbance or weight"
@@ -121,7 +125,7 @@ class MultiratePlant:
 
     @property
     def drive(self) -> Array:
-        """The effect of all noise on the state: [B_d, B_w], or B_d alone where B_w is zero."""
+        """The effect of all noise on the state: [B_d, B_w], or B_d alone if there is no B_w."""
         return np.hstack([self.B_d, self.B_w]) if self.correlated else self.B_d
 
     @property

@@ -79,7 +79,8 @@ class MultirateProblem:
         stages = []
         for rows, L in zip(self.measured_rows(), gains, strict=True):
             gain = L[:, rows]
-            B = np.hstack([plant.B_d, plant.B_w - gain @ plant.D[rows]])
+            noise = -gain @ plant.D[rows]
+            B = np.hstack([plant.B_d, noise + plant.B_w if plant.correlated else noise])
             stages.append(Stage(plant.A - gain @ plant.C[rows], B, plant.W, np.zeros((plant.W.shape[0], B.shape[1]))))
         return PeriodicSystem(tuple(stages))
 

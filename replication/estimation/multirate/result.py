@@ -89,7 +89,6 @@ class MultirateResult(GainResult):
         label = "frequency (rad/s, folded at the period of the schedule)"
         return self._panel(frequencies, label, "largest gain to the error", {"gain": gains})
 
-
     def tradeoff(self, points: int = 12) -> TradeOff:
         """What a smaller guaranteed gain costs in mean error, for this plant and schedule.
 

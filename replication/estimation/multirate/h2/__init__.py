@@ -1,1 +1,1 @@
-"""Kalman filters of multi-rate plants: covariances, gains, running form, fixed-lag smoothing, trade-off with the level."""
+"""Kalman filters of multi-rate plants: covariances, gains, running forms, smoothing, trade-off with the level."""

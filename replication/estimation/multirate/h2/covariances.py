@@ -69,7 +69,9 @@ def covariance(name: str, value: Any, size: int) -> Array:
     scale = np.sqrt(np.abs(np.outer(np.diag(given), np.diag(given))))
     if np.any(np.diag(given) < 0):
         where = int(np.argmin(np.diag(given)))
-        raise InvalidInputError(f"{name}[{where}][{where}] is a variance and must not be negative, got {given[where][where]:.6g}")
+        raise InvalidInputError(
+            f"{name}[{where}][{where}] is a variance and must not be negative, got {given[where][where]:.6g}"
+        )
     if np.any(np.abs(given - given.T) > ROUNDING * np.maximum(scale, np.abs(given))):
         raise InvalidInputError(f"{name} must be symmetric, as every covariance is; got {given.tolist()}")
     if np.any(np.abs(given) > scale * (1 + ROUNDING)) or _least_eigenvalue(given, np.diag(given)) < -ROUNDING:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from replication.estimation.linear.phases import solve
 from replication.estimation.linear.riccati import RiccatiMap, along_period, fixed_point
 from replication.estimation.multirate.h2.steady import Correction, Sensing, corrected, sensing
 from replication.estimation.multirate.problem import MultirateProblem
@@ -38,19 +39,20 @@ class FilterGains:
     @property
     def lag(self) -> int:
         """How many instants it looks back."""
-        return self.K.shape[1] - 1
+        return int(self.K.shape[1]) - 1
 
 
 def filter_gains(problem: MultirateProblem, predicted: Array, lag: int = 0) -> FilterGains:
-    """The filter at the stationary covariances `predicted` (N, n, n) of `kalman_design`, and its smoother over `lag`."""
+    """The filter at the stationary covariances `predicted` (N, n, n) of `kalman_design`, and its smoother."""
     mask = problem.schedule.mask
     sensors, step = _step(problem, predicted)
     closed = problem.plant.A - step.L @ sensors.C
-    gains, smoothed, cross = [step.K], step.filtered, predicted
+    gains: list[Array] = [step.K]
+    smoothed, cross = step.filtered, predicted
     for _ in range(lag):
         # Covariance of the error of x^(k-i|k-1) with that of x^(k|k-1); the innovation v(k) tells of both.
         cross = np.roll(cross @ closed.mT, 1, axis=0)
-        K = np.linalg.solve(step.innovation, sensors.C @ cross.mT).mT
+        K = solve(step.innovation, sensors.C @ cross.mT).mT
         smoothed = np.roll(smoothed, 1, axis=0) - K @ step.innovation @ K.mT
         gains.append(K)
     due = mask[:, :, None] & mask[:, None, :]

@@ -68,7 +68,9 @@ class KalmanResult(MultirateResult):
         InvalidInputError
             P0 is no covariance, or the lag is no whole number from 0 to 1000.
         """
-        count = 0 if isinstance(lag, int) and not isinstance(lag, bool) and lag == 0 else at_most("lag", lag, LONGEST_LAG)
+        count = (
+            0 if isinstance(lag, int) and not isinstance(lag, bool) and lag == 0 else at_most("lag", lag, LONGEST_LAG)
+        )
         start = self.start if P0 is None else P0
         if start is not None:
             return StartingFilter(self.problem, start, count)

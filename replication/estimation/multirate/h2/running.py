@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.c_code import c_source
@@ -22,6 +23,8 @@ from replication.estimation.multirate.h2.filtering import FilterGains
 from replication.estimation.multirate.h2.steady import Correction, Sensing, corrected, sensing
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array, as_array
+
+Mask = NDArray[np.bool_]
 
 
 class KalmanStep(NamedTuple):
@@ -55,7 +58,7 @@ class KalmanStep(NamedTuple):
 
 
 class _Running(ABC):
-    """A filter of a plant with its schedule; `instant` counts the steps, `missed` the measurements that did not come."""
+    """A filter of a plant with its schedule; `instant` counts steps, `missed` the measurements that did not come."""
 
     def __init__(self, problem: MultirateProblem, lag: int) -> None:
         plant = problem.plant
@@ -138,7 +141,9 @@ class _Running(ABC):
             return 0.0
         known = vector("u", u, self._sizes[1])
         if np.isnan(known).any():
-            raise InvalidInputError(f"u must be {self._sizes[1]} numbers, got {u!r}; an input is known at every instant")
+            raise InvalidInputError(
+                f"u must be {self._sizes[1]} numbers, got {u!r}; an input is known at every instant"
+            )
         return np.asarray(self._B @ known)
 
     @abstractmethod
@@ -146,7 +151,7 @@ class _Running(ABC):
 
     @abstractmethod
     def _update(
-        self, phase: int, innovation: Array, came: Array | None, driven: Array | float, shown: Array
+        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
     ) -> KalmanStep:
         """innovation: zero where nothing came, and NaN there in `shown`; came: which came, None if all that are due."""
 
@@ -157,7 +162,7 @@ class _Running(ABC):
         following[0] = self._A.dot(self._past[0]) + L.dot(innovation) + driven
         following[1:] = corrected[:-1]
         self._past = following
-        return corrected
+        return np.asarray(corrected)
 
 
 class KalmanFilter(_Running):
@@ -180,7 +185,7 @@ class KalmanFilter(_Running):
         pass
 
     def _update(
-        self, phase: int, innovation: Array, came: Array | None, driven: Array | float, shown: Array
+        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
     ) -> KalmanStep:
         gains = self.gains
         now = self._shifted(gains.K[phase], gains.L[phase], innovation, driven)
@@ -255,7 +260,7 @@ class StartingFilter(_Running):
         self._cross, self._own = [self.start, *unknown], [self.start, *unknown]
 
     def _update(
-        self, phase: int, innovation: Array, came: Array | None, driven: Array | float, shown: Array
+        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
     ) -> KalmanStep:
         sensors = self._sensors[phase] if came is None else sensing(self.problem, came)
         step = corrected(self._A, self._Q, sensors, self._cross[0])

@@ -45,7 +45,11 @@ class TradeOff(Shown):
     def rows(self) -> list[tuple[str, str, str]]:
         """One line for each level."""
         return [
-            (f"designed for level {as_text(float(level)) if np.isfinite(level) else 'infinite'}", f"rms error {rms:.6g}", f"gain {gain:.6g}; both exact")
+            (
+                f"designed for level {as_text(float(level)) if np.isfinite(level) else 'infinite'}",
+                f"rms error {rms:.6g}",
+                f"gain {gain:.6g}; both exact",
+            )
             for level, gain, rms in zip(self.level, self.gain, self.rms, strict=True)
         ]
 
