@@ -14,7 +14,7 @@ import numpy as np
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.linear.riccati import RiccatiMap, along_period, fixed_point, recentre
-from replication.estimation.multirate.h2.steady import stationary as stationary_filter
+from replication.estimation.multirate.h2.steady import steady_state
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
 from replication.estimation.validation import Array, hidden_modes, positive_scalar
@@ -59,7 +59,7 @@ def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Ric
     SolverError if rounding hides the limit of the recursion.
     """
     require_problem(problem)
-    if not extra_noise and (found := stationary_filter(problem)) is not None:
+    if not extra_noise and (found := steady_state(problem)) is not None:
         return RiccatiDesign(found.L, found.P, np.inf)
     centre = kalman_centre(problem, extra_noise=extra_noise)
     scaled, states = centre.scaled, centre.states

@@ -49,7 +49,7 @@ class Correction(NamedTuple):
     following: Array
 
 
-class Stationary(NamedTuple):
+class SteadyState(NamedTuple):
     """Covariances P (N, n, n) of x - x^ before each instant, and gains L (N, n, q) of the filter that predicts."""
 
     P: Array
@@ -87,7 +87,7 @@ def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     return Correction(K, L, innovation, filtered, closed @ P @ closed.mT + L @ R @ L.mT + Q - cross - cross.mT)
 
 
-def stationary(problem: MultirateProblem) -> Stationary | None:
+def steady_state(problem: MultirateProblem) -> SteadyState | None:
     """Covariances and gains for white noise of unit intensity, or None where the recursion from zero does not do."""
     plant, mask = problem.plant, problem.schedule.mask
     Q = plant.drive @ plant.drive.T
@@ -105,7 +105,7 @@ def stationary(problem: MultirateProblem) -> Stationary | None:
     deviation = np.sqrt(np.maximum(np.diagonal(following, axis1=1, axis2=2), 0.0))
     if np.any(np.abs(following - P) > REPEATS * deviation[:, :, None] * deviation[:, None, :]):
         return None
-    return Stationary(following, step.L)
+    return SteadyState(following, step.L)
 
 
 def _nearly_dependent(R: Array) -> bool:
