@@ -98,9 +98,9 @@ METHODS: Mapping[str, Method] = {
             "sensors with different periods, in discrete time",
             (
                 matrix("A", "n", "n", "x+ = A x + B_u u + B_d d"),
-                matrix("B_d", "n", "m", "process noise d (with Q: the identity)", required=False),
+                matrix("B_d", "n", "m", "process noise d (the identity if Q is given)", instead="Q"),
                 matrix("C", "q", "n", "sensors, y = C x + D w"),
-                matrix("D", "q", "w", "sensor noise w, or R", required=False),
+                matrix("D", "q", "w", "sensor noise w, or give R", instead="R"),
                 matrix("Q", "m", "m", "covariance of d (the identity)", required=False),
                 matrix("R", "q", "q", "covariance of the sensor noise, in place of D", required=False),
                 matrix("S", "m", "q", "covariance of d and the sensor noise (zero)", required=False),

@@ -56,8 +56,13 @@ def read_plant(path: Path, method: str) -> PlantFile:
             problems.append(f"{key}: {_unknown(key, [*known, *GENERAL])}")
     _check_general(found, method, problems)
     values = {name: _value(field, found[name], problems) for name, field in known.items() if name in found}
-    missing = [field for field in known.values() if field.required and field.name not in found]
-    problems += [f"{field.name}: is missing; write {field.kind}" for field in missing]
+    missing = [
+        field for field in known.values() if field.required and found.keys().isdisjoint({field.name, field.instead})
+    ]
+    problems += [
+        f"{field.name}: is missing; write {field.kind}{field.instead and f', or give {field.instead}'}"
+        for field in missing
+    ]
     sizes = _sizes(known, values, problems)
     names = _names(found.get("names", {}), sizes, problems)
     _raise_if_any(path, problems)

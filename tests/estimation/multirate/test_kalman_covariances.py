@@ -1,4 +1,4 @@
-"""Stationary covariances and gains against scipy on the lifted plant and a plain recursion; matrices that are refused."""
+"""Stationary covariances against scipy on the lifted plant and a plain recursion; matrices that are refused."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def test_mixed_with_a_level_keeps_it() -> None:
 
 
 def test_where_the_goals_agree_mixed_is_the_kalman_filter() -> None:
-    """A noise-free static unknown has one best gain: both ends of the curve are one point then."""
+    """White states carry nothing over: the best prediction is zero under either goal."""
     plant = MultiratePlant(A=[[0.0]], B_d=[[1.0]], C=[[1.0]], D=[[1.0]])
     result = multirate.design(plant, periods=(1,), goal="mixed")
     kalman = multirate.design(plant, periods=(1,), goal="h2")
