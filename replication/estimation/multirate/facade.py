@@ -224,7 +224,11 @@ def analyse(
         As in `design`.
     weight : array (n_z, n), optional
         As in `design`.
-    Q, R, S : array, optional
+    Q : array (m_d, m_d), optional
+        As in `design`.
+    R : array (q, q), optional
+        As in `design`.
+    S : array (m_d, q), optional
         As in `design`.
 
     Returns

@@ -144,26 +144,34 @@ class MultiratePlant:
         Q: npt.ArrayLike | None = None,
         R: npt.ArrayLike | None = None,
         S: npt.ArrayLike | None = None,
-        **others: Any,
+        W: npt.ArrayLike | None = None,
+        B_u: npt.ArrayLike | None = None,
+        dt: float = 1.0,
     ) -> MultiratePlant:
         """The plant whose noise has given covariances: x+ = A x + B_u u + B_d d, y = C x + n.
 
         Parameters
         ----------
-        A, C : array
-            As of the plant itself.
+        A : array (n, n)
+            State transition over one base period.
+        C : array (q, n)
+            Sensors.
         B_d : array (n, m_d), optional
             Effect of the process noise d; the identity unless given: each state has its own.
         D : array (q, q_w), optional
             A factor of R, in its place.
         Q : array (m_d, m_d), optional
             Covariance of d, positive semidefinite; the identity unless given.
-        R : array (q, q)
+        R : array (q, q), optional
             Covariance of the sensor noise n, positive definite.
         S : array (m_d, q), optional
             Covariance of d(k) and n(k); zero unless given.
-        **others
-            W, B_u and dt of the plant itself.
+        W : array (n_z, n), optional
+            Weight of the estimation error; the identity unless given.
+        B_u : array (n, m_u), optional
+            Effect of the known inputs u; none unless given.
+        dt : float
+            Base period in s.
 
         Returns
         -------
@@ -193,7 +201,9 @@ class MultiratePlant:
             R = factor @ factor.T
         Q = np.eye(B.shape[1]) if Q is None else Q
         noise = noise_factors(Q, R, S, disturbances=B.shape[1], sensors=len(C))
-        return cls(A=A, C=C, B_d=B @ noise.F, B_w=B @ noise.E, D=noise.D, **others)
+        given = {"W": W, "B_u": B_u}
+        shaped = {name: value for name, value in given.items() if value is not None}
+        return cls(A=A, C=C, B_d=B @ noise.F, B_w=B @ noise.E, D=noise.D, dt=dt, **shaped)
 
     @classmethod
     def from_statespace(
