@@ -43,6 +43,8 @@ def test_without_sensors_it_is_the_gain_of_the_plant() -> None:
     assert found["level of the Kalman filter"].value == "none"
     unstable = noisy(0.3, a0=[[0.5, 0.2], [0.5, -2]])
     assert facts(unstable, 1.0)["level without sensors"].value == "infinite"
+    integrator = noisy(0.3, a0=[[0, 0.2], [0, -2]], a=[[[0, 0], [0, 0.2]]])
+    assert facts(integrator, 1.0)["level without sensors"].value in ("open", "infinite")
 
 
 def test_the_levels_are_in_order() -> None:

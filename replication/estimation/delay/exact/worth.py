@@ -33,10 +33,11 @@ def worth(plant: PlantTerms, level: float) -> tuple[Evidence, ...]:
         without = gain_bracket(error_response(plant, nothing), WIDTH).upper
     except InfeasibleError:
         without = None
-    except SolverError as error:
-        return (Evidence("level without sensors", "open", str(error)), _kalman(plant))
-    limit = smoother_bound(plant).level
-    return (*baselines(level, how, without=without, limit=limit), _kalman(plant))
+    except (SolverError, np.linalg.LinAlgError):
+        found = baselines(level, how, without=None, limit=smoother_bound(plant).level)
+        unknown = Evidence("level without sensors", "open", "a root of the plant on the imaginary axis, or next to it")
+        return unknown, *found[1:], _kalman(plant)
+    return *baselines(level, how, without=without, limit=smoother_bound(plant).level), _kalman(plant)
 
 
 def _kalman(plant: PlantTerms) -> Evidence:
