@@ -91,10 +91,10 @@ def test_a_step_against_filterpy(benchmark: Any, kind: str) -> None:
     peer = pytest.importorskip("filterpy.kalman")
     problem = MultirateProblem(PLANT, SensingSchedule((1, 1)))
     X = kalman_design(problem).X
-    own = KalmanFilter(problem, filter_gains(problem, X)) if kind == "steady" else StartingFilter(problem, X[0])
+    own = KalmanFilter(problem, filter_gains(problem, X)) if kind == "steady" else StartingFilter(problem, np.eye(3))
     other = peer.KalmanFilter(dim_x=3, dim_z=2)
     other.F, other.Q, other.H, other.R = PLANT.A, PLANT.B_d @ PLANT.B_d.T, PLANT.C, PLANT.D @ PLANT.D.T
-    other.x, other.P = np.zeros(3), X[0].copy()
+    other.x, other.P = np.zeros(3), X[0].copy() if kind == "steady" else np.eye(3)
     measurements = np.random.default_rng(1).normal(size=(STEPS, 2))
     for y in measurements[:50]:
         other.update(y)
@@ -104,10 +104,12 @@ def test_a_step_against_filterpy(benchmark: Any, kind: str) -> None:
         other.predict()
 
     def ours() -> None:
+        own.reset()
         for y in measurements:
             own.step(None, y)
 
     def theirs() -> None:
+        other.P = np.eye(3)
         for y in measurements:
             other.update(y)
             other.predict()

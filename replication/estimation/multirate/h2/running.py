@@ -25,6 +25,8 @@ from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array, as_array
 
 Mask = NDArray[np.bool_]
+SETTLED = 1e-15
+"""Relative change of a covariance over one period below which it counts as steady."""
 
 
 class KalmanStep(NamedTuple):
@@ -156,11 +158,12 @@ class _Running(ABC):
         """innovation: zero where nothing came, and NaN there in `shown`; came: which came, None if all that are due."""
 
     def _shifted(self, K: Array, L: Array, innovation: Array, driven: Array | float) -> Array:
-        """Correct all that is carried along, x^(k-i|k), and predict."""
+        """Correct all that is carried along, x^(k-i|k), and predict; K (lag + 1, n, q), or (n, q) without a lag."""
         corrected = self._past + K.dot(innovation)
         following = np.empty_like(self._past)
         following[0] = self._A.dot(self._past[0]) + L.dot(innovation) + driven
-        following[1:] = corrected[:-1]
+        if self.lag:
+            following[1:] = corrected[:-1]
         self._past = following
         return np.asarray(corrected)
 
@@ -258,19 +261,34 @@ class StartingFilter(_Running):
         # Of x^(k-i|k-1): covariance with the error of x^(k|k-1), and its own.
         unknown = [np.full_like(self.start, np.nan)] * self.lag
         self._cross, self._own = [self.start, *unknown], [self.start, *unknown]
+        self._kept: dict[int, tuple[Array, Correction | None]] = {}
 
     def _update(
         self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
     ) -> KalmanStep:
         sensors = self._sensors[phase] if came is None else sensing(self.problem, came)
-        step = corrected(self._A, self._Q, sensors, self._cross[0])
-        K, own = step.K[None], [step.filtered]
+        step = self._settled(phase) if came is None else None
+        if step is None:
+            step = corrected(self._A, self._Q, sensors, self._cross[0])
+            if came is None:
+                self._kept[phase] = self._cross[0], step
+        K, own = step.K, [step.filtered]
         if self.lag:
             K, own = self._smoothed(sensors, step)
         self._cross[0] = step.following
         self._own = [step.following, *own[:-1]]
         now = self._shifted(K, step.L, innovation, driven)
         return KalmanStep(now[0], step.filtered, self._past[0], step.following, shown, now[-1], own[-1])
+
+    def _settled(self, phase: int) -> Correction | None:
+        """The correction of a period ago if the covariance has not changed since: in the steady state it never does."""
+        P = self._cross[0]
+        before, step = self._kept.get(phase, (None, None))
+        if before is not None and P is not before:
+            if np.abs(P - before).max() > SETTLED * np.abs(P).max():
+                return None
+            self._kept[phase] = P, step
+        return step
 
     def _smoothed(self, sensors: Sensing, step: Correction) -> tuple[Array, list[Array]]:
         """Gains (lag + 1, n, q) and covariances of x^(k-i|k); what is carried along goes on to the next instant."""

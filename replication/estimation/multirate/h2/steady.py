@@ -6,6 +6,7 @@ and judges them.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,6 +66,13 @@ def sensing(problem: MultirateProblem, due: NDArray[np.bool_]) -> Sensing:
     return Sensing(plant.C * used[..., None], R, S)
 
 
+@cache
+def _identity(size: int) -> Array:
+    identity = np.eye(size)
+    identity.flags.writeable = False
+    return identity
+
+
 def _diagonal(entries: Array) -> Array:
     return entries[..., None] * np.eye(entries.shape[-1])
 
@@ -78,7 +86,7 @@ def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     innovation = times(CP, C.mT) + R
     K = solve(innovation, CP).mT
     # Joseph's form: a sum of squares, so that rounding leaves it semidefinite.
-    kept = np.eye(len(A)) - times(K, C)
+    kept = _identity(len(A)) - times(K, C)
     filtered = times(times(kept, P), kept.mT) + times(times(K, R), K.mT)
     if S is None:
         return Correction(K, times(A, K), innovation, filtered, times(times(A, filtered), A.T) + Q)
