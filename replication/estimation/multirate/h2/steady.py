@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from replication.estimation.linear.phases import from_zero, solve
+from replication.estimation.linear.phases import from_zero, product, solve
 from replication.estimation.linear.riccati import RiccatiMap, symmetric
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
@@ -80,8 +80,7 @@ def _diagonal(entries: Array) -> Array:
 def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     """Measurement and time update of the covariance P (..., n, n); A (n, n), Q (n, n) of the whole process noise."""
     C, R, S = sensors
-    # Of two small matrices numpy.dot takes half the time.
-    times = np.dot if P.ndim == 2 else np.matmul
+    times = product(P)
     CP = times(C, P)
     innovation = times(CP, C.mT) + R
     K = solve(innovation, CP).mT
