@@ -15,9 +15,10 @@ from noisy_plants import Conditioned, correlated
 
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
-from replication.estimation.multirate.h2 import running
+from replication.estimation.multirate.h2 import starting
 from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
-from replication.estimation.multirate.h2.running import KalmanFilter, StartingFilter
+from replication.estimation.multirate.h2.running import KalmanFilter
+from replication.estimation.multirate.h2.starting import StartingFilter
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
@@ -160,7 +161,7 @@ def test_a_filter_that_has_settled_goes_on_as_the_recursion_does(name: str) -> N
     S = plant.B_w @ plant.D.T if plant.correlated else np.zeros((2, 2))
     Q = plant.drive @ plant.drive.T
     run, steps = StartingFilter(given, P0), 900
-    with patch.object(running, "corrected", wraps=running.corrected) as computed:
+    with patch.object(starting, "corrected", wraps=starting.corrected) as computed:
         for k in range(steps):
             rows = [] if k in (600, 601) else list(given.schedule.measured(k))
             y = np.where(np.isin([0, 1], rows), 0.3, np.nan)
@@ -195,6 +196,19 @@ class Whole:
 
     def __init__(self, run: KalmanFilter) -> None:
         self.to_c, self.estimate = run.to_c, np.zeros(2 * (run.lag + 2))
+
+
+@pytest.mark.parametrize("start", [None, P0])
+def test_what_is_handed_out_cannot_change_the_filter(start: Any) -> None:
+    result = multirate.design(CART, periods=(1, 3), goal="h2", P0=start)
+    assert isinstance(result, multirate.KalmanResult)
+    run = result.filter()
+    step = run.step([1.0], [0.5, 0.2])
+    for kept in (step.prediction, step.covariance, step.predicted_covariance):
+        with pytest.raises(ValueError, match="read-only"):
+            kept[0] = 7.0
+    run.estimate[:] = 7.0
+    np.testing.assert_array_equal(run.estimate, step.prediction)
 
 
 def test_gains_for_other_noise_are_noticed() -> None:
