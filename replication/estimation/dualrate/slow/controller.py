@@ -1,0 +1,146 @@
+"""The controller of a slow-rate problem at a level: two periodic Riccati equations and the condition that couples them.
+
+At an infinite level it is the linear-quadratic-Gaussian one. The command at an instant uses the readings before it, so
+that one fast period is left to compute. Source: Basar and Bernhard, H-infinity-Optimal Control (2nd ed., 1995), ch. 3
+and 6: the discrete-time game with delayed measurements; here all is periodic, and inputs may be held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from replication.estimation.dualrate.slow.problem import SlowProblem
+from replication.estimation.linear.periodic import block_diagonal
+from replication.estimation.linear.riccati import RiccatiMap
+from replication.estimation.multirate.kalman import semidefinite, stationary
+from replication.estimation.validation import Array
+
+STABLE = 1 - 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Controller:
+    """At each instant of the period: u = K o, o = (x^, u before); x^+ = A x^ + B u + L y.
+
+    Attributes
+    ----------
+    A : array (N, n, n)
+        Of the observer; L (N, n, p) is zero for sensors that do not deliver.
+    L : array (N, n, p)
+        Gain on the readings.
+    K : array (N, m, n + m)
+        Rows of inputs that do not change repeat the input before.
+    """
+
+    A: Array
+    L: Array
+    K: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """The Riccati equations of one problem; z and the noise are in units of their weights."""
+
+    problem: SlowProblem
+
+    @cached_property
+    def information(self) -> list[tuple[Array, Array]]:
+        """For each instant C'V^-1 with zero columns for sensors that do not deliver, and C'V^-1 C."""
+        C, V = self.problem.plant.output, self.problem.sensor_noise
+        known: dict[tuple[int, ...], tuple[Array, Array]] = {}
+        for rows in map(tuple, self.problem.measured()):
+            if rows not in known:
+                weighed, due = np.zeros(C.T.shape), list(rows)
+                weighed[:, due] = np.linalg.solve(V[np.ix_(due, due)], C[due]).T
+                known[rows] = (weighed, weighed @ C)
+        return [known[tuple(rows)] for rows in self.problem.measured()]
+
+    def filtering(self, level: float) -> list[RiccatiMap]:
+        """Of the error covariance, forwards in time."""
+        A, G = self.problem.sampled.state, self.problem.noise
+        lost = self.problem.period * self.problem.state_weight / level**2
+        return [RiccatiMap(A, seen - lost, G @ G.T) for _, seen in self.information]
+
+    def regulating(self, level: float) -> list[tuple[RiccatiMap, Array, Array]]:
+        """Of the cost to go on (x, u before), one map for each instant; then R^-1 B' and the part of v that is fixed.
+
+        v = fixed (x, u before) - R^-1 B' (..) is what the inputs that change are set to.
+        """
+        p, step = self.problem, self.problem.sampled
+        (n, m), Q, R = step.input.shape, p.period * p.state_weight, p.period * p.input_weight
+        worst = np.zeros((n + m, n + m))
+        worst[:n, :n] = p.noise @ p.noise.T / level**2
+        made = {}
+        for S in p.changed():
+            kept = np.eye(m) - S
+            weight = S @ R @ S + kept
+            fixed = np.zeros((m, n + m))
+            fixed[:, n:] = -np.linalg.solve(weight, S @ R @ kept)
+            drive = np.vstack([step.input @ S, S])
+            free = np.block([[step.state, step.input @ kept], [np.zeros((m, n)), kept]]) + drive @ fixed
+            cost = block_diagonal([Q, kept @ R @ kept])
+            cost[n:, n:] -= fixed[:, n:].T @ weight @ fixed[:, n:]
+            moves = np.linalg.solve(weight, drive.T)
+            made[S.tobytes()] = (RiccatiMap(free.T, drive @ moves - worst, cost), moves, fixed)
+        return [made[S.tobytes()] for S in p.changed()]
+
+    def at(self, level: float) -> tuple[Controller | None, float]:
+        """The controller, and how far the conditions of the level are met; it keeps the level iff that is positive."""
+        p = self.problem
+        n, m = p.plant.input.shape
+        filtering, regulating = self.filtering(level), self.regulating(level)
+        sigma = _solution(filtering, n)
+        # The cost runs backwards; `following[k]` is that after instant k.
+        cost = _solution([stage for stage, *_ in regulating[::-1]], n + m)
+        if sigma is None or cost is None:
+            return None, -1.0
+        following = cost[::-1]
+        present = np.roll(following, 1, axis=0)
+        slack = _slack(p, sigma, following, level)
+        if slack <= 0:
+            return None, slack
+        A, L = [], []
+        for X, stage, (weighed, seen) in zip(sigma, filtering, self.information, strict=True):
+            gain = stage.A @ np.linalg.solve(np.eye(n) + X @ stage.G, X)
+            A.append(stage.A - gain @ stage.G)
+            L.append(gain @ weighed)
+        K = []
+        for k, ((stage, moves, fixed), S) in enumerate(zip(regulating, p.changed(), strict=True)):
+            after = following[k] @ np.linalg.solve(np.eye(n + m) + stage.G @ following[k], stage.A.T)
+            worst = np.eye(n + m)
+            worst[:n] -= sigma[k] @ present[k][:n] / level**2
+            law = np.linalg.solve(worst.T, (fixed - moves @ after).T).T
+            law[:, n:] += np.eye(m) - S
+            K.append(law)
+        return Controller(np.stack(A), np.stack(L), np.stack(K)), slack
+
+
+def _solution(maps: Sequence[RiccatiMap], size: int) -> Array | None:
+    """The stabilising periodic solution (N, size, size), or None."""
+    reference = np.broadcast_to(np.eye(size), (len(maps), size, size))
+    states = stationary(list(maps), reference)
+    if states is None or not np.all(np.isfinite(states)) or not semidefinite(states):
+        return None
+    total = np.eye(size)
+    for X, stage in zip(states, maps, strict=True):
+        total = stage.A @ np.linalg.solve(np.eye(size) + X @ stage.G, total)
+    return states if np.max(np.abs(np.linalg.eigvals(total))) < STABLE else None
+
+
+def _slack(problem: SlowProblem, sigma: Array, following: Array, level: float) -> float:
+    """1 - (largest eigenvalue of G'M G, Sigma Q and Sigma~ M)/level^2; one at an infinite level.
+
+    Sigma~ is the covariance at the next instant without the reading of this one, which the command does not know yet.
+    """
+    A, G, Q = problem.sampled.state, problem.noise, problem.period * problem.state_weight
+    n = len(A)
+    after = following[:, :n, :n]
+    largest = max(np.linalg.eigvalsh(G.T @ after @ G).max(), np.abs(np.linalg.eigvals(sigma @ Q)).max())
+    if largest >= level**2:
+        return 1.0 - float(largest) / level**2
+    unseen = A @ np.linalg.solve(np.eye(n) - sigma @ Q / level**2, sigma) @ A.T + G @ G.T
+    return 1.0 - float(max(largest, np.abs(np.linalg.eigvals(unseen @ after)).max())) / level**2
