@@ -84,7 +84,7 @@ class Equations:
             free = np.block([[step.state, step.input @ kept], [np.zeros((m, n)), kept]]) + drive @ fixed
             cost = block_diagonal([Q, kept @ R @ kept])
             cost[n:, n:] -= fixed[:, n:].T @ weight @ fixed[:, n:]
-            moves = np.linalg.solve(weight, drive.T)
+            moves = np.asarray(np.linalg.solve(weight, drive.T), dtype=float)
             made[S.tobytes()] = (RiccatiMap(free.T, drive @ moves - worst, cost), moves, fixed)
         return [made[S.tobytes()] for S in p.changed()]
 
@@ -104,7 +104,7 @@ class Equations:
         if slack <= 0:
             return None, slack
         A, L = [], []
-        for X, stage, (weighed, seen) in zip(sigma, filtering, self.information, strict=True):
+        for X, stage, (weighed, _) in zip(sigma, filtering, self.information, strict=True):
             gain = stage.A @ np.linalg.solve(np.eye(n) + X @ stage.G, X)
             A.append(stage.A - gain @ stage.G)
             L.append(gain @ weighed)

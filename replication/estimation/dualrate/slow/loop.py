@@ -29,12 +29,10 @@ def closed(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
 
 def of_gains(problem: SlowProblem, loop: DualRateLoop) -> PeriodicSystem:
     """The same of a loop with gains that were designed in continuous time and one slow sensor period."""
-    n = problem.plant.size
     stages = []
     for k, step in enumerate(loop.steps):
         due = list(range(len(problem.plant.output))) if k == 0 else []
         stages.append(_stage(problem, step.state, step.noise[:, due], due, step.input_state))
-    assert loop.plant.size == n
     return PeriodicSystem(tuple(stages))
 
 
@@ -53,7 +51,8 @@ def noise_to_output(problem: SlowProblem, loop: PeriodicSystem) -> PeriodicSyste
     output[:, : problem.plant.size] = np.sqrt(readings / len(measured)) * problem.plant.output
     stages = []
     for stage, due in zip(loop.stages, measured, strict=True):
-        noise = np.linalg.solve(root(problem.sensor_noise[np.ix_(due, due)]).T, stage.B[:, skipped:].T).T
+        units = root(problem.sensor_noise[np.ix_(due, due)])
+        noise = np.asarray(np.linalg.solve(units.T, stage.B[:, skipped:].T).T, dtype=float)
         stages.append(Stage(stage.A, noise, output, np.zeros((rows, noise.shape[1]))))
     return PeriodicSystem(tuple(stages))
 
@@ -64,7 +63,7 @@ def root_mean_square(problem: SlowProblem, loop: PeriodicSystem) -> float:
 
 
 def _stage(problem: SlowProblem, transition: Array, read: Array, due: list[int], u: Array) -> Stage:
-    """One instant; read: effect of the noise of the readings that are due, u: the input as it follows from the state."""
+    """One instant; read: effect of the noise of the readings that are due, u: the input by the state."""
     n, size = problem.plant.size, len(transition)
     drive = np.zeros((size, n))
     drive[:n] = problem.noise

@@ -99,7 +99,7 @@ def root(matrix: Array) -> Array:
 def _accumulated(A: Array, W: Array, time: float) -> Array:
     """int_0^time e^{As} W e^{A's} ds: of a short time by one exponential, then doubled; no term cancels another."""
     n = len(A)
-    halvings = max(0, int(np.ceil(np.log2(max(np.linalg.norm(A, 2) * time, 1.0)))))
+    halvings = int(np.ceil(np.log2(max(float(np.linalg.norm(A, 2)) * time, 1.0))))
     block = np.block([[-A, W], [np.zeros((n, n)), A.T]]) * (time / 2**halvings)
     power = scipy.linalg.expm(block)
     step = power[n:, n:].T
@@ -171,7 +171,7 @@ def _shifted(A: Array) -> Array:
 
 
 def _require_weighted(name: str, A: Array, weight: Array) -> None:
-    """A mode on the boundary of stability that the weight leaves out: the gains would tend to zero there, not settle."""
+    """Refuse a mode on the boundary of stability that the weight leaves out: gains tend to zero there, never settle."""
     scale = 1.0 + float(np.linalg.norm(A, 2))
     for mode in hidden_modes(A, weight, tolerance=BOUNDARY):
         if abs(mode.real) <= BOUNDARY * scale:

@@ -1,0 +1,104 @@
+"""Levels by the one measure of slow-rate designs, from process and sensor noise to z: least, beside, limits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from replication.errors import InfeasibleError, SolverError
+from replication.estimation.api.baselines import baselines
+from replication.estimation.api.results import Evidence
+from replication.estimation.dualrate.gains import Weights, continuous_gains
+from replication.estimation.dualrate.loop import close_loop
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import DualRateDesign
+from replication.estimation.dualrate.slow.controller import Equations
+from replication.estimation.dualrate.slow.loop import alone, closed, of_gains
+from replication.estimation.dualrate.slow.problem import SlowProblem, root
+from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.multirate.noncausal import noncausal_bound
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.schedule import SensingSchedule
+
+MEASURE = "exact gain of the closed loop from process and sensor noise to (x, u)"
+SEARCH_WIDTH = 1e-6
+"""Relative width of the bracket of the least level."""
+DOUBLINGS = 60
+
+
+def kalman_level(problem: SlowProblem) -> float:
+    """Of the linear-quadratic-Gaussian controller at the slow rate; raises SolverError if rounding spoils it."""
+    controller, _ = Equations(problem).at(np.inf)
+    if controller is None:
+        raise SolverError(
+            "the Riccati equations at the slow rate were lost in rounding: modes change by too many orders of "
+            "magnitude "
+            f"over {problem.period * problem.instants:g} s, or weights differ by too many; rescale the states"
+        )
+    return l2_gain(closed(problem, controller)).upper
+
+
+def least_level(problem: SlowProblem, reached: float) -> tuple[float, float]:
+    """Bracket of the least level of any controller at these rates; reached: a level that some controller has."""
+    equations, low, high = Equations(problem), 0.0, reached
+    for _ in range(DOUBLINGS):
+        if equations.at(high)[1] > 0:
+            break
+        low, high = high, 2 * high
+    else:
+        raise SolverError(
+            f"no level up to {high:.3g} proved achievable: rounding spoils the Riccati equations; rescale"
+        )
+    low = low or high / 2
+    while low > 0 and equations.at(low)[1] > 0:
+        low, high = low / 2, low
+    while high - low > SEARCH_WIDTH * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if equations.at(middle)[1] > 0 else (middle, high)
+    return low, high
+
+
+def limit(problem: SlowProblem) -> float | None:
+    """A bound for those who know all measurements, past and future, and set every input at each instant.
+
+    By Parrott's theorem the least gain of T11 + T12 Q T21 over all, also non-causal, Q is the larger of those of T11
+    off the range of T12 and of T11 off the row space of T21: the bound of a smoother, and that of its dual. None if
+    rounding spoils both.
+    """
+    A, B = problem.sampled.state, problem.sampled.input
+    seen = np.sqrt(problem.period) * root(problem.state_weight).T
+    effort = np.sqrt(problem.period) * root(problem.input_weight)
+    sensors, always = problem.sensors, SensingSchedule((1,) * B.shape[1])
+    sensor = MultiratePlant(A=A, B_d=problem.noise, C=problem.plant.output, D=root(problem.sensor_noise), W=seen)
+    dual = MultiratePlant(A=A.T, B_d=seen.T, C=B.T, D=effort, W=problem.noise.T)
+    found = []
+    for plant, schedule in ((sensor, sensors), (dual, always)):
+        try:
+            found.append(noncausal_bound(MultirateProblem(plant, schedule)).lower)
+        except SolverError:
+            continue
+    return max(found, default=None)
+
+
+def of_continuous_gains(problem: SlowProblem, observer: str) -> float | None:
+    """The level of K and L that are designed in continuous time for the same noise; None if that loop is unstable.
+
+    A reading of covariance V every h seconds is noise of intensity h V.
+    """
+    slow = problem.period * problem.sensors.periods[0]
+    weights = Weights(problem.state_weight, problem.input_weight, problem.process_noise, slow * problem.sensor_noise)
+    try:
+        K, L = continuous_gains(problem.plant, weights)
+    except InfeasibleError:
+        return None
+    design = DualRateDesign(problem.plant, K, L, problem.period, problem.sensors.periods[0])
+    loop = of_gains(problem, close_loop(design, OBSERVERS[observer]))
+    return l2_gain(loop).upper if loop.spectral_radius() < 1 else None
+
+
+def beside(problem: SlowProblem, level: float, kalman: float) -> tuple[Evidence, ...]:
+    """What a level is worth: without sensors, of the Kalman filter, of the non-causal limit; advice."""
+    free: PeriodicSystem = alone(problem)
+    without = l2_gain(free).upper if free.spectral_radius() < 1 else None
+    return baselines(level, MEASURE, without=without, kalman=kalman, limit=limit(problem))
