@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 
-from replication.errors import InvalidInputError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.simulation import Simulation, simulated
@@ -30,7 +30,7 @@ from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_pl
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.result import DualRateResult, noise_to_output
 from replication.estimation.dualrate.slow.design import Goal, require_level, slow_design
-from replication.estimation.dualrate.slow.levels import MEASURE, beside, kalman_level
+from replication.estimation.dualrate.slow.levels import MEASURE, beside, kalman
 from replication.estimation.dualrate.slow.loop import of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
 from replication.estimation.dualrate.slow.result import SlowRateResult
@@ -108,8 +108,8 @@ def design(
 ) -> DualRateResult | SlowRateResult:
     """A loop with gains for the continuous-time plant, as in the paper, or with a controller for the slow rate.
 
-    `at="continuous"` gives the linear-quadratic K and the stationary Kalman gain L, which know nothing of the rates; the
-    loop that they make is analysed exactly. `at="slow"` designs for the plant as it is sampled and held: such a
+    `at="continuous"` gives the linear-quadratic K and the stationary Kalman gain L, which know nothing of the rates;
+    the loop that they make is analysed exactly. `at="slow"` designs for the plant as it is sampled and held: such a
     controller exists whenever the sensors, at their instants, see every unstable mode and the inputs move it.
 
     Parameters
@@ -193,12 +193,12 @@ def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
     given = weights._replace(sensor=weights.sensor / loop.slow_period)
     try:
         problem = slow_problem(loop.model, period=loop.period, ratio=loop.ratio, input_ratio=1, weights=given)
-        kalman = kalman_level(problem)
+        best = kalman(problem)[1].upper
         level = l2_gain(of_gains(problem, result.loop)).upper
-    except (InvalidInputError, SolverError):
+    except (InfeasibleError, InvalidInputError, SolverError):
         return ()
     own = Evidence("level from process and sensor noise", level, MEASURE)
-    return (own, *beside(problem, level, kalman))
+    return (own, *beside(problem, level, best))
 
 
 def analyse(

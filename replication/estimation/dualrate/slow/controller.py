@@ -88,35 +88,42 @@ class Equations:
             made[S.tobytes()] = (RiccatiMap(free.T, drive @ moves - worst, cost), moves, fixed)
         return [made[S.tobytes()] for S in p.changed()]
 
-    def at(self, level: float) -> tuple[Controller | None, float]:
-        """The controller, and how far the conditions of the level are met; it keeps the level iff that is positive."""
-        p = self.problem
+    def margin(self, level: float) -> float:
+        """How far the conditions of the level are met; some controller keeps the level iff it is positive."""
+        return self._solved(level)[1]
+
+    def at(self, level: float) -> Controller | None:
+        """The controller for the level; None if there is none."""
+        solved, margin = self._solved(level)
+        if solved is None or margin <= 0:
+            return None
+        (sigma, cost), p = solved, self.problem
         n, m = p.plant.input.shape
-        filtering, regulating = self.filtering(level), self.regulating(level)
-        sigma = _solution(filtering, n)
-        # The cost runs backwards; `following[k]` is that after instant k.
-        cost = _solution([stage for stage, *_ in regulating[::-1]], n + m)
-        if sigma is None or cost is None:
-            return None, -1.0
-        following = cost[::-1]
-        present = np.roll(following, 1, axis=0)
-        slack = _slack(p, sigma, following, level)
-        if slack <= 0:
-            return None, slack
-        A, L = [], []
-        for X, stage, (weighed, _) in zip(sigma, filtering, self.information, strict=True):
+        observed = []
+        for X, stage, (weighed, _) in zip(sigma, self.filtering(level), self.information, strict=True):
             gain = stage.A @ np.linalg.solve(np.eye(n) + X @ stage.G, X)
-            A.append(stage.A - gain @ stage.G)
-            L.append(gain @ weighed)
-        K = []
-        for k, ((stage, moves, fixed), S) in enumerate(zip(regulating, p.changed(), strict=True)):
-            after = following[k] @ np.linalg.solve(np.eye(n + m) + stage.G @ following[k], stage.A.T)
-            worst = np.eye(n + m)
-            worst[:n] -= sigma[k] @ present[k][:n] / level**2
+            observed.append((stage.A - gain @ stage.G, gain @ weighed))
+        laws = []
+        for k, ((stage, moves, fixed), S) in enumerate(zip(self.regulating(level), p.changed(), strict=True)):
+            following = cost[(k + 1) % len(cost)]
+            after = following @ np.linalg.solve(np.eye(n + m) + stage.G @ following, stage.A.T)
+            worst = np.eye(n + m)  # x^ is not what the command acts on, but the state that is worst for it
+            worst[:n] -= sigma[k] @ cost[k][:n] / level**2
             law = np.linalg.solve(worst.T, (fixed - moves @ after).T).T
             law[:, n:] += np.eye(m) - S
-            K.append(law)
-        return Controller(np.stack(A), np.stack(L), np.stack(K)), slack
+            laws.append(law)
+        return Controller(np.stack([A for A, _ in observed]), np.stack([L for _, L in observed]), np.stack(laws))
+
+    def _solved(self, level: float) -> tuple[tuple[Array, Array] | None, float]:
+        """Covariance and cost at each instant, or None, and the margin."""
+        n, m = self.problem.plant.input.shape
+        # The cost runs backwards in time.
+        sigma = _solution(self.filtering(level), n)
+        back = _solution([stage for stage, *_ in self.regulating(level)[::-1]], n + m)
+        if sigma is None or back is None:
+            return None, -1.0
+        cost = np.roll(back[::-1], 1, axis=0)
+        return (sigma, cost), _margin(self.problem, sigma, cost, level)
 
 
 def _solution(maps: Sequence[RiccatiMap], size: int) -> Array | None:
@@ -125,20 +132,21 @@ def _solution(maps: Sequence[RiccatiMap], size: int) -> Array | None:
     states = stationary(list(maps), reference)
     if states is None or not np.all(np.isfinite(states)) or not semidefinite(states):
         return None
+    A, G = np.stack([stage.A for stage in maps]), np.stack([stage.G for stage in maps])
     total = np.eye(size)
-    for X, stage in zip(states, maps, strict=True):
-        total = stage.A @ np.linalg.solve(np.eye(size) + X @ stage.G, total)
+    for step in np.linalg.solve((np.eye(size) + states @ G).mT, A.mT).mT:
+        total = step @ total
     return states if np.max(np.abs(np.linalg.eigvals(total))) < STABLE else None
 
 
-def _slack(problem: SlowProblem, sigma: Array, following: Array, level: float) -> float:
+def _margin(problem: SlowProblem, sigma: Array, cost: Array, level: float) -> float:
     """1 - (largest eigenvalue of G'M G, Sigma Q and Sigma~ M)/level^2; one at an infinite level.
 
     Sigma~ is the covariance at the next instant without the reading of this one, which the command does not know yet.
     """
     A, G, Q = problem.sampled.state, problem.noise, problem.period * problem.state_weight
     n = len(A)
-    after = following[:, :n, :n]
+    after = np.roll(cost, -1, axis=0)[:, :n, :n]
     largest = max(np.linalg.eigvalsh(G.T @ after @ G).max(), np.abs(np.linalg.eigvals(sigma @ Q)).max())
     if largest >= level**2:
         return 1.0 - float(largest) / level**2

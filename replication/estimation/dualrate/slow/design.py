@@ -5,14 +5,12 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Any
 
-import numpy as np
-
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
 from replication.estimation.dualrate.slow.controller import Controller, Equations
-from replication.estimation.dualrate.slow.levels import beside, kalman_level, least_level, of_continuous_gains
+from replication.estimation.dualrate.slow.levels import beside, kalman, least_level, of_continuous_gains
 from replication.estimation.dualrate.slow.loop import closed, noise_to_output, root_mean_square
 from replication.estimation.dualrate.slow.problem import SlowProblem
 from replication.estimation.dualrate.slow.result import SlowRateResult
@@ -44,40 +42,14 @@ def slow_design(
 
     Raises InfeasibleError: no controller at these rates keeps the level. SolverError: rounding spoils the equations.
     """
-    kalman = kalman_level(problem)
+    controller, gain = kalman(problem)
+    reached = gain.upper
     found: tuple[Evidence, ...] = ()
-    aim = np.inf
     if goal is Goal.HINF:
-        low, high = least_level(problem, kalman)
-        if level is not None and level <= low:
-            raise InfeasibleError(
-                f"no controller at these rates keeps the level {level!r}: the least is from {low:.7g} to {high:.7g}"
-            )
-        found = (
-            Evidence("optimum", high, "least level of any controller at these rates; two coupled Riccati equations"),
-            Evidence("optimum lies above", low, "the equations have no solution there"),
-        )
-        aim = (1 + MARGIN) * high if level is None else max(level, high)
-    controller = Equations(problem).at(aim)[0]
-    if controller is None:
-        raise SolverError(
-            f"rounding spoils the Riccati equations at the level {aim!r}; ask for a larger one, or rescale"
-        )
-    return _result(problem, signals, controller, goal, kalman, observer, found)
-
-
-def _result(
-    problem: SlowProblem,
-    signals: Signals,
-    controller: Controller,
-    goal: Goal,
-    kalman: float,
-    observer: str,
-    found: tuple[Evidence, ...],
-) -> SlowRateResult:
+        controller, found = _worst_case(problem, reached, level)
+        gain = l2_gain(closed(problem, controller))
     loop = closed(problem, controller)
-    gain = l2_gain(loop)
-    noise = l2_gain(noise_to_output(problem, loop))
+    noise = l2_gain(noise_to_output(problem, loop)).upper
     rates = f"sensors {problem.sensors.periods}, inputs {problem.actuators.periods}"
     evidence = (
         Evidence("goal", str(goal), "linear-quadratic-Gaussian" if goal is Goal.H2 else "H-infinity"),
@@ -87,12 +59,12 @@ def _result(
             "root mean square", root_mean_square(problem, loop), "of (x, u), white noise, periodic Lyapunov equation"
         ),
         Evidence(
-            "gain from sensor noise to output", noise.upper, "root mean squares, exact; the measure of continuous gains"
+            "gain from sensor noise to output", noise, "root mean squares, exact; the measure of continuous gains"
         ),
         *_continuous(problem, observer),
         Evidence("fast period T", problem.period, "as given", "s"),
         Evidence("ratios", rates, "as given"),
-        *beside(problem, gain.upper, kalman),
+        *beside(problem, gain.upper, reached),
     )
     return SlowRateResult(
         bracket=Bracket(gain.lower, gain.upper, EXACT_GAIN),
@@ -101,6 +73,25 @@ def _result(
         signals=signals,
         problem=problem,
         controller=controller,
+    )
+
+
+def _worst_case(problem: SlowProblem, reached: float, level: float | None) -> tuple[Controller, tuple[Evidence, ...]]:
+    """The controller for `level`, or for little more than the least one, and what is known of that."""
+    low, high = least_level(problem, reached)
+    if level is not None and level <= low:
+        raise InfeasibleError(
+            f"no controller at these rates keeps the level {level!r}: the least is from {low:.7g} to {high:.7g}"
+        )
+    aim = (1 + MARGIN) * high if level is None else max(level, high)
+    controller = Equations(problem).at(aim)
+    if controller is None:
+        raise SolverError(
+            f"rounding spoils the Riccati equations at the level {aim!r}; ask for a larger one, or rescale"
+        )
+    return controller, (
+        Evidence("optimum", high, "least level of any controller at these rates; two coupled Riccati equations"),
+        Evidence("optimum lies above", low, "the equations have no solution there"),
     )
 
 

@@ -11,10 +11,10 @@ from replication.estimation.dualrate.gains import Weights, continuous_gains
 from replication.estimation.dualrate.loop import close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
-from replication.estimation.dualrate.slow.controller import Equations
+from replication.estimation.dualrate.slow.controller import Controller, Equations
 from replication.estimation.dualrate.slow.loop import alone, closed, of_gains
 from replication.estimation.dualrate.slow.problem import SlowProblem, root
-from replication.estimation.linear.norms import l2_gain
+from replication.estimation.linear.norms import GainBracket, l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.multirate.noncausal import noncausal_bound
 from replication.estimation.multirate.plant import MultiratePlant
@@ -27,23 +27,23 @@ SEARCH_WIDTH = 1e-6
 DOUBLINGS = 60
 
 
-def kalman_level(problem: SlowProblem) -> float:
-    """Of the linear-quadratic-Gaussian controller at the slow rate; raises SolverError if rounding spoils it."""
-    controller, _ = Equations(problem).at(np.inf)
+def kalman(problem: SlowProblem) -> tuple[Controller, GainBracket]:
+    """The linear-quadratic-Gaussian controller and its level; raises SolverError if rounding spoils it."""
+    controller = Equations(problem).at(np.inf)
     if controller is None:
         raise SolverError(
             "the Riccati equations at the slow rate were lost in rounding: modes change by too many orders of "
             "magnitude "
             f"over {problem.period * problem.instants:g} s, or weights differ by too many; rescale the states"
         )
-    return l2_gain(closed(problem, controller)).upper
+    return controller, l2_gain(closed(problem, controller))
 
 
 def least_level(problem: SlowProblem, reached: float) -> tuple[float, float]:
     """Bracket of the least level of any controller at these rates; reached: a level that some controller has."""
     equations, low, high = Equations(problem), 0.0, reached
     for _ in range(DOUBLINGS):
-        if equations.at(high)[1] > 0:
+        if equations.margin(high) > 0:
             break
         low, high = high, 2 * high
     else:
@@ -51,11 +51,11 @@ def least_level(problem: SlowProblem, reached: float) -> tuple[float, float]:
             f"no level up to {high:.3g} proved achievable: rounding spoils the Riccati equations; rescale"
         )
     low = low or high / 2
-    while low > 0 and equations.at(low)[1] > 0:
+    while low > 0 and equations.margin(low) > 0:
         low, high = low / 2, low
     while high - low > SEARCH_WIDTH * high:
         middle = (low + high) / 2
-        low, high = (low, middle) if equations.at(middle)[1] > 0 else (middle, high)
+        low, high = (low, middle) if equations.margin(middle) > 0 else (middle, high)
     return low, high
 
 
@@ -97,8 +97,8 @@ def of_continuous_gains(problem: SlowProblem, observer: str) -> float | None:
     return l2_gain(loop).upper if loop.spectral_radius() < 1 else None
 
 
-def beside(problem: SlowProblem, level: float, kalman: float) -> tuple[Evidence, ...]:
+def beside(problem: SlowProblem, level: float, of_kalman: float) -> tuple[Evidence, ...]:
     """What a level is worth: without sensors, of the Kalman filter, of the non-causal limit; advice."""
     free: PeriodicSystem = alone(problem)
     without = l2_gain(free).upper if free.spectral_radius() < 1 else None
-    return baselines(level, MEASURE, without=without, kalman=kalman, limit=limit(problem))
+    return baselines(level, MEASURE, without=without, kalman=of_kalman, limit=limit(problem))
