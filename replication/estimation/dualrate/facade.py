@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.api.baselines import LITTLE
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.simulation import Simulation, simulated
@@ -64,7 +65,7 @@ def design(
     at: Literal["continuous"] = ...,
     goal: str = ...,
     level: float | None = ...,
-    input_ratio: int | Sequence[int] = ...,
+    hold: int | Sequence[int] = ...,
     observer: str = ...,
     state_weight: Any = ...,
     input_weight: Any = ...,
@@ -82,7 +83,7 @@ def design(
     at: Literal["slow"],
     goal: str = ...,
     level: float | None = ...,
-    input_ratio: int | Sequence[int] = ...,
+    hold: int | Sequence[int] = ...,
     observer: str = ...,
     state_weight: Any = ...,
     input_weight: Any = ...,
@@ -99,7 +100,7 @@ def design(
     at: str = "continuous",
     goal: str = "h2",
     level: float | None = None,
-    input_ratio: int | Sequence[int] = 1,
+    hold: int | Sequence[int] = 1,
     observer: str = DEFAULT_OBSERVER,
     state_weight: Any = None,
     input_weight: Any = None,
@@ -127,8 +128,8 @@ def design(
         least worst-case gain.
     level : float, optional
         Gain to keep, of "hinf"; one per cent above the least unless given.
-    input_ratio : int or sequence of int
-        At the slow rate: an input changes every so many T. One number, or one for each input.
+    hold : int or sequence of int
+        At the slow rate: an input changes every so many T and is held between. One number, or one for each input.
     observer : str
         What fills the instants between, one of `OBSERVERS`; of the continuous gains.
     state_weight : array (n, n), optional
@@ -176,11 +177,11 @@ def design(
     kept = require_level(aim, level)
     _builder(observer)
     if where is At.SLOW:
-        problem = slow_problem(model, period=period, ratio=ratio, input_ratio=input_ratio, weights=weights)
+        problem = slow_problem(model, period=period, ratio=ratio, hold=hold, weights=weights)
         return slow_design(problem, signals_of(plant, problem.period), goal=aim, level=kept, observer=observer)
-    if np.ndim(ratio) > 0 or np.any(np.asarray(input_ratio) != 1) or aim is not Goal.H2:
+    if np.ndim(ratio) > 0 or np.any(np.asarray(hold) != 1) or aim is not Goal.H2:
         raise InvalidInputError(
-            'one ratio for each sensor, input_ratio and goal="hinf" belong to designs at the slow rate: at="slow"'
+            'one ratio for each sensor, hold and goal="hinf" belong to designs at the slow rate: at="slow"'
         )
     K, L = continuous_gains(model, weights)
     result = analyse(plant, feedback=K, injection=L, period=period, ratio=ratio, observer=observer)  # type: ignore[arg-type]
@@ -192,13 +193,14 @@ def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
     loop = result.loop.design
     given = weights._replace(sensor=weights.sensor / loop.slow_period)
     try:
-        problem = slow_problem(loop.model, period=loop.period, ratio=loop.ratio, input_ratio=1, weights=given)
+        problem = slow_problem(loop.model, period=loop.period, ratio=loop.ratio, hold=1, weights=given)
         best = kalman(problem)[1].upper
         level = l2_gain(of_gains(problem, result.loop)).upper
     except (InfeasibleError, InvalidInputError, SolverError):
         return ()
     own = Evidence("level from process and sensor noise", level, MEASURE)
-    return (own, *beside(problem, level, best))
+    lost = Evidence("loss against the slow rate", level / best, "ratio to the level of the Kalman filter there; " + SLOW)
+    return (own, *((lost,) if level > (1 + LITTLE) * best else ()), *beside(problem, level, best))
 
 
 def analyse(
@@ -339,7 +341,7 @@ def _advice(problem: DualRateDesign, discrete_gain: bool) -> str:
     """Which observers would do with the same gains, and what else can be changed."""
     stable = [name for name, radius in _radii(problem, discrete_gain).items() if radius < 1.0 - MARGINAL]
     if "state_feedback" not in stable:
-        return f"so it is with the full state at every instant; choose a weaker feedback K, or {SLOW}"
+        return f"so it is with the full state at every instant; choose a shorter period, a weaker feedback K, or {SLOW}"
     others = ", ".join(name for name in stable if name not in ("state_feedback", "fast_sensor"))
     choice = f"choose one of the observers {others}, or {SLOW}" if others else SLOW
     return f"with the full state at every instant it would be stable; {choice}"

@@ -67,7 +67,7 @@ class SlowProblem:
         return [self.actuators.selection(k) for k in range(self.instants)]
 
 
-def slow_problem(plant: Plant, *, period: Any, ratio: Any, input_ratio: Any, weights: tuple[Array, ...]) -> SlowProblem:
+def slow_problem(plant: Plant, *, period: Any, ratio: Any, hold: Any, weights: tuple[Array, ...]) -> SlowProblem:
     """Check and assemble; weights: Q, R, W, V.
 
     Raises InvalidInputError: a period or ratio that does not fit, a mode on the boundary of stability that the weights
@@ -75,10 +75,10 @@ def slow_problem(plant: Plant, *, period: Any, ratio: Any, input_ratio: Any, wei
     """
     T = positive_scalar("period T", period, unit="seconds")
     sensors = _schedule("ratio", ratio, len(plant.output), "sensor")
-    actuators = _schedule("input_ratio", input_ratio, plant.input.shape[1], "input")
+    actuators = _schedule("hold", hold, plant.input.shape[1], "input")
     if lcm(sensors.period, actuators.period) > MAX_RATIO:
         raise InvalidInputError(
-            f"ratio and input_ratio repeat together only after {lcm(sensors.period, actuators.period)} fast periods, "
+            f"ratio and hold repeat together only after {lcm(sensors.period, actuators.period)} fast periods, "
             f"more than {MAX_RATIO}; choose ratios with common factors, or a longer fast period"
         )
     problem = SlowProblem(plant, T, sensors, actuators, *weights)
@@ -135,7 +135,7 @@ def _require_stabilisable(problem: SlowProblem) -> None:
         proof = f"the lifted pair over {whole:g} s fails the rank test there; change a ratio or the period"
         raise InfeasibleError(_proof(f"the sensors, at their instants, do not see the unstable mode {mode:.6g}", proof))
     if (mode := folded_mode(A.T, np.vstack(list(_moved(problem))), whole)) is not None:
-        proof = f"the lifted pair over {whole:g} s fails the rank test there; change an input_ratio or the period"
+        proof = f"the lifted pair over {whole:g} s fails the rank test there; change hold or the period"
         raise InfeasibleError(_proof(f"the inputs, as they are held, do not move the unstable mode {mode:.6g}", proof))
 
 
