@@ -199,7 +199,9 @@ def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
     except (InfeasibleError, InvalidInputError, SolverError):
         return ()
     own = Evidence("level from process and sensor noise", level, MEASURE)
-    lost = Evidence("loss against the slow rate", level / best, "ratio to the level of the Kalman filter there; " + SLOW)
+    lost = Evidence(
+        "loss against the slow rate", level / best, "ratio to the level of the Kalman filter there; " + SLOW
+    )
     return (own, *((lost,) if level > (1 + LITTLE) * best else ()), *beside(problem, level, best))
 
 

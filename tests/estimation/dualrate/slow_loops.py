@@ -1,4 +1,4 @@
-"""Plants for designs at the slow rate, and their closed loops by brute force: the plant by exponentials, tick by tick."""
+"""Plants for designs at the slow rate, and their closed loops by brute force, tick by tick."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def factor(matrix: Any) -> Any:
 
 
 class ByHand:
-    """The closed loop, driven tick by tick through `running()`; `lifted` feeds unit starts and unit noises one by one."""
+    """The closed loop, driven through `running()`; `lifted` feeds unit starts and unit noises one by one."""
 
     def __init__(self, result: SlowRateResult, plant: Any, weights: dict[str, Any], ticks: int) -> None:
         A, self.B, self.C = (np.asarray(matrix, dtype=float) for matrix in plant)

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from replication.estimation.dualrate.slow.problem import SlowProblem
+from replication.estimation.dualrate.slow.problem import SlowProblem, in_natural_units
 from replication.estimation.linear.periodic import block_diagonal
 from replication.estimation.linear.riccati import RiccatiMap
 from replication.estimation.multirate.kalman import semidefinite, stationary
@@ -43,9 +43,18 @@ class Controller:
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """The Riccati equations of one problem; z and the noise are in units of their weights."""
+    """The Riccati equations of one problem, in its natural units; z and the noise are in units of their weights."""
 
-    problem: SlowProblem
+    given: SlowProblem
+
+    @cached_property
+    def _scaled(self) -> tuple[SlowProblem, Array, Array]:
+        return in_natural_units(self.given)
+
+    @property
+    def problem(self) -> SlowProblem:
+        """The given one in natural units."""
+        return self._scaled[0]
 
     @cached_property
     def information(self) -> list[tuple[Array, Array]]:
@@ -112,7 +121,9 @@ class Equations:
             law = np.linalg.solve(worst.T, (fixed - moves @ after).T).T
             law[:, n:] += np.eye(m) - S
             laws.append(law)
-        return Controller(np.stack([A for A, _ in observed]), np.stack([L for _, L in observed]), np.stack(laws))
+        _, t, r = self._scaled
+        A, L = (np.stack(parts) for parts in zip(*observed, strict=True))
+        return Controller(A * t[:, None] / t, L * t[:, None], np.stack(laws) * r[:, None] / np.concatenate([t, r]))
 
     def _solved(self, level: float) -> tuple[tuple[Array, Array] | None, float]:
         """Covariance and cost at each instant, or None, and the margin."""

@@ -8,7 +8,7 @@ same covariance and, as a map from square-integrable w, the same gain.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import lcm
 from typing import Any
@@ -86,6 +86,29 @@ def slow_problem(plant: Plant, *, period: Any, ratio: Any, hold: Any, weights: t
     for name, A, weight in (("state_weight", plant.state, weights[0]), ("process_noise", plant.state.T, weights[2])):
         _require_weighted(name, A, weight)
     return problem
+
+
+def in_natural_units(problem: SlowProblem) -> tuple[SlowProblem, Array, Array]:
+    """The same problem with x = t x~ and u = r u~, and the units t (n,) and r (m,), which keep rounding small.
+
+    Inputs are in units of their weights, states in those in which A, what drives it and what looks at it are balanced.
+    """
+    plant, n = problem.plant, problem.plant.size
+    r = np.diag(problem.input_weight) ** -0.5
+    drive = np.hstack([plant.input * r, root(problem.process_noise)])
+    whitened = np.linalg.solve(np.linalg.cholesky(problem.sensor_noise), plant.output)
+    sight = np.vstack([root(problem.state_weight).T, whitened])
+    square = np.zeros((n + max(len(sight), drive.shape[1]),) * 2)
+    square[:n, :n], square[:n, n : n + drive.shape[1]], square[n : n + len(sight), :n] = plant.state, drive, sight
+    t = scipy.linalg.matrix_balance(square, permute=False, separate=True)[1][0][:n]
+    scaled = replace(
+        problem,
+        plant=Plant(plant.state * t / t[:, None], plant.input * r / t[:, None], plant.output * t),
+        state_weight=problem.state_weight * np.outer(t, t),
+        input_weight=problem.input_weight * np.outer(r, r),
+        process_noise=problem.process_noise / np.outer(t, t),
+    )
+    return scaled, t, r
 
 
 def root(matrix: Array) -> Array:
