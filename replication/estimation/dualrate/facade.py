@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,6 +45,8 @@ if TYPE_CHECKING:
 DEFAULT_OBSERVER = "running_prediction"
 """The repaired predictor: between measurements it carries on from the last one."""
 SLOW = 'design for the rates as they are: at="slow"'
+LONGEST = 2_000
+"""Fast instants in a slow period up to which continuous gains have other levels beside theirs: more take minutes."""
 SUBSTEPS = 10
 """Points of a time response per fast period."""
 
@@ -54,42 +56,6 @@ class At(StrEnum):
 
     CONTINUOUS = "continuous"
     SLOW = "slow"
-
-
-@overload
-def design(
-    plant: Plant | control.StateSpace,
-    *,
-    period: float,
-    ratio: int | Sequence[int],
-    at: Literal["continuous"] = ...,
-    goal: str = ...,
-    level: float | None = ...,
-    hold: int | Sequence[int] = ...,
-    observer: str = ...,
-    state_weight: Any = ...,
-    input_weight: Any = ...,
-    process_noise: Any = ...,
-    sensor_noise: Any = ...,
-) -> DualRateResult: ...
-
-
-@overload
-def design(
-    plant: Plant | control.StateSpace,
-    *,
-    period: float,
-    ratio: int | Sequence[int],
-    at: Literal["slow"],
-    goal: str = ...,
-    level: float | None = ...,
-    hold: int | Sequence[int] = ...,
-    observer: str = ...,
-    state_weight: Any = ...,
-    input_weight: Any = ...,
-    process_noise: Any = ...,
-    sensor_noise: Any = ...,
-) -> SlowRateResult: ...
 
 
 def design(
@@ -191,6 +157,8 @@ def design(
 def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
     """What the continuous gains are worth beside a design at the slow rate, for the same noise and weights."""
     loop = result.loop.design
+    if loop.ratio > LONGEST:
+        return ()
     given = weights._replace(sensor=weights.sensor / loop.slow_period)
     try:
         problem = slow_problem(loop.model, period=loop.period, ratio=loop.ratio, hold=1, weights=given)

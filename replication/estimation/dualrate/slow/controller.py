@@ -145,7 +145,11 @@ def _solution(maps: Sequence[RiccatiMap], size: int) -> Array | None:
         return None
     A, G = np.stack([stage.A for stage in maps]), np.stack([stage.G for stage in maps])
     total = np.eye(size)
-    for step in np.linalg.solve((np.eye(size) + states @ G).mT, A.mT).mT:
+    try:
+        closed = np.linalg.solve((np.eye(size) + states @ G).mT, A.mT).mT
+    except np.linalg.LinAlgError:
+        return None
+    for step in closed:
         total = step @ total
     return states if np.max(np.abs(np.linalg.eigvals(total))) < STABLE else None
 

@@ -11,10 +11,9 @@ from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
 from replication.estimation.dualrate.slow.controller import Controller, Equations
 from replication.estimation.dualrate.slow.levels import beside, kalman, least_level, of_continuous_gains
-from replication.estimation.dualrate.slow.loop import closed, noise_to_output, root_mean_square
+from replication.estimation.dualrate.slow.loop import closed, gain, noise_to_output, root_mean_square
 from replication.estimation.dualrate.slow.problem import SlowProblem
 from replication.estimation.dualrate.slow.result import SlowRateResult
-from replication.estimation.linear.norms import l2_gain
 from replication.estimation.validation import positive_scalar
 
 MARGIN = 0.01
@@ -42,14 +41,14 @@ def slow_design(
 
     Raises InfeasibleError: no controller at these rates keeps the level. SolverError: rounding spoils the equations.
     """
-    controller, gain = kalman(problem)
-    reached = gain.upper
+    controller, exact = kalman(problem)
+    reached = exact.upper
     found: tuple[Evidence, ...] = ()
     if goal is Goal.HINF:
         controller, found = _worst_case(problem, reached, level)
-        gain = l2_gain(closed(problem, controller))
+        exact = gain(problem, closed(problem, controller))
     loop = closed(problem, controller)
-    noise = l2_gain(noise_to_output(problem, loop)).upper
+    noise = gain(problem, noise_to_output(problem, loop)).upper
     rates = f"sensors {problem.sensors.periods}, inputs {problem.actuators.periods}"
     evidence = (
         Evidence("goal", str(goal), "linear-quadratic-Gaussian" if goal is Goal.H2 else "H-infinity"),
@@ -64,10 +63,10 @@ def slow_design(
         *_continuous(problem, observer),
         Evidence("fast period T", problem.period, "as given", "s"),
         Evidence("ratios", rates, "as given"),
-        *beside(problem, gain.upper, reached),
+        *beside(problem, exact.upper, reached),
     )
     return SlowRateResult(
-        bracket=Bracket(gain.lower, gain.upper, EXACT_GAIN),
+        bracket=Bracket(exact.lower, exact.upper, EXACT_GAIN),
         gains=frozen({"A": controller.A, "L": controller.L, "K": controller.K}),
         evidence=evidence,
         signals=signals,
@@ -86,9 +85,7 @@ def _worst_case(problem: SlowProblem, reached: float, level: float | None) -> tu
     aim = (1 + MARGIN) * high if level is None else max(level, high)
     controller = Equations(problem).at(aim)
     if controller is None:
-        raise SolverError(
-            f"rounding spoils the Riccati equations at the level {aim!r}; ask for a larger one, or rescale"
-        )
+        raise SolverError(problem.lost())
     return controller, (
         Evidence("optimum", high, "least level of any controller at these rates; two coupled Riccati equations"),
         Evidence("optimum lies above", low, "the equations have no solution there"),

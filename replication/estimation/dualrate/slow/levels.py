@@ -12,7 +12,7 @@ from replication.estimation.dualrate.loop import close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.slow.controller import Controller, Equations
-from replication.estimation.dualrate.slow.loop import alone, closed, of_gains
+from replication.estimation.dualrate.slow.loop import alone, closed, gain, of_gains
 from replication.estimation.dualrate.slow.problem import SlowProblem, root
 from replication.estimation.linear.norms import GainBracket, l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem
@@ -31,12 +31,8 @@ def kalman(problem: SlowProblem) -> tuple[Controller, GainBracket]:
     """The linear-quadratic-Gaussian controller and its level; raises SolverError if rounding spoils it."""
     controller = Equations(problem).at(np.inf)
     if controller is None:
-        raise SolverError(
-            "the Riccati equations at the slow rate were lost in rounding: modes change by too many orders of "
-            "magnitude "
-            f"over {problem.period * problem.instants:g} s, or weights differ by too many; rescale the states"
-        )
-    return controller, l2_gain(closed(problem, controller))
+        raise SolverError(problem.lost())
+    return controller, gain(problem, closed(problem, controller))
 
 
 def least_level(problem: SlowProblem, reached: float) -> tuple[float, float]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from replication.errors import InfeasibleError, SolverError
 from replication.estimation.dualrate.loop import DualRateLoop
 from replication.estimation.dualrate.slow.controller import Controller
 from replication.estimation.dualrate.slow.problem import SlowProblem, root
+from replication.estimation.linear.norms import GainBracket, l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.multirate.simulation import white_noise_variance
 from replication.estimation.validation import Array
@@ -57,9 +59,20 @@ def noise_to_output(problem: SlowProblem, loop: PeriodicSystem) -> PeriodicSyste
     return PeriodicSystem(tuple(stages))
 
 
+def gain(problem: SlowProblem, loop: PeriodicSystem) -> GainBracket:
+    """The l2 gain of a loop that was designed to be stable; raises SolverError where it is not, by rounding."""
+    try:
+        return l2_gain(loop)
+    except InfeasibleError:
+        raise SolverError(problem.lost()) from None
+
+
 def root_mean_square(problem: SlowProblem, loop: PeriodicSystem) -> float:
-    """Of z at the fast instants, for white noise of the given intensities."""
-    return float(np.sqrt(white_noise_variance(loop) / problem.period))
+    """Of z at the fast instants, for white noise of the given intensities; raises as `gain`."""
+    try:
+        return float(np.sqrt(white_noise_variance(loop) / problem.period))
+    except InfeasibleError:
+        raise SolverError(problem.lost()) from None
 
 
 def _stage(problem: SlowProblem, transition: Array, read: Array, due: list[int], u: Array) -> Stage:

@@ -24,6 +24,8 @@ from replication.estimation.validation import Array, hidden_modes, positive_inte
 
 BOUNDARY = 1e-9
 """Real parts up to so much of the largest eigenvalue count as zero."""
+CANCELLED = 1e-12
+"""The effect of a held input, as a share of what it could be, below which it is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +67,16 @@ class SlowProblem:
     def changed(self) -> list[Array]:
         """For each instant of the period, the matrix (m, m) with ones for the inputs that change."""
         return [self.actuators.selection(k) for k in range(self.instants)]
+
+    def lost(self) -> str:
+        """What to say where rounding spoils a design."""
+        whole = self.period * self.instants
+        growth = np.exp(max(0.0, float(np.max(np.linalg.eigvals(self.plant.state).real))) * whole)
+        return (
+            f"the design at the slow rate was lost in rounding: the fastest mode grows by a factor of {growth:.3g} "
+            f"over the {whole:g} s after which the rates repeat; measure more often, or bring the weights nearer to "
+            "each other"
+        )
 
 
 def slow_problem(plant: Plant, *, period: Any, ratio: Any, hold: Any, weights: tuple[Array, ...]) -> SlowProblem:
@@ -182,7 +194,10 @@ def _moved(problem: SlowProblem) -> Iterator[Array]:
     A, step = problem.plant.state, problem.period
     still = _shifted(A)
     for j, ratio in enumerate(problem.actuators.periods):
-        effect = held(A, problem.plant.input[:, [j]], ratio * step).input
+        column = problem.plant.input[:, [j]]
+        effect = held(A, column, ratio * step).input
+        # Over whole turns of an oscillation nothing is left but rounding.
+        effect = effect * (np.linalg.norm(effect) > CANCELLED * ratio * step * np.linalg.norm(column))
         transition = scipy.linalg.expm(still * ratio * step)
         for _ in range(min(problem.instants // ratio, len(A) ** 2 + 1)):
             yield effect.T
