@@ -13,7 +13,7 @@ found = [dualrate.design(ball, period=PERIOD, ratio=int(ratio), at="slow", goal=
 
 
 def share(what: str) -> np.ndarray:
-    """How much of the best is reached: the least level of any controller over that of one; an unstable loop has none."""
+    """How much of the best is reached: the least level of all over that of one; of an unstable loop nothing."""
     levels = [result.fact(what).value for result in found]
     return np.array(
         [0 if isinstance(v, str) else r.fact("optimum").value / v for r, v in zip(found, levels, strict=True)]

@@ -313,8 +313,8 @@ def _advice(problem: DualRateDesign, discrete_gain: bool) -> str:
     if "state_feedback" not in stable:
         return f"so it is with the full state at every instant; choose a shorter period, a weaker feedback K, or {SLOW}"
     others = ", ".join(name for name in stable if name not in ("state_feedback", "fast_sensor"))
-    choice = f"choose one of the observers {others}, or {SLOW}" if others else SLOW
-    return f"with the full state at every instant it would be stable; {choice}"
+    choice = f"one of the observers {others}, or " if others else ""
+    return f"with the full state at every instant it would be stable; {SLOW}, or choose {choice}another gain L"
 
 
 def _builder(observer: str) -> Any:

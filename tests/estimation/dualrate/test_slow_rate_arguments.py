@@ -127,5 +127,5 @@ def test_the_continuous_design_advises_the_slow_rate_and_not_another_plant() -> 
 def test_what_rounding_spoils_says_so() -> None:
     """A mode that grows by ten orders of magnitude between readings has gains that floating point cannot hold."""
     wild = dualrate.make_plant([[45.0, 1.0], [0.0, -3.0]], [[1.0], [1.0]], [[1.0, 1.0]])
-    with pytest.raises(SolverError, match="lost in rounding: the fastest mode grows by a factor of .* over the 0.9 s"):
+    with pytest.raises(SolverError, match=r"lost in rounding: the fastest mode grows by a factor of .* over the 0.9 s"):
         dualrate.design(wild, period=0.01, ratio=90, at="slow")
