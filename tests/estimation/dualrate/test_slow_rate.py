@@ -263,3 +263,28 @@ def test_simulation_follows_the_running_controller() -> None:
         u = controller.command
         controller.step(None, TWO[2] @ x)
         x = step.state @ x + step.input @ u
+
+
+def test_the_limit_is_that_of_parrott_at_every_frequency() -> None:
+    """One rate and a stable plant: z = T11 v + T12 u, y = T21 v by frequency, and the projections by their factors."""
+    A, B, C = TWO[0] - np.eye(3), TWO[1], TWO[2]
+    result = dualrate.design(dualrate.make_plant(A, B, C), period=0.1, ratio=1, at="slow", **WEIGHTS)
+    problem = result.problem
+    step, n = problem.sampled, 3
+    Q, R, V = (np.linalg.cholesky(WEIGHTS[name]) for name in ("state_weight", "input_weight", "sensor_noise"))
+    drive = np.linalg.cholesky(problem.noise @ problem.noise.T)
+
+    def bound(angle: float) -> float:
+        response = np.linalg.inv(np.exp(1j * angle) * np.eye(n) - step.state)
+        T11 = np.sqrt(0.1) * np.vstack([Q.T @ response @ drive, np.zeros((2, n))])
+        T12 = np.sqrt(0.1) * np.vstack([Q.T @ response @ step.input, R.T])
+        T21 = np.hstack([C @ response @ drive, V])
+        free = T11 - T12 @ np.linalg.pinv(T12) @ T11
+        wide = np.hstack([T11, np.zeros((len(T11), 2))])
+        unseen = wide - wide @ np.linalg.pinv(T21) @ T21
+        return max(np.linalg.norm(free, 2), np.linalg.norm(unseen, 2))
+
+    highest = max(bound(angle) for angle in np.linspace(0, np.pi, 4001))
+    found = float(result.fact("limit of any smoother").value)
+    assert highest * (1 - SAME) <= found <= highest * 1.0001
+    assert found < result.value
