@@ -32,7 +32,7 @@ from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.result import DualRateResult, noise_to_output
 from replication.estimation.dualrate.slow.design import Goal, require_level, slow_design
 from replication.estimation.dualrate.slow.levels import MEASURE, beside, kalman
-from replication.estimation.dualrate.slow.loop import of_gains
+from replication.estimation.dualrate.slow.loop import gain, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
 from replication.estimation.dualrate.slow.result import SlowRateResult
 from replication.estimation.dualrate.slow.simulation import simulate_slow
@@ -163,14 +163,15 @@ def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
     try:
         problem = slow_problem(loop.model, period=loop.period, ratio=loop.ratio, hold=1, weights=given)
         best = kalman(problem)[1].upper
-        level = l2_gain(of_gains(problem, result.loop)).upper
+        level = gain(problem, of_gains(problem, result.loop)).upper
     except (InfeasibleError, InvalidInputError, SolverError):
         return ()
     own = Evidence("level from process and sensor noise", level, MEASURE)
-    lost = Evidence(
-        "loss against the slow rate", level / best, "ratio to the level of the Kalman filter there; " + SLOW
-    )
-    return (own, *((lost,) if level > (1 + LITTLE) * best else ()), *beside(problem, level, best))
+    lost = None
+    if level > (1 + LITTLE) * best > 0:
+        how = f"ratio to the level of the Kalman filter there; {SLOW}"
+        lost = Evidence("loss against the slow rate", level / best, how)
+    return (own, *((lost,) if lost else ()), *beside(problem, level, best))
 
 
 def analyse(

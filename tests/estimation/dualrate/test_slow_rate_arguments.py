@@ -129,3 +129,22 @@ def test_what_rounding_spoils_says_so() -> None:
     wild = dualrate.make_plant([[45.0, 1.0], [0.0, -3.0]], [[1.0], [1.0]], [[1.0, 1.0]])
     with pytest.raises(SolverError, match=r"lost in rounding: the fastest mode grows by a factor of .* over the 0.9 s"):
         dualrate.design(wild, period=0.01, ratio=90, at="slow")
+
+
+def test_where_no_noise_reaches_a_weighted_state_the_least_level_is_zero() -> None:
+    stable = dualrate.make_plant([[-1.0]], [[1.0]], [[1.0]])
+    for silent in ({"process_noise": [[0.0]]}, {"state_weight": [[0.0]]}):
+        assert dualrate.design(stable, **GIVEN, **silent).value < 1e-12
+        with pytest.raises(InvalidInputError, match="least worst-case gain is zero"):
+            dualrate.design(stable, **GIVEN, **silent, goal="hinf")
+
+
+def test_an_integrator_has_no_level_without_sensors_and_a_fast_sensor_is_read_at_every_instant() -> None:
+    double = dualrate.make_plant([[0, 1], [0, 0]], [[0], [1]], [[1, 0]])
+    assert dualrate.design(double, **GIVEN).fact("level without sensors").value == "infinite"
+    slow, fast = (
+        dualrate.design(double, period=0.1, ratio=5, observer=name).fact("level from process and sensor noise").value
+        for name in ("running_prediction", "fast_sensor")
+    )
+    one = dualrate.design(double, period=0.1, ratio=1, sensor_noise=[[2.0]])
+    assert slow != fast and one.fact("level from process and sensor noise").value > 0

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from replication.errors import InfeasibleError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.results import Evidence
 from replication.estimation.dualrate.gains import Weights, continuous_gains
@@ -14,8 +16,7 @@ from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.slow.controller import Controller, Equations
 from replication.estimation.dualrate.slow.loop import alone, closed, gain, of_gains
 from replication.estimation.dualrate.slow.problem import SlowProblem, root
-from replication.estimation.linear.norms import GainBracket, l2_gain
-from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.linear.norms import GainBracket
 from replication.estimation.multirate.noncausal import noncausal_bound
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
@@ -36,23 +37,27 @@ def kalman(problem: SlowProblem) -> tuple[Controller, GainBracket]:
 
 
 def least_level(problem: SlowProblem, reached: float) -> tuple[float, float]:
-    """Bracket of the least level of any controller at these rates; reached: a level that some controller has."""
-    equations, low, high = Equations(problem), 0.0, reached
-    for _ in range(DOUBLINGS):
-        if equations.margin(high) > 0:
-            break
-        low, high = high, 2 * high
-    else:
-        raise SolverError(
-            f"no level up to {high:.3g} proved achievable: rounding spoils the Riccati equations; rescale"
+    """Bracket of the least level of any controller at these rates; reached: a level that some controller has.
+
+    Raises InvalidInputError if the least level is zero, SolverError if rounding hides it.
+    """
+    if problem.decays and not (np.any(problem.state_weight) and np.any(problem.process_noise)):
+        raise InvalidInputError(
+            "the least worst-case gain is zero: no noise reaches a weighted state; give state_weight and process_noise"
         )
-    low = low or high / 2
-    while low > 0 and equations.margin(low) > 0:
-        low, high = low / 2, low
+    equations = Equations(problem)
+    high = next((level for level in _doubled(reached, 2.0) if equations.margin(level) > 0), None)
+    low = None if high is None else next((level for level in _doubled(high, 0.5) if equations.margin(level) <= 0), None)
+    if high is None or low is None:
+        raise SolverError(problem.lost())
     while high - low > SEARCH_WIDTH * high:
         middle = (low + high) / 2
         low, high = (low, middle) if equations.margin(middle) > 0 else (middle, high)
     return low, high
+
+
+def _doubled(level: float, factor: float) -> Iterator[float]:
+    return (level * factor**power for power in range(DOUBLINGS))
 
 
 def limit(problem: SlowProblem) -> float | None:
@@ -72,7 +77,7 @@ def limit(problem: SlowProblem) -> float | None:
     for plant, schedule in ((sensor, sensors), (dual, always)):
         try:
             found.append(noncausal_bound(MultirateProblem(plant, schedule)).lower)
-        except SolverError:
+        except (InvalidInputError, SolverError):
             continue
     return max(found, default=None)
 
@@ -90,11 +95,11 @@ def of_continuous_gains(problem: SlowProblem, observer: str) -> float | None:
         return None
     design = DualRateDesign(problem.plant, K, L, problem.period, problem.sensors.periods[0])
     loop = of_gains(problem, close_loop(design, OBSERVERS[observer]))
-    return l2_gain(loop).upper if loop.spectral_radius() < 1 else None
+    return gain(problem, loop).upper if loop.spectral_radius() < 1 else None
 
 
 def beside(problem: SlowProblem, level: float, of_kalman: float) -> tuple[Evidence, ...]:
     """What a level is worth: without sensors, of the Kalman filter, of the non-causal limit; advice."""
-    free: PeriodicSystem = alone(problem)
-    without = l2_gain(free).upper if free.spectral_radius() < 1 else None
-    return baselines(level, MEASURE, without=without, kalman=of_kalman, limit=limit(problem))
+    without = gain(problem, alone(problem)).upper if problem.decays else None
+    compared = 0.0 if without == 0.0 else level  # what is left of a level then is rounding
+    return baselines(compared, MEASURE, without=without, kalman=of_kalman, limit=limit(problem))

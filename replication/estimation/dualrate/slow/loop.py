@@ -13,6 +13,9 @@ from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.multirate.simulation import white_noise_variance
 from replication.estimation.validation import Array
 
+SILENT = 1e-60
+"""A mean square below it is zero."""
+
 
 def closed(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
     """State (x, x^, u before); inputs d and the noise of the readings, in units of their weights; outputs T^(1/2) z."""
@@ -32,8 +35,8 @@ def closed(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
 def of_gains(problem: SlowProblem, loop: DualRateLoop) -> PeriodicSystem:
     """The same of a loop with gains that were designed in continuous time and one slow sensor period."""
     stages = []
-    for k, step in enumerate(loop.steps):
-        due = list(range(len(problem.plant.output))) if k == 0 else []
+    for step in loop.steps:
+        due = list(range(len(problem.plant.output))) if np.any(step.noise) else []
         stages.append(_stage(problem, step.state, step.noise[:, due], due, step.input_state))
     return PeriodicSystem(tuple(stages))
 
@@ -62,7 +65,8 @@ def noise_to_output(problem: SlowProblem, loop: PeriodicSystem) -> PeriodicSyste
 def gain(problem: SlowProblem, loop: PeriodicSystem) -> GainBracket:
     """The l2 gain of a loop that was designed to be stable; raises SolverError where it is not, by rounding."""
     try:
-        return l2_gain(loop)
+        # The norm is searched for around levels whose squares must be numbers.
+        return l2_gain(loop) if white_noise_variance(loop) > SILENT else GainBracket(0.0, 0.0, 0.0)
     except InfeasibleError:
         raise SolverError(problem.lost()) from None
 

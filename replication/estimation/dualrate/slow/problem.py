@@ -23,7 +23,9 @@ from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.validation import Array, hidden_modes, positive_integer, positive_scalar, undetectable_mode
 
 BOUNDARY = 1e-9
-"""Real parts up to so much of the largest eigenvalue count as zero."""
+"""Real parts up to so much, in 1/s or of the largest eigenvalue, count as zero."""
+LONGEST = 10_000
+"""Fast periods after which the rates must repeat: a design takes minutes then."""
 CANCELLED = 1e-12
 """The effect of a held input, as a share of what it could be, below which it is rounding."""
 
@@ -68,6 +70,11 @@ class SlowProblem:
         """For each instant of the period, the matrix (m, m) with ones for the inputs that change."""
         return [self.actuators.selection(k) for k in range(self.instants)]
 
+    @property
+    def decays(self) -> bool:
+        """Whether the plant is stable when it is left alone."""
+        return bool(np.max(np.linalg.eigvals(self.plant.state).real) < -BOUNDARY)
+
     def lost(self) -> str:
         """What to say where rounding spoils a design."""
         whole = self.period * self.instants
@@ -88,10 +95,10 @@ def slow_problem(plant: Plant, *, period: Any, ratio: Any, hold: Any, weights: t
     T = positive_scalar("period T", period, unit="seconds")
     sensors = _schedule("ratio", ratio, len(plant.output), "sensor")
     actuators = _schedule("hold", hold, plant.input.shape[1], "input")
-    if lcm(sensors.period, actuators.period) > MAX_RATIO:
+    if (instants := lcm(sensors.period, actuators.period)) > LONGEST:
         raise InvalidInputError(
-            f"ratio and hold repeat together only after {lcm(sensors.period, actuators.period)} fast periods, "
-            f"more than {MAX_RATIO}; choose ratios with common factors, or a longer fast period"
+            f"ratio and hold repeat together only after {instants} fast periods, more than {LONGEST}; choose ratios "
+            "with common factors, or a longer fast period"
         )
     problem = SlowProblem(plant, T, sensors, actuators, *weights)
     _require_stabilisable(problem)
