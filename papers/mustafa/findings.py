@@ -58,8 +58,8 @@ def findings(results: Results) -> tuple[str, ...]:
 def _covers(e: int, found: Mapping[str, float]) -> str:
     if found["constant_bound"] < 1:
         return (
-            f"The printed grid of the {WORDS[e]} example satisfies (8) over the whole range, for constant changes and "
-            "for all in modal coordinates; only (9) fails."
+            f"With its motor constant corrected, the {WORDS[e]} example's grid satisfies (8) over the range, for "
+            "constant changes and all in modal coordinates; only (9) fails."
         )
     return (
         f"In the {WORDS[e]} example one element does not satisfy (8); with (8) for (9) the corrected algorithm ends "
