@@ -24,7 +24,7 @@ GAIN, LEAST, GIVEN, EVERY = (
     "filters of form (4)",
 )
 SEQUENCES = {"samples": "every sequence, samples", "duration": "every sequence, seconds"}
-"""Readings of the paper: what its norms count."""
+"""What the norms count: samples, a reading of the paper, or seconds, beyond its text."""
 AT_ONE_PERIOD = (NO_READING, "least nominal level", "periods of the grid")
 
 
@@ -32,7 +32,8 @@ def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     """At one constant period both norms count alike, and the text speaks of it as nominal."""
     if parameters["from"] == parameters["to"]:
         return (*AT_ONE_PERIOD, "level of the filter found")
-    return (SEQUENCES[parameters["weight"]],)
+    some = ("a level, whichever",) if parameters["weight"] == "samples" else ()
+    return (SEQUENCES[parameters["weight"]], *some)
 
 
 def _range(parameters: Mapping[str, Any]) -> dict[str, Any]:
