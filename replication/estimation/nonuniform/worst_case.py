@@ -18,7 +18,7 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from replication.errors import InvalidInputError
-from replication.estimation.nonuniform.filters import Filter, error_output, error_step, require_settling
+from replication.estimation.nonuniform.filters import Estimator, error_output, error_step
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.validation import Array, as_array, positive_integer
 
@@ -50,28 +50,19 @@ class BadSequence:
     runs: tuple[int, ...]
 
 
-def simulate_error(plant: SampledPlant, filter_: Filter, periods: Array, w: Array) -> Array:
+def simulate_error(plant: SampledPlant, filter_: Estimator, periods: Array, w: Array) -> Array:
     """e_0 ... e_K of eq. (5) from rest for the periods (K,) and disturbances w (K, m), of shape (K + 1, s).
 
     Raises InvalidInputError for periods that are not positive, another length of w, or a filter that does not fit.
     """
     periods = as_periods("periods", periods)
     w = as_array("w", w, (len(periods), plant.B.shape[1]), axes="(K, m)")
-    n, nf = plant.order, len(filter_.A)
-    transitions = plant.transitions(periods)
-    output = error_output(plant, filter_)
-    x, estimate = np.zeros(n), np.zeros(nf)
-    errors = [output @ np.concatenate([x, estimate])]
-    for step, disturbance in zip(transitions, w, strict=True):
-        estimate = filter_.A @ estimate + filter_.B @ (plant.C @ x + plant.D @ disturbance)
-        x = step[:n, :n] @ x + step[:n, n:] @ disturbance
-        errors.append(output @ np.concatenate([x, estimate]))
-    return np.array(errors)
+    return filter_.errors(plant, plant.transitions(periods), w)
 
 
 def sequence_gain(
     plant: SampledPlant,
-    filter_: Filter,
+    filter_: Estimator,
     periods: Array,
     *,
     per_duration: bool = False,
@@ -112,7 +103,7 @@ def sequence_gain(
     return float(np.linalg.norm(forward(w))), np.asarray(w.reshape(count, inputs) / root)
 
 
-def _error_steps(plant: SampledPlant, filter_: Filter, periods: Array) -> tuple[Array, Array, Array]:
+def _error_steps(plant: SampledPlant, filter_: Estimator, periods: Array) -> tuple[Array, Array, Array]:
     """Stacks of A-bar(h_k), B-bar(h_k), and C-bar."""
     distinct, which = np.unique(periods, return_inverse=True)
     upper = plant.transitions(distinct)[which][:, : plant.order]
@@ -141,7 +132,7 @@ def repeated(periods: PeriodRange, runs: Sequence[int], horizon: int) -> Array:
 
 def worst_sequence(
     plant: SampledPlant,
-    filter_: Filter,
+    filter_: Estimator,
     periods: PeriodRange,
     *,
     horizon: int,
@@ -154,7 +145,7 @@ def worst_sequence(
     are adjusted, a lower bound of the gain over all sequences. Raises InvalidInputError if the filter does not fit,
     InfeasibleError if A_f is not Schur stable (the gain is infinite).
     """
-    require_settling(plant, filter_)
+    filter_.require_settling(plant)
 
     def gain_over(samples: int) -> Callable[[Runs], float]:
         def gain(runs: Runs) -> float:

@@ -132,12 +132,11 @@ def _missed(system: ErrorSystem, hull: Enclosure) -> Array:
 
     With T = [T_1, T_2] and T_1 = Q S, what is missed of x is measured in the coordinates S x, and Q changes no norm.
     """
-    n, inverse = system.plant.order, np.linalg.inv(system.T)
-    plain = hull.remainder() * np.linalg.norm(system.T, 2) * max(float(np.linalg.norm(inverse, 2)), 1.0)
+    n, entry = system.plant.order, system.entry
+    plain = hull.remainder() * np.linalg.norm(system.T, 2) * np.linalg.norm(entry, 2)
     frame = np.eye(len(hull.generator))
     frame[:n, :n] = np.linalg.qr(system.T[:, :n], mode="r")
-    reached = max(float(np.linalg.norm(frame[:n, :n] @ inverse[:n], 2)), 1.0)
-    return np.minimum(plain, hull.remainder(frame) * reached)
+    return np.asarray(np.minimum(plain, hull.remainder(frame) * np.linalg.norm(frame @ entry, 2)))
 
 
 def _allowance(system: ErrorSystem, steps: Array, P: Array, missed: Array) -> Array:

@@ -1,0 +1,92 @@
+"""The filter that knows the time stamps: one gain for the sample, then the plant's own dynamics over the known period.
+
+x^(k|k) = x^(k) + G_x v, w^(k) = G_w v with v = y(k) - C x^(k); x^(k+1) = Phi(h_k) x^(k|k) + Gamma(h_k) w^(k). This is
+K(h) = [Phi(h), Gamma(h)] G, a gain that depends on the period as the plant itself does. The error follows
+e+ = [Phi(h), Gamma(h)] (I - G [C, D]) [e; w]: linear in the transition, so that what proves levels for the robust
+filter proves them for this one. It does not depend on x: the plant may be unstable.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.validation import Array, as_matrix
+
+
+class StampedPlant(SampledPlant):
+    """Eqs. (1) to (3) for a filter that knows the periods: A may have eigenvalues anywhere.
+
+    Parameters
+    ----------
+    A : array (n, n)
+        Dynamics, in 1/s; stable, integrating or unstable.
+    B : array (n, m)
+        Effect of the disturbance w, which is held between samples.
+    C : array (r, n)
+        Sensors.
+    D : array (r, m)
+        Effect of w on the sensors, their noise.
+    L : array (s, n)
+        What is estimated.
+
+    Raises
+    ------
+    InvalidInputError
+        As `SampledPlant`, but for the eigenvalues of A.
+    """
+
+    settles = False
+
+
+@dataclass(frozen=True, eq=False)
+class StampedFilter:
+    """G (n + m, r): what each innovation adds to the estimates of state and held disturbance."""
+
+    G: Array
+
+    def __post_init__(self) -> None:
+        """Check and freeze the gain."""
+        object.__setattr__(self, "G", as_matrix("G", self.G))
+
+    def error_output(self, plant: SampledPlant) -> Array:
+        """L."""
+        wanted = (plant.order + plant.B.shape[1], len(plant.C))
+        if self.G.shape != wanted:
+            raise InvalidInputError(f"G must have shape (n + m, r) = {wanted}, got shape {self.G.shape}")
+        return plant.L
+
+    def error_step(self, plant: SampledPlant, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
+        """The state and input matrices of the error."""
+        step = np.concatenate([Phi, Gamma], axis=-1) @ self.entry(plant)
+        return step[..., : plant.order], step[..., plant.order :]
+
+    def entry(self, plant: SampledPlant) -> Array:
+        """I - G [C, D], a projection if G attributes each innovation to state and disturbance without rest."""
+        return np.asarray(np.eye(len(self.G)) - self.G @ np.hstack([plant.C, plant.D]))
+
+    def errors(self, plant: SampledPlant, transitions: Array, w: Array) -> Array:
+        """L e, where e = x - x^ is followed by itself: x may grow without bound."""
+        entry, error = self.entry(plant), np.zeros(plant.order)
+        found = [plant.L @ error]
+        for step, disturbance in zip(transitions, w, strict=True):
+            error = step[: plant.order] @ (entry @ np.concatenate([error, disturbance]))
+            found.append(plant.L @ error)
+        return np.array(found)
+
+    def require_settling(self, plant: SampledPlant) -> None:
+        """The gain must fit; whether the error settles depends on the periods."""
+        self.error_output(plant)
+
+    def in_coordinates(self, T: Array) -> Self:
+        """The same for the plant with state T x."""
+        n = len(T)
+        return type(self)(np.vstack([T @ self.G[:n], self.G[n:]]))
+
+    def in_units(self, units: Array) -> Self:
+        """Itself: its state is the estimate of the plant's."""
+        return self
