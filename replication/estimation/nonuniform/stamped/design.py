@@ -5,8 +5,8 @@ A gain K(h), whatever it does with the period h, has the level gamma with V = e'
     N' (diag(X, gamma^2 I) - [Phi, Gamma]' X [Phi, Gamma] - diag(L'L, 0)) N >= 0    for all h,
 
 where the columns of N span the kernel of [C, D]: the gain is eliminated (Gahinet and Apkarian, Int. J. Robust Nonlinear
-Control 4 (1994)). The unknowns are X and gamma^2 alone. One gain that meets it is [Phi, Gamma] G, where G is that of the
-central filter (Hassibi, Sayed and Kailath, Indefinite-Quadratic Estimation (1999), ch. 4) at the covariance gamma^2
+Control 4 (1994)). The unknowns are X and gamma^2 alone. One gain that meets it is [Phi, Gamma] G, where G is that of
+the central filter (Hassibi, Sayed and Kailath, Indefinite-Quadratic Estimation (1999), ch. 4) at the covariance gamma^2
 X^-1. The periods at which it is asked for are found by exchange.
 """
 
@@ -75,7 +75,7 @@ def stamped_design(plant: SampledPlant, periods: PeriodRange) -> StampedDesign:
                 "the least level for these periods cannot be told from zero, and no filter attains zero: a sensor "
                 "without noise of its own may reveal the disturbance; widen the range or describe the noise by D"
             )
-        filter_ = central(scaled, found).in_coordinates(np.linalg.inv(T))
+        filter_ = central(scaled, found).in_coordinates(np.asarray(np.linalg.inv(T)))
         level = scale * float(np.sqrt(found.delta))
         T, scale = np.linalg.cholesky(found.X / found.delta).T @ T, level
     return StampedDesign(level, filter_, violation, rounds, report)
@@ -87,7 +87,7 @@ def central(plant: SampledPlant, found: Storage) -> StampedFilter:
     Q = found.delta * np.linalg.inv(left)
     spread = np.vstack([Q @ plant.C.T, plant.D.T])
     innovation = plant.C @ Q @ plant.C.T + plant.D @ plant.D.T
-    return StampedFilter(np.linalg.solve(innovation, spread.T).T)
+    return StampedFilter(np.asarray(np.linalg.solve(innovation, spread.T).T))
 
 
 def violations(plant: SampledPlant, kernel: Array, found: Storage, transitions: Array) -> Array:

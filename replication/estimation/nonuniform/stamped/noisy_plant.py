@@ -17,6 +17,7 @@ from replication.estimation.validation import Array, as_matrix, undetectable_mod
 if TYPE_CHECKING:
     import control
 
+NOT_GIVEN: Any = None
 ROUNDING = 1e-12
 """Asymmetry and negative eigenvalues, relative to the largest entry, that count as rounding."""
 
@@ -65,10 +66,10 @@ class NoisyPlant:
     C: Array
     Q: Array
     R: Array
-    B: Array | None = None
+    B: Array = NOT_GIVEN
     S: Array | None = None
-    P0: Array | None = None
-    sensors: Sequence[str] | None = None
+    P0: Array = NOT_GIVEN
+    sensors: Sequence[str] = NOT_GIVEN
 
     if TYPE_CHECKING:
         # Type checkers see that lists do; the fields themselves are arrays.

@@ -58,7 +58,6 @@ class Recursion:
         """The recursion of a plant."""
         n = plant.order
         white = np.zeros((n, n)) if plant.S is not None else plant.Q
-        assert plant.B is not None
         return cls(plant, Transition.of(plant.A, np.hstack([plant.B, np.eye(n)]), white))
 
     def update(self, prior: Estimate, y: Array, u: Array) -> Instant:

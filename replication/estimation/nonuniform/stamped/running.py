@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.nonuniform.stamped.c_form import c_form
 from replication.estimation.nonuniform.stamped.noisy_plant import NoisyPlant, covariance
 from replication.estimation.nonuniform.stamped.recursion import Estimate, Instant, Recursion
 from replication.estimation.nonuniform.stamped.samples import as_input, as_sample, as_time
+from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.validation import Array, as_array, positive_scalar
 
 
@@ -74,7 +76,6 @@ class StampedKalman:
         n = self.plant.order
         x = np.zeros(n) if estimate is None else as_array("estimate", estimate, (n,))
         P = self.plant.P0 if P0 is None else covariance("P0", P0, n)
-        assert P is not None
         self._instants: tuple[Instant, ...] = ()
         start = Estimate(np.nan if t is None else as_time("t", t), np.array(x), np.array(P))
         self._start = start
@@ -173,12 +174,38 @@ class StampedKalman:
         newest = self._newest()
         return np.array(newest.innovation), np.array(newest.spread)
 
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """The filter as one C99 file that compiles by itself, for samples in order.
+
+        Parameters
+        ----------
+        name : str
+            C identifier of at most 31 characters with which every name begins.
+        comment : str
+            What it is, for the top of the file.
+
+        Returns
+        -------
+        str
+            `NAME_init`, `NAME_step` and `NAME_predict`, which do what `reset`, `step` and `predict` do; NAN where a
+            sensor did not measure.
+
+        Raises
+        ------
+        InvalidInputError
+            `name` is no C identifier, or noise is held.
+        """
+        plant = self.plant
+        if plant.S is not None:
+            raise InvalidInputError("a filter of held noise (S) has no C form; describe the noise as white, without S")
+        transition = Transition.of(plant.A, plant.B, plant.Q)
+        return c_form(name, comment, transition, plant.C, plant.B.shape[1], {"noise": plant.R, "start": plant.P0})
+
     @property
     def _names(self) -> tuple[str, ...]:
-        return tuple(self.plant.sensors or ())
+        return tuple(self.plant.sensors)
 
     def _no_input(self) -> Array:
-        assert self.plant.B is not None
         return np.zeros(self.plant.B.shape[1])
 
     def _newest(self) -> Instant:

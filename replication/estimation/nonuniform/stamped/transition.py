@@ -53,8 +53,10 @@ class Transition:
     def at(self, h: float) -> tuple[Array, Array, Array]:
         """Phi (n, n), Gamma (n, m) and Q (n, n) over h >= 0, s."""
         n, m = self.order, self.inputs
-        doublings = int(np.ceil(np.log2(max(self.rate * h / SHORT, 1.0))))
-        powers = (h / 2.0**doublings) ** np.arange(DEGREE + 1)
+        doublings = 0
+        while self.rate * h > SHORT:
+            h, doublings = h / 2, doublings + 1
+        powers = h ** np.arange(DEGREE + 1)
         whole = np.tensordot(powers, self.table, axes=1)
         Phi, Gamma, Q = whole[:, :n], whole[:, n : n + m], whole[:, n + m :]
         for _ in range(doublings):

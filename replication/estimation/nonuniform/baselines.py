@@ -1,0 +1,73 @@
+"""What a level over a range of periods is worth: other estimators at the constant periods of the range."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.linalg
+
+from replication.estimation.api.baselines import baselines
+from replication.estimation.api.results import Evidence
+from replication.estimation.nonuniform.filters import Estimator, Filter, kalman_filter, periodic_gain
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+
+NODES = 9
+"""Constant periods at which other estimators are compared."""
+ANGLES = 181
+"""Frequencies between standing still and half the sampling frequency at which a smoother is looked at."""
+KNOWN = 1.5
+"""Where knowing the period is worth such a factor at constant periods, that is told."""
+SETTLED = 1 - 1e-9
+"""Spectral radius from which on a plant counts as one whose state does not decay."""
+
+
+def constant_baselines(
+    plant: SampledPlant, filter_: Estimator, periods: PeriodRange, *, stamped: bool = False
+) -> tuple[Evidence, ...]:
+    """Largest gains at constant periods of the range: of this filter, of no sensor, of Kalman filters, of a smoother.
+
+    stamped: the filter knows the period.
+    """
+    nodes = [float(h) for h in periods.nodes(NODES if periods.h_l < periods.h_u else 1)]
+
+    def largest(filters: Sequence[Estimator]) -> float:
+        return max(periodic_gain(plant, one, [h]).value for one, h in zip(filters, nodes, strict=True))
+
+    own = largest([filter_] * len(nodes))
+    known = [kalman_filter(plant, h) for h in nodes]
+    filters = [one for one in known if one is not None]
+    kalman = largest(filters) if len(filters) == len(nodes) else None
+    how = f"largest of {len(nodes)} constant periods"
+    facts = [Evidence("level at constant periods", own, f"this filter; {how}")]
+    limit = max(smoother_limit(plant, h) for h in nodes)
+    facts += baselines(own, how, without=without_sensors(plant, nodes), kalman=kalman, limit=limit)
+    if not stamped and kalman is not None and kalman < own / KNOWN:
+        told = f"{own / kalman:.2g} times the level of Kalman filters that know the period"
+        facts.append(Evidence("advice", told, "if each sample has a time stamp, use `design_stamped`, which takes it"))
+    return tuple(facts)
+
+
+def without_sensors(plant: SampledPlant, periods: Sequence[float]) -> float | None:
+    """The largest gain of the estimate zero at constant periods; None if it is infinite."""
+    if np.max(np.abs(np.linalg.eigvals(plant.discretise(max(periods))[0]))) >= SETTLED:
+        return None
+    zero = Filter(np.zeros((1, 1)), np.zeros((1, len(plant.C))), np.zeros((len(plant.L), 1)))
+    return max(periodic_gain(plant, zero, [h]).value for h in periods)
+
+
+def smoother_limit(plant: SampledPlant, h: float) -> float:
+    """The gain from disturbances that the sensors do not see to z, at the worst of ANGLES frequencies: what no
+    estimator beats at the constant period h, even if it knows all samples, past and future."""
+    Phi, Gamma = plant.discretise(h)
+    n = plant.order
+    lower = np.hstack([plant.C, plant.D])
+    worst = 0.0
+    for angle in np.linspace(0.0, np.pi, ANGLES):
+        upper = np.hstack([np.exp(1j * angle) * np.eye(n) - Phi, -Gamma])
+        # Pairs [x; w] that go on for ever at this frequency while y stays zero; w = 0 where a mode is not seen.
+        unseen = scipy.linalg.null_space(np.vstack([upper, lower]))
+        if unseen.size and np.linalg.matrix_rank(unseen[n:]) == unseen.shape[1]:
+            x, w = unseen[:n], unseen[n:]
+            worst = max(worst, float(np.linalg.norm(plant.L @ x @ np.linalg.pinv(w), 2)))
+    return worst

@@ -1,0 +1,170 @@
+"""What a filter with time stamps guarantees for every sampling sequence, as a result."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from replication.drawing.panel import Panel
+from replication.errors import InvalidInputError, SolverError
+from replication.estimation.api.results import Bracket, Evidence, GainResult
+from replication.estimation.api.shown import frozen
+from replication.estimation.api.signals import Signals
+from replication.estimation.nonuniform.baselines import constant_baselines, without_sensors
+from replication.estimation.nonuniform.bracket import WorstCaseGain
+from replication.estimation.nonuniform.filters import kalman_filter, periodic_gain
+from replication.estimation.nonuniform.nominal import riccati_filter
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.result import BOTH_ENDS, NODES, QUANTITY, both_ends
+from replication.estimation.nonuniform.stamped.observer import StampedObserver
+from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter
+from replication.estimation.validation import Array, positive_scalar
+
+if TYPE_CHECKING:
+    import control
+
+AXES = {"G_x": "(state, measurement)", "G_w": "(disturbance, measurement)"}
+FLOOR = 1e-4
+"""Relative distance at which the search for the level of no filter ends."""
+HALVINGS = 40
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class StampedResult(GainResult):
+    """A filter that takes time stamps (gain G = [G_x; G_w]) with both ends of its worst-case gain.
+
+    Attributes
+    ----------
+    plant : SampledPlant
+        The plant for which the level holds.
+    filter : StampedFilter
+        x^(k|k) = x^(k) + G_x v, w^(k) = G_w v with v = y(k) - C x^(k); then the plant's own dynamics over h_k.
+    periods : PeriodRange
+        The sampling periods for which it holds, s.
+    known : array (n, p)
+        Effect of known inputs.
+    gain : WorstCaseGain
+        `gain.attack` attains the lower end of the bracket, `gain.guarantee` proves the upper one.
+    """
+
+    method: str = "nonuniform with time stamps"
+    quantity: str = QUANTITY
+    axes: Mapping[str, str] = field(default_factory=AXES.copy)
+    plant: SampledPlant
+    filter: StampedFilter
+    periods: PeriodRange
+    known: Array
+    gain: WorstCaseGain
+
+    def observer(self) -> StampedObserver:
+        """The filter, to run in a loop: `step(y, t=...)`.
+
+        Returns
+        -------
+        StampedObserver
+            One step for each sample.
+        """
+        return StampedObserver(self.plant, self.filter, self.periods, self.known, self.signals.measurements)
+
+    def to_statespace(self, h: float | None = None) -> control.StateSpace:
+        """The filter from y to z^ at one constant period.
+
+        Parameters
+        ----------
+        h : float, optional
+            The period, s; the middle of the range unless given.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time, without known inputs.
+
+        Raises
+        ------
+        InvalidInputError
+            h is not positive.
+        """
+        import control
+
+        period = self.periods.middle if h is None else positive_scalar("h", h, unit="s")
+        K = self.plant.transition(period)[: self.plant.order] @ self.filter.G
+        Phi, _ = self.plant.discretise(period)
+        feedthrough = np.zeros((len(self.plant.L), len(self.plant.C)))
+        system = control.StateSpace(Phi - K @ self.plant.C, K, self.plant.L, feedthrough, period)
+        system.set_inputs(list(self.signals.measurements))
+        system.set_outputs([f"estimate of {name}" for name in self.signals.outputs])
+        return system
+
+    def panels(self) -> tuple[Panel, ...]:
+        """The gain at constant periods over the range, of this filter and of Kalman filters made for each."""
+        periods = self.periods.nodes(NODES if self.periods.h_l < self.periods.h_u else 2)
+        curves = {"constant period": self._gains([self.filter] * len(periods), periods)}
+        known = [kalman_filter(self.plant, float(h)) for h in periods]
+        if all(known):
+            curves["Kalman filters"] = self._gains(known, periods)
+        lower = self.bracket.lower
+        return self._panel(periods, "sampling period (s)", "gain to the error", curves, worst_sequence_found=lower)
+
+    def _gains(self, filters: list[StampedFilter], periods: Array) -> Array:
+        pairs = zip(filters, periods, strict=True)
+        return np.array([periodic_gain(self.plant, one, [float(h)]).value for one, h in pairs])
+
+
+def stamped_result(
+    plant: SampledPlant,
+    signals: Signals,
+    filter_: StampedFilter,
+    periods: PeriodRange,
+    known: Array,
+    evidence: tuple[Evidence, ...],
+    leaves: int,
+    horizon: int,
+) -> StampedResult:
+    """Both ends of the filter's worst-case gain, and what else is known of it, after the `evidence` of its design.
+
+    Where that of no sensor is less, the filter is that of gain zero.
+    """
+    gain, ends = both_ends(plant, filter_, periods, leaves, horizon)
+    without = without_sensors(plant, periods.nodes(3).tolist())
+    if without is not None and gain.upper > without:
+        zero = StampedFilter(np.zeros_like(filter_.G))
+        other, found = both_ends(plant, zero, periods, leaves, horizon)
+        if other.upper <= gain.upper:
+            filter_, gain, ends = zero, other, found
+    facts = [*evidence, *ends]
+    if (least := floor_of_any_filter(plant, periods, gain.upper)) is not None:
+        facts.append(Evidence("least level of any filter", least, "Riccati recursion, the worst constant period"))
+    facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
+    n = plant.order
+    return StampedResult(
+        bracket=Bracket(gain.lower, gain.upper, BOTH_ENDS),
+        gains=frozen({"G_x": filter_.G[:n], "G_w": filter_.G[n:]}),
+        evidence=(*facts, *constant_baselines(plant, filter_, periods, stamped=True)),
+        signals=signals,
+        plant=plant,
+        filter=filter_,
+        periods=periods,
+        known=known,
+        gain=gain,
+    )
+
+
+def floor_of_any_filter(plant: SampledPlant, periods: PeriodRange, level: float) -> float | None:
+    """A level below `level` that no filter has, whatever it knows: the period may be constant, at either end or in the
+    middle. None where the Riccati recursion does not tell."""
+    floors = []
+    for h in sorted(set(periods.nodes(3).tolist())):
+        low, high = 0.0, level
+        try:
+            for _ in range(HALVINGS):
+                if high - low <= FLOOR * level:
+                    break
+                middle = (low + high) / 2
+                low, high = (middle, high) if riccati_filter(plant, h, middle) is None else (low, middle)
+        except (InvalidInputError, SolverError):
+            continue
+        floors.append(low)
+    return max(floors, default=None)
