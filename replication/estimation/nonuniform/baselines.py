@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy.linalg
 
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.results import Evidence
@@ -18,6 +17,8 @@ ANGLES = 181
 """Frequencies between standing still and half the sampling frequency at which a smoother is looked at."""
 KNOWN = 1.5
 """Where knowing the period is worth such a factor at constant periods, that is told."""
+UNMOVED = 1e-9
+"""Share of the disturbance in a pair of state and disturbance below which it belongs to a mode that is not seen."""
 SETTLED = 1 - 1e-9
 """Spectral radius from which on a plant counts as one whose state does not decay."""
 
@@ -60,14 +61,16 @@ def smoother_limit(plant: SampledPlant, h: float) -> float:
     """The gain from disturbances that the sensors do not see to z, at the worst of ANGLES frequencies: what no
     estimator beats at the constant period h, even if it knows all samples, past and future."""
     Phi, Gamma = plant.discretise(h)
-    n = plant.order
-    lower = np.hstack([plant.C, plant.D])
-    worst = 0.0
-    for angle in np.linspace(0.0, np.pi, ANGLES):
-        upper = np.hstack([np.exp(1j * angle) * np.eye(n) - Phi, -Gamma])
-        # Pairs [x; w] that go on for ever at this frequency while y stays zero; w = 0 where a mode is not seen.
-        unseen = scipy.linalg.null_space(np.vstack([upper, lower]))
-        if unseen.size and np.linalg.matrix_rank(unseen[n:]) == unseen.shape[1]:
-            x, w = unseen[:n], unseen[n:]
-            worst = max(worst, float(np.linalg.norm(plant.L @ x @ np.linalg.pinv(w), 2)))
-    return worst
+    n, (r, m) = plant.order, plant.D.shape
+    if m <= r:
+        # The sensors tell apart all disturbances.
+        return 0.0
+    circle = np.exp(1j * np.linspace(0.0, np.pi, ANGLES))[:, None, None]
+    state = np.concatenate([circle * np.eye(n) - Phi, np.broadcast_to(plant.C, (ANGLES, r, n))], axis=1)
+    drive = np.broadcast_to(np.vstack([-Gamma, plant.D]), (ANGLES, n + r, m))
+    # Pairs [x; w] that go on for ever at a frequency while y stays zero.
+    unseen = np.linalg.svd(np.concatenate([state, drive], axis=2)).Vh[:, n + r :].conj().mT
+    x, w = unseen[:, :n], unseen[:, n:]
+    moved = np.linalg.svd(w, compute_uv=False)[:, -1] > UNMOVED
+    gains = np.linalg.norm(plant.L @ x[moved] @ np.linalg.pinv(w[moved]), 2, axis=(1, 2))
+    return float(np.max(gains, initial=0.0))

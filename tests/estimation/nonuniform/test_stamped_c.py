@@ -1,4 +1,4 @@
-"""The C forms of the estimators with time stamps do what Python does, over many steps, and compile without a warning."""
+"""The C forms of the estimators with time stamps do what Python does, and compile without a warning."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
 from replication.estimation.nonuniform.baselines import constant_baselines, without_sensors
 from replication.estimation.nonuniform.bracket import WorstCaseGain
-from replication.estimation.nonuniform.filters import kalman_filter, periodic_gain
+from replication.estimation.nonuniform.filters import Estimator, kalman_filter, periodic_gain
 from replication.estimation.nonuniform.nominal import riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.result import BOTH_ENDS, NODES, QUANTITY, both_ends
@@ -102,13 +102,14 @@ class StampedResult(GainResult):
         """The gain at constant periods over the range, of this filter and of Kalman filters made for each."""
         periods = self.periods.nodes(NODES if self.periods.h_l < self.periods.h_u else 2)
         curves = {"constant period": self._gains([self.filter] * len(periods), periods)}
-        known = [kalman_filter(self.plant, float(h)) for h in periods]
-        if all(known):
+        made = [kalman_filter(self.plant, float(h)) for h in periods]
+        known = [one for one in made if one is not None]
+        if len(known) == len(periods):
             curves["Kalman filters"] = self._gains(known, periods)
         lower = self.bracket.lower
         return self._panel(periods, "sampling period (s)", "gain to the error", curves, worst_sequence_found=lower)
 
-    def _gains(self, filters: list[StampedFilter], periods: Array) -> Array:
+    def _gains(self, filters: Sequence[Estimator], periods: Array) -> Array:
         pairs = zip(filters, periods, strict=True)
         return np.array([periodic_gain(self.plant, one, [float(h)]).value for one, h in pairs])
 
