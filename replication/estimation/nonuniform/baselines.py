@@ -8,8 +8,9 @@ import numpy as np
 
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.results import Evidence
-from replication.estimation.nonuniform.filters import Estimator, Filter, kalman_filter, periodic_gain
+from replication.estimation.nonuniform.filters import Estimator, Filter, periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.stamped.stamped_filter import kalman_filter
 
 NODES = 9
 """Constant periods at which other estimators are compared."""

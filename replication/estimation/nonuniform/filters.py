@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
-import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import GainBracket, l2_gain
@@ -174,23 +173,6 @@ def observer(plant: SampledPlant, h: float, K: Array) -> Filter:
     Phi, _ = plant.discretise(h)
     gain = as_matrix("K", K, rows=plant.order, columns=len(plant.C))
     return Filter(Phi - gain @ plant.C, gain, plant.L)
-
-
-def kalman_filter(plant: SampledPlant, h: float) -> Filter | None:
-    """The stationary Kalman predictor at a constant period, for white w of unit intensity.
-
-    None where the sensors' noise D D' is singular or a mode is not disturbed, and no such filter need exist.
-    """
-    Phi, Gamma = plant.discretise(h)
-    noise, crossed = plant.D @ plant.D.T, Gamma @ plant.D.T
-    if np.linalg.matrix_rank(noise) < len(noise):
-        return None
-    try:
-        P = scipy.linalg.solve_discrete_are(Phi.T, plant.C.T, Gamma @ Gamma.T, noise, s=crossed)
-    except np.linalg.LinAlgError:
-        return None
-    K = np.linalg.solve(plant.C @ P @ plant.C.T + noise, (Phi @ P @ plant.C.T + crossed).T).T
-    return observer(plant, h, K)
 
 
 def error_output(plant: SampledPlant, filter_: Estimator) -> Array:

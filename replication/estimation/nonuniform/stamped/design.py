@@ -26,7 +26,7 @@ from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.exchange import VIOLATION, scan, worst_periods
 from replication.estimation.nonuniform.guarantee.guarantee import balancing
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter
+from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, innovations_filter
 from replication.estimation.validation import Array
 
 NODES = 9
@@ -36,6 +36,10 @@ REGULAR = 1e-6
 """Noise added, relative to the disturbance, for a first guess of the error covariance where there may be none."""
 MARGIN = 1e-6
 """Relative distance above the least squared level at which the filter is taken: at it, gains may be infinite."""
+LOST = 1e13
+"""Condition of the first guess from which on some error is not bounded."""
+ZERO = 1e-9
+"""Squared level, in units of the variance of a Kalman filter's error, that may be rounding."""
 COORDINATES = 2
 """Times that the program is solved, the second one in the coordinates in which the first one's X is the identity."""
 
@@ -70,7 +74,7 @@ def stamped_design(plant: SampledPlant, periods: PeriodRange) -> StampedDesign:
         moved = plant.in_coordinates(T)
         scaled = type(plant)(moved.A, moved.B, moved.C, moved.D, moved.L / scale)
         found, violation, rounds, report = _exchanged(scaled, periods)
-        if found.delta <= report.residuals["gap"] * (1 + found.delta):
+        if found.delta <= ZERO:
             raise InfeasibleError(
                 "the least level for these periods cannot be told from zero, and no filter attains zero: a sensor "
                 "without noise of its own may reveal the disturbance; widen the range or describe the noise by D"
@@ -84,10 +88,7 @@ def stamped_design(plant: SampledPlant, periods: PeriodRange) -> StampedDesign:
 def central(plant: SampledPlant, found: Storage) -> StampedFilter:
     """G = [QC'; D'] (CQC' + DD')^-1 with Q = (P^-1 - L'L / gamma^2)^-1 and P = gamma^2 X^-1, just above the level."""
     left = symmetric(found.X - plant.L.T @ plant.L) + MARGIN * found.X
-    Q = found.delta * np.linalg.inv(left)
-    spread = np.vstack([Q @ plant.C.T, plant.D.T])
-    innovation = plant.C @ Q @ plant.C.T + plant.D @ plant.D.T
-    return StampedFilter(np.asarray(np.linalg.solve(innovation, spread.T).T))
+    return innovations_filter(plant, np.asarray(found.delta * np.linalg.inv(left)))
 
 
 def violations(plant: SampledPlant, kernel: Array, found: Storage, transitions: Array) -> Array:
@@ -138,6 +139,7 @@ def _least(plant: SampledPlant, kernel: Array, working: list[float]) -> tuple[St
             np.broadcast_to(variables, (len(working), len(variables))),
         ),
         Inequalities(-weighted[None], basis[None], variables[None, 1:]),
+        Inequalities(np.zeros((1, 1, 1)), np.ones((1, 1, 1, 1)), variables[None, :1]),
     )
     cost = np.zeros(len(variables))
     cost[0] = 1.0
@@ -157,10 +159,13 @@ def _coordinates(plant: SampledPlant, h: float) -> tuple[Array, float]:
     noise += REGULAR * np.diag(np.diag(noise) + np.diag(moved.C @ driven @ moved.C.T))
     try:
         P = scipy.linalg.solve_discrete_are(Phi.T, moved.C.T, driven, noise)
+        lost = np.linalg.cond(P) > LOST
         T = np.linalg.inv(np.linalg.cholesky(P))
     except np.linalg.LinAlgError:
+        lost = True
+    if lost:
         raise InfeasibleError(
             f"no filter settles at the period {h:.6g} s: the samples do not see every mode that grows; sample faster"
-        ) from None
+        )
     scale = float(np.sqrt(np.linalg.eigvalsh(moved.L @ P @ moved.L.T)[-1]))
     return T @ balanced, scale or 1.0

@@ -111,7 +111,9 @@ class StampedObserver:
         n = self.plant.order
         before = self._mean[:n] if self._time is None else self.predict(time)
         if self._time is not None:
-            self.outside += not self.periods.h_l <= time - self._time <= self.periods.h_u
+            rounding = 4 * np.finfo(float).eps * max(abs(time), abs(self._time))
+            low, high = self.periods.h_l - rounding, self.periods.h_u + rounding
+            self.outside += not low <= time - self._time <= high
         corrected = self.filter.G @ (sample - self.plant.C @ before)
         corrected[:n] += before
         self._mean, self._input, self._time = corrected, given, time

@@ -15,12 +15,12 @@ from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
 from replication.estimation.nonuniform.baselines import constant_baselines, without_sensors
 from replication.estimation.nonuniform.bracket import WorstCaseGain
-from replication.estimation.nonuniform.filters import Estimator, kalman_filter, periodic_gain
+from replication.estimation.nonuniform.filters import Estimator, periodic_gain
 from replication.estimation.nonuniform.nominal import riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.result import BOTH_ENDS, NODES, QUANTITY, both_ends
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
-from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter
+from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, kalman_filter
 from replication.estimation.validation import Array, positive_scalar
 
 if TYPE_CHECKING:

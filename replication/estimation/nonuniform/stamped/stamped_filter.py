@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+import scipy.linalg
 
 from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.plant import SampledPlant
@@ -90,3 +91,26 @@ class StampedFilter:
     def in_units(self, units: Array) -> Self:
         """Itself: its state is the estimate of the plant's."""
         return self
+
+
+def kalman_filter(plant: SampledPlant, h: float) -> StampedFilter | None:
+    """The stationary Kalman predictor at a constant period, for white w of unit intensity.
+
+    None where the sensors' noise D D' is singular or a mode is not disturbed, and no such filter need exist.
+    """
+    Phi, Gamma = plant.discretise(h)
+    noise, crossed = plant.D @ plant.D.T, Gamma @ plant.D.T
+    if np.linalg.matrix_rank(noise) < len(noise):
+        return None
+    try:
+        P = scipy.linalg.solve_discrete_are(Phi.T, plant.C.T, Gamma @ Gamma.T, noise, s=crossed)
+    except np.linalg.LinAlgError:
+        return None
+    return innovations_filter(plant, P)
+
+
+def innovations_filter(plant: SampledPlant, P: Array) -> StampedFilter:
+    """G = [P C'; D'] (C P C' + D D')^-1, for errors of covariance P (n, n) and white w of unit intensity."""
+    spread = np.vstack([P @ plant.C.T, plant.D.T])
+    innovation = plant.C @ P @ plant.C.T + plant.D @ plant.D.T
+    return StampedFilter(np.asarray(np.linalg.solve(innovation, spread.T).T))
