@@ -20,6 +20,7 @@ from replication.estimation.api.signals import Signals
 from replication.estimation.nonuniform.baselines import constant_baselines
 from replication.estimation.nonuniform.bracket import WorstCaseGain, worst_case_gain
 from replication.estimation.nonuniform.filters import Estimator, Filter, periodic_gain
+from replication.estimation.nonuniform.guarantee.path_lyapunov import ErrorSystem
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.validation import Array
 
@@ -161,11 +162,18 @@ def result_of(
 
 
 def both_ends(
-    plant: SampledPlant, filter_: Estimator, periods: PeriodRange, leaves: int, horizon: int
+    plant: SampledPlant,
+    filter_: Estimator,
+    periods: PeriodRange,
+    leaves: int,
+    horizon: int,
+    start: ErrorSystem | None = None,
 ) -> tuple[WorstCaseGain, tuple[Evidence, ...]]:
-    """Both ends of a filter's worst-case gain, and how they were found."""
+    """Both ends of a filter's worst-case gain, and how they were found; start: see `guaranteed_level`."""
     try:
-        gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
+        gain = worst_case_gain(
+            plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves, start=start
+        )
     except ArpackNoConvergence as error:
         raise SolverError(
             f"no worst disturbance over {horizon} samples was found ({error}): many hurt alike; change `horizon`, or "

@@ -25,6 +25,8 @@ from replication.estimation.validation import Array, as_array, positive_integer
 SEARCH_TOLERANCE = 1e-4
 FINAL_TOLERANCE = 1e-10
 """Of Lanczos; the error of the singular value is about its square."""
+DENSE, RESTARTS = 2000, 200
+"""Disturbances of at most so many numbers come from a singular value decomposition if Lanczos restarts more often."""
 Runs = tuple[int, ...]
 Value = Callable[[Runs], float]
 
@@ -98,8 +100,16 @@ def sequence_gain(
     # A fixed first guess, and fixed ones after a restart, make the result reproducible.
     rng = np.random.default_rng(0)
     guess = rng.standard_normal(count * inputs)
-    _, vectors = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance, rng=rng)
-    w = vectors[:, 0] / np.linalg.norm(vectors[:, 0])
+    small = count * inputs <= DENSE
+    try:
+        most = RESTARTS if small else None
+        found = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance, rng=rng, maxiter=most)[1]
+    except scipy.sparse.linalg.ArpackNoConvergence:
+        # The largest values lie too close together for Lanczos.
+        if not small:
+            raise
+        found = np.linalg.svd(np.array([forward(unit).ravel() for unit in np.eye(count * inputs)])).U
+    w = found[:, 0] / np.linalg.norm(found[:, 0])
     return float(np.linalg.norm(forward(w))), np.asarray(w.reshape(count, inputs) / root)
 
 

@@ -2,6 +2,7 @@
 
 import json
 import time
+from unittest.mock import patch
 
 import control
 import numpy as np
@@ -10,7 +11,7 @@ import scipy.linalg
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, some_filter, stable_plants
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import nonuniform
 from replication.estimation.nonuniform.baselines import smoother_limit, without_sensors
 from replication.estimation.nonuniform.exchange import robust_design
@@ -18,7 +19,8 @@ from replication.estimation.nonuniform.filters import error_output, error_step, 
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped.design import Storage, stamped_design, violations
+from replication.estimation.nonuniform.stamped import design as design_module
+from replication.estimation.nonuniform.stamped.design import Storage, certified_design, stamped_design, violations
 from replication.estimation.nonuniform.stamped.facade import design_stamped
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
 from replication.estimation.nonuniform.worst_case import sequence_gain, simulate_error
@@ -215,12 +217,38 @@ def test_what_cannot_be_designed_is_refused(change, message):
         design_stamped(given_.pop("plant"), **given_)
 
 
+def test_redundant_sensors_and_certificates_that_need_slack():
+    plain = stamped_design(INTEGRATORS, RANGE)
+    copied = StampedPlant(INTEGRATORS.A, INTEGRATORS.B, [[1, 0], [100, 0]], [[0, 0.1], [0, 10]], INTEGRATORS.L)
+    assert stamped_design(copied, RANGE).level == pytest.approx(plain.level, rel=LEVELS)
+    assert plain.level < stamped_design(INTEGRATORS, RANGE, slack=1e-3).level < plain.level * 1.005
+
+    def unproved(plant, filter_, periods, **options):
+        raise SolverError("no certificate")
+
+    with patch.object(design_module, "guaranteed_level", unproved):
+        assert certified_design(INTEGRATORS, RANGE).level > plain.level
+    assert certified_design(INTEGRATORS, RANGE).level == plain.level
+
+
+def test_a_flat_spectrum_has_a_worst_disturbance_too():
+    """At the optimum of one period all frequencies hurt alike, and Lanczos does not tell them apart."""
+    found = stamped_design(SWING, SWING_RANGE)
+    level, w = sequence_gain(SWING, found.filter, np.full(60, SWING_RANGE.h_u))
+    e = simulate_error(SWING, found.filter, np.full(60, SWING_RANGE.h_u), w)
+    assert np.linalg.norm(e) / np.linalg.norm(w) == pytest.approx(level, rel=1e-9)
+    columns = [simulate_error(SWING, found.filter, np.full(60, 0.1), u.reshape(60, 2))[1:, 0] for u in np.eye(120)]
+    assert level == pytest.approx(np.linalg.norm(np.array(columns), 2), rel=1e-6)
+
+
 def test_plants_without_an_answer_have_a_message():
     with pytest.raises(InvalidInputError, match="not observable"):
         StampedPlant([[1, 0], [0, 2]], np.eye(2), [[1, 0]], [[0, 1]], [[1, 0]])
     assert StampedPlant([[0]], [[1, 0]], [[1]], [[0, 0.1]], [[1]]).in_coordinates(np.eye(1)).A == 0
-    with pytest.raises(InfeasibleError, match="cannot be told from zero"):
-        design_stamped(OSCILLATOR, periods=(0.05, 0.05))
+    told = StampedPlant([[-1]], [[1]], [[1], [2]], [[0], [1]], [[1]])
+    for plant, periods in ((OSCILLATOR, (0.05, 0.05)), (told, (0.1, 0.2))):
+        with pytest.raises(InfeasibleError, match="cannot be told from zero"):
+            design_stamped(plant, periods=periods)
     # A rotation that is sampled once a turn stands still in the samples.
     turning = StampedPlant([[0.1, 1], [-1, 0.1]], [[0, 0], [1, 0]], [[1, 0]], [[0, 0.1]], [[0, 1]])
     with pytest.raises(InfeasibleError):

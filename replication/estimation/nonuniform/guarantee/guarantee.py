@@ -70,18 +70,21 @@ def guaranteed_level(
     max_leaves: int = 128,
     cuts: Sequence[float] | None = None,
     per_duration: bool = False,
+    start: ErrorSystem | None = None,
 ) -> Guarantee:
     """Upper bound of the gain ||e|| / ||w|| over every sequence of periods in the range, continuum included.
 
     cuts: inner edges of the cells (seconds), by default the middle of the range; max_leaves: 1 gives the common
-    Lyapunov function. per_duration weighs both squared norms by the interval lengths. Raises InvalidInputError if the
-    cuts do not increase inside the range or the filter does not fit, InfeasibleError if A_f is not Schur stable (the
-    gain is then infinite), SolverError if no certificate is found.
+    Lyapunov function. per_duration weighs both squared norms by the interval lengths. start: the error system in
+    coordinates and units in which its Lyapunov function is about the identity, if known. Raises InvalidInputError if
+    the cuts do not increase inside the range or the filter does not fit, InfeasibleError if A_f is not Schur stable
+    (the gain is then infinite), SolverError if no certificate is found.
     """
     limit = positive_integer("max_leaves", max_leaves)
     edges = _edges(periods, cuts)
     filter_.require_settling(plant)
-    system, best = _common(plant, filter_, periods, per_duration)
+    natural = start or _natural(plant, filter_, periods.middle, per_duration)
+    system, best = _common(natural, periods)
     history = [(1, best.level)]
     # With one cell there is nothing to tell apart.
     if len(edges) == 2 or limit < len(edges) - 1:
@@ -123,11 +126,9 @@ def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, .
     return edges
 
 
-def _common(
-    plant: SampledPlant, filter_: Estimator, periods: PeriodRange, per_duration: bool
-) -> tuple[ErrorSystem, Guarantee]:
+def _common(natural: ErrorSystem, periods: PeriodRange) -> tuple[ErrorSystem, Guarantee]:
     """The common Lyapunov function, and the error system in the coordinates and units in which it is the identity."""
-    natural, tree = _natural(plant, filter_, periods.middle, per_duration), ContextTree.one_step(1)
+    tree = ContextTree.one_step(1)
     for roundings in ROUNDINGS:
         system, samples, best = replace(natural, roundings=roundings), Samples(Cells((periods.h_l, periods.h_u))), None
         # Each solution gives the coordinates of the next, which is more accurate where the plant's are badly scaled.

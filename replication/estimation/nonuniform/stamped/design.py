@@ -24,11 +24,14 @@ from replication.estimation.conic.program import Inequalities, program_under, sy
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.exchange import VIOLATION, scan, worst_periods
-from replication.estimation.nonuniform.guarantee.guarantee import balancing
+from replication.estimation.nonuniform.guarantee.guarantee import balancing, guaranteed_level
+from replication.estimation.nonuniform.guarantee.path_lyapunov import ErrorSystem
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, innovations_filter
 from replication.estimation.validation import Array
 
+SLACKS = (3e-6, 1e-3)
+"""Excess that a certificate needs: little, and where that proves nothing, more, which costs level."""
 NODES = 9
 """Periods at the start of the exchange; the program is small."""
 MAX_ROUNDS = 40
@@ -38,6 +41,10 @@ MARGIN = 1e-6
 """Relative distance above the least squared level at which the filter is taken: at it, gains may be infinite."""
 LOST = 1e13
 """Condition of the first guess from which on some error is not bounded."""
+NO_LEVEL = (
+    "the least level for these periods cannot be told from zero, and no filter attains zero: a sensor without noise of "
+    "its own may reveal the disturbance; widen the range or describe the noise by D"
+)
 ZERO = 1e-9
 """Squared level, in units of the variance of a Kalman filter's error, that may be rounding."""
 COORDINATES = 2
@@ -46,14 +53,19 @@ COORDINATES = 2
 
 @dataclass(frozen=True, eq=False)
 class StampedDesign:
-    """level: least one with one Lyapunov function; filter: attains it; violation: largest left over the range; rounds:
-    programs solved; report: what the solver said of the last."""
+    """level: least one with one Lyapunov function; filter: attains it; T (n, n): that function is |T e|^2 level^2;
+    violation: largest left over the range; rounds: programs solved; report: what the solver said of the last."""
 
     level: float
     filter: StampedFilter
+    T: Array
     violation: float
     rounds: int
     report: SolverReport
+
+    def error(self, plant: SampledPlant) -> ErrorSystem:
+        """The error of the filter in coordinates in which its Lyapunov function is the identity."""
+        return ErrorSystem(plant, self.filter, self.T, self.level, False, np.ones(plant.order))
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,25 +76,33 @@ class Storage:
     delta: float
 
 
-def stamped_design(plant: SampledPlant, periods: PeriodRange) -> StampedDesign:
+def stamped_design(plant: SampledPlant, periods: PeriodRange, *, slack: float = SLACKS[0]) -> StampedDesign:
     """The filter of least level over the range, by one Lyapunov function.
 
+    slack: excess that the solver is asked for, in coordinates in which X is about the identity.
     Raises InfeasibleError if the level cannot be told from zero or there is none, SolverError if the rounds run out.
     """
     T, scale = _coordinates(plant, periods.middle)
     for _ in range(COORDINATES):
         moved = plant.in_coordinates(T)
         scaled = type(plant)(moved.A, moved.B, moved.C, moved.D, moved.L / scale)
-        found, violation, rounds, report = _exchanged(scaled, periods)
+        found, violation, rounds, report = _exchanged(scaled, periods, slack)
         if found.delta <= ZERO:
-            raise InfeasibleError(
-                "the least level for these periods cannot be told from zero, and no filter attains zero: a sensor "
-                "without noise of its own may reveal the disturbance; widen the range or describe the noise by D"
-            )
+            raise InfeasibleError(NO_LEVEL)
         filter_ = central(scaled, found).in_coordinates(np.asarray(np.linalg.inv(T)))
         level = scale * float(np.sqrt(found.delta))
         T, scale = np.linalg.cholesky(found.X / found.delta).T @ T, level
-    return StampedDesign(level, filter_, violation, rounds, report)
+    return StampedDesign(level, filter_, T, violation, rounds, report)
+
+
+def certified_design(plant: SampledPlant, periods: PeriodRange) -> StampedDesign:
+    """The design with the least slack for which a level is proved over the whole range; errors as `stamped_design`."""
+    found = stamped_design(plant, periods)
+    try:
+        guaranteed_level(plant, found.filter, periods, max_leaves=1, start=found.error(plant))
+    except SolverError:
+        return stamped_design(plant, periods, slack=SLACKS[-1])
+    return found
 
 
 def central(plant: SampledPlant, found: Storage) -> StampedFilter:
@@ -100,13 +120,15 @@ def violations(plant: SampledPlant, kernel: Array, found: Storage, transitions: 
     return np.asarray(-np.linalg.eigvalsh(left)[:, 0])
 
 
-def _exchanged(plant: SampledPlant, periods: PeriodRange) -> tuple[Storage, float, int, SolverReport]:
+def _exchanged(plant: SampledPlant, periods: PeriodRange, slack: float) -> tuple[Storage, float, int, SolverReport]:
     """The least level at a few periods, until no other one violates it."""
     kernel = scipy.linalg.null_space(np.hstack([plant.C, plant.D]))
+    if kernel.shape[1] == 0:
+        raise InfeasibleError(NO_LEVEL)
     candidates, transitions = scan(plant, periods)
     working = sorted(set(periods.nodes(NODES).tolist()))
     for round_ in range(1, MAX_ROUNDS + 1):
-        found, report = _least(plant, kernel, working)
+        found, report = _least(plant, kernel, working, slack)
         peaks = worst_periods(plant, partial(violations, plant, kernel, found), candidates, transitions)
         new = [h for value, h in peaks if value > VIOLATION * found.delta and h not in working]
         if not new:
@@ -118,7 +140,7 @@ def _exchanged(plant: SampledPlant, periods: PeriodRange) -> tuple[Storage, floa
     )
 
 
-def _least(plant: SampledPlant, kernel: Array, working: list[float]) -> tuple[Storage, SolverReport]:
+def _least(plant: SampledPlant, kernel: Array, working: list[float], slack: float) -> tuple[Storage, SolverReport]:
     """Minimise delta over X and delta at the periods `working`."""
     n, m = plant.B.shape
     basis = symmetric_basis(n)
@@ -130,7 +152,7 @@ def _least(plant: SampledPlant, kernel: Array, working: list[float]) -> tuple[St
     coefficients = np.broadcast_to(stored, (len(working), *stored.shape)).copy()
     coefficients[:, 1:] -= np.einsum("kax,lab,kby->klxy", steps, basis, steps, optimize=True)
     weighted = plant.L.T @ plant.L
-    demanded = kernel[:n].T @ weighted @ kernel[:n]
+    demanded = kernel[:n].T @ weighted @ kernel[:n] + slack * np.eye(kernel.shape[1])
     variables = np.arange(1 + len(basis))
     groups = (
         Inequalities(
@@ -138,7 +160,7 @@ def _least(plant: SampledPlant, kernel: Array, working: list[float]) -> tuple[St
             coefficients,
             np.broadcast_to(variables, (len(working), len(variables))),
         ),
-        Inequalities(-weighted[None], basis[None], variables[None, 1:]),
+        Inequalities(-(weighted + slack * np.eye(n))[None], basis[None], variables[None, 1:]),
         Inequalities(np.zeros((1, 1, 1)), np.ones((1, 1, 1, 1)), variables[None, :1]),
     )
     cost = np.zeros(len(variables))

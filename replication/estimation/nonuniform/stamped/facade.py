@@ -11,7 +11,7 @@ import numpy.typing as npt
 from replication.estimation.api.results import Evidence
 from replication.estimation.nonuniform.facade import HORIZON, LEAVES, SampledPlantReader, as_range
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped.design import stamped_design
+from replication.estimation.nonuniform.stamped.design import certified_design
 from replication.estimation.nonuniform.stamped.result import StampedResult, stamped_result
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedPlant
 from replication.estimation.validation import as_matrix
@@ -92,10 +92,10 @@ def design_stamped(
     checked, signals = read_plant(plant, measured=measured)
     range_ = as_range(periods)
     inputs = np.zeros((checked.order, 0)) if known is None else as_matrix("known", known, rows=checked.order)
-    found = stamped_design(checked, range_)
+    found = certified_design(checked, range_)
     facts = (
         Evidence("level of the design", found.level, "one Lyapunov function, gain free in the period"),
         Evidence("violation left", found.violation, "largest eigenvalue of its inequality over the range"),
         Evidence("solver", f"{found.report.name} {found.report.version}: {found.report.status}", "its own word"),
     )
-    return stamped_result(checked, signals, found.filter, range_, inputs, facts, leaves, horizon)
+    return stamped_result(checked, signals, found, range_, inputs, facts, leaves, horizon)

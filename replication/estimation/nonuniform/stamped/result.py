@@ -19,6 +19,7 @@ from replication.estimation.nonuniform.filters import Estimator, periodic_gain
 from replication.estimation.nonuniform.nominal import riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.result import BOTH_ENDS, NODES, QUANTITY, both_ends
+from replication.estimation.nonuniform.stamped.design import StampedDesign
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, kalman_filter
 from replication.estimation.validation import Array, positive_scalar
@@ -117,7 +118,7 @@ class StampedResult(GainResult):
 def stamped_result(
     plant: SampledPlant,
     signals: Signals,
-    filter_: StampedFilter,
+    design: StampedDesign,
     periods: PeriodRange,
     known: Array,
     evidence: tuple[Evidence, ...],
@@ -128,7 +129,8 @@ def stamped_result(
 
     Where that of no sensor is less, the filter is that of gain zero.
     """
-    gain, ends = both_ends(plant, filter_, periods, leaves, horizon)
+    filter_ = design.filter
+    gain, ends = both_ends(plant, filter_, periods, leaves, horizon, design.error(plant))
     without = without_sensors(plant, periods.nodes(3).tolist())
     if without is not None and gain.upper > without:
         zero = StampedFilter(np.zeros_like(filter_.G))

@@ -18,6 +18,9 @@ from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array, as_matrix
 
+DEPENDENT = 1e-12
+"""Eigenvalue of the correlation of the innovations that counts as zero."""
+
 
 class StampedPlant(SampledPlant):
     """Eqs. (1) to (3) for a filter that knows the periods: A may have eigenvalues anywhere.
@@ -113,4 +116,7 @@ def innovations_filter(plant: SampledPlant, P: Array) -> StampedFilter:
     """G = [P C'; D'] (C P C' + D D')^-1, for errors of covariance P (n, n) and white w of unit intensity."""
     spread = np.vstack([P @ plant.C.T, plant.D.T])
     innovation = plant.C @ P @ plant.C.T + plant.D @ plant.D.T
-    return StampedFilter(np.asarray(np.linalg.solve(innovation, spread.T).T))
+    size = np.sqrt(np.diag(innovation))
+    # Sensors that repeat each other without noise share what they tell.
+    inverse = np.linalg.pinv(innovation / np.outer(size, size), rcond=DEPENDENT, hermitian=True) / np.outer(size, size)
+    return StampedFilter(np.asarray(spread @ inverse))
