@@ -45,7 +45,7 @@ def constant_baselines(
     limit = max(smoother_limit(plant, h) for h in nodes)
     facts += baselines(own, how, without=without_sensors(plant, nodes), kalman=kalman, limit=limit)
     if not stamped and kalman is not None and kalman < own / KNOWN:
-        told = f"{own / kalman:.2g} times the level of Kalman filters that know the period"
+        told = f"Kalman filters that know the period have {kalman / own:.2g} times this level"
         facts.append(Evidence("advice", told, "if each sample has a time stamp, use `design_stamped`, which takes it"))
     return tuple(facts)
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -21,37 +22,44 @@ if TYPE_CHECKING:
 DOUBLINGS = 50
 
 
-class Estimator(Protocol):
+class Estimator(ABC):
     """What the gain of an error is found from, be the filter of form (4) or one that takes time stamps.
 
     The error follows steps [Phi, Gamma] `entry` of the plant, to which rows that do not depend on the period may be
     added; entry has the shape (n + m, N + m) for an error of N states.
     """
 
+    @abstractmethod
     def error_output(self, plant: SampledPlant) -> Array:
         """The error e as rows of its states; raises InvalidInputError if filter and plant do not fit."""
 
+    @abstractmethod
     def error_step(self, plant: SampledPlant, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
         """State and input matrices of the error, for stacks of Phi and Gamma."""
 
+    @abstractmethod
     def entry(self, plant: SampledPlant) -> Array:
         """What the transition of the plant is multiplied by from the right."""
 
+    @abstractmethod
     def errors(self, plant: SampledPlant, transitions: Array, w: Array) -> Array:
         """e_0 ... e_K from rest, one after the other."""
 
+    @abstractmethod
     def require_settling(self, plant: SampledPlant) -> None:
         """Raise InvalidInputError if the filter does not fit the plant, InfeasibleError if it cannot settle."""
 
+    @abstractmethod
     def in_coordinates(self, T: Array) -> Self:
         """The same for the plant with state T x."""
 
+    @abstractmethod
     def in_units(self, units: Array) -> Self:
         """The same with its own states divided by units."""
 
 
 @dataclass(frozen=True)
-class Filter:
+class Filter(Estimator):
     """Eq. (4): x^(k+1) = A x^(k) + B y(k), z^(k) = C x^(k).
 
     Parameters

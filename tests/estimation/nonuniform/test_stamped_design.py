@@ -1,5 +1,7 @@
 """The filter scheduled over the known period: its levels against the robust filter, Riccati, simulation, no sensor."""
 
+import doctest
+import importlib
 import json
 import time
 from unittest.mock import patch
@@ -282,3 +284,10 @@ def test_samples_that_make_no_sense_leave_the_estimate_unharmed(sample, message)
     assert np.array_equal(before[1], observer.predict(0.2))
     observer.step([1.0], t=0.9)
     assert observer.outside == 1
+
+
+@pytest.mark.parametrize("name", ["facade", "noisy_plant", "running"])
+def test_doctests(name):
+    module = importlib.import_module(f"replication.estimation.nonuniform.stamped.{name}")
+    failures, tried = doctest.testmod(module)
+    assert (failures, tried > 0) == (0, True)

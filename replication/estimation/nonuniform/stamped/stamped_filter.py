@@ -15,6 +15,7 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InvalidInputError
+from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array, as_matrix
 
@@ -23,20 +24,8 @@ DEPENDENT = 1e-12
 
 
 class StampedPlant(SampledPlant):
-    """Eqs. (1) to (3) for a filter that knows the periods: A may have eigenvalues anywhere.
-
-    Parameters
-    ----------
-    A : array (n, n)
-        Dynamics, in 1/s; stable, integrating or unstable.
-    B : array (n, m)
-        Effect of the disturbance w, which is held between samples.
-    C : array (r, n)
-        Sensors.
-    D : array (r, m)
-        Effect of w on the sensors, their noise.
-    L : array (s, n)
-        What is estimated.
+    """A `SampledPlant` for a filter that knows the periods: A need not be Hurwitz, the plant may integrate or be
+    unstable.
 
     Raises
     ------
@@ -48,7 +37,7 @@ class StampedPlant(SampledPlant):
 
 
 @dataclass(frozen=True, eq=False)
-class StampedFilter:
+class StampedFilter(Estimator):
     """G (n + m, r): what each innovation adds to the estimates of state and held disturbance."""
 
     G: Array
