@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse.linalg import ArpackNoConvergence
+from threadpoolctl import threadpool_limits
 
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError, SolverError
@@ -142,12 +143,15 @@ def result_of(
     horizon: int,
 ) -> NonuniformResult:
     """Both ends of the filter's worst-case gain, and what else is known of it, after the `evidence` of its design."""
-    gain, ends = both_ends(plant, filter_, periods, leaves, horizon)
+    # Products of small matrices gain nothing from threads, and lose much where processors are busy.
+    with threadpool_limits(1, user_api="blas"):
+        gain, ends = both_ends(plant, filter_, periods, leaves, horizon)
+        compared = constant_baselines(plant, filter_, periods)
     found = (
         *ends,
         Evidence("spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"),
         Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
-        *constant_baselines(plant, filter_, periods),
+        *compared,
     )
     return NonuniformResult(
         bracket=Bracket(gain.lower, gain.upper, BOTH_ENDS),

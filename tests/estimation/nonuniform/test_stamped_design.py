@@ -10,12 +10,15 @@ import control
 import numpy as np
 import pytest
 import scipy.linalg
+import threadpoolctl
 from hypothesis import given, settings
 from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, some_filter, stable_plants
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import nonuniform
+from replication.estimation.nonuniform import result as result_module
 from replication.estimation.nonuniform.baselines import smoother_limit, without_sensors
+from replication.estimation.nonuniform.bracket import worst_case_gain
 from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.filters import error_output, error_step, periodic_gain
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
@@ -284,6 +287,23 @@ def test_samples_that_make_no_sense_leave_the_estimate_unharmed(sample, message)
     assert np.array_equal(before[1], observer.predict(0.2))
     observer.step([1.0], t=0.9)
     assert observer.outside == 1
+
+
+def test_small_matrices_are_multiplied_on_one_thread():
+    """Threads that wait for each other cost most of the time of a design where processors are busy."""
+    importlib.import_module("replication.estimation.conic.sdpa")  # brings a BLAS of its own
+    seen = []
+
+    def spy(*given, **options):
+        pools = threadpoolctl.threadpool_info()
+        seen.append({pool["num_threads"] for pool in pools if pool["user_api"] == "blas"})
+        return worst_case_gain(*given, **options)
+
+    with threadpoolctl.threadpool_limits(2), patch.object(result_module, "worst_case_gain", spy):
+        nonuniform.design(SWING, periods=SWING_RANGE, **EFFORT)
+        design_stamped(SWING, periods=SWING_RANGE, **EFFORT)
+        assert {pool["num_threads"] for pool in threadpoolctl.threadpool_info()} == {2}
+    assert seen == [{1}, {1}]
 
 
 @pytest.mark.parametrize("name", ["facade", "noisy_plant", "running"])

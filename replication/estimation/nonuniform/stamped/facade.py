@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+from threadpoolctl import threadpool_limits
 
 from replication.estimation.api.results import Evidence
 from replication.estimation.nonuniform.facade import HORIZON, LEAVES, SampledPlantReader, as_range
@@ -92,10 +93,12 @@ def design_stamped(
     checked, signals = read_plant(plant, measured=measured)
     range_ = as_range(periods)
     inputs = np.zeros((checked.order, 0)) if known is None else as_matrix("known", known, rows=checked.order)
-    found = certified_design(checked, range_)
-    facts = (
-        Evidence("level of the design", found.level, "one Lyapunov function, gain free in the period"),
-        Evidence("violation left", found.violation, "largest eigenvalue of its inequality over the range"),
-        Evidence("solver", f"{found.report.name} {found.report.version}: {found.report.status}", "its own word"),
-    )
-    return stamped_result(checked, signals, found, range_, inputs, facts, leaves, horizon)
+    # Products of small matrices gain nothing from threads, and lose much where processors are busy.
+    with threadpool_limits(1, user_api="blas"):
+        found = certified_design(checked, range_)
+        facts = (
+            Evidence("level of the design", found.level, "one Lyapunov function, gain free in the period"),
+            Evidence("violation left", found.violation, "largest eigenvalue of its inequality over the range"),
+            Evidence("solver", f"{found.report.name} {found.report.version}: {found.report.status}", "its own word"),
+        )
+        return stamped_result(checked, signals, found, range_, inputs, facts, leaves, horizon)
