@@ -302,7 +302,7 @@ def test_small_matrices_are_multiplied_on_one_thread():
     with threadpoolctl.threadpool_limits(2), patch.object(result_module, "worst_case_gain", spy):
         nonuniform.design(SWING, periods=SWING_RANGE, **EFFORT)
         design_stamped(SWING, periods=SWING_RANGE, **EFFORT)
-        assert {pool["num_threads"] for pool in threadpoolctl.threadpool_info()} == {2}
+        assert 2 in {pool["num_threads"] for pool in threadpoolctl.threadpool_info()}
     assert seen == [{1}, {1}]
 
 
