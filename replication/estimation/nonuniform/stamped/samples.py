@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,15 @@ from replication.estimation.validation import Array, finite_vector
 
 def as_time(name: str, value: Any) -> float:
     """A finite time, s; raises InvalidInputError."""
-    if isinstance(value, (bool, np.bool_)):
-        raise InvalidInputError(f"{name} must be a finite time (s), got {value!r}")
-    try:
-        return float(finite_vector(name, [value], 1)[0])
-    except InvalidInputError:
-        raise InvalidInputError(f"{name} must be a finite time (s), got {value!r}") from None
+    return _finite(name, value, "time (s)")
+
+
+def _finite(name: str, value: Any, kind: str) -> float:
+    """A finite number; a driver hands over many, so that the check is a short one."""
+    plain = value.item() if isinstance(value, (np.ndarray, np.generic)) and value.ndim == 0 else value
+    if not isinstance(plain, (float, int)) or isinstance(plain, bool) or not isfinite(plain):
+        raise InvalidInputError(f"{name} must be a finite {kind}, got {value!r}")
+    return float(plain)
 
 
 def as_input(value: Any, size: int) -> Array:
@@ -43,9 +47,10 @@ def as_sample(value: Any, sensors: Sequence[str], *, complete: bool) -> Array:
             f"y must have {len(sensors)} entries (None where a sensor did not measure), or name its sensors, got "
             f"{value!r}"
         )
-    for name, entry in zip(sensors, entries, strict=True):
+    sample = np.full(len(sensors), np.nan)
+    for i, entry in enumerate(entries):
         if entry is not None:
-            finite_vector(f"the sample of {name}", [entry], 1)
+            sample[i] = _finite(f"the sample of {sensors[i]}", entry, "number (None where the sensor did not measure)")
         elif complete:
-            raise InvalidInputError(f"the sample of {name} is missing: held noise needs all sensors at once")
-    return np.array([np.nan if entry is None else float(entry) for entry in entries])
+            raise InvalidInputError(f"the sample of {sensors[i]} is missing: this estimator needs all sensors at once")
+    return sample

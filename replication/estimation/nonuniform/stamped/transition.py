@@ -56,8 +56,7 @@ class Transition:
         doublings = 0
         while self.rate * h > SHORT:
             h, doublings = h / 2, doublings + 1
-        powers = h ** np.arange(DEGREE + 1)
-        whole = np.tensordot(powers, self.table, axes=1)
+        whole = (h ** np.arange(DEGREE + 1) @ self.table.reshape(DEGREE + 1, -1)).reshape(n, -1)
         Phi, Gamma, Q = whole[:, :n], whole[:, n : n + m], whole[:, n + m :]
         for _ in range(doublings):
             Q, Gamma, Phi = Q + Phi @ Q @ Phi.T, Gamma + Phi @ Gamma, Phi @ Phi
