@@ -34,7 +34,7 @@ def constant_baselines(
     nodes = [float(h) for h in periods.nodes(NODES if periods.h_l < periods.h_u else 1)]
 
     def largest(filters: Sequence[Estimator]) -> float:
-        return max(periodic_gain(plant, one, [h]).value for one, h in zip(filters, nodes, strict=True))
+        return max(periodic_gain(plant, one.at(h), [h]).value for one, h in zip(filters, nodes, strict=True))
 
     own = largest([filter_] * len(nodes))
     known = [kalman_filter(plant, h) for h in nodes]

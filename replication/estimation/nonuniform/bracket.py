@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.guarantee.guarantee import Guarantee, guaranteed_level
-from replication.estimation.nonuniform.guarantee.path_lyapunov import ErrorSystem
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import BadSequence, worst_sequence
 
@@ -40,13 +39,10 @@ def worst_case_gain(
     max_leaves: int,
     cuts: Sequence[float] | None = None,
     per_duration: bool = False,
-    start: ErrorSystem | None = None,
 ) -> WorstCaseGain:
     """Both ends; see `guaranteed_level` and `worst_sequence` for the effort each argument buys and the errors
     raised."""
-    guarantee = guaranteed_level(
-        plant, filter_, periods, max_leaves=max_leaves, cuts=cuts, per_duration=per_duration, start=start
-    )
+    guarantee = guaranteed_level(plant, filter_, periods, max_leaves=max_leaves, cuts=cuts, per_duration=per_duration)
     attack = worst_sequence(
         plant, filter_, periods, horizon=horizon, final_horizon=final_horizon, per_duration=per_duration
     )

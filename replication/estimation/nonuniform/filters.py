@@ -41,9 +41,17 @@ class Estimator(ABC):
     def entry(self, plant: SampledPlant) -> Array:
         """What the transition of the plant is multiplied by from the right."""
 
+    def steps_along(self, plant: SampledPlant, periods: Array, upper: Array) -> tuple[Array, Array]:
+        """`error_step` for each of a sequence of periods, with the upper rows (K, n, n + m) of its transitions."""
+        return self.error_step(plant, upper[..., : plant.order], upper[..., plant.order :])
+
+    def at(self, h: float) -> Estimator:
+        """The filter as it is at a constant period h."""
+        return self
+
     @abstractmethod
-    def errors(self, plant: SampledPlant, transitions: Array, w: Array) -> Array:
-        """e_0 ... e_K from rest, one after the other."""
+    def errors(self, plant: SampledPlant, periods: Array, w: Array) -> Array:
+        """e_0 ... e_K from rest for a sequence of periods, one after the other."""
 
     @abstractmethod
     def require_settling(self, plant: SampledPlant) -> None:
@@ -136,9 +144,9 @@ class Filter(Estimator):
         n, nf, m = plant.order, len(self.A), plant.B.shape[1]
         return np.hstack([np.eye(n + m, n), np.zeros((n + m, nf)), np.eye(n + m, m, -n)])
 
-    def errors(self, plant: SampledPlant, transitions: Array, w: Array) -> Array:
+    def errors(self, plant: SampledPlant, periods: Array, w: Array) -> Array:
         """Plant and filter side by side."""
-        n = plant.order
+        n, transitions = plant.order, plant.transitions(periods)
         output = self.error_output(plant)
         x, estimate = np.zeros(n), np.zeros(len(self.A))
         found = [output @ np.concatenate([x, estimate])]

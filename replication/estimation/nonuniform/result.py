@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -20,9 +21,9 @@ from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
 from replication.estimation.nonuniform.baselines import constant_baselines
 from replication.estimation.nonuniform.bracket import WorstCaseGain, worst_case_gain
-from replication.estimation.nonuniform.filters import Estimator, Filter, periodic_gain
-from replication.estimation.nonuniform.guarantee.path_lyapunov import ErrorSystem
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.worst_case import BadSequence
 from replication.estimation.validation import Array
 
 if TYPE_CHECKING:
@@ -144,11 +145,11 @@ def result_of(
 ) -> NonuniformResult:
     """Both ends of the filter's worst-case gain, and what else is known of it, after the `evidence` of its design."""
     # Products of small matrices gain nothing from threads, and lose much where processors are busy.
-    with threadpool_limits(1, user_api="blas"):
-        gain, ends = both_ends(plant, filter_, periods, leaves, horizon)
+    with threadpool_limits(1, user_api="blas"), searched(horizon):
+        gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
         compared = constant_baselines(plant, filter_, periods)
     found = (
-        *ends,
+        *ends_found(gain.attack, gain.guarantee.leaves),
         Evidence("spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"),
         Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
         *compared,
@@ -165,27 +166,22 @@ def result_of(
     )
 
 
-def both_ends(
-    plant: SampledPlant,
-    filter_: Estimator,
-    periods: PeriodRange,
-    leaves: int,
-    horizon: int,
-    start: ErrorSystem | None = None,
-) -> tuple[WorstCaseGain, tuple[Evidence, ...]]:
-    """Both ends of a filter's worst-case gain, and how they were found; start: see `guaranteed_level`."""
+@contextmanager
+def searched(horizon: int) -> Iterator[None]:
+    """Tell what to change where no worst disturbance over `horizon` samples is found."""
     try:
-        gain = worst_case_gain(
-            plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves, start=start
-        )
+        yield
     except ArpackNoConvergence as error:
         raise SolverError(
             f"no worst disturbance over {horizon} samples was found ({error}): many hurt alike; change `horizon`, or "
             "widen the range of sampling periods"
         ) from error
-    attack, guarantee = gain.attack, gain.guarantee
-    lower, upper = f"runs {attack.runs} of h_u, h_l", f"{guarantee.leaves} Lyapunov matrices"
-    return gain, (
+
+
+def ends_found(attack: BadSequence, matrices: int) -> tuple[Evidence, Evidence]:
+    """How both ends of a bracket were found."""
+    lower, upper = f"runs {attack.runs} of h_u, h_l", f"{matrices} Lyapunov matrices"
+    return (
         Evidence("lower end attained by", lower, f"disturbance over {len(attack.periods)} samples"),
         Evidence("upper end proved by", upper, "certificate for the continuum of periods"),
     )

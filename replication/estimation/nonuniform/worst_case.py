@@ -18,7 +18,7 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from replication.errors import InvalidInputError
-from replication.estimation.nonuniform.filters import Estimator, error_output, error_step
+from replication.estimation.nonuniform.filters import Estimator, error_output
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.validation import Array, as_array, positive_integer
 
@@ -59,7 +59,7 @@ def simulate_error(plant: SampledPlant, filter_: Estimator, periods: Array, w: A
     """
     periods = as_periods("periods", periods)
     w = as_array("w", w, (len(periods), plant.B.shape[1]), axes="(K, m)")
-    return filter_.errors(plant, plant.transitions(periods), w)
+    return filter_.errors(plant, periods, w)
 
 
 def sequence_gain(
@@ -117,7 +117,7 @@ def _error_steps(plant: SampledPlant, filter_: Estimator, periods: Array) -> tup
     """Stacks of A-bar(h_k), B-bar(h_k), and C-bar."""
     distinct, which = np.unique(periods, return_inverse=True)
     upper = plant.transitions(distinct)[which][:, : plant.order]
-    steps, drives = error_step(plant, filter_, upper[..., : plant.order], upper[..., plant.order :])
+    steps, drives = filter_.steps_along(plant, periods, upper)
     return steps, drives, error_output(plant, filter_)
 
 

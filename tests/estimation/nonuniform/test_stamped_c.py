@@ -35,8 +35,8 @@ def observer_of(kind: str, factor: float = 1.0) -> Any:
     known = np.array([[0.0], [1.0], [2.0]])
     if kind == "filter":
         plant = StampedPlant(A, [[0, 0, 0], [1, 0, 0], [5, 0, 0]], C, [[0, 0.1, 0], [0, 0.02, 0.2]], np.eye(3))
-        gain = stamped_design(plant, RANGE).filter.G
-        return StampedObserver(plant, StampedFilter(factor * gain), RANGE, known, ("a", "b"))
+        found = stamped_design(plant, RANGE).filter
+        return StampedObserver(plant, StampedFilter(factor * found.G, found.edges), RANGE, known, ("a", "b"))
     Q, R = np.diag([0.1, 1.0, 25.0]), factor * np.array([[0.04, 0.01], [0.01, 0.09]])
     return StampedKalman(NoisyPlant(A, C, Q, R, known if kind == "kalman" else None, P0=2 * np.eye(3)))
 

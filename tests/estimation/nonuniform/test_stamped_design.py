@@ -4,6 +4,8 @@ import doctest
 import importlib
 import json
 import time
+from dataclasses import replace
+from itertools import pairwise
 from unittest.mock import patch
 
 import control
@@ -16,19 +18,21 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, rand
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import nonuniform
-from replication.estimation.nonuniform import result as result_module
+from replication.estimation.nonuniform import bracket as bracket_module
 from replication.estimation.nonuniform.baselines import smoother_limit, without_sensors
-from replication.estimation.nonuniform.bracket import worst_case_gain
 from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.filters import error_output, error_step, periodic_gain
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped import design as design_module
-from replication.estimation.nonuniform.stamped.design import Storage, certified_design, stamped_design, violations
+from replication.estimation.nonuniform.stamped import proof as proof_module
+from replication.estimation.nonuniform.stamped import result as stamped_module
+from replication.estimation.nonuniform.stamped.design import Storage, stamped_design, violations
 from replication.estimation.nonuniform.stamped.facade import design_stamped
+from replication.estimation.nonuniform.stamped.proof import prove, proved_design
+from replication.estimation.nonuniform.stamped.result import floor_of_any_filter
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
-from replication.estimation.nonuniform.worst_case import sequence_gain, simulate_error
+from replication.estimation.nonuniform.worst_case import sequence_gain, simulate_error, worst_sequence
 
 OMEGA = 2 * np.pi * 0.8
 SWING = SampledPlant([[0, 1], [-(OMEGA**2), -0.6]], [[0, 0], [OMEGA**2, 0]], [[1, 0]], [[0, 0.1]], [[1, 0]])
@@ -39,6 +43,7 @@ INTEGRATORS = StampedPlant([[0, 1], [0, 0]], [[0, 0], [1, 0]], [[1, 0]], [[0, 0.
 RANGE = PeriodRange(0.05, 0.4)
 LEVELS = 1e-5
 EFFORT = {"leaves": 4, "horizon": 60}
+SHORT = {"horizon": 60}
 
 
 @pytest.mark.parametrize(
@@ -63,7 +68,7 @@ def test_the_level_is_never_above_the_robust_one_and_holds_for_sequences(plant):
     periods, rng = PeriodRange(0.1, 0.7), np.random.default_rng(1)
     found = stamped_design(plant, periods)
     assert found.level <= robust_design(plant, periods).design.level * (1 + LEVELS)
-    proved = guaranteed_level(plant, found.filter, periods, max_leaves=1)
+    proved = prove(plant, found)
     assert proved.level <= found.level * 1.002
     for _ in range(3):
         sequence = rng.choice([periods.h_l, periods.h_u, rng.uniform(0.1, 0.7)], 60)
@@ -76,7 +81,7 @@ def test_at_one_period_it_is_the_optimum_of_the_riccati_recursion(plant):
     found = stamped_design(plant, PeriodRange(h, h))
     assert riccati_filter(plant, h, found.level * (1 + 1e-4)) is not None
     assert riccati_filter(plant, h, found.level * (1 - 1e-4)) is None
-    assert periodic_gain(plant, found.filter, [h]).value == pytest.approx(found.level, rel=1e-4)
+    assert periodic_gain(plant, found.filter.at(h), [h]).value == pytest.approx(found.level, rel=1e-4)
     if plant is OSCILLATOR:
         assert found.level == pytest.approx(riccati_level(plant, h).level, rel=LEVELS)
 
@@ -84,7 +89,7 @@ def test_at_one_period_it_is_the_optimum_of_the_riccati_recursion(plant):
 @pytest.mark.parametrize(("plant", "periods"), [(SWING, SWING_RANGE), (UNSTABLE, RANGE), (INTEGRATORS, RANGE)])
 def test_the_running_observer_has_the_error_whose_gain_is_proved(plant, periods):
     """Plant and observer side by side, each with its own transitions, under the worst sequence and disturbance."""
-    result = design_stamped(plant, periods=periods, known=[[0.0], [1.0]], leaves=2, horizon=40)
+    result = design_stamped(plant, periods=periods, known=[[0.0], [1.0]], horizon=40)
     attack, observer = result.gain.attack, result.observer()
     x, t, errors, rng = np.zeros(plant.order), 0.0, [], np.random.default_rng(2)
     for h, w in zip(attack.periods, attack.w, strict=True):
@@ -101,32 +106,57 @@ def test_the_running_observer_has_the_error_whose_gain_is_proved(plant, periods)
     assert np.allclose(simulated.signals["error"][1:], errors, atol=1e-6 * np.max(np.abs(errors)))
 
 
-def test_the_gain_meets_the_inequality_from_which_it_was_eliminated():
-    """At periods between the nodes; and not with a gain or a level a little off."""
-    for plant, periods in ((SWING, SWING_RANGE), (UNSTABLE, RANGE)):
-        found = stamped_design(plant, periods)
-        proof = guaranteed_level(plant, found.filter, periods, max_leaves=1)
-        X = proof.system.storage(proof.P)[0]
-        n, m = plant.order, plant.B.shape[1]
+@pytest.mark.parametrize(("plant", "periods"), [(SWING, SWING_RANGE), (UNSTABLE, RANGE), (MOTOR, MOTOR_RANGE)])
+def test_the_gains_meet_the_inequality_from_which_they_were_eliminated(plant, periods):
+    """At periods between the nodes, from each cell into each; and not with a gain or a level a little off."""
+    design = stamped_design(plant, periods, cells=3)
+    proof = prove(plant, design)
+    n, m = plant.order, plant.B.shape[1]
+    cells = [plant.transitions(np.linspace(*ends, 101))[:, :n] for ends in pairwise(proof.edges)]
+    kernel = scipy.linalg.null_space(np.hstack([plant.C, plant.D]))
 
-        def misses(filter_, level, plant=plant, periods=periods, X=X, n=n, m=m):
+    def misses(factor, level):
+        worst = -np.inf
+        for X, G in zip(proof.storage, factor * design.filter.G, strict=True):
             given = scipy.linalg.block_diag(X - plant.L.T @ plant.L, level**2 * np.eye(m))
-            steps = plant.transitions(periods.nodes(401))[:, :n] @ filter_.entry(plant)
-            return -np.linalg.eigvalsh(given - np.swapaxes(steps, 1, 2) @ X @ steps)[:, 0].min() / np.linalg.norm(X)
+            units = np.sqrt(np.diag(scipy.linalg.block_diag(X, level**2 * np.eye(m))))
+            for after, upper in zip(proof.storage, cells, strict=True):
+                steps = upper @ StampedFilter(G[None]).entry(plant)
+                left = (given - np.swapaxes(steps, 1, 2) @ after @ steps) / np.outer(units, units)
+                worst = max(worst, -np.linalg.eigvalsh(left)[:, 0].min())
+        return worst
 
-        assert misses(found.filter, proof.level) <= 1e-9
-        assert misses(found.filter, proof.level * 0.9) > 1e-6
-        assert misses(StampedFilter(found.filter.G * 1.2), proof.level) > 1e-6
-        kernel = scipy.linalg.null_space(np.hstack([plant.C, plant.D]))
-        nodes = plant.transitions(periods.nodes(101))
-        assert violations(plant, kernel, Storage(X, proof.level**2), nodes).max() <= 1e-9 * np.linalg.norm(X)
-        assert violations(plant, kernel, Storage(X, (proof.level * 0.9) ** 2), nodes).max() > 0
+    def eliminated(level):
+        found = Storage(proof.storage, level**2)
+        whole = [plant.transitions(np.linspace(*ends, 101)) for ends in pairwise(proof.edges)]
+        return max(violations(plant, kernel, found, cell, steps).max() for cell, steps in enumerate(whole))
+
+    assert misses(1.0, proof.level) <= 1e-9
+    assert misses(1.0, proof.level * 0.9) > 1e-6
+    assert misses(1.2, proof.level) > 1e-6
+    assert eliminated(proof.level) <= 1e-9 * np.max(proof.storage)
+    assert eliminated(proof.level * 0.9) > 0
+    # A wrong storage proves nothing, or more than the level.
+    wrong = replace(design, storage=Storage(design.storage.X[::-1] * 0.9, design.storage.delta))
+    try:
+        assert prove(plant, wrong).level > proof.level * 1.01
+    except SolverError as error:
+        assert "not for certain" in str(error)
+
+
+def test_more_cells_lower_the_level_towards_that_of_no_filter():
+    """The gain after a long period is another one than after a short one."""
+    for plant, periods in ((UNSTABLE, RANGE), (MOTOR, MOTOR_RANGE)):
+        one, two, eight = (stamped_design(plant, periods, cells=count).level for count in (1, 2, 8))
+        least = floor_of_any_filter(plant, periods, one)
+        assert least < eight < two < one
+    assert eight < 0.7 * one
 
 
 def test_what_enters_the_hulls_is_what_steps_the_error():
     for plant, subject in (
         (MOTOR, some_filter(SWING, 0.05)),
-        (UNSTABLE, StampedFilter(np.arange(4.0)[:, None])),
+        (UNSTABLE, StampedFilter(np.arange(4.0)[None, :, None])),
     ):
         Phi, Gamma = plant.discretise(0.2)
         state, drive = error_step(plant, subject, Phi, Gamma)
@@ -150,13 +180,13 @@ def test_units_of_states_time_and_outputs_change_no_level():
 
 def test_sensors_that_tell_nothing_leave_the_level_of_none_and_are_told():
     deaf = SampledPlant(SWING.A, SWING.B, SWING.C, [[0, 1e3]], SWING.L)
-    result = design_stamped(deaf, periods=SWING_RANGE, **EFFORT)
-    none = guaranteed_level(deaf, StampedFilter(np.zeros((4, 1))), SWING_RANGE, max_leaves=EFFORT["leaves"])
+    result = design_stamped(deaf, periods=SWING_RANGE, **SHORT)
+    none = guaranteed_level(deaf, StampedFilter(np.zeros((1, 4, 1))), SWING_RANGE, max_leaves=EFFORT["leaves"])
     assert result.value <= none.level
     assert result.value >= result.fact("least level of any filter").value
     assert "level without sensors" in result.fact("advice").value
     with pytest.raises(KeyError):
-        design_stamped(SWING, periods=SWING_RANGE, **EFFORT).fact("advice")
+        design_stamped(SWING, periods=SWING_RANGE, **SHORT).fact("advice")
 
 
 def test_baselines_are_those_of_the_frequency_response():
@@ -189,9 +219,9 @@ def test_the_result_is_shown_and_exported():
         np.vstack([UNSTABLE.D, np.zeros((2, 2))]),
         outputs=["gauge", "speed", "sum"],
     )
-    result = nonuniform.design_stamped(system, periods=(0.05, 0.4), measured=["gauge"], **EFFORT)
+    result = nonuniform.design_stamped(system, periods=(0.05, 0.4), measured=["gauge"], **SHORT)
     assert result.signals.measurements == ("gauge",)
-    assert result.value == pytest.approx(design_stamped(UNSTABLE, periods=RANGE, **EFFORT).value, rel=1e-9)
+    assert result.value == pytest.approx(design_stamped(UNSTABLE, periods=RANGE, **SHORT).value, rel=1e-9)
     assert result.fact("level without sensors").value == "infinite"
     kept = json.loads(result.to_json())["gains"]["G_x"]["value"]
     assert np.array_equal(kept, result.gains["G_x"])
@@ -213,7 +243,7 @@ def test_the_result_is_shown_and_exported():
         ({"plant": "plant"}, "plant must be a SampledPlant"),
         ({"measured": 1}, "measured belongs"),
         ({"known": [[1.0]]}, "known must have 2 rows"),
-        ({"leaves": 0}, "at least 1"),
+        ({"cells": 0}, "at least 1"),
     ],
 )
 def test_what_cannot_be_designed_is_refused(change, message):
@@ -228,12 +258,10 @@ def test_redundant_sensors_and_certificates_that_need_slack():
     assert stamped_design(copied, RANGE).level == pytest.approx(plain.level, rel=LEVELS)
     assert plain.level < stamped_design(INTEGRATORS, RANGE, slack=1e-3).level < plain.level * 1.005
 
-    def unproved(plant, filter_, periods, **options):
-        raise SolverError("no certificate")
-
-    with patch.object(design_module, "guaranteed_level", unproved):
-        assert certified_design(INTEGRATORS, RANGE).level > plain.level
-    assert certified_design(INTEGRATORS, RANGE).level == plain.level
+    answers = iter([SolverError("no certificate"), prove(INTEGRATORS, plain)])
+    with patch.object(proof_module, "prove", side_effect=answers):
+        assert proved_design(INTEGRATORS, RANGE)[0].level > plain.level
+    assert proved_design(INTEGRATORS, RANGE)[0].level == plain.level
 
 
 def test_a_flat_spectrum_has_a_worst_disturbance_too():
@@ -275,7 +303,7 @@ def test_plants_without_an_answer_have_a_message():
     ],
 )
 def test_samples_that_make_no_sense_leave_the_estimate_unharmed(sample, message):
-    observer = design_stamped(UNSTABLE, periods=RANGE, leaves=1, horizon=20).observer()
+    observer = design_stamped(UNSTABLE, periods=RANGE, horizon=20).observer()
     with pytest.raises(InvalidInputError, match="there is none yet"):
         observer.predict(0.0)
     observer.step([1.0], t=0.0)
@@ -297,11 +325,12 @@ def test_small_matrices_are_multiplied_on_one_thread():
     def spy(*given, **options):
         pools = threadpoolctl.threadpool_info()
         seen.append({pool["num_threads"] for pool in pools if pool["user_api"] == "blas"})
-        return worst_case_gain(*given, **options)
+        return worst_sequence(*given, **options)
 
-    with threadpoolctl.threadpool_limits(2), patch.object(result_module, "worst_case_gain", spy):
+    ours, theirs = (patch.object(module, "worst_sequence", spy) for module in (stamped_module, bracket_module))
+    with threadpoolctl.threadpool_limits(2), ours, theirs:
         nonuniform.design(SWING, periods=SWING_RANGE, **EFFORT)
-        design_stamped(SWING, periods=SWING_RANGE, **EFFORT)
+        design_stamped(SWING, periods=SWING_RANGE, **SHORT)
         assert 2 in {pool["num_threads"] for pool in threadpoolctl.threadpool_info()}
     assert seen == [{1}, {1}]
 

@@ -56,14 +56,14 @@ def certify(system: ErrorSystem, cells: Cells, tree: ContextTree, P: Array, targ
     for letter, ends in enumerate(pairwise(cells.edges)):
         chosen = steps[:, 1] == letter
         pairs = P[steps[chosen, 0]], P[steps[chosen, 2]]
-        needs[chosen], periods[chosen] = _cell_needs(system, *pairs, ends, (target / system.level) ** 2)
+        needs[chosen], periods[chosen] = cell_needs(system, *pairs, ends, (target / system.level) ** 2)
     worst = float(np.max(needs))
     # Above UNPROVED the need is only a measure of how far P is from proving anything.
     proved = np.linalg.eigvalsh(P).min() > 0 and worst < UNPROVED
     return Certificate(system.level * float(np.sqrt(worst * (1 + 1e-9))) if proved else float("inf"), needs, periods)
 
 
-def _cell_needs(
+def cell_needs(
     system: ErrorSystem, P: Array, P_next: Array, ends: tuple[float, float], target: float
 ) -> tuple[Array, Array]:
     """For each transition the largest squared level that a piece of the cell asks for, and the period where."""

@@ -70,20 +70,18 @@ def guaranteed_level(
     max_leaves: int = 128,
     cuts: Sequence[float] | None = None,
     per_duration: bool = False,
-    start: ErrorSystem | None = None,
 ) -> Guarantee:
     """Upper bound of the gain ||e|| / ||w|| over every sequence of periods in the range, continuum included.
 
     cuts: inner edges of the cells (seconds), by default the middle of the range; max_leaves: 1 gives the common
-    Lyapunov function. per_duration weighs both squared norms by the interval lengths. start: the error system in
-    coordinates and units in which its Lyapunov function is about the identity, if known. Raises InvalidInputError if
-    the cuts do not increase inside the range or the filter does not fit, InfeasibleError if A_f is not Schur stable
-    (the gain is then infinite), SolverError if no certificate is found.
+    Lyapunov function. per_duration weighs both squared norms by the interval lengths. Raises InvalidInputError if the
+    cuts do not increase inside the range or the filter does not fit, InfeasibleError if A_f is not Schur stable (the
+    gain is then infinite), SolverError if no certificate is found.
     """
     limit = positive_integer("max_leaves", max_leaves)
     edges = _edges(periods, cuts)
     filter_.require_settling(plant)
-    natural = start or _natural(plant, filter_, periods.middle, per_duration)
+    natural = _natural(plant, filter_, periods.middle, per_duration)
     system, best = _common(natural, periods)
     history = [(1, best.level)]
     # With one cell there is nothing to tell apart.

@@ -23,8 +23,9 @@ def c_form(
 ) -> str:
     """The C99 source; `name` begins every name in it, `comment` stands at the top.
 
-    output: C; inputs: how many of those of `transition` are known. own: "gain", G of a filter whose gain is fixed; or
-    "noise" and "start", R and P0 of a Kalman filter. Raises InvalidInputError if `name` is no C identifier.
+    output: C; inputs: how many of those of `transition` are known. own: "gain" and "edges", G of a filter by the
+    period before; or "noise" and "start", R and P0 of a Kalman filter. Raises InvalidInputError if `name` is no C
+    identifier.
     """
     n, held = transition.order, transition.inputs - inputs
     parts = FIXED if "gain" in own else RUNNING
@@ -37,6 +38,7 @@ def c_form(
         order=n,
         inputs=inputs,
         held=held,
+        cells=len(own["gain"]) if "gain" in own else 1,
         measurements=len(output),
         degree=DEGREE,
         columns=transition.table.shape[2],

@@ -19,7 +19,7 @@ SOURCE = Template(
 enum {
     ${M}_ORDER = $order, ${M}_INPUTS = $inputs, ${M}_HELD = $held, ${M}_MEASUREMENTS = $measurements,
     ${M}_MEAN = ${M}_ORDER + ${M}_HELD, ${M}_DRIVES = ${M}_INPUTS + ${M}_HELD, ${M}_DEGREE = $degree,
-    ${M}_COLUMNS = $columns
+    ${M}_COLUMNS = $columns, ${M}_CELLS = $cells
 };
 typedef struct {
     double mean[${M}_MEAN], input[${M}_INPUTS + 1], time;
@@ -130,10 +130,12 @@ FIXED = {
     "missing": "all of them",
     "kept": "",
     "begun": "",
-    "places": "",
+    "places": "    int cell;\n",
     "refused": "!isfinite(y[i])",
     "moved": "",
     "corrected": """\
+    for (cell = 0; cell < ${M}_CELLS - 1 && (s->samples == 0 || t - s->time >= ${n}_edges[cell]); cell++)
+        ;
     for (i = 0; i < ${M}_MEAN; i++)
         s->mean[i] = i < ${M}_ORDER ? x[i] : 0.0;
     for (i = 0; i < ${M}_MEASUREMENTS; i++) {
@@ -141,11 +143,11 @@ FIXED = {
         for (j = 0; j < ${M}_ORDER; j++)
             innovation -= ${n}_output[i][j] * x[j];
         for (j = 0; j < ${M}_MEAN; j++)
-            s->mean[j] += ${n}_gain[j][i] * innovation;
+            s->mean[j] += ${n}_gain[cell][j][i] * innovation;
     }
 """,
 }
-"""A filter with a fixed gain G, which estimates the held disturbance, too."""
+"""A filter with gains G by the period before, which estimates the held disturbance, too."""
 
 RUNNING = {
     "missing": "NAN where a sensor did not measure",

@@ -10,9 +10,10 @@ import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
 from replication.estimation.api.results import Evidence
-from replication.estimation.nonuniform.facade import HORIZON, LEAVES, SampledPlantReader, as_range
+from replication.estimation.nonuniform.facade import HORIZON, SampledPlantReader, as_range
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.stamped.design import certified_design
+from replication.estimation.nonuniform.stamped.design import CELLS
+from replication.estimation.nonuniform.stamped.proof import proved_design
 from replication.estimation.nonuniform.stamped.result import StampedResult, stamped_result
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedPlant
 from replication.estimation.validation import as_matrix
@@ -37,7 +38,7 @@ def design_stamped(
     periods: PeriodRange | Sequence[float],
     measured: int | Sequence[int | str] | None = None,
     known: npt.ArrayLike | None = None,
-    leaves: int = LEAVES,
+    cells: int = CELLS,
     horizon: int = HORIZON,
 ) -> StampedResult:
     """A filter for sampling periods from h_l to h_u that knows each period, by the time stamps of the samples.
@@ -52,8 +53,8 @@ def design_stamped(
         How many of the first outputs of a `control.StateSpace` are y, or which ones, by index or name.
     known : array (n, p), optional
         Effect of known inputs on the state, which are held from sample to sample; they change no level.
-    leaves : int
-        Lyapunov matrices of the guarantee at most.
+    cells : int
+        Parts of the range, by the period before the sample, for each of which the filter has a gain.
     horizon : int
         Samples of the bad sequence that is searched for.
 
@@ -74,14 +75,14 @@ def design_stamped(
     Notes
     -----
     The level is that of the same error, for the same disturbances, as the level of `design`: the gain from w to
-    z - z^, where z^(k) is known before y(k) comes. Among all gains that depend on the period, in whatever way, the
-    filter has the least level that one Lyapunov function proves.
+    z - z^, where z^(k) is known before y(k) comes. Among all gains that depend on the period before and the coming one,
+    in whatever way, the filter has the least level that Lyapunov functions of these cells prove.
 
     Examples
     --------
     >>> from replication.estimation.nonuniform.facade import design
     >>> tank = SampledPlant([[-1, 0], [1, -0.5]], [[1, 0], [0, 0]], [[0, 1]], [[0, 0.1]], [[1, 0]])
-    >>> best = design_stamped(tank, periods=(0.1, 0.3), leaves=2, horizon=50)
+    >>> best = design_stamped(tank, periods=(0.1, 0.3), horizon=50)
     >>> best.value <= design(tank, periods=(0.1, 0.3), leaves=2, horizon=50).value
     True
     >>> observer = best.observer()
@@ -95,10 +96,12 @@ def design_stamped(
     inputs = np.zeros((checked.order, 0)) if known is None else as_matrix("known", known, rows=checked.order)
     # Products of small matrices gain nothing from threads, and lose much where processors are busy.
     with threadpool_limits(1, user_api="blas"):
-        found = certified_design(checked, range_)
+        found, proof = proved_design(checked, range_, cells=cells)
         facts = (
-            Evidence("level of the design", found.level, "one Lyapunov function, gain free in the period"),
+            Evidence(
+                "level of the design", found.level, "Lyapunov functions by the period before, gain free in the periods"
+            ),
             Evidence("violation left", found.violation, "largest eigenvalue of its inequality over the range"),
             Evidence("solver", f"{found.report.name} {found.report.version}: {found.report.status}", "its own word"),
         )
-        return stamped_result(checked, signals, found, range_, inputs, facts, leaves, horizon)
+        return stamped_result(checked, signals, found.filter, proof, range_, inputs, facts, horizon)

@@ -110,11 +110,11 @@ class StampedObserver:
         given = self._input if u is None else as_input(u, self.inputs)
         n = self.plant.order
         before = self._mean[:n] if self._time is None else self.predict(time)
-        if self._time is not None:
-            rounding = 4 * np.finfo(float).eps * max(abs(time), abs(self._time))
-            low, high = self.periods.h_l - rounding, self.periods.h_u + rounding
-            self.outside += not low <= time - self._time <= high
-        corrected = self.filter.G @ (sample - self.plant.C @ before)
+        h = None if self._time is None else time - self._time
+        if h is not None:
+            rounding = 4 * np.finfo(float).eps * max(abs(time), abs(time - h))
+            self.outside += not self.periods.h_l - rounding <= h <= self.periods.h_u + rounding
+        corrected = self.filter.gain(h) @ (sample - self.plant.C @ before)
         corrected[:n] += before
         self._mean, self._input, self._time = corrected, given, time
         return self.estimate
@@ -170,4 +170,11 @@ class StampedObserver:
         InvalidInputError
             `name` is no C identifier.
         """
-        return c_form(name, comment, self.transition, self.plant.C, self.inputs, {"gain": self.filter.G})
+        return c_form(
+            name,
+            comment,
+            self.transition,
+            self.plant.C,
+            self.inputs,
+            {"gain": self.filter.G, "edges": np.array([*self.filter.edges, self.periods.h_u])},
+        )

@@ -14,41 +14,58 @@ from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
 from replication.estimation.nonuniform.baselines import constant_baselines, without_sensors
-from replication.estimation.nonuniform.bracket import WorstCaseGain
 from replication.estimation.nonuniform.filters import Estimator, periodic_gain
+from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.result import BOTH_ENDS, NODES, QUANTITY, both_ends
-from replication.estimation.nonuniform.stamped.design import StampedDesign
+from replication.estimation.nonuniform.result import BOTH_ENDS, NODES, QUANTITY, ends_found, searched
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
+from replication.estimation.nonuniform.stamped.proof import StampedProof
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, kalman_filter
+from replication.estimation.nonuniform.worst_case import BadSequence, worst_sequence
 from replication.estimation.validation import Array, positive_scalar
 
 if TYPE_CHECKING:
     import control
 
-AXES = {"G_x": "(state, measurement)", "G_w": "(disturbance, measurement)"}
+AXES = {
+    "G_x": "(cell of the period before, state, measurement)",
+    "G_w": "(cell of the period before, disturbance, measurement)",
+    "edges": "(edge of a cell, s)",
+}
+"""What the axes of the gains are."""
+LEAVES = 16
+"""Lyapunov matrices for the level of no sensor."""
 FLOOR = 1e-4
 """Relative distance at which the search for the level of no filter ends."""
 HALVINGS = 40
 
 
+@dataclass(frozen=True, eq=False)
+class StampedGain:
+    """attack: a sequence and a disturbance at hand; proof: of a level that no sequence exceeds."""
+
+    attack: BadSequence
+    proof: StampedProof
+
+
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class StampedResult(GainResult):
-    """A filter that takes time stamps (gain G = [G_x; G_w]) with both ends of its worst-case gain.
+    """A filter that takes time stamps (gains G_x, G_w) with both ends of its worst-case gain.
 
     Attributes
     ----------
     plant : SampledPlant
         The plant for which the level holds.
     filter : StampedFilter
-        x^(k|k) = x^(k) + G_x v, w^(k) = G_w v with v = y(k) - C x^(k); then the plant's own dynamics over h_k.
+        x^(k|k) = x^(k) + G_x v, w^(k) = G_w v with v = y(k) - C x^(k), and G of the cell in which the period before
+        lies; then the plant's own dynamics over h_k.
     periods : PeriodRange
         The sampling periods for which it holds, s.
     known : array (n, p)
         Effect of known inputs.
-    gain : WorstCaseGain
-        `gain.attack` attains the lower end of the bracket, `gain.guarantee` proves the upper one.
+    gain : StampedGain
+        `gain.attack` attains the lower end of the bracket, `gain.proof` proves the upper one.
     """
 
     method: str = "nonuniform with time stamps"
@@ -58,7 +75,7 @@ class StampedResult(GainResult):
     filter: StampedFilter
     periods: PeriodRange
     known: Array
-    gain: WorstCaseGain
+    gain: StampedGain
 
     def observer(self) -> StampedObserver:
         """The filter, to run in a loop: `step(y, t=...)`.
@@ -91,7 +108,7 @@ class StampedResult(GainResult):
         import control
 
         period = self.periods.middle if h is None else positive_scalar("h", h, unit="s")
-        K = self.plant.transition(period)[: self.plant.order] @ self.filter.G
+        K = self.plant.transition(period)[: self.plant.order] @ self.filter.gain(period)
         Phi, _ = self.plant.discretise(period)
         feedthrough = np.zeros((len(self.plant.L), len(self.plant.C)))
         system = control.StateSpace(Phi - K @ self.plant.C, K, self.plant.L, feedthrough, period)
@@ -112,47 +129,56 @@ class StampedResult(GainResult):
 
     def _gains(self, filters: Sequence[Estimator], periods: Array) -> Array:
         pairs = zip(filters, periods, strict=True)
-        return np.array([periodic_gain(self.plant, one, [float(h)]).value for one, h in pairs])
+        return np.array([periodic_gain(self.plant, one.at(float(h)), [float(h)]).value for one, h in pairs])
 
 
 def stamped_result(
     plant: SampledPlant,
     signals: Signals,
-    design: StampedDesign,
+    filter_: StampedFilter,
+    proof: StampedProof,
     periods: PeriodRange,
     known: Array,
     evidence: tuple[Evidence, ...],
-    leaves: int,
     horizon: int,
 ) -> StampedResult:
     """Both ends of the filter's worst-case gain, and what else is known of it, after the `evidence` of its design.
 
-    Where that of no sensor is less, the filter is that of gain zero.
+    Where the level of no sensor is less, the filter is that of gain zero.
     """
-    filter_ = design.filter
-    gain, ends = both_ends(plant, filter_, periods, leaves, horizon, design.error(plant))
     without = without_sensors(plant, periods.nodes(3).tolist())
-    if without is not None and gain.upper > without:
-        zero = StampedFilter(np.zeros_like(filter_.G))
-        other, found = both_ends(plant, zero, periods, leaves, horizon)
-        if other.upper <= gain.upper:
-            filter_, gain, ends = zero, other, found
-    facts = [*evidence, *ends]
-    if (least := floor_of_any_filter(plant, periods, gain.upper)) is not None:
+    if without is not None and proof.level > without:
+        filter_, proof = _better(plant, filter_, proof, periods)
+    with searched(horizon):
+        attack = worst_sequence(plant, filter_, periods, horizon=horizon)
+    facts = [*evidence, *ends_found(attack, len(proof.storage))]
+    if (least := floor_of_any_filter(plant, periods, proof.level)) is not None:
         facts.append(Evidence("least level of any filter", least, "Riccati recursion, the worst constant period"))
     facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
     n = plant.order
     return StampedResult(
-        bracket=Bracket(gain.lower, gain.upper, BOTH_ENDS),
-        gains=frozen({"G_x": filter_.G[:n], "G_w": filter_.G[n:]}),
+        bracket=Bracket(attack.level, proof.level, BOTH_ENDS),
+        gains=frozen({"G_x": filter_.G[:, :n], "G_w": filter_.G[:, n:], "edges": np.array(proof.edges)}),
         evidence=(*facts, *constant_baselines(plant, filter_, periods, stamped=True)),
         signals=signals,
         plant=plant,
         filter=filter_,
         periods=periods,
         known=known,
-        gain=gain,
+        gain=StampedGain(attack, proof),
     )
+
+
+def _better(
+    plant: SampledPlant, filter_: StampedFilter, proof: StampedProof, periods: PeriodRange
+) -> tuple[StampedFilter, StampedProof]:
+    """The filter, or that of gain zero if its level is less."""
+    zero = StampedFilter(np.zeros_like(filter_.G[:1]))
+    found = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
+    if found.level > proof.level:
+        return filter_, proof
+    edges = (periods.h_l, periods.h_u)
+    return zero, StampedProof(found.level, found.system.storage(found.P), edges)
 
 
 def floor_of_any_filter(plant: SampledPlant, periods: PeriodRange, level: float) -> float | None:
