@@ -9,9 +9,9 @@ if TYPE_CHECKING:
     from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
     from replication.estimation.nonuniform.result import NonuniformResult
     from replication.estimation.nonuniform.stamped.facade import design_stamped
-    from replication.estimation.nonuniform.stamped.noisy_plant import NoisyPlant
+    from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
+    from replication.estimation.nonuniform.stamped.kalman.running import StampedKalman
     from replication.estimation.nonuniform.stamped.result import StampedResult
-    from replication.estimation.nonuniform.stamped.running import StampedKalman
     from replication.estimation.nonuniform.stamped.stamped_filter import StampedPlant
 else:
     from replication.estimation.lazy import lazy
@@ -24,9 +24,9 @@ else:
             "plant": "PeriodRange SampledPlant",
             "result": "NonuniformResult",
             "stamped.facade": "design_stamped",
-            "stamped.noisy_plant": "NoisyPlant",
+            "stamped.kalman.noisy_plant": "NoisyPlant",
             "stamped.result": "StampedResult",
-            "stamped.running": "StampedKalman",
+            "stamped.kalman.running": "StampedKalman",
             "stamped.stamped_filter": "StampedPlant",
         },
     )

@@ -16,9 +16,9 @@ import pytest
 from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.plant import PeriodRange
 from replication.estimation.nonuniform.stamped.design import stamped_design
-from replication.estimation.nonuniform.stamped.noisy_plant import NoisyPlant
+from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
+from replication.estimation.nonuniform.stamped.kalman.running import StampedKalman
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
-from replication.estimation.nonuniform.stamped.running import StampedKalman
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
 
 STEPS = 10_000

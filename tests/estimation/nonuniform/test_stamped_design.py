@@ -335,7 +335,7 @@ def test_small_matrices_are_multiplied_on_one_thread():
     assert seen == [{1}, {1}]
 
 
-@pytest.mark.parametrize("name", ["facade", "noisy_plant", "running"])
+@pytest.mark.parametrize("name", ["facade", "kalman.noisy_plant", "kalman.running"])
 def test_doctests(name):
     module = importlib.import_module(f"replication.estimation.nonuniform.stamped.{name}")
     failures, tried = doctest.testmod(module)

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg
 
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.stamped.noisy_plant import NoisyPlant
+from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.validation import Array
 
