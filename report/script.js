@@ -1,10 +1,12 @@
 // Optional: one page at a time, the picture of claims, search, evidence drawn on opening, contents that follow.
 "use strict";
 (() => {
+  document.documentElement.classList.add("js");
   const all = (selector, root = document) => [...root.querySelectorAll(selector)];
   const one = (selector, root = document) => root.querySelector(selector);
   const views = all(".view");
   const pages = all(".pages a");
+  const copied = (selector, root) => one(selector, root).cloneNode(true).childNodes;
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
 
   // Evidence: packed once, unpacked when the browser has time, drawn into what is opened.
@@ -42,6 +44,12 @@
       if (other === view) other.removeAttribute("hidden");
       else other.setAttribute("hidden", hidden);
     }
+    // The answer is the first of all headings; where it is not shown, the report's name is.
+    const name = one(".brand span");
+    for (const [key, value] of [["role", "heading"], ["aria-level", "1"]]) {
+      if (view === views[0]) name.removeAttribute(key);
+      else name.setAttribute(key, value);
+    }
     for (const link of pages) {
       link.removeAttribute("aria-current");
       if (link.hash !== `#${view.id}`) continue;
@@ -76,6 +84,7 @@
         if (bar.scrollWidth > bar.clientWidth) bar.scrollTo({ left: link.offsetLeft - 40 });
       } else if (!on) link.removeAttribute("aria-current");
     }
+    if (!current) for (const bar of all(".toc", view)) bar.scrollLeft = 0;
   }
   let waiting = 0;
   addEventListener("scroll", () => {
@@ -87,14 +96,15 @@
   const field = one("input", form);
   const box = one(".hits", form);
   let index = null;
-  const plain = (text) => text.toLowerCase().replace(/\s+/g, " ").trim();
+  const plain = (text) => text.toLowerCase().replace(/_/g, "").replace(/\s+/g, " ").trim();
   function entries() {
     return all(".claim").map((claim) => ({
       link: claim.id, mark: one(".mark", claim), place: plain(one(".pl", claim).textContent), name: plain(claim.dataset.id),
-      title: plain(one(".st > bdi", claim).textContent), shown: one(".st > bdi", claim).textContent, at: one(".pl", claim).textContent,
+      title: plain(one(".st > bdi", claim).textContent), shown: () => copied(".st > bdi", claim), at: () => copied(".pl", claim),
     })).concat(all("figure[id]").map((figure) => {
-      const [place, title] = all("figcaption strong bdi", figure).map((part) => part.textContent);
-      return { link: figure.id, mark: null, place: plain(place), name: plain(figure.id), title: plain(title), shown: title, at: place };
+      const [place, title] = all("figcaption strong bdi", figure);
+      return { link: figure.id, mark: null, place: plain(place.textContent), name: plain(figure.id), title: plain(title.textContent),
+        shown: () => title.cloneNode(true).childNodes, at: () => place.cloneNode(true).childNodes };
     }));
   }
   function rank(entry, query, words) {
@@ -121,8 +131,8 @@
       link.href = `#${entry.link}`;
       if (entry.mark) link.append(entry.mark.cloneNode(true));
       const place = document.createElement("b");
-      place.textContent = entry.at;
-      link.append(place, ` ${entry.shown}`);
+      place.append(...entry.at());
+      link.append(place, " ", ...entry.shown());
       line.append(link);
       return line;
     }));
@@ -155,11 +165,10 @@
     word.textContent = verdict;
     one(".verdict", read).replaceChildren(one("svg", mark).cloneNode(true), word);
     one(".verdict", read).className = `verdict v-${data.v}`;
-    one(".said", read).textContent = mark.getAttribute("aria-label").slice(verdict.length + 2);
-    one(".src", read).textContent = `${one(".lane-name a", mark.closest(".lane")).textContent}, ${data.p}`;
-    const size = Math.abs(data.d);
-    const far = !("d" in data) ? "" : size < 1e-3 ? "none" : `${size >= 100 ? Math.round(size) : Number(size.toPrecision(2))} units of the last place`;
-    const said = [data.w, data.o, far, sure(data), data.i];
+    const claim = document.getElementById(mark.hash.slice(1));
+    one(".said", read).replaceChildren(...copied(".st > bdi", claim));
+    one(".src", read).replaceChildren(`${one(".lane-name a", mark.closest(".lane")).textContent}, `, ...copied(".pl", claim));
+    const said = [data.w, data.o, data.f, sure(data), data.i];
     all("dd", read).forEach((cell, at) => {
       (cell.firstElementChild ?? cell).textContent = said[at] ?? "";
       cell.parentElement.hidden = !said[at];

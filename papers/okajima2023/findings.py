@@ -28,8 +28,8 @@ def _table_1(results: Results) -> Iterator[str]:
     wrong = {periods: printed for periods, printed in TABLE_1.items() if _rounded(columns[periods]) != printed}
     for periods, printed in wrong.items():
         yield (
-            f"One entry of Table 1, periods {periods}, is not the rounded optimum: {printed} needs an excess of "
-            f"{_excess(columns[periods], printed):.3f} %, which a solver may leave."
+            f"One entry of Table 1, periods {periods}, is not the rounded optimum, which is "
+            f"{_below(columns[periods], printed):.2f} % below the printed {printed}."
         )
     touching = sum(result["limited_by"] == "noncausal" for result in columns.values())
     yield (
@@ -80,6 +80,6 @@ def _rounded(result: Mapping[str, float]) -> str:
     return f"{result['optimum']:.2f}"
 
 
-def _excess(result: Mapping[str, float], printed: str) -> float:
-    """How far, in percent, the least value that rounds to the print lies above the optimum."""
-    return 100 * ((float(printed) - 0.005) / result["optimum"] - 1)
+def _below(result: Mapping[str, float], printed: str) -> float:
+    """How far, in percent, the optimum lies below the print."""
+    return 100 * (1 - result["optimum"] / float(printed))

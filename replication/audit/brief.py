@@ -93,11 +93,15 @@ class Picture(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
 
 
 class Explorer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Pictures to choose from, one at a time; title: the message. text: what is drawn, and what to try."""
+    """Pictures to choose from, one at a time.
+
+    title: the message. text: what is drawn. moves: what to try on a screen.
+    """
 
     title: str
     text: str
     pictures: tuple[Picture, ...]
+    moves: str = ""
 
 
 class Brief(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

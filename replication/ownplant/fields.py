@@ -22,18 +22,23 @@ class Kind(StrEnum):
     TIME = "a positive number, such as 0.1"
     TIMES = "a list of positive numbers, such as [0.1, 0.2]"
     MATRIX = "a list of rows, such as [[1, 0], [0, 1]]"
+    WORD = 'a word in quotes, such as "h2"'
     MATRICES = "a list of matrices, such as [[[1, 0], [0, 1]]]"
 
 
 @dataclass(frozen=True)
 class Field:
-    """One key of a plant file; shape: its letters, (rows, columns) for a matrix, with the count first for several."""
+    """One key of a plant file; shape: its letters, (rows, columns) for a matrix, with the count first for several.
+
+    instead: a key that may stand in the place of a required one.
+    """
 
     name: str
     kind: Kind
     shape: tuple[str, ...] = ()
     required: bool = True
     meaning: str = ""
+    instead: str = ""
 
     def described(self) -> str:
         """Shape and meaning, for the help of the command line."""
@@ -41,9 +46,9 @@ class Field:
         return f"{shape}  {self.meaning}{'' if self.required else ', optional'}"
 
 
-def matrix(name: str, rows: str, columns: str, meaning: str, *, required: bool = True) -> Field:
+def matrix(name: str, rows: str, columns: str, meaning: str, *, required: bool = True, instead: str = "") -> Field:
     """The key of one matrix."""
-    return Field(name, Kind.MATRIX, (rows, columns), required, meaning)
+    return Field(name, Kind.MATRIX, (rows, columns), required, meaning, instead)
 
 
 NAMES = {"states": "n", "inputs": "u", "measurements": "q", "outputs": "z"}

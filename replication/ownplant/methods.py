@@ -42,10 +42,20 @@ class Method:
         return "\n".join(f"  {field.name:<{width}}{field.described()}" for field in self.fields)
 
 
+COVARIANCES = {"Q", "R", "S"}
+"""Keys of a plant whose noise is given by covariances."""
+
+
 def _multirate(values: Values, *, timings: Any = None, **options: Any) -> GainResult:
     """All timings are searched on every core, and kept in the directory `timings`."""
-    plant = multirate.MultiratePlant(**values)
-    if options.get("offsets") == "best":
+    matrices = {name: value for name, value in values.items() if name not in ("P0", "goal")}
+    if COVARIANCES.isdisjoint(values) and {"B_d", "D"} <= values.keys():
+        plant = multirate.MultiratePlant(**matrices)
+    else:
+        plant = multirate.MultiratePlant.from_covariances(**matrices)
+    # What the command line says counts more than the file.
+    options = {name: values[name] for name in ("P0", "goal") if name in values} | options
+    if options.get("offsets") == "best" and options.get("goal") != "h2":
         apply = partial(every_core, store=timings)
         options["offsets"] = multirate.search_timing(plant, options["periods"], apply=apply).best
     return multirate.design(plant, **options)
@@ -88,17 +98,29 @@ METHODS: Mapping[str, Method] = {
             "sensors with different periods, in discrete time",
             (
                 matrix("A", "n", "n", "x+ = A x + B_u u + B_d d"),
-                matrix("B_d", "n", "m", "process noise"),
+                matrix("B_d", "n", "m", "process noise d (the identity if Q is given)", instead="Q"),
                 matrix("C", "q", "n", "sensors, y = C x + D w"),
-                matrix("D", "q", "w", "sensor noise"),
+                matrix("D", "q", "w", "sensor noise w, or give R", instead="R"),
+                matrix("Q", "m", "m", "covariance of d (the identity)", required=False),
+                matrix("R", "q", "q", "covariance of the sensor noise, in place of D", required=False),
+                matrix("S", "m", "q", "covariance of d and the sensor noise (zero)", required=False),
+                matrix("P0", "n", "n", "covariance of the error of the start, for the goal h2", required=False),
                 matrix("W", "z", "n", "weight of the error (identity)", required=False),
                 matrix("B_u", "n", "u", "known inputs (none)", required=False),
                 Field("dt", Kind.TIME, (), required=False, meaning="base period in s (1)"),
+                Field("goal", Kind.WORD, (), required=False, meaning="hinf, h2 or mixed (hinf); as the option"),
             ),
             (
                 Option("periods", listed(whole), "N,N", "of each sensor, in base periods: 2,3", required=True),
                 Option("offsets", offsets, "K,K", "of each sensor (default: zeros), or: best"),
                 Option("level", positive, "G", "a level to keep (default: the least)"),
+                Option(
+                    "goal",
+                    str,
+                    None,
+                    "least worst-case gain, least mean error (Kalman), or between both (hinf)",
+                    choices=("hinf", "h2", "mixed"),
+                ),
             ),
             _multirate,
         ),

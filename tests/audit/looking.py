@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import re
 
 from sample import KEY
@@ -42,3 +43,38 @@ def unfold(browser: webdriver.Chrome) -> webdriver.Chrome:
       const wait = () => open() ? setTimeout(wait, 10) : frame();
       wait();""")
     return browser
+
+
+_OVERLAPS = """
+  const boxes = [];
+  const walk = document.createTreeWalker(document.querySelector('main'), NodeFilter.SHOW_TEXT);
+  while (walk.nextNode()) {
+    const text = walk.currentNode.data.trim(), host = walk.currentNode.parentElement;
+    // Drawings and formulas are set by rules of their own; an index stands as near to its letter as it must.
+    if (!text || !host.checkVisibility() || host.closest('svg, math, sub, sup, .unseen')) continue;
+    const range = document.createRange();
+    range.selectNodeContents(walk.currentNode);
+    for (const box of range.getClientRects()) if (box.width > 1) boxes.push([box, text.slice(0, 40)]);
+  }
+  boxes.sort(([a], [b]) => a.top - b.top);
+  return boxes.flatMap(([a, one], i) => {
+    const found = [];
+    for (let j = i + 1; j < boxes.length && boxes[j][0].top < a.bottom - 4; j++) {
+      const [b, other] = boxes[j];
+      if (a.left < b.right - 2 && b.left < a.right - 2) found.push([one, other]);
+    }
+    return found;
+  });"""
+
+
+def overlaps(browser: webdriver.Chrome) -> list[list[str]]:
+    """Texts of the page that is open which lie over each other."""
+    found: list[list[str]] = browser.execute_script(_OVERLAPS)
+    return found
+
+
+def pages_of(browser: webdriver.Chrome) -> int:
+    """On how many sheets of paper the page that is open stands."""
+    options = {"preferCSSPageSize": True, "printBackground": True}
+    paper = base64.b64decode(browser.execute_cdp_cmd("Page.printToPDF", options)["data"])
+    return len(re.findall(rb"/Type\s*/Page\b", paper))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from looking import claim_id, shown, unfold
+from looking import claim_id, overlaps, shown, unfold
 from sample import HOSTILE, KEY, claims, hostile_results
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
@@ -20,7 +20,7 @@ from replication.audit.report.page import render
 
 pytestmark = pytest.mark.browser
 
-WIDTHS = (320, 768, 1440)
+WIDTHS = (320, 390, 768, 1440)
 SMALLEST_CONTRAST = 4.5
 PAPER = f"#paper-{KEY}"
 
@@ -44,6 +44,56 @@ def test_what_scrolls_can_be_reached_by_keyboard(visit: Any, width: int) -> None
     idle = """return [...document.querySelectorAll('.scroll')].filter((e) => e.scrollWidth <= e.clientWidth
       && e.tabIndex >= 0).length"""
     assert page.execute_script(idle) == 0
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_no_text_lies_over_another(visit: Any, width: int) -> None:
+    page = unfold(visit(width))
+    assert overlaps(page) == []
+    page.execute_script("document.querySelector('.how p').style.marginTop = '-1.5em'")
+    assert overlaps(page), "and if one did, it would be found"
+
+
+def test_each_page_begins_below_the_bar_and_its_contents_at_their_beginning(visit: Any) -> None:
+    top = "return document.querySelector(arguments[0]).getBoundingClientRect().top"
+    strip = "return document.querySelector(arguments[0] + ' .toc').scrollLeft"
+    bar = "return document.querySelector('.bar').getBoundingClientRect().bottom"
+    page = visit(390, fragment="#behind")
+    assert page.execute_script(top, "#behind") == pytest.approx(page.execute_script(bar), abs=1)
+    page.execute_script("scrollTo(0, document.body.scrollHeight)")
+    WebDriverWait(page, 5).until(lambda _: page.execute_script(strip, "#behind") > 0)
+    page.find_element(By.CSS_SELECTOR, ".up").click()
+    WebDriverWait(page, 5).until(lambda _: page.execute_script(strip, "#behind") == 0)
+
+
+@pytest.mark.parametrize("width", [390, 1440])
+def test_a_number_of_a_table_says_its_row_and_its_column(visit: Any, width: int) -> None:
+    page = visit(width, fragment=PAPER)
+    cell = page.find_element(By.CSS_SELECTOR, f".published .cell:has([href='#{claim_id('column-5-7')}'])")
+    said = cell.text.split()
+    assert (said[:3] == ["Level", "Periods", "(5,7)"]) is (width == 390)
+    assert {"1.93", "1.917120", "differs"} <= set(said) and "% below the print" in cell.text
+    heads = page.find_elements(By.CSS_SELECTOR, ".published thead th")
+    assert all(head.is_displayed() is (width == 1440) for head in heads)
+
+
+@pytest.mark.parametrize("name", ["column-5-7", "zero"])
+def test_a_link_opens_a_claim_without_a_script(visit: Any, name: str) -> None:
+    page = visit(fragment=f"#{claim_id(name)}", scripts=False)
+    # Asking needs scripts; those of the page did not run, as they were off when it was loaded.
+    page.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+    seen = """return [...document.querySelectorAll('.claim .reason')].filter((e) => e.checkVisibility())
+      .map((e) => e.closest('.claim').id)"""
+    assert page.execute_script(seen) == [claim_id(name)]
+
+
+def test_with_a_script_a_claim_that_was_opened_by_a_link_closes_again(visit: Any) -> None:
+    page = visit(fragment=f"#{claim_id('column-5-7')}")
+    claim = page.find_element(By.ID, claim_id("column-5-7"))
+    reason = claim.find_element(By.CSS_SELECTOR, ".evidence")
+    assert reason.is_displayed()
+    claim.find_element(By.CSS_SELECTOR, "summary").click()
+    assert not reason.is_displayed()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -117,6 +167,8 @@ def test_prints_every_claim_in_a_line(visit: Any, scripts: bool) -> None:
     assert page.execute_script(visible) == [True] * len(claims()), "folds open on paper"
     evidence = "return [...document.querySelectorAll('.evidence')].filter((e) => e.checkVisibility()).length"
     assert page.execute_script(evidence) == 0
+    moves = "return [...document.querySelectorAll('.moves')].filter((e) => e.checkVisibility()).length"
+    assert page.execute_script(moves) == 0, "paper cannot be moved or followed"
 
 
 def test_figures_have_words_with_numbers_and_can_be_saved(visit: Any) -> None:

@@ -83,7 +83,7 @@ def test_each_mark_reads_out_its_claim_and_arrows_move(visit: Any) -> None:
         "1.93",
         "1.917120",
         f"{KEY}.column-5-7",
-        "1.3 units",
+        "0.67 % below the print",
     ):
         assert part in said, part
     page.execute_script("arguments[0].focus()", marks[0])

@@ -58,7 +58,7 @@ def test_without_a_script_each_picture_stands_where_its_slider_begins(visit: Any
 def test_names_and_ticks_keep_clear_of_each_other_and_of_the_edge(visit: Any, width: int) -> None:
     page = visit(width, fragment=PLACE)
     overlaps = """
-      const boxes = [...document.querySelector('.try .pane').querySelectorAll('.names li, .yt, .xt')]
+      const boxes = [...document.querySelector('.try .pane').querySelectorAll('.names li, .yt, .xt, .xl, .yl')]
         .map((e) => [e.textContent, e.getBoundingClientRect()]);
       return boxes.flatMap(([one, a], i) => boxes.slice(i + 1).filter(([, b]) => a.left < b.right - 1
         && b.left < a.right - 1 && a.top < b.bottom - 3 && b.top < a.bottom - 3).map(([other]) => [one, other]))"""

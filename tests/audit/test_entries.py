@@ -5,11 +5,16 @@ from __future__ import annotations
 from fractions import Fraction
 
 import pytest
+from msgspec.structs import replace
 from sample import claim
 
 from replication.audit.judge.agreement import Target
 from replication.audit.model import Evidence, Kind, Verdict
+from replication.audit.parts import Table
+from replication.audit.report.claim import targets, views
 from replication.audit.report.entries import EntryView, side_by_side
+from replication.audit.report.tables import named, table_view
+from replication.audit.report.templates import CLAIM_CELL
 from replication.audit.store.records import ClaimRecord
 
 
@@ -78,3 +83,56 @@ def test_the_ladder_sets_bounds_below_the_print_in_all_digits() -> None:
         ("Upper bound", 0, "1.", "2"),
     )
     assert entry.interval == (Fraction("1.135"), Fraction("1.145"))
+
+
+def judged(record: ClaimRecord, verdict: Verdict) -> ClaimRecord:
+    return replace(record, judgement=replace(record.judgement, verdict=verdict))
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "off"),
+    [
+        ("1.14", 1.134687, (0.466, "% below the print")),
+        ("42.03", 58.40, (38.95, "% above the print")),
+        ("16.73", 12.25, (26.78, "% below the print")),
+        ("2.0", 5.0, (2.5, "times the print")),
+        ("25.92", 15.85, (1.635, "times smaller than the print")),
+    ],
+)
+def test_the_distance_from_the_print_is_a_part_of_the_print(printed: str, value: float, off: tuple[float, str]) -> None:
+    record = claim("case", Kind.VALUE, Verdict.DIFFERS, printed, Evidence(method="Evaluated directly", value=value))
+    (view,) = views([record], targets([record]))
+    assert view.off == (pytest.approx(off[0], rel=1e-3), off[1])
+    unsettled = judged(record, Verdict.UNDETERMINED)
+    assert views([unsettled], targets([unsettled]))[0].off is None
+
+
+@pytest.mark.parametrize(
+    ("name", "heading", "said"),
+    [
+        ("N₁, N₂", "2, 1", "N₁, N₂ = 2, 1"),
+        ("Example", "1", "Example 1"),
+        ("K", "10", "K = 10"),
+        ("Reference", "sin(3t/2)", "sin(3t/2)"),
+        ("", "2", "2"),
+    ],
+)
+def test_a_heading_of_numbers_alone_gets_the_name_of_what_it_counts(name: str, heading: str, said: str) -> None:
+    assert named(name, heading) == said
+
+
+def test_a_table_counts_its_entries_by_their_verdicts() -> None:
+    verdicts = [
+        *(Verdict.REPRODUCED, Verdict.DIFFERS, Verdict.COMPATIBLE, Verdict.REPRODUCED_AFTER_ERRATUM),
+        *(Verdict.REFUTED, Verdict.CONSISTENT, Verdict.UNDETERMINED, Verdict.ERROR),
+    ]
+    tried = Evidence(method="Tried", holds=True)
+    records = [
+        judged(claim(f"case-{n}", Kind.ORDER, verdict, "", tried), verdict) for n, verdict in enumerate(verdicts)
+    ]
+    known = {view.record.id: view for view in views(records, {})}
+    rows = tuple((str(n), f"{CLAIM_CELL}{record.id}", "N/A") for n, record in enumerate(records))
+    made = table_view(Table(place="Table 1", caption="All", header=("K \\ n", "1", ""), rows=rows), known)
+    assert (made.agree, made.judged, made.chosen, made.unsettled) == (4, 7, 1, 1)
+    assert [row[1].headings for row in made.rows] == [(f"K = {n}", "n = 1") for n in range(len(records))]
+    assert {row[2].text for row in made.rows} == {"N/A"}

@@ -14,6 +14,7 @@ import msgspec
 import pytest
 from sample import KEY, brief, explorer, results
 
+from replication.audit.model import Verdict
 from replication.audit.report.claim import targets, views
 from replication.audit.report.pictures.explore import PictureView, explorers
 from replication.audit.report.pictures.ladder import Ladder, ladders
@@ -150,3 +151,20 @@ def test_only_what_is_proved_and_beside_its_interval_has_a_ladder(made: ResultsF
         msgspec.structs.replace(r, judgement=msgspec.structs.replace(r.judgement, proved=False)) for r in made.claims
     ]
     assert rungs(msgspec.structs.replace(made, claims=tuple(unproved))) == {}
+
+
+@pytest.mark.parametrize(("verdict", "drawn"), [(Verdict.DIFFERS, True), (Verdict.COMPATIBLE, False)])
+def test_a_ladder_outside_its_box_belongs_to_a_number_that_differs(
+    made: ResultsFile, verdict: Verdict, drawn: bool
+) -> None:
+    name, ladder = next((name, ladder) for name, ladder in rungs(made).items() if ladder.inside)
+    assert ladder.entry.interval is not None
+    beyond = float(ladder.entry.interval[1] * 2 - ladder.entry.interval[0])
+    record = ladder.view.record
+    moved = msgspec.structs.replace(
+        record,
+        evidence=msgspec.structs.replace(record.evidence, value=beyond, lower=beyond - 1e-9, upper=beyond + 1e-9),
+        judgement=msgspec.structs.replace(record.judgement, verdict=verdict),
+    )
+    others = tuple(moved if other.id == record.id else other for other in made.claims)
+    assert (name in rungs(msgspec.structs.replace(made, claims=others))) is drawn

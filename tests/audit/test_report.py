@@ -31,7 +31,7 @@ from replication.audit.model import Evidence, How, Kind, OverInputs, Verdict
 from replication.audit.parts import Table
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.claim import WORST_FIRST, anchor, targets, views
-from replication.audit.report.formulas import mathml
+from replication.audit.report.formulas import mathml, prose
 from replication.audit.report.page import build_report, render
 from replication.audit.report.sections.lineage import proofs
 from replication.audit.report.sections.rounding import allowances
@@ -435,6 +435,25 @@ def test_a_latex_formula_cannot_bring_markup() -> None:
         mathml("")
     with pytest.raises(AuditError, match="cannot be set"):
         mathml(r"\text{<b}")
+
+
+@pytest.mark.parametrize(
+    ("text", "html"),
+    [
+        ("A_e and γ_min", "A<sub>e</sub> and γ<sub>min</sub>"),
+        ("C_2ᵀZ_5ijᵀ, C_1e", "C<sub>2</sub>ᵀZ<sub>5ij</sub>ᵀ, C<sub>1</sub>e"),
+        ("-BᵀQ_i, ZC_2", "-BᵀQ<sub>i</sub>, ZC<sub>2</sub>"),
+        ("+dS_i/ds, ÿ_d, ΣC_1i", "+dS<sub>i</sub>/ds, ÿ<sub>d</sub>, ΣC<sub>1i</sub>"),
+        ("K_theta, ξ(t_{k−1})", "K<sub>θ</sub>, ξ(t<sub>k−1</sub>)"),
+        ("S^-1/tau_K^2, e^{A h_0}", "S<sup>−1</sup>/τ<sub>K</sub><sup>2</sup>, e<sup>A h<sub>0</sub></sup>"),
+        ("e^(mu(A) t)", "e<sup>mu(A) t</sup>"),
+        ("ended insufficient_progress", "ended <code>insufficient_progress</code>"),
+        ("`make a_b`", "<code>make a_b</code>"),
+        ("<i>_x and & alone _ or ^", "&lt;i&gt;_x and &amp; alone _ or ^"),
+    ],
+)
+def test_indices_and_powers_of_a_sentence_are_set(text: str, html: str) -> None:
+    assert prose(text) == html
 
 
 @pytest.mark.parametrize(

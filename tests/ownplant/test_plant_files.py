@@ -111,6 +111,20 @@ def test_what_is_missing_is_listed(method: str, tmp_path: Path) -> None:
         assert (f"{field.name}: is missing; write {field.kind}" in text) is field.required
 
 
+def test_a_covariance_stands_for_its_factor(tmp_path: Path) -> None:
+    text = (
+        GOOD["multirate"]
+        .replace("B_d = [[1.0]]", "Q = [[4.0]]")
+        .replace("D = [[1]]", "R = [[9]]\nS = [[2]]\nP0 = [[1]]")
+    )
+    assert set(read_plant(write(tmp_path, text), "multirate").values) == {"A", "C", "Q", "R", "S", "P0"}
+    lines = message(tmp_path, text.replace("R = [[9]]", "").replace("S = [[2]]", "S = [[2, 1]]")).splitlines()[1:]
+    assert lines == [
+        "  D: is missing; write a list of rows, such as [[1, 0], [0, 1]], or give R",
+        "  S: has 2 columns, where C sets q = 1",
+    ]
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

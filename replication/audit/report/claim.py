@@ -173,7 +173,7 @@ def _off(target: Target | None, record: ClaimRecord) -> tuple[float, str] | None
         return ratio, "times the print"
     if ratio <= 1 / LARGE:
         return 1 / ratio, "times smaller than the print"
-    return 100 * abs(1 / ratio - 1), "% below the print" if ratio < 1 else "% above the print"
+    return 100 * abs(ratio - 1), "% below the print" if ratio < 1 else "% above the print"
 
 
 def _rows(printed: Printed, entries: tuple[EntryView, ...]) -> tuple[tuple[tuple[EntryView, ...], ...], ...]:

@@ -26,6 +26,8 @@ from replication.errors import AuditError
 
 NOT_READ = frozenset({"script", "style", "svg", "code", "pre"})
 READ_ATTRIBUTES = frozenset({"aria-label", "alt", "title", "content"})
+WITHIN = frozenset({"span", "sub", "sup"})
+"""What may stand inside a word: the digits of one number, an index, a power."""
 WHOLE = 100
 """Integers below are compared exactly; from here on they may be rounded numbers."""
 
@@ -127,13 +129,12 @@ class _Reader(HTMLParser):
             self.texts.extend(value for name, value in attrs if name in READ_ATTRIBUTES and value)
         if tag in NOT_READ:
             self._closed_by.append(tag)
-        # The digits of one number stand in spans without a space between them.
-        self._joins = self._joins and tag == "span"
+        self._joins = self._joins and tag in WITHIN
 
     def handle_endtag(self, tag: str) -> None:
         if self._closed_by and tag == self._closed_by[-1]:
             self._closed_by.pop()
-        self._joins = self._joins and tag == "span"
+        self._joins = self._joins and tag in WITHIN
 
     def handle_data(self, data: str) -> None:
         if self._closed_by:

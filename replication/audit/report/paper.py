@@ -19,6 +19,7 @@ from replication.audit.report.claim import ClaimView, views
 from replication.audit.report.formulas import mathml
 from replication.audit.report.pictures.explore import ExplorerView, explorers
 from replication.audit.report.pictures.ladder import Ladder, ladders
+from replication.audit.report.tables import TableView, table_view
 from replication.audit.store.records import ClaimRecord, ErratumRecord, FigureRecord, PaperRecord, ResultsFile
 from replication.drawing import svg
 from replication.errors import AuditError
@@ -50,6 +51,7 @@ class PaperView:
     formulas: tuple[tuple[str, Markup], ...]
     ladders: tuple[Ladder, ...]
     explorers: tuple[ExplorerView, ...]
+    tables: tuple[TableView, ...]
 
     @property
     def readings(self) -> dict[str, Reading]:
@@ -66,9 +68,9 @@ class PaperView:
     def parts(self) -> tuple[tuple[str, str], ...]:
         """Name and heading of each part that this paper has, in the order of the page; the name is its template."""
         present = {
-            ("tables", "As printed, and ours"): self.record.tables,
+            ("tables", "As printed, and ours"): self.tables,
             ("ladder", "Print to proof"): self.ladders,
-            ("explore", "Try it"): self.explorers,
+            ("explore", "In pictures"): self.explorers,
             ("errata", "Printed → meant"): self.errata,
             ("findings", "Findings"): self.record.findings,
             ("claims", "All claims"): self.claims,
@@ -100,6 +102,7 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
         formulas=tuple((formula.text, mathml(formula.latex)) for formula in paper.formulas),
         ladders=ladders(paper, shown),
         explorers=explorers(paper, names, figures, shown),
+        tables=tuple(table_view(table, {view.record.id: view for view in shown}) for table in paper.tables),
     )
 
 

@@ -11,6 +11,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from replication.audit.judge import numerals
 from replication.audit.report.claim import anchor
+from replication.audit.report.formulas import prose
 from replication.errors import AuditError
 from replication.verify.quantities import in_words
 
@@ -54,6 +55,7 @@ def environment() -> Environment:
         "short": numerals.short,
         "rough": numerals.rough,
         "in_words": in_words,
+        "prose": lambda text: prose(seen(text)),
         "full": numerals.full,
         "signed": numerals.signed,
         "seconds": numerals.seconds,
@@ -67,7 +69,6 @@ def environment() -> Environment:
             msgspec.json.encode(value, order="deterministic"), indent=2
         ).decode(),
     }
-    made.tests |= {"claim_cell": lambda cell: cell.startswith(CLAIM_CELL)}
     return made
 
 

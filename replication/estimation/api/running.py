@@ -83,10 +83,10 @@ class RunningObserver(ABC):
         InvalidInputError
             Another length, text, or infinities; the observer is then as before.
         """
-        known = _vector("u", u, self.inputs) if u is not None or self.inputs else np.zeros(0)
+        known = vector("u", u, self.inputs) if u is not None or self.inputs else np.zeros(0)
         if np.any(np.isnan(known)):
             raise InvalidInputError(f"u must be {self.inputs} numbers, got {u!r}; an input is known at every instant")
-        self._advance(known, _vector("y", y, self.measurements))
+        self._advance(known, vector("y", y, self.measurements))
         self.instant += 1
         return self.estimate
 
@@ -167,8 +167,10 @@ class PeriodicObserver(RunningObserver):
         self._state = phase.transition @ self._state + phase.input @ u + phase.injection @ y
 
 
-def _vector(name: str, value: Any, size: int) -> Array:
+def vector(name: str, value: Any, size: int) -> Array:
     """`value` as (size,) floats, NaN where an entry is None; None stands for all missing."""
+    if type(value) is np.ndarray and value.dtype == float and value.shape == (size,) and not np.isinf(value).any():
+        return value
     if value is None:
         return np.full(size, np.nan)
     if isinstance(value, np.ma.MaskedArray):

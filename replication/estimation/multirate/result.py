@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.drawing.panel import Panel
+from replication.errors import InvalidInputError
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult
@@ -16,14 +17,19 @@ from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals, each_instant
 from replication.estimation.linear.norms import gain_curve, l2_gain
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
+from replication.estimation.linear.periodic import lifted_statespace
+from replication.estimation.multirate.h2.tradeoff import TradeOff, tradeoff
 from replication.estimation.multirate.kalman import kalman_design
-from replication.estimation.multirate.optimum import Optimum
+from replication.estimation.multirate.optimum import Optimum, optimum
 from replication.estimation.multirate.problem import MultirateProblem, observer_system
 from replication.estimation.multirate.simulation import white_noise_variance
+from replication.estimation.validation import at_most
 
 if TYPE_CHECKING:
     import control
+
+MOST_POINTS = 1000
+SIMPLER = "the Kalman filter has the least mean error: goal='h2', or goal='mixed' for something of both"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -83,11 +89,36 @@ class MultirateResult(GainResult):
         label = "frequency (rad/s, folded at the period of the schedule)"
         return self._panel(frequencies, label, "largest gain to the error", {"gain": gains})
 
+    def tradeoff(self, points: int = 12) -> TradeOff:
+        """What a smaller guaranteed gain costs in mean error, for this plant and schedule.
 
-def result_of(problem: MultirateProblem, signals: Signals, gains: Any, best: Optimum) -> MultirateResult:
-    """The exact gain of `gains` (N, n, q) and what else is known of them, beside the optimum."""
+        Parameters
+        ----------
+        points : int
+            Number of designs, from the least level to the Kalman filter; at least 2.
+
+        Returns
+        -------
+        TradeOff
+            Level, exact gain and exact rms error of each; it prints and plots itself.
+
+        Raises
+        ------
+        InvalidInputError
+            `points` is no whole number from 2 to 1000.
+        """
+        count = at_most("points", points, MOST_POINTS)
+        if count < 2:
+            raise InvalidInputError(f"points must be at least 2, the two ends, got {count}")
+        return tradeoff(self.problem, optimum(self.problem), count)
+
+
+def result_of(
+    problem: MultirateProblem, signals: Signals, gains: Any, best: Optimum, further: tuple[Evidence, ...] = ()
+) -> MultirateResult:
+    """The exact gain of `gains` (N, n, q) and what else is known of them, beside the optimum; `further` comes last."""
     error = problem.error_system(gains)
-    exact = l2_gain(error)
+    exact, alone = l2_gain(error), problem.without_sensors()
     bound = "non-causal bound: no smoother does better" if best.limited_by == "noncausal" else "Riccati condition"
     evidence = (
         Evidence("optimum", best.value, f"least gain of any observer; {bound}"),
@@ -99,10 +130,12 @@ def result_of(problem: MultirateProblem, signals: Signals, gains: Any, best: Opt
         *baselines(
             exact.upper,
             "exact gain",
-            without=_without_sensors(problem),
+            without=l2_gain(alone).upper if alone.spectral_radius() < 1 else None,
             kalman=l2_gain(problem.error_system(kalman_design(problem).gains)).upper,
             limit=best.noncausal.upper,
+            simpler="" if further else SIMPLER,
         ),
+        *further,
     )
     return MultirateResult(
         bracket=Bracket(exact.lower, exact.upper, EXACT_GAIN),
@@ -111,10 +144,3 @@ def result_of(problem: MultirateProblem, signals: Signals, gains: Any, best: Opt
         signals=signals,
         problem=problem,
     )
-
-
-def _without_sensors(problem: MultirateProblem) -> float | None:
-    """The gain from d to W x of the plant alone, None if it is not stable."""
-    plant = problem.plant
-    alone = PeriodicSystem((Stage(plant.A, plant.B_d, plant.W, np.zeros((len(plant.W), plant.B_d.shape[1]))),))
-    return l2_gain(alone).upper if alone.spectral_radius() < 1 else None

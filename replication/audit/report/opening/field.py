@@ -10,6 +10,7 @@ from replication.audit.brief import Consequence
 from replication.audit.model import Verdict
 from replication.audit.report.claim import ClaimView
 from replication.audit.report.paper import PaperView
+from replication.audit.store.records import PaperRecord
 
 ORDER = (
     Verdict.ERROR,
@@ -24,8 +25,11 @@ ORDER = (
 """Order of the marks in a cell: what does not stand, what does, what nobody can tell."""
 
 FAILS = (Verdict.REFUTED, Verdict.DIFFERS)
+PROMISES = (Consequence.THEOREM, Consequence.HEADLINE)
 STANDS = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.REPRODUCED_AFTER_ERRATUM)
 MOST_PLACES = 3
+MOST_NAMES = 2
+"""Papers with a failing guarantee that the answer names."""
 _WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 
 
@@ -42,7 +46,8 @@ class Cell:
 class Lane:
     """One paper. broken: whether a theorem or guarantee of it fails; sound: whether it has some, and all hold.
 
-    corrected: whether one of them holds only once a misprint is corrected.
+    corrected: whether one of them holds only once an erratum is corrected. open: whether one of them, or a headline
+    statement, holds under one reading of the text and fails under another.
     """
 
     paper: PaperView
@@ -50,6 +55,7 @@ class Lane:
     broken: bool
     sound: bool
     corrected: bool
+    open: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +80,7 @@ def field(papers: Sequence[PaperView]) -> Field:
     )
     groups = (
         ("A central guarantee fails", tuple(lane for lane in lanes if lane.broken)),
-        ("No central guarantee fails", tuple(lane for lane in lanes if not lane.broken)),
+        ("No central guarantee is refuted", tuple(lane for lane in lanes if not lane.broken)),
     )
     return Field(
         answer=answer(lanes),
@@ -86,24 +92,43 @@ def field(papers: Sequence[PaperView]) -> Field:
 
 
 def answer(lanes: Sequence[Lane]) -> str:
-    """What comes out, in one sentence: in how many papers a guarantee fails, and what is true of the others."""
+    """What comes out, in one sentence: in which papers a guarantee fails, and what is true of the others."""
     judged = [lane for lane in lanes if any(cell.marks for cell in lane.cells)]
     if not judged:
         return "There is no claim to judge."
-    broken = sum(lane.broken for lane in judged)
-    whole, rest = len(judged), len(judged) - broken
     others = [lane for lane in judged if not lane.broken]
-    corrected = any(lane.corrected for lane in others)
-    sound = f"every theorem passes our tests{', some only once misprints are corrected' if corrected else ''}"
-    if not all(lane.sound for lane in others):
-        sound = f"no theorem fails{' once misprints are corrected' if corrected else ''}"
-    whose = "the paper" if whole == 1 else "both papers" if whole == 2 else f"all {_count(whole)} papers"
-    if not broken:
-        return f"In {whose} {sound}."
-    if not rest:
+    whole, rest = len(judged), len(others)
+    if not others:
+        whose = "the paper" if whole == 1 else "both papers" if whole == 2 else f"all {_count(whole)} papers"
         return f"In {whose} a central guarantee fails."
-    where = "the other" if rest == 1 else f"the other {_count(rest)}"
-    return f"In {_count(broken)} of {_count(whole)} papers a central guarantee fails; in {where} {sound}."
+    if rest == whole:
+        where = "in the paper" if whole == 1 else "in the papers"
+        sentence = _said_of(others, "no central guarantee", where)
+        return f"{sentence[0].upper()}{sentence[1:]}."
+    failing = [lane.paper.record for lane in judged if lane.broken]
+    which = " and ".join(_authors(record) for record in failing)
+    if len(failing) > MOST_NAMES:
+        which = f"{_count(len(failing))} of {_count(whole)} papers"
+    where = "in the other" if rest == 1 else "in the others"
+    return f"In {which} a central guarantee fails; {_said_of(others, 'none', where)}."
+
+
+def _said_of(lanes: Sequence[Lane], none: str, where: str) -> str:
+    """What is true of papers of which no guarantee fails; that none is refuted does not say that all hold."""
+    corrected, unsettled = any(lane.corrected for lane in lanes), [lane.paper.record for lane in lanes if lane.open]
+    said = f"{'once corrected, ' if corrected else ''}{none} is refuted {where}"
+    if all(lane.sound for lane in lanes):
+        said = (
+            f"every theorem passes our tests {where}{', some only once misprints are corrected' if corrected else ''}"
+        )
+    if not unsettled:
+        return said
+    whose = _authors(unsettled[0]) if len(unsettled) == 1 else f"{_count(len(unsettled))} of them"
+    return f"{said}; that of {whose} depends on the reading"
+
+
+def _authors(record: PaperRecord) -> str:
+    return record.cited.partition(" (")[0]
 
 
 def _count(number: int) -> str:
@@ -112,14 +137,22 @@ def _count(number: int) -> str:
 
 def _lane(paper: PaperView) -> Lane:
     cells = tuple(_cell(paper, kind) for kind in Consequence)
-    theorems = [view.record.verdict for cell in cells for view in cell.marks if cell.consequence is Consequence.THEOREM]
+    promised = [view for cell in cells for view in cell.marks if cell.consequence in PROMISES]
+    theorems = [view.record for view in promised if view.consequence is Consequence.THEOREM]
+    verdicts = [record.verdict for record in theorems]
     return Lane(
         paper=paper,
         cells=cells,
-        broken=any(verdict in FAILS for verdict in theorems),
-        sound=bool(theorems) and all(verdict in STANDS for verdict in theorems),
-        corrected=Verdict.REPRODUCED_AFTER_ERRATUM in theorems,
+        broken=any(verdict in FAILS for verdict in verdicts),
+        sound=bool(theorems) and all(verdict in STANDS for verdict in verdicts),
+        corrected=any(record.claim.erratum and record.verdict not in FAILS for record in theorems),
+        open=any(map(_depends_on_the_reading, promised)),
     )
+
+
+def _depends_on_the_reading(view: ClaimView) -> bool:
+    record = view.record
+    return record.verdict is Verdict.UNDETERMINED and {True, False} <= {one.holds for one in record.evidence.outcomes}
 
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:

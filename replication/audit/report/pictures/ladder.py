@@ -73,7 +73,7 @@ def _width(made: Ladder) -> Fraction:
 
 
 def _ladder(view: ClaimView) -> Ladder | None:
-    """None unless one printed number has a proved bracket that is small and in sight of its interval."""
+    """None unless one printed number has a proved bracket, in sight of its interval, from which its verdict follows."""
     evidence, judgement = view.record.evidence, view.record.judgement
     if len(view.entries) != 1 or not judgement.proved or view.record.verdict is Verdict.ERROR:
         return None
@@ -89,7 +89,8 @@ def _ladder(view: ClaimView) -> Ladder | None:
     end, gap = (box[0], abs(below)) if abs(below) <= abs(above) else (box[1], abs(above))
     if not inside:
         end, gap = (box[0], box[0] - ours[1]) if ours[1] <= box[0] else (box[1], ours[0] - box[1])
-    if not gap:
+    # Whether it agrees hangs on more than this bracket, such as a second reading: no verdict for a drawing.
+    if not gap or inside is (view.record.verdict is Verdict.DIFFERS):
         return None
     return Ladder(
         view=view,

@@ -1,0 +1,79 @@
+"""The tables of a paper: which cells are claims, how many of them agree, what a cell is called where it stands alone.
+
+On a narrow screen each number has a line of its own, without the headings above and beside it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from replication.audit.judge.verdict import AGREES
+from replication.audit.model import Verdict
+from replication.audit.parts import Table
+from replication.audit.report.claim import ClaimView
+from replication.audit.report.templates import CLAIM_CELL
+
+_NUMBERS = re.compile(r"[\d\s.,()]+")
+"""A heading that says nothing without the name of what is counted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CellView:
+    """A text, or a claim with the headings of its row and its column; a row of a table begins with its heading."""
+
+    text: str = ""
+    claim: ClaimView | None = None
+    headings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class TableView:
+    """A table with its claims in place.
+
+    judged: how many entries have a verdict that settles them. agree: how many of these agree with the print, `chosen`
+    of them under a choice that the text leaves. unsettled: the other entries.
+    """
+
+    record: Table
+    rows: tuple[tuple[CellView, ...], ...]
+    judged: int
+    agree: int
+    chosen: int
+    unsettled: int
+
+
+def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
+    """The table; claims: those of its paper, by id."""
+    rows = tuple(tuple(_cells(table.header, row, claims)) for row in table.rows)
+    verdicts = [cell.claim.record.verdict for row in rows for cell in row if cell.claim is not None]
+    unsettled = verdicts.count(Verdict.UNDETERMINED)
+    return TableView(
+        record=table,
+        rows=rows,
+        judged=len(verdicts) - unsettled,
+        agree=sum(verdict in AGREES for verdict in verdicts),
+        chosen=verdicts.count(Verdict.COMPATIBLE),
+        unsettled=unsettled,
+    )
+
+
+def _cells(header: tuple[str, ...], row: tuple[str, ...], claims: Mapping[str, ClaimView]) -> Iterator[CellView]:
+    down, _, across = header[0].partition("\\") if "\\" in header[0] else (header[0], "", header[0])
+    for place, cell in enumerate(row):
+        if cell.startswith(CLAIM_CELL):
+            beside = () if row[0].startswith(CLAIM_CELL) else (named(down, row[0]),)
+            above = (named(across, header[place]),) if place else ()
+            claim = claims[cell.removeprefix(CLAIM_CELL)]
+            yield CellView(claim=claim, headings=tuple(filter(None, (*beside, *above))))
+        else:
+            yield CellView(text=cell)
+
+
+def named(name: str, heading: str) -> str:
+    """A heading with the name of what it counts, if it is nothing but numbers: "K = 2", "Example 1"."""
+    name, heading = name.strip(), heading.strip()
+    if not name or not _NUMBERS.fullmatch(heading):
+        return heading
+    return f"{name} {heading}" if name.isalpha() and len(name) > 1 else f"{name} = {heading}"
