@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.verify import delay, dualrate, multirate, nonuniform
+from replication.verify.predicate import same
 from replication.verify.reading import content, fields, name_of, parse, rational, text
 from replication.verify.statement import collected
 from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
@@ -97,15 +98,6 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
             require(same(values[field], wanted), f"{field} is not that of the wanted theorem {name}")
     require(statement in STATEMENTS, f"there is no statement {statement!r:.60}")
     return STATEMENTS[statement](certificate, stated)
-
-
-def same(first: Any, second: Any) -> bool:
-    """Whether two JSON values are equal, with types: true is not 1."""
-    if isinstance(first, dict) and isinstance(second, dict):
-        return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
-    if isinstance(first, list) and isinstance(second, list):
-        return len(first) == len(second) and all(same(a, b) for a, b in zip(first, second, strict=True))
-    return type(first) is type(second) and bool(first == second)
 
 
 def sides(bound: Any) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn, cast
 
-from replication.verify.reading import fields, name_of, parse, sequence, text, written
+from replication.verify.reading import Reader, as_written, name_of, parse, record, sequence, text, written
 from replication.verify.theorem import Refused, require
 
 FORMAT = "replication-certificate/1"
@@ -40,33 +40,36 @@ class Unproved:
     reason: str
 
 
+def _texts(value: Any, path: str) -> tuple[str, ...]:
+    return tuple(sequence(value, path, text))
+
+
+def _object(value: Any, path: str) -> Mapping[str, Any]:
+    require(isinstance(value, dict), f"{path} must be an object")
+    return dict(value)
+
+
+UNPROVED: Mapping[str, Reader] = {"claims": _texts, "reason": text}
+WANTED: Mapping[str, Reader] = {
+    "name": name_of, "claims": _texts, "statement": text, "plant": text, "parameters": _object
+}  # fmt: skip
+
+
 def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Unproved, ...]]:
     """The wanted theorems of a paper by name, and its claims without one; raises Refused for a malformed list."""
     path = root / "papers" / paper / "theorems.json"
-    if not path.is_file():
-        return {}, ()
-    listed = f"papers/{paper}/{path.name}"
     wanted: dict[str, Wanted] = {}
     unproved = []
-    for i, entry in enumerate(sequence(parse(path.read_bytes()), listed, lambda value, _: value)):
+    listed = f"papers/{paper}/{path.name}"
+    entries = sequence(parse(path.read_bytes()), listed, as_written) if path.is_file() else []
+    for i, entry in enumerate(entries):
         where = f"{listed}[{i}]"
         if isinstance(entry, dict) and "reason" in entry:
-            claims, reason = fields(entry, where, "claims", "reason")
-            unproved.append(Unproved(tuple(sequence(claims, f"{where}.claims", text)), text(reason, where)))
-            continue
-        name, claims, statement, plant, parameters = fields(
-            entry, where, "name", "claims", "statement", "plant", "parameters"
-        )
-        require(name_of(name, where) not in wanted, f"{where}: the name {name} stands twice")
-        require(isinstance(parameters, dict), f"{where}.parameters must be an object")
-        wanted[name] = Wanted(
-            paper=paper,
-            name=name,
-            claims=tuple(sequence(claims, f"{where}.claims", text)),
-            statement=text(statement, f"{where}.statement"),
-            plant=text(plant, f"{where}.plant"),
-            parameters=parameters,
-        )
+            unproved.append(Unproved(**record(entry, where, UNPROVED)))
+        else:
+            one = Wanted(paper=paper, **record(entry, where, WANTED))
+            require(one.name not in wanted, f"{where}: the name {one.name} stands twice")
+            wanted[one.name] = one
     return wanted, tuple(unproved)
 
 
@@ -80,15 +83,8 @@ def subject(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     wanted, _ = theorems(paper, root)
     require(name in wanted, f"papers/{paper}/theorems.json wants no theorem named {name}")
     entry = wanted[name]
-    return {
-        "format": FORMAT,
-        "paper": paper,
-        "name": name,
-        "claims": list(entry.claims),
-        "statement": entry.statement,
-        "plant": plant(paper, entry.plant, root),
-        "parameters": entry.parameters,
-    }
+    described = {**vars(entry), "claims": list(entry.claims), "plant": plant(paper, entry.plant, root)}
+    return {"format": FORMAT, **described}
 
 
 def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:

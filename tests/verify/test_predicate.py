@@ -12,7 +12,7 @@ from replication.verify.multirate.levels import UNDER
 from replication.verify.predicate import Exported, Predicate, same, term
 from replication.verify.quantities import ESTIMATORS, QUANTITIES, differences, in_words, unit_of
 from replication.verify.run import STATEMENTS, check
-from replication.verify.statement import Says
+from replication.verify.says import Says
 from replication.verify.subjects import papers, theorems
 
 ROOT = Path(__file__).parents[2]

@@ -14,8 +14,9 @@ from flint import fmpq, fmpq_mat
 
 from replication.audit.run.prove import prove
 from replication.verify.algebra.decimals import above, below, decimal, half_unit, printed_matrix, printed_poles
+from replication.verify.predicate import same
 from replication.verify.reading import MAX_BYTES
-from replication.verify.run import STATEMENTS, check, committed, printable, report, same, verify
+from replication.verify.run import STATEMENTS, check, committed, printable, report, verify
 from replication.verify.subjects import papers, plant, printed, subject, theorems
 from replication.verify.theorem import Refused
 

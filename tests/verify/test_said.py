@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from replication.verify.run import STATEMENTS
-from replication.verify.statement import Found
+from replication.verify.theorem import Found
 
 ROOT = Path(__file__).parents[2]
 PINS = Path(__file__).with_name("said.json")

@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat, fmpz_mat
 
-from replication.verify.algebra.work import BALL, bits, characteristic_polynomial, spend, spend_elimination
+from replication.verify.algebra.work import BALL, bits, spend, spend_characteristic, spend_elimination, spend_product
 from replication.verify.theorem import Refused, require
 
 
@@ -42,6 +42,19 @@ def submatrix(M: fmpq_mat, rows: Sequence[int], columns: Sequence[int]) -> fmpq_
 def take_rows(M: fmpq_mat, rows: Sequence[int]) -> fmpq_mat:
     """These rows of M, all columns."""
     return submatrix(M, rows, range(M.ncols()))
+
+
+def product(A: fmpq_mat, B: fmpq_mat) -> fmpq_mat:
+    """A B, its work estimated."""
+    spend_product(A, B)
+    result: fmpq_mat = A * B
+    return result
+
+
+def characteristic_polynomial(M: fmpq_mat) -> Any:
+    """det(z I − M), its work estimated."""
+    spend_characteristic(M)
+    return M.charpoly()
 
 
 def require_positive_definite(M: fmpq_mat, what: str) -> None:

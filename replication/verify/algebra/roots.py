@@ -7,12 +7,8 @@ from typing import Any
 
 from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.algebra.work import (
-    characteristic_polynomial,
-    estimate_length,
-    spend_elimination,
-    spend_on_roots,
-)
+from replication.verify.algebra.linear import characteristic_polynomial
+from replication.verify.algebra.work import estimate_length, spend_elimination, spend_on_roots
 from replication.verify.theorem import require
 
 

@@ -20,7 +20,8 @@ from replication.verify.delay.levels import DEGREES, LEAST, NARROW, TENSOR, one_
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.delay.sos import Squared, bases, rate, require_zero
 from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
-from replication.verify.statement import LOWER, Depends, Says
+from replication.verify.says import Says
+from replication.verify.statement import LOWER, Depends
 from replication.verify.theorem import require
 
 

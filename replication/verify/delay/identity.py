@@ -17,8 +17,9 @@ from flint import fmpq, fmpq_mat
 from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
 from replication.verify.algebra.words import Letter, Words, letter, number, one
 from replication.verify.reading import sequence, sized, text
-from replication.verify.statement import Found, Says, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import statement
+from replication.verify.theorem import Found, require
 
 MOST = 2
 """Delays with which both sides are compared."""

@@ -16,8 +16,8 @@ from flint import fmpq
 
 from replication.verify.algebra.words import Letter, Words, letter, number, one
 from replication.verify.reading import text
-from replication.verify.statement import Found, statement
-from replication.verify.theorem import require
+from replication.verify.statement import statement
+from replication.verify.theorem import Found, require
 
 TAU = number("tau")
 SYMMETRIC = ("P", "Pi", "K", "G", "V")

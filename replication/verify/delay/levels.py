@@ -11,8 +11,9 @@ from replication.verify.delay.hidden import Hidden, characteristic, read_hidden,
 from replication.verify.delay.plant import DelayPlant, on_plant
 from replication.verify.delay.sos import Proof, read_proof, require_level
 from replication.verify.reading import integer, positive, rational, several, sized, text
-from replication.verify.statement import LOWER, UPPER, Depends, Found, Says, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import LOWER, UPPER, Depends, statement
+from replication.verify.theorem import Found, require
 
 DEGREE = sized(integer, 1)
 DEGREES = (1, 2, 3, 4)

@@ -11,12 +11,20 @@ from typing import Any
 from flint import acb, acb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.decimals import above
-from replication.verify.algebra.linear import block, identity, require_positive_definite, submatrix, take_rows, zeros
-from replication.verify.algebra.work import characteristic_polynomial
+from replication.verify.algebra.linear import (
+    block,
+    characteristic_polynomial,
+    identity,
+    require_positive_definite,
+    submatrix,
+    take_rows,
+    zeros,
+)
 from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.reading import fields, integer, matrix, rational, sized, symmetric
-from replication.verify.statement import LOWER, UPPER, Depends, Says
+from replication.verify.says import Says
+from replication.verify.statement import LOWER, UPPER, Depends
 from replication.verify.theorem import require
 
 LARGEST_ORDER = 50

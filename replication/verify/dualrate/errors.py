@@ -17,8 +17,9 @@ from replication.verify.dualrate.loop import INTERPOLATED, Loop, Observer, held_
 from replication.verify.dualrate.response import Feedforward, Place
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import fields, positive, sequence, several, sized, text
-from replication.verify.statement import Depends, Found, Says
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import Depends
+from replication.verify.theorem import Found, require
 
 MOST = 6
 """Frequencies of a theorem, those of Table I."""

@@ -23,8 +23,9 @@ from replication.verify.dualrate.loop import (
 )
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import positive, rational, sequence, several, sized, text
-from replication.verify.statement import BOTH, Depends, Found, Says
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import BOTH, Depends
+from replication.verify.theorem import Found, require
 
 RADIUS = "spectral radius over a slow period"
 

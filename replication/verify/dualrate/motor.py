@@ -12,8 +12,9 @@ from replication.verify.algebra.roots import require_hurwitz
 from replication.verify.dualrate.loop import Loop, on_loop
 from replication.verify.dualrate.response import require_position_form
 from replication.verify.reading import fields, integer, matrix, positive, sequence, sized, text
-from replication.verify.statement import Found, Says, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import statement
+from replication.verify.theorem import Found, require
 
 LARGEST_ORDER = 20
 """Of a derivative in the feedforward."""

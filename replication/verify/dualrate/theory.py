@@ -15,8 +15,9 @@ from replication.verify.dualrate.loop import LARGEST_RATIO, Loop, on_loop
 from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
 from replication.verify.dualrate.scalar import determinant, require_negative
 from replication.verify.reading import fields, integer, matrix, positive, several, sized, symmetric, text
-from replication.verify.statement import Depends, Found, Says, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import Depends, statement
+from replication.verify.theorem import Found, require
 
 SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
 

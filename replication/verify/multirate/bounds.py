@@ -9,9 +9,17 @@ from collections.abc import Callable, Sequence
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, identity, require_positive_definite, solved, submatrix, zeros
+from replication.verify.algebra.linear import (
+    block,
+    characteristic_polynomial,
+    identity,
+    product,
+    require_positive_definite,
+    solved,
+    submatrix,
+    zeros,
+)
 from replication.verify.algebra.roots import is_schur
-from replication.verify.algebra.work import characteristic_polynomial, product
 from replication.verify.multirate.sensing import Sensing
 from replication.verify.theorem import require
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from replication.verify.algebra.symbolic import Symbolic, blocks, require_equal, symbols, unit
 from replication.verify.reading import integer, sized
-from replication.verify.statement import Found, statement
-from replication.verify.theorem import require
+from replication.verify.statement import statement
+from replication.verify.theorem import Found, require
 
 LARGEST_SIZE = 6
 """Of a vector, and so of a matrix: the polynomials grow with its fourth power."""

@@ -8,14 +8,14 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
-from replication.verify.algebra.work import product
+from replication.verify.algebra.linear import block, identity, product, require_positive_definite, zeros
 from replication.verify.multirate.bounds import attained, require_theorem_1, unseen_for_long, unseen_forever
 from replication.verify.multirate.sensing import CHOSEN, Sensing, read_sensing
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import integer, matrices, sequence, sized, square, symmetric
-from replication.verify.statement import BOTH, Depends, Found, Says, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import BOTH, Depends, statement
+from replication.verify.theorem import Found, require
 
 Matrices = list[fmpq_mat]
 on_sensors = partial(

@@ -9,13 +9,13 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import require_positive_definite, submatrix
-from replication.verify.algebra.work import product
+from replication.verify.algebra.linear import product, require_positive_definite, submatrix
 from replication.verify.multirate.bounds import unseen_for_long
 from replication.verify.multirate.levels import Matrices, require_lower, require_theorem_2
 from replication.verify.multirate.sensing import CHOSEN, PERIOD, Sensing, read_sensing
 from replication.verify.reading import integer, matrices, positive, sequence, sized, symmetric
-from replication.verify.statement import LOWER, Depends, Says, Table, statement
+from replication.verify.says import Says
+from replication.verify.statement import LOWER, Depends, Table, statement
 from replication.verify.theorem import require
 
 PERIODS = Depends(lambda given: sized(sequence, PERIOD, len(given.sensors)))

@@ -13,9 +13,8 @@ from typing import Any
 from flint import acb, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.balls import ends
-from replication.verify.algebra.linear import identity
+from replication.verify.algebra.linear import characteristic_polynomial, identity
 from replication.verify.algebra.roots import is_schur, roots
-from replication.verify.algebra.work import characteristic_polynomial
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.levels import require_theorem_2
 from replication.verify.multirate.sensing import TIMES, schedule, select, without_noise
@@ -30,8 +29,9 @@ from replication.verify.reading import (
     square,
     symmetric,
 )
-from replication.verify.statement import UPPER, Depends, Found, Says, Table, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import UPPER, Depends, Table, statement
+from replication.verify.theorem import Found, require
 
 Plant = Mapping[str, Any]
 RECOVERED: Table = {

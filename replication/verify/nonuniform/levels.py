@@ -14,8 +14,9 @@ from replication.verify.nonuniform.gain import Storage, require_attained, requir
 from replication.verify.nonuniform.system import PERIODS, Case, Filter, Plant, Time, on_filtered, on_plant
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import positive, rational, sequence, sized, text
-from replication.verify.statement import LOWER, UPPER, Depends, Found, Says, Table
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import LOWER, UPPER, Depends, Table
+from replication.verify.theorem import Found, require
 
 GAIN, LEAST, GIVEN, EVERY = (
     "gain over sequences",

@@ -25,8 +25,9 @@ from replication.verify.algebra.linear import identity, solved
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.nonuniform.system import Filter, Plant, in_words, on_filtered, seconds, step_at
 from replication.verify.reading import MAX_ENTRIES, fields, positive, rational, sequence, sized
-from replication.verify.statement import Depends, Found, Says
-from replication.verify.theorem import Refused, require
+from replication.verify.says import Says
+from replication.verify.statement import Depends
+from replication.verify.theorem import Found, Refused, require
 
 BITS = 40
 

@@ -18,8 +18,9 @@ from replication.verify.algebra.work import BALL, spend
 from replication.verify.nonuniform.gain import require_everywhere
 from replication.verify.nonuniform.system import PERIODS, Plant, along, in_words, on_plant, seconds
 from replication.verify.reading import sequence, sized, symmetric, text
-from replication.verify.statement import Depends, Found, Says
-from replication.verify.theorem import Refused, require
+from replication.verify.says import Says
+from replication.verify.statement import Depends
+from replication.verify.theorem import Found, Refused, require
 
 CONDITION = Says(quantity="condition (8)", setting={}, readings=("constant change", "any change"))
 HALVINGS = 12

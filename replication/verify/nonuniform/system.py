@@ -12,9 +12,8 @@ from typing import Any
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.balls import beside, generator, hold
-from replication.verify.algebra.linear import block
+from replication.verify.algebra.linear import block, characteristic_polynomial
 from replication.verify.algebra.roots import is_schur, require_hurwitz
-from replication.verify.algebra.work import characteristic_polynomial
 from replication.verify.reading import fields, known_fields, matrix, positive, rational, sequence, states, text
 from replication.verify.statement import statement
 from replication.verify.theorem import require

@@ -22,8 +22,9 @@ from replication.verify.nonuniform.system import (
     seconds,
 )
 from replication.verify.reading import integer, matrix, positive, sequence, sized
-from replication.verify.statement import BOTH, Depends, Found, Says, statement
-from replication.verify.theorem import Refused, require
+from replication.verify.says import Says
+from replication.verify.statement import BOTH, Depends, statement
+from replication.verify.theorem import Found, Refused, require
 
 DIGITS = 40
 """Bits of the bounds of entries."""

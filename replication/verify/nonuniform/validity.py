@@ -11,7 +11,9 @@ from replication.verify.nonuniform.gain import require_at, require_attained
 from replication.verify.nonuniform.system import Case, Filter, Plant, Time, on_plant
 from replication.verify.nonuniform.theory import PASSES
 from replication.verify.reading import positive, rational, sequence, sized, symmetric
-from replication.verify.statement import Depends, Found, Says
+from replication.verify.says import Says
+from replication.verify.statement import Depends
+from replication.verify.theorem import Found
 
 
 @on_plant(
