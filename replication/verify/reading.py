@@ -116,10 +116,8 @@ def text(value: Any, path: str) -> str:
 def name_of(value: Any, path: str) -> str:
     """A name, which can be printed and can name a file."""
     name = text(value, path)
-    require(
-        NAME.fullmatch(name) is not None,
-        f"{path} must have 1 to 80 letters, digits, points, underscores and hyphens, got {_shown(name)}",
-    )
+    allowed = "1 to 80 letters, digits, points, underscores and hyphens"
+    require(NAME.fullmatch(name) is not None, f"{path} must have {allowed}, got {_shown(name)}")
     return name
 
 

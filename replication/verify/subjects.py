@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn, cast
 
-from replication.verify.reading import Reader, as_written, name_of, parse, record, sequence, text, written
+from replication.verify.reading import Reader, as_written, fields, name_of, parse, record, sequence, text, written
 from replication.verify.theorem import Refused, require
 
 FORMAT = "replication-certificate/1"
@@ -80,11 +80,12 @@ def papers(root: Path = ROOT) -> tuple[str, ...]:
 
 def subject(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     """What the certificate of a wanted theorem must say of itself: all its fields but `bound` and `witness`."""
-    wanted, _ = theorems(paper, root)
-    require(name in wanted, f"papers/{paper}/theorems.json wants no theorem named {name}")
-    entry = wanted[name]
-    described = {**vars(entry), "claims": list(entry.claims), "plant": plant(paper, entry.plant, root)}
-    return {"format": FORMAT, **described}
+    require(paper in papers(root), f"there is no paper {paper!r:.60} that lists theorems")
+    listed = f"papers/{paper}/theorems.json"
+    found = [entry for entry in parse((root / listed).read_bytes()) if entry.get("name") == name]
+    require(len(found) == 1, f"{listed} wants no theorem named {name}, or more than one")
+    entry = dict(zip(WANTED, fields(found[0], f"{listed}: {name}", *WANTED), strict=True))
+    return {"format": FORMAT, "paper": paper, **entry, "plant": plant(paper, entry["plant"], root)}
 
 
 def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
