@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from flint import fmpq, fmpq_mat, fmpz_mat
+from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.work import BALL, bits, spend, spend_characteristic, spend_elimination, spend_product
 from replication.verify.theorem import Refused, require
@@ -55,33 +55,6 @@ def characteristic_polynomial(M: fmpq_mat) -> Any:
     """det(z I − M), its work estimated."""
     spend_characteristic(M)
     return M.charpoly()
-
-
-def require_positive_definite(M: fmpq_mat, what: str) -> None:
-    """Refuse unless the symmetric M is positive definite.
-
-    Fraction-free elimination M = L D^-1 L' of the matrix without denominators: its pivots are the leading principal
-    minors, which are all positive iff M is positive definite (Sylvester). A zero pivot would be permuted away.
-    """
-    require(M.transpose() == M, f"{what} is not symmetric")
-    integers, _ = M.numer_denom()
-    spend_elimination(M.nrows(), M.nrows(), bits(fmpq_mat(integers)), f"whether {what} is positive definite")
-    permutation, _, _, upper = integers.fflu()
-    size = M.nrows()
-    unpermuted = permutation == fmpz_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])
-    bad = next((k for k in range(size) if upper[k, k] <= 0), None)
-    require(unpermuted and bad is None, f"{what} is not positive definite")
-
-
-def require_positive_semidefinite(M: fmpq_mat, what: str) -> None:
-    """Refuse unless the symmetric M is positive semidefinite.
-
-    Its eigenvalues are real, so by Descartes' rule of signs none is negative iff no coefficient of det(z I + M), the
-    characteristic polynomial of -M, is negative.
-    """
-    require(M.transpose() == M, f"{what} is not symmetric")
-    negated = zeros(M.nrows(), M.ncols()) - M
-    require(min(characteristic_polynomial(negated).coeffs()) >= 0, f"{what} is not positive semidefinite")
 
 
 def solved(M: Any, right: Any, what: str) -> Any:

@@ -8,9 +8,9 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.algebra.roots import require_hurwitz
 from replication.verify.dualrate.loop import Loop, on_loop
 from replication.verify.dualrate.response import require_position_form
+from replication.verify.kernel import Hurwitz, decide
 from replication.verify.reading import fields, integer, matrix, positive, sequence, sized, text
 from replication.verify.says import Says
 from replication.verify.statement import statement
@@ -87,7 +87,7 @@ def hurwitz(plant: Loop, matrix: str) -> Found:
     matrices = {"feedback": ("A + B K", plant.A + plant.B * plant.K), "observer": ("A − L C", plant.guided)}
     require(matrix in matrices, f"parameters.matrix must be one of {', '.join(matrices)}")
     name, M = matrices[matrix]
-    require_hurwitz(M, name)
+    decide(Hurwitz(M, name))
     return Found(words={"name": name})
 
 

@@ -11,9 +11,9 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import beside, between, circle_point, energy, hold, require_positive_definite
+from replication.verify.algebra.balls import beside, between, circle_point, energy, hold
 from replication.verify.algebra.linear import identity, solved
-from replication.verify.algebra.linear import require_positive_definite as require_definite
+from replication.verify.kernel import Positive, decide
 from replication.verify.nonuniform.gain import complex_vector, require_ratio
 from replication.verify.nonuniform.system import Plant, seconds
 from replication.verify.reading import fields, positive, rational, symmetric
@@ -102,13 +102,13 @@ def small_gain(A: fmpq_mat, Phi: arb_mat, alpha: Alpha) -> arb:
     response to a rational direction at a point of the unit circle.
     """
     path = alpha.response.path
-    require_definite(alpha.P, f"{path}.P")
+    decide(Positive(alpha.P, f"{path}.P"))
     one, balls, seen = arb_mat(identity(A.nrows())), arb_mat(alpha.P), arb_mat(A) * Phi
     state = balls - seen.transpose() * seen - Phi.transpose() * balls * Phi
     # The sign of the cross term is without effect on definiteness.
     cross, input_ = Phi.transpose() * balls, one * arb(alpha.upper**2) - balls
     rows = beside(state, cross).tolist() + beside(cross.transpose(), input_).tolist()
-    require_positive_definite(arb_mat(rows), f"{path}: the bounded real lemma at {alpha.upper}")
+    decide(Positive(arb_mat(rows), f"{path}: the bounded real lemma at {alpha.upper}"))
     require_response(A, Phi, alpha.lower, alpha.response)
     return between(alpha.lower, alpha.upper)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import arb, arb_mat, fmpq
 
-from replication.verify.algebra.roots import require_hurwitz
+from replication.verify.kernel import Hurwitz, decide
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform.gain import read_storage, require_level
 from replication.verify.nonuniform.system import (
@@ -124,7 +124,7 @@ def one_interval(plant: Plant, passes: list[list[grid.Alpha]]) -> Found:
     system of every filter with A_f Schur is stable on all of it; {size} elements cover the range.
     """
     covering = grid.run_algorithm(plant, passes)
-    require_hurwitz(plant.A, "the plant")
+    decide(Hurwitz(plant.A, "the plant"))
     grid.require_one_interval_is_not_enough(plant, covering)
     return Found(words={"size": covering.size})
 
