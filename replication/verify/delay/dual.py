@@ -19,11 +19,10 @@ from replication.verify.delay.forms import BUMP, UNIFORM, Form, Powers, basis_si
 from replication.verify.delay.levels import DEGREES, LEAST, NARROW, TENSOR, one_variable
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.delay.sos import Squared, bases, rate, require_zero
-from replication.verify.kernel import Nonnegative, decide
+from replication.verify.kernel import AtMost, Below, Nonnegative, decide
 from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
 from replication.verify.says import Says
 from replication.verify.statement import LOWER, Depends
-from replication.verify.theorem import require
 
 
 @dataclass(frozen=True)
@@ -118,8 +117,8 @@ def _require_functional(
     nothing = Form(zeros(n, n), {}, {}, {})
     supply = functional.of(rate(plant, fmpq(0), nothing))
     level = supply - functional.of(rate(plant, fmpq(1), nothing))
-    require(level > 0, "the functional is not positive on |w|^2 + |v|^2")
-    require(supply >= lower * level, f"the functional gives {below(supply / level)} only")
+    decide(Below(0, level, "the functional is not positive on |w|^2 + |v|^2"))
+    decide(AtMost(lower * level, supply, f"the functional gives {below(supply / level)} only"))
     for weight, order, powers in squares:
         for name, count, value in (("N", points, functional.of), ("dV/dt", n, functional.of_rate(plant))):
             gram = _on_squares(value, weight, count, functions, order, powers)

@@ -14,7 +14,7 @@ from replication.verify.algebra.decimals import above
 from replication.verify.algebra.linear import block, characteristic_polynomial, identity, submatrix, take_rows, zeros
 from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
-from replication.verify.kernel import Positive, decide
+from replication.verify.kernel import Equal, Positive, decide
 from replication.verify.reading import fields, integer, matrix, rational, sized, symmetric
 from replication.verify.says import Says
 from replication.verify.statement import LOWER, UPPER, Depends
@@ -105,10 +105,12 @@ def read_section(value: Any, path: str, order: int) -> Section:
     q = denominator(order)
     mirrored = fmpq_poly([coefficient * (-1) ** k for k, coefficient in enumerate(q.coeffs())])
     leading = q.coeffs()[-1]
-    require(characteristic_polynomial(a) * leading == q, f"the poles of {path} are not those of the Pade approximant")
+    decide(
+        Equal(characteristic_polynomial(a) * leading, q, f"the poles of {path} are not those of the Pade approximant")
+    )
     # c (s - a)^-1 b + d = (det(s - a + b c) - det(s - a)) / det(s - a) + d
     numerator = characteristic_polynomial(a - b * c) + characteristic_polynomial(a) * (d - 1)
-    require(numerator * leading == mirrored, f"the numerator of {path} is not that of the Pade approximant")
+    decide(Equal(numerator * leading, mirrored, f"the numerator of {path} is not that of the Pade approximant"))
     return a, b, c, d
 
 

@@ -18,7 +18,7 @@ from replication.verify.algebra.linear import block, identity, zeros
 from replication.verify.delay import forms
 from replication.verify.delay.forms import Form, Kernel, Polynomial, Powers, add_to
 from replication.verify.delay.plant import DelayPlant, measured_last
-from replication.verify.kernel import Positive, decide
+from replication.verify.kernel import Equal, Positive, decide
 from replication.verify.reading import fields, matrix, sequence, symmetric
 from replication.verify.theorem import require
 
@@ -166,4 +166,4 @@ def require_zero(form: Form, plant: DelayPlant, *, cancelled: bool, what: str) -
         for i in range(part.nrows()):
             for j in range(part.ncols()):
                 if reached(i, j) is cancelled:
-                    require(part[i, j] == 0, f"{what} in {name}: entry ({i}, {j}) is {part[i, j]}")
+                    decide(Equal(part[i, j], 0, f"{what} in {name}: entry ({i}, {j}) is {part[i, j]}"))

@@ -80,7 +80,7 @@ def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
 
     All eigenvalues of Φ lie inside a circle of radius below one.
     """
-    require(radius < 1, f"witness.radius must be below one, got {radius}")
+    decide(Below(radius, 1, f"witness.radius must be below one, got {radius}"))
     decide(Within(monodromy(plant, observer).charpoly(), radius, "the eigenvalues of Φ"))
 
 

@@ -9,8 +9,7 @@ from flint import fmpq
 
 from replication.verify.algebra.symbolic import blocks, letters, symbols, unit
 from replication.verify.algebra.words import one
-from replication.verify.kernel import Identity, decide
-from replication.verify.theorem import require
+from replication.verify.kernel import Equal, Identity, decide
 
 ONE = (1, 1)
 
@@ -24,8 +23,8 @@ def require_lemma_2() -> None:
     """
     a, p, d, e, b = (symbol.entry for symbol in symbols(dict.fromkeys("apdeb", ONE)).values())
     moved = 1 + a * e
-    require(moved * p == p + e * a * p, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)")
-    require((e + moved * d) * b == d * b + e * (a * d * b + b), "Gamma(h_0 + theta) is not as in Lemma 2")
+    decide(Equal(moved * p, p + e * a * p, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)"))
+    decide(Equal((e + moved * d) * b, d * b + e * (a * d * b + b), "Gamma(h_0 + theta) is not as in Lemma 2"))
 
 
 def require_lemma_3() -> None:
@@ -40,9 +39,11 @@ def require_lemma_3() -> None:
         symbol.entry for symbol in symbols(dict.fromkeys(("s_11", "s_12", "s_22", "r"), ONE)).values()
     )
     mu = (s_11 + s_22 + r) / 2
-    require((mu - s_11) + (mu - s_22) == r, "the trace of mu I - S is not r")
+    decide(Equal((mu - s_11) + (mu - s_22), r, "the trace of mu I - S is not r"))
     determinant = (mu - s_11) * (mu - s_22) - s_12 * s_12
-    require(4 * determinant == r * r - ((s_11 - s_22) * (s_11 - s_22) + 4 * s_12 * s_12), "det(mu I - S) is not zero")
+    decide(
+        Equal(4 * determinant, r * r - ((s_11 - s_22) * (s_11 - s_22) + 4 * s_12 * s_12), "det(mu I - S) is not zero")
+    )
 
 
 def require_map() -> None:
@@ -106,5 +107,5 @@ def require_sharp_ends() -> None:
     """
     alpha, m, E, f = (symbol.entry for symbol in symbols(dict.fromkeys(("alpha", "m", "E", "f"), ONE)).values())
     m_f, inside = alpha * (E - 1), alpha + m * f
-    require(m_f.derivative(2) * m * E == m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate")
-    require(inside.derivative(3) == m, "the logarithm of (9) is not the time to reach a level at this rate")
+    decide(Equal(m_f.derivative(2) * m * E, m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate"))
+    decide(Equal(inside.derivative(3), m, "the logarithm of (9) is not the time to reach a level at this rate"))

@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import arb, arb_mat, fmpq
 
-from replication.verify.kernel import Hurwitz, decide
+from replication.verify.kernel import Below, Hurwitz, decide
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform.gain import read_storage, require_level
 from replication.verify.nonuniform.system import (
@@ -177,7 +177,7 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level)
     require_level(plant, case, level, proof["storage"])
     forced = min(alpha, alpha * radius)
-    require(level < forced, f"the level {level} of the filter is not below {forced}")
+    decide(Below(level, forced, f"the level {level} of the filter is not below {forced}"))
     return Found(words={"forced": forced})
 
 
