@@ -396,7 +396,11 @@ def _apply(node: ast.AST, change: int) -> str | None:
     elif isinstance(node, ast.Name) and node.id in SWAPPED:
         node.id = SWAPPED[node.id]
         return f"became {node.id}"
-    elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) and _called(node.value).startswith("require"):
+    elif (
+        isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Call)
+        and _called(node.value).startswith(("require", "decide"))
+    ):
         words = f"{_called(node.value)} left out"
         node.value = ast.Constant(None)
         return words
