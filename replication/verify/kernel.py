@@ -172,13 +172,16 @@ def _not_hurwitz(M: fmpq_mat, what: str) -> str:
     a_n s^n + … are positive: a_n is 1 (Routh and Hurwitz).
     """
     n, coefficients = M.nrows(), characteristic_polynomial(M).coeffs()
-    padded = [fmpq(0)] * n + coefficients + [fmpq(0)] * n
     for size in range(1, n + 1):
         spend_elimination(size, size, estimate_length(coefficients), "a Hurwitz determinant")
-        rows = [[padded[2 * n - 1 - 2 * j + i] for j in range(size)] for i in range(size)]
+        rows = [[_at(coefficients, n - 1 - 2 * j + i) for j in range(size)] for i in range(size)]
         if not fmpq_mat(rows).det() > 0:
             return f"{what} is not Hurwitz: its Hurwitz determinant {size} is not positive"
     return ""
+
+
+def _at(coefficients: Sequence[fmpq], power: int) -> fmpq:
+    return coefficients[power] if 0 <= power < len(coefficients) else fmpq(0)
 
 
 def _scaled(polynomial: fmpq_poly | arb_poly, radius: fmpq) -> list[Any]:

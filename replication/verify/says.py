@@ -36,30 +36,33 @@ class Says:
     found: Callable[[Mapping[str, Any]], Found] | None = None
     universal: bool = False
 
-    def exported(self, certificate: Mapping[str, Any], given: Mapping[str, Any], whole: Found) -> list[Exported]:
-        """The terms with what is proved of them; the plant of a certificate of one's own is called so."""
-        parameters, plant = certificate["parameters"], certificate["plant"]
-        name = str(plant.get("name", "")) if isinstance(plant, Mapping) else ""
-        name = name if certificate.get("paper") is not None else f"own plant {name}"
-        found = whole if self.found is None else self.found(given)
-        quantity = _chosen(self.quantity, parameters)
-        statement, one = unit_of(quantity) == YES_NO, (found.lower, found.upper)
-        usual = {key: value for key, value in parameters.items() if key != "relative"}
-        return [
-            Exported(
-                of=Term(
-                    quantity=quantity,
-                    plant="" if self.universal else name,
-                    setting=usual if self.setting is None else _chosen(self.setting, parameters),
-                    estimators=estimators,
-                ),
-                unit=unit_of(quantity),
-                readings=_chosen(self.readings, parameters),
-                items=() if statement else tuple((_end(low), _end(high)) for low, high in found.items or (one,)),
-                holds=found.holds if statement else None,
-            )
-            for estimators in _chosen(self.estimators, parameters)
-        ]
+
+def exported(
+    says: Says, certificate: Mapping[str, Any], given: Mapping[str, Any], whole: Found
+) -> tuple[Exported, ...]:
+    """The terms with what is proved of them; the plant of a certificate of one's own is called so."""
+    parameters, plant = certificate["parameters"], certificate["plant"]
+    name = str(plant.get("name", "")) if isinstance(plant, Mapping) else ""
+    name = name if certificate.get("paper") is not None else f"own plant {name}"
+    found = whole if says.found is None else says.found(given)
+    quantity = _chosen(says.quantity, parameters)
+    statement, one = unit_of(quantity) == YES_NO, (found.lower, found.upper)
+    usual = {key: value for key, value in parameters.items() if key != "relative"}
+    return tuple(
+        Exported(
+            of=Term(
+                quantity=quantity,
+                plant="" if says.universal else name,
+                setting=usual if says.setting is None else _chosen(says.setting, parameters),
+                estimators=estimators,
+            ),
+            unit=unit_of(quantity),
+            readings=_chosen(says.readings, parameters),
+            items=() if statement else tuple((_end(low), _end(high)) for low, high in found.items or (one,)),
+            holds=found.holds if statement else None,
+        )
+        for estimators in _chosen(says.estimators, parameters)
+    )
 
 
 def as_data(
@@ -68,7 +71,7 @@ def as_data(
     """All that a theorem exports; the readings of the paper `source` are not those of another one."""
     borrowed = source not in ("", certificate.get("paper"))
     stated = (replace(one, readings=(NO_READING,)) for one in terms) if borrowed else terms
-    return tuple(one for says in stated for one in says.exported(certificate, known, whole))
+    return tuple(one for says in stated for one in exported(says, certificate, known, whole))
 
 
 def _chosen(value: Chosen[T], parameters: Parameters) -> T:

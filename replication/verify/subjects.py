@@ -6,11 +6,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NoReturn, cast
 
 from replication.verify.reading import Reader, as_written, fields, name_of, parse, record, sequence, text, written
@@ -119,8 +119,6 @@ def plants_of(path: Path) -> Callable[[Mapping[str, Any]], Mapping[str, Mapping[
     """The function `plants` of a paper's plants.py, loaded from its file alone: no package of papers is imported."""
     if not path.is_file():
         return lambda printed: {}
-    spec = importlib.util.spec_from_file_location(f"plants of {path.parent.name}", path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = ModuleType(f"plants of {path.parent.name}")
+    exec(compile(path.read_bytes(), str(path), "exec"), vars(module))
     return cast(Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]], module.plants)

@@ -70,7 +70,7 @@ REFUSED = [
     (
         "printed-filter-lower",
         put([["2", "0"], ["0", "1/2"]], "plant", "filter", "A"),
-        "the poles of the filter are not proved",
+        "the poles of the filter are not",
     ),
     ("printed-filter-lower", put([["2", "0"], ["0", "-1"]], "plant", "A"), "the plant is not Hurwitz"),
     ("range-1-lower", scaled("lower", MORE), "the disturbance does not attain"),
@@ -95,7 +95,7 @@ REFUSED = [
     ("stable-1", put({"P": []}, "witness"), "witness has the unknown field P"),
     ("stable-1", remove("plant", "filter"), "parameters lacks the field filter"),
     ("stable-2", put({}, "plant", "filter"), "plant.filter lacks the field A, B, C"),
-    ("stable-2", put([["1", "0"], ["0", "1/2"]], "plant", "filter", "A"), "the poles of the filter are not proved"),
+    ("stable-2", put([["1", "0"], ["0", "1/2"]], "plant", "filter", "A"), "the poles of the filter are not"),
     ("stable-2", put([["1/2", "0"]], "plant", "filter", "A"), "plant.filter.A must be square"),
     ("stable-2", put([["-1", "0"]], "plant", "A"), "plant.A must be square"),
     ("stable-2", put([["0", "0"], ["0", "-1"]], "plant", "A"), "the plant is not Hurwitz"),
