@@ -1,8 +1,8 @@
-"""The kernel: to what every theorem comes down, as data, and how it is decided. It knows no family and no paper.
+"""The kernel: to what every theorem comes down, as data, and how each is decided. It knows no family and no paper.
 
 The reduction of a theorem states obligations and hands each over to `decide`, which refuses the certificate unless it
 is proved. Numbers and matrices are rational, and then all is exact; or they are balls, and then an obligation is
-proved only if it holds for every point of them.
+proved only if it holds for every point of them. `failure` says why it is not proved, and nothing if it is.
 """
 
 from __future__ import annotations
@@ -16,42 +16,9 @@ from flint import arb, arb_mat, arb_poly, fmpq, fmpq_mat, fmpq_poly, fmpz_mat
 from replication.verify.algebra.linear import characteristic_polynomial
 from replication.verify.algebra.symbolic import Symbolic
 from replication.verify.algebra.work import bits, estimate_length, spend_elimination, spend_on_roots
-from replication.verify.theorem import Refused
+from replication.verify.theorem import require
 
 Number = fmpq | arb | int
-
-
-@dataclass(frozen=True)
-class Positive:
-    """M is symmetric and positive definite; of balls the lower triangle is read."""
-
-    M: fmpq_mat | arb_mat
-    what: str
-
-
-@dataclass(frozen=True)
-class Nonnegative:
-    """M is symmetric and positive semidefinite."""
-
-    M: fmpq_mat
-    what: str
-
-
-@dataclass(frozen=True)
-class Hurwitz:
-    """All eigenvalues of M have negative real parts."""
-
-    M: fmpq_mat
-    what: str
-
-
-@dataclass(frozen=True)
-class Within:
-    """All roots of a polynomial lie inside the circle of this radius about zero; one in balls is monic."""
-
-    polynomial: fmpq_poly | arb_poly
-    radius: fmpq
-    what: str
 
 
 @dataclass(frozen=True)
@@ -62,6 +29,10 @@ class Below:
     second: Number
     what: str
 
+    def failure(self) -> str:
+        """By comparison; of balls, of all their points."""
+        return "" if self.first < self.second else self.what
+
 
 @dataclass(frozen=True)
 class AtMost:
@@ -70,6 +41,10 @@ class AtMost:
     first: Number
     second: Number
     what: str
+
+    def failure(self) -> str:
+        """By comparison; of balls, of all their points."""
+        return "" if self.first <= self.second else self.what
 
 
 @dataclass(frozen=True)
@@ -80,6 +55,10 @@ class Equal:
     right: Any
     what: str
 
+    def failure(self) -> str:
+        """By comparison of all entries."""
+        return "" if self.left == self.right else self.what
+
 
 @dataclass(frozen=True)
 class Identity:
@@ -89,45 +68,25 @@ class Identity:
     right: Symbolic
     what: str
 
-
-Obligation = Positive | Nonnegative | Hurwitz | Within | Below | AtMost | Equal | Identity
-
-
-def decide(obligation: Obligation) -> None:
-    """Refuse unless the obligation is proved."""
-    reason = failure(obligation)
-    if reason:
-        raise Refused(reason)
+    def failure(self) -> str:
+        """By their expanded difference."""
+        return "" if (self.left - self.right).vanishes() else f"{self.what} is no identity"
 
 
-def holds(obligation: Obligation) -> bool:
-    """Whether the obligation is proved; if not, it may hold all the same."""
-    return not failure(obligation)
+@dataclass(frozen=True)
+class Positive:
+    """M is symmetric and positive definite; of balls the lower triangle is read."""
+
+    M: fmpq_mat | arb_mat
+    what: str
+
+    def failure(self) -> str:
+        """By the leading minors of rationals, or the pivots of balls."""
+        M = self.M
+        return _minors(M, self.what) if isinstance(M, fmpq_mat) else _pivots(M, self.what)
 
 
-def failure(obligation: Obligation) -> str:
-    """Why an obligation is not proved; nothing if it is."""
-    match obligation:
-        case Positive(M, what):
-            return _not_definite(M, what) if isinstance(M, fmpq_mat) else _pivot_not_positive(M, what)
-        case Nonnegative(M, what):
-            return _not_semidefinite(M, what)
-        case Hurwitz(M, what):
-            return _not_hurwitz(M, what)
-        case Within(polynomial, radius, what):
-            inside = _schur_cohn(_scaled(polynomial, radius))
-            return "" if inside else f"{what} are not proved to lie inside the circle of radius {radius}"
-        case Below(first, second, what):
-            return "" if first < second else what
-        case AtMost(first, second, what):
-            return "" if first <= second else what
-        case Equal(left, right, what):
-            return "" if left == right else what
-        case Identity(left, right, what):
-            return "" if (left - right).vanishes() else f"{what} is no identity"
-
-
-def _not_definite(M: fmpq_mat, what: str) -> str:
+def _minors(M: fmpq_mat, what: str) -> str:
     """Fraction-free elimination M = L D^-1 L' of the matrix without denominators: its pivots are the leading principal
     minors, which are all positive iff M is positive definite (Sylvester). A zero pivot would be permuted away.
     """
@@ -142,7 +101,7 @@ def _not_definite(M: fmpq_mat, what: str) -> str:
     return "" if positive else f"{what} is not positive definite"
 
 
-def _pivot_not_positive(M: arb_mat, what: str) -> str:
+def _pivots(M: arb_mat, what: str) -> str:
     """The pivots of L D L' are certainly positive. One whose ball holds zero proves nothing."""
     size = M.nrows()
     if size != M.ncols():
@@ -158,49 +117,83 @@ def _pivot_not_positive(M: arb_mat, what: str) -> str:
     return ""
 
 
-def _not_semidefinite(M: fmpq_mat, what: str) -> str:
-    """The eigenvalues of a symmetric matrix are real, so by Descartes' rule of signs none is negative iff no
-    coefficient of det(z I + M), the characteristic polynomial of -M, is negative.
-    """
-    if M.transpose() != M:
-        return f"{what} is not symmetric"
-    return "" if min(characteristic_polynomial(-M).coeffs()) >= 0 else f"{what} is not positive semidefinite"
+@dataclass(frozen=True)
+class Nonnegative:
+    """M is symmetric and positive semidefinite."""
+
+    M: fmpq_mat
+    what: str
+
+    def failure(self) -> str:
+        """Its eigenvalues are real, so by Descartes' rule of signs none is negative iff no coefficient of det(z I + M),
+        the characteristic polynomial of -M, is negative.
+        """
+        if self.M.transpose() != self.M:
+            return f"{self.what} is not symmetric"
+        least = min(characteristic_polynomial(-self.M).coeffs())
+        return "" if least >= 0 else f"{self.what} is not positive semidefinite"
 
 
-def _not_hurwitz(M: fmpq_mat, what: str) -> str:
-    """The leading minors of the Hurwitz matrix (a_{n+1−2j+i}), i, j = 1 … n, of the characteristic polynomial
-    a_n s^n + … are positive: a_n is 1 (Routh and Hurwitz).
-    """
-    n, coefficients = M.nrows(), characteristic_polynomial(M).coeffs()
-    for size in range(1, n + 1):
-        spend_elimination(size, size, estimate_length(coefficients), "a Hurwitz determinant")
-        rows = [[_at(coefficients, n - 1 - 2 * j + i) for j in range(size)] for i in range(size)]
-        if not fmpq_mat(rows).det() > 0:
-            return f"{what} is not Hurwitz: its Hurwitz determinant {size} is not positive"
-    return ""
+@dataclass(frozen=True)
+class Hurwitz:
+    """All eigenvalues of M have negative real parts."""
+
+    M: fmpq_mat
+    what: str
+
+    def failure(self) -> str:
+        """The leading minors of the Hurwitz matrix (a_{n+1−2j+i}), i, j = 1 … n, of the characteristic polynomial
+        a_n s^n + … are positive: a_n is 1 (Routh and Hurwitz).
+        """
+        n, coefficients = self.M.nrows(), characteristic_polynomial(self.M).coeffs()
+        for size in range(1, n + 1):
+            spend_elimination(size, size, estimate_length(coefficients), "a Hurwitz determinant")
+            rows = [[_at(coefficients, n - 1 - 2 * j + i) for j in range(size)] for i in range(size)]
+            if not fmpq_mat(rows).det() > 0:
+                return f"{self.what} is not Hurwitz: its Hurwitz determinant {size} is not positive"
+        return ""
 
 
 def _at(coefficients: Sequence[fmpq], power: int) -> fmpq:
     return coefficients[power] if 0 <= power < len(coefficients) else fmpq(0)
 
 
-def _scaled(polynomial: fmpq_poly | arb_poly, radius: fmpq) -> list[Any]:
-    """The coefficients of p(radius z), lowest first."""
-    if isinstance(polynomial, fmpq_poly):
-        spend_on_roots(polynomial)
-        return [c * radius**k for k, c in enumerate(polynomial.coeffs())]
-    return [c * arb(radius) ** k for k, c in enumerate(polynomial.coeffs())]
+@dataclass(frozen=True)
+class Within:
+    """All roots of a polynomial lie inside the circle of this radius about zero; one in balls is monic."""
+
+    polynomial: fmpq_poly | arb_poly
+    radius: fmpq
+    what: str
+
+    def failure(self) -> str:
+        """The test of Schur and Cohn for p(radius z), lowest coefficient first.
+
+        With the reversed polynomial p*(z) = z^n p(1/z), all roots of p are inside the unit circle iff |p(0)| <
+        |leading coefficient| and those of (leading p - p(0) p*) / z are. The zero polynomial has no set of roots.
+        """
+        radius: Any = self.radius
+        if isinstance(self.polynomial, fmpq_poly):
+            spend_on_roots(self.polynomial)
+        else:
+            radius = arb(radius)
+        rest = [c * radius**k for k, c in enumerate(self.polynomial.coeffs())]
+        while rest and abs(rest[0]) < abs(rest[-1]):
+            # With the ratio, not with both factors, or the digits of the coefficients would double each time.
+            ratio = rest[0] / rest[-1]
+            rest = [a - ratio * b for a, b in zip(rest[1:], rest[-2::-1], strict=True)]
+        return "" if len(rest) == 1 else f"{self.what} are not proved to lie inside the circle of radius {self.radius}"
 
 
-def _schur_cohn(coefficients: Sequence[Any]) -> bool:
-    """The test of Schur and Cohn: with the reversed polynomial p*(z) = z^n p(1/z), all roots of p are inside the unit
-    circle iff |p(0)| < |leading coefficient| and those of (leading p - p(0) p*) / z are. The zero polynomial has none.
-    """
-    while len(coefficients) > 1:
-        first, last = coefficients[0], coefficients[-1]
-        if not abs(first) < abs(last):
-            return False
-        # With the ratio, not with both factors, or the digits of the coefficients would double each time.
-        ratio = first / last
-        coefficients = [a - ratio * b for a, b in zip(coefficients[1:], coefficients[-2::-1], strict=True)]
-    return len(coefficients) == 1
+Obligation = Below | AtMost | Equal | Identity | Positive | Nonnegative | Hurwitz | Within
+
+
+def decide(obligation: Obligation) -> None:
+    """Refuse unless the obligation is proved."""
+    reason = obligation.failure()
+    require(not reason, reason)
+
+
+def holds(obligation: Obligation) -> bool:
+    """Whether the obligation is proved; if not, it may hold all the same."""
+    return not obligation.failure()

@@ -14,7 +14,6 @@ from replication.verify.kernel import (
     Positive,
     Within,
     decide,
-    failure,
     holds,
 )
 from replication.verify.theorem import Refused
@@ -98,10 +97,10 @@ def test_only_square_matrices_are_definite() -> None:
 def test_balls_are_less_only_if_all_points_are() -> None:
     assert holds(Below(arb(1, 0.5), arb(3, 1), "no")) and holds(AtMost(arb(1), arb(1), "no"))
     for first, second in ((arb(1), arb(1)), (arb(1, 0.5), arb(1.75, 0.5)), (2, 1), (fmpq(1), 1), (arb("nan"), 1)):
-        assert failure(Below(first, second, "the reason")) == "the reason"
+        assert Below(first, second, "the reason").failure() == "the reason"
     for first, second in ((arb(1, 0.5), arb(1.75, 0.5)), (2, 1), (fmpq(3, 2), fmpq(1)), (0, arb("nan"))):
-        assert failure(AtMost(first, second, "the reason")) == "the reason"
-    assert not failure(AtMost(fmpq(1), 1, "no")) and not failure(Below(0, fmpq(1, 9), "no"))
+        assert AtMost(first, second, "the reason").failure() == "the reason"
+    assert not AtMost(fmpq(1), 1, "no").failure() and not Below(0, fmpq(1, 9), "no").failure()
 
 
 def test_equality_is_that_of_every_entry() -> None:
