@@ -47,13 +47,7 @@ def parse(content: bytes) -> Any:
     """The JSON value of a file; raises Refused for anything that another reader could understand in another way."""
     require(len(content) <= MAX_BYTES, f"the file has {len(content)} bytes, more than {MAX_BYTES}")
     try:
-        return json.loads(
-            content.decode("utf-8"),
-            object_pairs_hook=_unique,
-            parse_int=_small_integer,
-            parse_float=_no_number,
-            parse_constant=_no_number,
-        )
+        return STRICT.decode(content.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise Refused(f"the file is not valid JSON: {error}") from None
 
@@ -71,8 +65,14 @@ def _small_integer(text: str) -> int:
     return int(text)
 
 
-def _no_number(text: str) -> NoReturn:
-    raise Refused(f'the number {text:.40} is not exact; write a rational as a string, such as "1/3"')
+def no_number(text: str) -> NoReturn:
+    """Refuse a number of JSON or TOML that is none of the integers."""
+    raise Refused(f'the number {text:.40} is not exact; write it as a string, such as "1/3"')
+
+
+STRICT = json.JSONDecoder(
+    object_pairs_hook=_unique, parse_int=_small_integer, parse_float=no_number, parse_constant=no_number
+)
 
 
 def fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:

@@ -78,13 +78,9 @@ class Statement:
                 require(sides[side] == number, f"the {side} bound that is proved is {sides[side]}, not {number}")
             whole = replace(found, holds=self.holds if found.holds is None else found.holds, **sides)
             known = {"subject": _subject(certificate), **given, **found.words, **sides}
-            return Theorem(
-                sentence=_Words().vformat(self.wording(certificate.get("paper")), (), known),
-                holds=whole.holds,
-                items=whole.items,
-                says=as_data(self.says, self.source, certificate, known, whole),
-                **sides,
-            )
+            sentence = _Words().vformat(self.wording(certificate.get("paper")), (), known)
+            says = as_data(self.says, self.source, certificate, known, whole)
+            return Theorem(sentence=sentence, says=says, holds=whole.holds, items=whole.items, **sides)
 
     def wording(self, paper: str | None) -> str:
         """The sentence for a certificate of this paper, to be filled in; refused if it would borrow another's words."""

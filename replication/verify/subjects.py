@@ -11,9 +11,20 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NoReturn, cast
+from typing import Any, cast
 
-from replication.verify.reading import Reader, as_written, fields, name_of, parse, record, sequence, text, written
+from replication.verify.reading import (
+    Reader,
+    as_written,
+    fields,
+    name_of,
+    no_number,
+    parse,
+    record,
+    sequence,
+    text,
+    written,
+)
 from replication.verify.theorem import Refused, require
 
 FORMAT = "replication-certificate/1"
@@ -100,14 +111,10 @@ def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
 
 def printed(path: Path) -> dict[str, Any]:
     """The printed values of a paper by name: strings, integers, and lists and tables of them; no float."""
-
-    def refuse(text: str) -> NoReturn:
-        raise Refused(f"{path.name} holds the number {text:.40}, which must be a string")
-
     if not path.is_file():
         return {}
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=refuse)
+        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=no_number)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise Refused(f"{path.name} is not valid TOML: {error}") from None
     for name, table in tables.items():
