@@ -9,6 +9,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
@@ -126,6 +127,7 @@ def plants_of(path: Path) -> Callable[[Mapping[str, Any]], Mapping[str, Mapping[
     """The function `plants` of a paper's plants.py, loaded from its file alone: no package of papers is imported."""
     if not path.is_file():
         return lambda printed: {}
-    module = ModuleType(f"plants of {path.parent.name}")
-    exec(compile(path.read_bytes(), str(path), "exec"), vars(module))
+    loader = SourceFileLoader(f"plants of {path.parent.name}", str(path))
+    module = ModuleType(loader.name)
+    loader.exec_module(module)
     return cast(Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]], module.plants)
