@@ -33,21 +33,18 @@ def require_form(values: Mapping[str, Any], place: tuple[str, str] | None) -> No
         text(values["paper"], "paper")
 
 
-def require_place(certificate: Mapping[str, Any], path: Path, root: Path) -> None:
-    """Refuse a file that stands for another theorem by where it lies, or by its name if it is about a paper."""
-    for place in places(path, root):
-        require_form(certificate, place)
+def wanted_at(path: Path, root: Path) -> tuple[str, str] | None:
+    """The paper and the name of the theorem for which the file at `path` stands; None outside root/certificates."""
+    # A link to a file stands for a theorem by where it lies, wherever it leads; a link to a folder does by either.
+    located = path.parent.resolve() / path.name
+    for file, folder in ((path.absolute(), root.absolute()), (located, root.resolve())):
+        if file.is_relative_to(folder / "certificates"):
+            return file.parent.relative_to(folder / "certificates").as_posix(), file.stem
+    return None
+
+
+def require_file(certificate: Mapping[str, Any], path: Path) -> None:
+    """Refuse a file about a paper under another name than that of its theorem."""
     if certificate["paper"] is not None:
         expected = Path(certificate["paper"]) / f"{certificate['name']}.json"
         require(path.resolve().parts[-2:] == expected.parts, f"the file should be {expected.as_posix()}")
-
-
-def places(path: Path, root: Path) -> list[tuple[str, str]]:
-    """The paper and the name of the theorem for which the file at `path` stands; none outside root/certificates."""
-    # A link to a file stands for a theorem by where it lies, wherever it leads; a link to a folder does by either.
-    located = path.parent.resolve() / path.name
-    return [
-        (file.parent.relative_to(folder / "certificates").as_posix(), file.stem)
-        for file, folder in ((path.absolute(), root.absolute()), (located, root.resolve()))
-        if file.is_relative_to(folder / "certificates")
-    ]

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.verify import delay, dualrate, multirate, nonuniform
-from replication.verify.place import require_form, require_place
+from replication.verify.place import require_file, require_form, wanted_at
 from replication.verify.predicate import same
 from replication.verify.reading import content, fields, parse, rational, text
 from replication.verify.statement import collected
@@ -49,8 +49,8 @@ def verify(path: Path, root: Path = ROOT) -> Outcome:
     """Read and check one certificate file; never raises on account of what it holds."""
     try:
         certificate = parse(content(path))
-        theorem = check(certificate, root)
-        require_place(certificate, path, root)
+        theorem = check(certificate, root, wanted_at(path, root))
+        require_file(certificate, path)
     except Exception as failure:  # noqa: BLE001 - whatever ends a check, nothing is proved then, and the reason is told
         return Outcome(path=path, theorem=None, reason=_told(failure))
     return Outcome(path=path, theorem=theorem, about=certificate["paper"] or "own plant")

@@ -58,7 +58,8 @@ def test_what_can_only_refuse_is_not_counted_and_changes_no_sentence() -> None:
     with (
         patch.object(work, "spend"),
         patch.object(run, "require_form"),
-        patch.object(run, "require_place"),
+        patch.object(run, "require_file"),
+        patch.object(run, "wanted_at", return_value=None),
         patch("replication.verify.statement.as_data", return_value=()),
     ):
         assert run.verify(path).line() == said
