@@ -1,9 +1,13 @@
 """The kernel: an obligation is proved where it holds, by whatever room, and refused where it fails, or only nearly."""
 
+from pathlib import Path
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 from flint import arb, arb_mat, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
+from replication.verify import kernel
 from replication.verify.algebra.linear import identity, zeros
 from replication.verify.kernel import (
     AtMost,
@@ -16,6 +20,7 @@ from replication.verify.kernel import (
     decide,
     holds,
 )
+from replication.verify.run import verify
 from replication.verify.theorem import Refused
 
 DEFINITE = fmpq_mat([[2, -1, 0], [-1, 2, -1], [0, -1, 2]])
@@ -176,3 +181,25 @@ def test_roots_within_a_circle_are_told_from_roots_outside(seed: int) -> None:
         decide(Within(polynomial, fmpq(int(size * 999), 1000), "roots"))
     with pytest.raises(Refused, match="roots are not proved to lie inside"):
         decide(Within(arb_poly([-1, 1]), fmpq(1), "roots"))
+
+
+PROVED = (
+    "okajima2023/gains-38", "okajima2023/optimum-1-1", "okajima2023/gains-33-one-matrix", "okajima2023/schur",
+    "mustafa/lemma-2", "mustafa/stable-1", "mustafa/our-filter-lower", "mustafa/nominal-1-upper", "mustafa/floor-2",
+    "shao/lyapunov", "shao/coordinates", "shao/counterexample", "peet2019/ex1-lower", "peet2019/ex1-upper",
+    "peet2019/observer-bound",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PROVED)
+def test_no_obligation_is_handed_over_in_vain(name: str) -> None:
+    """Whichever of them is not proved, neither is the theorem."""
+    path = Path(__file__).parents[2] / "certificates" / f"{name}.json"
+    with patch.object(kernel, "require") as settled:
+        assert verify(path).theorem is not None
+    stated = settled.call_count
+    assert stated > 0 and not any(call.args[1] for call in settled.call_args_list)
+    for last in sorted({0, stated // 2, stated - 1}):
+        refusal = [None] * last + [Refused("as planted")]
+        with patch.object(kernel, "require", side_effect=refusal):
+            assert verify(path).reason == "as planted"
