@@ -19,6 +19,7 @@ from replication.verify.algebra.work import bits, estimate_length, spend_elimina
 from replication.verify.theorem import require
 
 Number = fmpq | arb | int
+ONE = fmpq(1)
 
 
 @dataclass(frozen=True)
@@ -163,8 +164,8 @@ class Within:
     """All roots of a polynomial lie inside the circle of this radius about zero; one in balls is monic."""
 
     polynomial: fmpq_poly | arb_poly
-    radius: fmpq
     what: str
+    radius: fmpq = ONE
 
     def failure(self) -> str:
         """The test of Schur and Cohn for p(radius z), lowest coefficient first.

@@ -125,8 +125,6 @@ def printed(path: Path) -> dict[str, Any]:
 
 def plants_of(path: Path) -> Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]]:
     """The function `plants` of a paper's plants.py, loaded from its file alone: no package of papers is imported."""
-    if not path.is_file():
-        return lambda printed: {}
     loader = SourceFileLoader(f"plants of {path.parent.name}", str(path))
     module = ModuleType(loader.name)
     loader.exec_module(module)

@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.work import BALL, bits, spend, spend_characteristic, spend_elimination, spend_product
+from replication.verify.algebra.work import spend_characteristic, spend_product, spend_solution
 from replication.verify.theorem import Refused, require
 
 
@@ -59,11 +59,7 @@ def characteristic_polynomial(M: fmpq_mat) -> Any:
 
 def solved(M: Any, right: Any, what: str) -> Any:
     """M^{-1} right, in rationals or balls; refused, by these words, if M is not proved invertible."""
-    order = M.nrows()
-    if isinstance(M, fmpq_mat):
-        spend_elimination(order, order + right.ncols(), bits(M, right), "a linear equation")
-    else:
-        spend(order**2 * (order + right.ncols()) * BALL, "a linear equation")
+    spend_solution(M, right)
     try:
         return M.solve(right)
     except ZeroDivisionError:

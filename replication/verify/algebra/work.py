@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import Any
 
 from flint import fmpq, fmpq_mat, fmpq_poly, fmpz
 
@@ -68,6 +69,15 @@ def spend_elimination(rows: int, columns: int, length: int, what: str) -> None:
     order = min(rows, columns)
     grown = order * length // 2 + 1
     spend(rows * columns * order * multiplying(grown, grown), what)
+
+
+def spend_solution(M: Any, right: Any) -> None:
+    """Of a linear equation, in rationals or balls."""
+    order = M.nrows()
+    if isinstance(M, fmpq_mat):
+        spend_elimination(order, order + right.ncols(), bits(M, right), "a linear equation")
+    else:
+        spend(order**2 * (order + right.ncols()) * BALL, "a linear equation")
 
 
 def spend_on_roots(polynomial: fmpq_poly) -> None:

@@ -188,6 +188,6 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
 
 def _estimation_error(loop: Loop, observer: Observer, sigma: fmpq) -> arb:
     response.require_position_form(loop)
-    decide(Within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ"))
+    decide(Within(monodromy(loop, observer).charpoly(), "the eigenvalues of Φ"))
     passage, C = response.steady_passage(loop, observer, acb(0, arb(sigma))), acb_mat(loop.C)
     return largest([abs((C * (x - used))[0, 0]) for x, used in zip(passage.states, passage.used, strict=True)])

@@ -64,7 +64,7 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     Bounds of the largest modulus of the eigenvalues of Φ.
     """
     require_eigenvalue_beyond(plant, observer, root, lower)
-    decide(Within(monodromy(plant, observer).charpoly(), upper, "the eigenvalues of Φ"))
+    decide(Within(monodromy(plant, observer).charpoly(), "the eigenvalues of Φ", upper))
 
 
 @on_loop(
@@ -81,7 +81,7 @@ def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
     All eigenvalues of Φ lie inside a circle of radius below one.
     """
     decide(Below(radius, 1, f"witness.radius must be below one, got {radius}"))
-    decide(Within(monodromy(plant, observer).charpoly(), radius, "the eigenvalues of Φ"))
+    decide(Within(monodromy(plant, observer).charpoly(), "the eigenvalues of Φ", radius))
 
 
 def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:

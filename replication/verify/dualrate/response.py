@@ -127,7 +127,7 @@ def steady_motion(
 ) -> tuple[Motion, list[acb_mat]]:
     """The motion within a fast period and v at each phase, with y_d = sin σt; refused unless the loop is stable."""
     require_position_form(loop)
-    decide(Within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ"))
+    decide(Within(monodromy(loop, observer).charpoly(), "the eigenvalues of Φ"))
     n, s, zero = loop.order, acb(0, arb(sigma)), acb(0)
     rows = [[*map(acb, A), *map(acb, B), zero] for A, B in zip(loop.A.tolist(), loop.B.tolist(), strict=True)]
     N = acb_mat([*rows, [zero] * (n + 2), [*[zero] * (n + 1), s]])

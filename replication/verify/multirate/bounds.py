@@ -57,7 +57,7 @@ def advanced(step: fmpq_mat, x: fmpq_mat, v: fmpq_mat) -> fmpq_mat:
 
 def require_stable(transition: fmpq_mat, what: str) -> None:
     """Refuse unless all eigenvalues of the transition over one period are inside the unit circle."""
-    decide(Within(characteristic_polynomial(transition), fmpq(1), f"the poles of {what}"))
+    decide(Within(characteristic_polynomial(transition), f"the poles of {what}"))
 
 
 def squares(M: fmpq_mat) -> fmpq:

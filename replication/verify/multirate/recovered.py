@@ -108,7 +108,7 @@ def free_setting(plant: Plant, periods: list[int], offsets: list[int], A: fmpq_m
     """
     _stated_poles(plant, A)
     C = matrix(plant["C"], "plant.C")
-    decide(Within(_error_polynomial(plant, schedule(periods, offsets), A, C), fmpq(1), "the poles of A_e"))
+    decide(Within(_error_polynomial(plant, schedule(periods, offsets), A, C), "the poles of A_e"))
     return Found(words={"shown": _rows(A), "sensors": _rows(C)})
 
 
@@ -131,7 +131,7 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
     places = {i: next(by_size) for i in sorted(range(len(stated)), key=lambda i: abs(stated[i]))}
     matched = [places[i] for i in range(len(stated))]
     words = {"shown": _diagonal(A), "sensors": _rows(C), "matched": matched}
-    stable = holds(Within(polynomial, fmpq(1), "the poles of A_e"))
+    stable = holds(Within(polynomial, "the poles of A_e"))
     return Found(words=words, items=tuple(ends(pole) for pole in matched), holds=stable)
 
 
