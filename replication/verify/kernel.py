@@ -14,7 +14,6 @@ from typing import Any
 from flint import arb, arb_mat, arb_poly, fmpq, fmpq_mat, fmpq_poly, fmpz_mat
 
 from replication.verify.algebra.linear import characteristic_polynomial
-from replication.verify.algebra.symbolic import Symbolic
 from replication.verify.algebra.work import bits, estimate_length, spend_elimination, spend_on_roots
 from replication.verify.theorem import require
 
@@ -63,15 +62,15 @@ class Equal:
 
 @dataclass(frozen=True)
 class Identity:
-    """Both sides are the same expression, in symbols or in letters that do not commute."""
+    """Both sides are the same expression: words, or matrices of words or of polynomials in symbols."""
 
-    left: Symbolic
-    right: Symbolic
+    left: Any
+    right: Any
     what: str
 
     def failure(self) -> str:
         """By their expanded difference."""
-        return "" if (self.left - self.right).vanishes() else f"{self.what} is no identity"
+        return "" if (self.left - self.right).is_zero() else f"{self.what} is no identity"
 
 
 @dataclass(frozen=True)

@@ -63,7 +63,7 @@ class Symbolic:
         """The matrix of the changed entries."""
         return Symbolic(tuple(tuple(change(entry) for entry in row) for row in self.rows))
 
-    def vanishes(self) -> bool:
+    def is_zero(self) -> bool:
         """Whether every entry is zero."""
         return all(entry.is_zero() for row in self.rows for entry in row)
 
