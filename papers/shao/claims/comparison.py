@@ -154,8 +154,8 @@ def better_transient(results: Results) -> Evidence:
             "ζ(0) is not printed, and from a start the outcome hangs on it. By the slowest mode DRC-APO as printed has "
             f"a time constant of {constants[APO]:.1f} s, the literal DRC-PMI one of {constants[PMI]:.1f} s. With the "
             f"repaired predictor it is {constants[REPAIRED]:.1f} s, with a true fast sensor {constants[FAST]:.1f} s: "
-            "what is beyond comes from (6), with which L acts once in M periods. Some loops counted have L as a discrete "
-            "gain, or the current form, which the text excludes. How much better is not judged."
+            "what is beyond comes from (6), with which L acts once in M periods. Some loops counted have L as a "
+            "discrete gain, or the current form, which the text excludes. How much better is not judged."
         ),
     )
 
