@@ -46,8 +46,12 @@ class MultiratePlant:
         Effect of the known inputs u; none unless given.
     B_w : array (n, q_w), optional
         Effect of the sensor noise w on the state, which correlates the two; none unless given.
+    D_u : array (q, m_u), optional
+        Effect of the known inputs on the measurements; none unless given.
     dt : float
         Base period in s; 1 if it does not matter.
+    under_way : int
+        How many of the last states are samples on their way (`latency.delivered` adds them); not estimated for use.
 
     Raises
     ------
@@ -62,7 +66,9 @@ class MultiratePlant:
     W: Array = field(default_factory=_not_given)
     B_u: Array = field(default_factory=_not_given)
     B_w: Array = field(default_factory=_not_given)
+    D_u: Array = field(default_factory=_not_given)
     dt: float = 1.0
+    under_way: int = 0
 
     if TYPE_CHECKING:
         # Type checkers see that lists do; the fields themselves are arrays.
@@ -76,7 +82,9 @@ class MultiratePlant:
             W: npt.ArrayLike | None = None,
             B_u: npt.ArrayLike | None = None,
             B_w: npt.ArrayLike | None = None,
+            D_u: npt.ArrayLike | None = None,
             dt: float = 1.0,
+            under_way: int = 0,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -89,7 +97,8 @@ class MultiratePlant:
         C = as_matrix("C", self.C, columns=n)
         if not C.shape[0]:
             raise InvalidInputError("C must have at least one row: a plant without sensors cannot be observed")
-        W, B_u, B_w = (None if given is _NOT_GIVEN else given for given in (self.W, self.B_u, self.B_w))
+        optional = (self.W, self.B_u, self.B_w, self.D_u)
+        W, B_u, B_w, D_u = (None if given is _NOT_GIVEN else given for given in optional)
         D = as_matrix("D", self.D, rows=C.shape[0])
         checked: dict[str, Any] = {
             "A": A,
@@ -106,6 +115,8 @@ class MultiratePlant:
                 f"B_w must have as many columns as D, {D.shape[1]}, for both belong to w; got shape "
                 f"{checked['B_w'].shape}"
             )
+        shape = (len(C), checked["B_u"].shape[1])
+        checked["D_u"] = np.zeros(shape) if D_u is None else as_matrix("D_u", D_u, rows=shape[0], columns=shape[1])
         if not checked["B_d"].shape[1] or not checked["W"].shape[0]:
             raise InvalidInputError(
                 "B_d needs a column and W a row; write zeros where there is no disturbance or weight"
