@@ -14,10 +14,10 @@ def _higher(x: float) -> float:
     return signal(x) - 14
 
 
-def _example(number: int, begin: float) -> Picture:
-    """Gains at one constant period, and over all sequences of periods."""
+def _example(number: int, begin: float, whose: str) -> Picture:
+    """Gains at one constant period, and over all sequences of periods; whose: whose filter it is."""
     return Picture(
-        label=f"Example {number}",
+        label=f"Example {number}, {whose} filter",
         figure="mustafa-levels",
         across=f"h_{number}",
         x="constant period h (s)",
@@ -25,7 +25,7 @@ def _example(number: int, begin: float) -> Picture:
         begin=begin,
         curves=(
             Curve(label="all sequences, bounds", columns=(f"lower_{number}",), upper=f"upper_{number}"),
-            Curve(label="filter, this period", columns=(f"filter_{number}",)),
+            Curve(label=f"{whose} filter, this period", columns=(f"filter_{number}",)),
             Curve(label="least, this period", columns=(f"optimum_{number}",), quiet=True),
             Curve(label="printed level", columns=(f"published_{number}",), quiet=True),
         ),
@@ -36,8 +36,8 @@ BRIEF = Brief(
     topic="Samples at irregular instants",
     card="The levels [come out](+gamma.1) at each grid's [one period](+filter.norm); Sec. V-A calls such levels "
     "nominal. Over all sequences the gain is larger, [in](?robust-level.1) [both examples](?robust-level.2).",
-    holds="At the period of its grid [each](gamma.1) [level](filter.norm) comes out; both examples are "
-    "[stable](stable.1) [throughout](stable.2); [one element](condition-8.2) satisfies (8) on the second range.",
+    holds="At the grid's period [each](gamma.1) [level](filter.norm) comes out; both examples (our filter in the "
+    "first) are [stable](stable.1) [throughout](stable.2); [one element](condition-8.2) satisfies (8) in the second.",
     correct="[One](grid.1) [element](condition-8.1) does not cover the range of Example 1; [case U3](u3) and [two "
     "maps](map) are misprinted.",
     guess="Whether the abstract promises its levels [for every sequence](robust-level.1) or the grid; what "
@@ -56,13 +56,15 @@ BRIEF = Brief(
     explorers=(
         Explorer(
             title="A level is designed at one period; spread costs more",
-            text="Move the constant period: the filter has its printed level near the middle of the range. Over all "
-            "sequences of periods its gain lies in the band, far above. In the last picture the range itself widens.",
+            text="Move the constant period. Our filter in Example 1, where none is printed, has the printed level at "
+            "the middle of the range alone; the printed filter of Example 2 from about half the middle up to it. Over "
+            "all sequences of periods the gain of each lies in the band, far above. In the last picture the range of "
+            "our filter itself widens.",
             pictures=(
-                _example(1, 0.0678),
-                _example(2, 0.05),
+                _example(1, 0.0678, "our"),
+                _example(2, 0.05, "printed"),
                 Picture(
-                    label="Example 1, wider range",
+                    label="Example 1, our filter, wider range",
                     figure="mustafa-range",
                     across="h_u",
                     x="longest period h_u (s)",

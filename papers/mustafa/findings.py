@@ -29,10 +29,10 @@ def findings(results: Results) -> tuple[str, ...]:
             f"{whose[e]}'s gain is at least {down(bracket[e])}."
             for e in EXAMPLES
         ),
-        f"With norms that count seconds the gains over all sequences are at least {down(weighted[1])} and "
-        f"{down(weighted[2])}, above both levels still.",
-        f"The corrected algorithm ends with {sizes[0]} and {sizes[1]} elements in the grids of the two examples; the "
-        "paper has one in each.",
+        f"With norms that count seconds our and the printed filter's gains over all sequences are at least "
+        f"{down(weighted[1])} and {down(weighted[2])}, above both levels still.",
+        f"The algorithm, corrected by an inference, ends with {sizes[0]} and {sizes[1]} elements in the grids of the "
+        "two examples; the paper has one in each.",
         *(_covers(e, results[f"condition.{e}"]) for e in EXAMPLES),
         *(
             f"The corrected algorithm's level in the {WORDS[e]} example is {own[e]['level']:.4f}; some sequence gives "
@@ -62,6 +62,6 @@ def _covers(e: int, found: Mapping[str, float]) -> str:
             "for all in modal coordinates; only (9) fails."
         )
     return (
-        f"In the {WORDS[e]} example one element does not satisfy (8); with (8) for (9) the algorithm ends with "
-        f"{found['elements']:g}, or {found['modal_elements']:g} in modal coordinates."
+        f"In the {WORDS[e]} example one element does not satisfy (8); with (8) for (9) the corrected algorithm ends "
+        f"with {found['elements']:g}, or {found['modal_elements']:g} in modal coordinates."
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from papers._sketch import FIRST, LAST, curve, dots, label, signal
+from papers.okajima2023.experiments.declared import DESIGNS, GAIN_SETS
 from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
 
 STEP = 24
@@ -50,8 +51,8 @@ BRIEF = Brief(
     card="The stable plant's levels hold, except [one](-table1.n21) in Table 1; [both](+theory.theorem1) "
     "[theorems](+theory.theorem2) are tight at its gains and designs. Sec. IV-C prints [a stable "
     "matrix](?diagonal-of-a).",
-    holds="For the stable plant, to one part in a million, [Theorem 1](theory.theorem1) is tight at four gain sets, "
-    "[Theorem 2](theory.theorem2) at all designs.",
+    holds="For the stable plant, to one part in a million, [Theorem 1](theory.theorem1) is tight at "
+    f"{len(GAIN_SETS)} gain sets, [Theorem 2](theory.theorem2) at Sec. IV's {len(DESIGNS)} designs.",
     correct="[Table 1](table1.n21), entry (2, 1), exceeds the rounded optimum. Eq. (4) [counts](sensor-index) "
     "states for sensors.",
     guess="Which noises [eq. (34)](denominator) divides by; which [matrices](unstable.same-setting) Sec. IV-C has; "
@@ -70,9 +71,10 @@ BRIEF = Brief(
     ),
     explorers=(
         Explorer(
-            title="Two sensors, each read at its own pace, give the lowest level",
+            title="Two sensors, each read at its own pace, give the lowest of four levels",
             text="Choose what the observer reads. Blue is the size of its estimation error under one draw of noise, "
-            "grey that of the observer that reads both sensors at their own periods. Ticks are measurements.",
+            "grey that of the observer that reads both sensors at their own periods. For Cases A to C the gains are "
+            "ours, none being printed. Ticks are measurements.",
             pictures=(
                 _case("both sensors, each at its own period", "proposed", "proposed", _Y1, _Y2),
                 _case("y₁ alone (Case A)", "A", "case-a", _Y1),

@@ -18,14 +18,15 @@ def _estimate(x: float) -> float:
 BRIEF = Brief(
     topic="A state with memory",
     card="[Theorem 3](-theory.theorem-3-feasible) can be met and [Theorem 4](-theory.theorem-4) inverts once "
-    "corrected. The least gains of [Example 1](+ex1.gamma-d3) are reproduced, two of [degree 1](-ex2.gamma-d1) not.",
-    holds="The least gains of [Example 1](ex1.gamma-d3), and those by Padé of [Example 1](ex1.gamma-pade), "
-    "[Example 2](ex2.gamma-pade) and [Example 3](ex3.gamma-pade).",
+    "corrected. The least gains of [Example 1](+ex1.gamma-d3) then come out, two of [degree 1](-ex2.gamma-d1) not.",
+    holds="The least gains by Padé of [Example 1](ex1.gamma-pade), [Example 2](ex2.gamma-pade) and "
+    "[Example 3](ex3.gamma-pade); those of [Example 1](ex1.gamma-d3) come out once Theorem 3 is corrected.",
     correct="[Theorem 1](theory.theorem-1) needs 𝒫 = 𝒫*, [Theorem 3](theory.d-sign) has wrong signs, "
     "[Theorem 4](theory.theorem-4) wrong factors; two gains of "
     "degree 1 differ: [Example 2](ex2.gamma-d1), [Example 3](ex3.gamma-d1).",
-    guess="The [degree rule](ex2.gamma-d3), whether [Example 4](ex4.unstable) is unstable, and whether "
-    "[twenty lumped states](observer.lumped-states) are enough: the text leaves all three open.",
+    guess="The [degree rule](ex2.gamma-d3), on which it hangs whether the bound is "
+    "[conservative](ex2.not-conservative); whether [Example 4](ex4.unstable) is unstable, and "
+    "[twenty lumped states](observer.lumped-states) enough.",
     sketch=Sketch(
         alt="The observer estimates the present state and its history over the delay.",
         strokes=(
@@ -43,7 +44,7 @@ BRIEF = Brief(
         Explorer(
             title="In Example 2 delays above half a second cost accuracy that no observer regains",
             text="First: the delay of Example 2 grows; the least gain stays level at first. Second: how far a design "
-            "is from the least gain, as the degree or the number of states grows.",
+            "is from the least gain, as the degree, counted in each variable, or the number of states grows.",
             pictures=(
                 Picture(
                     label="delay",

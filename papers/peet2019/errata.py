@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from papers.peet2019.claims.theory import ROUNDING
+import msgspec
+
+from papers.peet2019.claims.theory import ROUNDING, SIGNS, UNMET, unmet
 from papers.peet2019.printed import DATA, EXAMPLES
 from replication.audit.model import Erratum, Proof, Results
 
@@ -29,6 +31,12 @@ def terms(misprints: tuple[str, ...], results: Results, note: str = "") -> Proof
             **{f"median residual, {name} as printed": value for name, value in printed.items()},
         },
     )
+
+
+def signs(results: Results) -> Proof:
+    """The identity needs the corrected signs, and with the printed ones no ε > 0 is met."""
+    found = terms(("d-sign", "f-sign"), results, note=f" Theorem and proof print them alike. {UNMET}")
+    return msgspec.structs.replace(found, holds=found.holds and not unmet(results).holds)
 
 
 def not_self_adjoint(results: Results) -> Proof:
@@ -152,12 +160,12 @@ OF_THE_IDENTITY = ("theorem-3-signs", "theorem-3-transposes", "eq-10-factor", "t
 
 ERRATA: tuple[Erratum, ...] = (
     Erratum(
-        id="theorem-3-signs",
+        id=SIGNS,
         place="Theorem 3, D and F_i; proof, D_1 and F_1i",
         printed="Diagonal blocks S_i(-τ_i) of D, and +dS_i/ds in F_i",
         meant="-S_i(-τ_i), and -dS_i/ds",
-        prove=partial(terms, ("d-sign", "f-sign"), note=" Theorem and proof print them alike."),
-        uses=("identities",),
+        prove=signs,
+        uses=("identities", "printed-signs"),
     ),
     Erratum(
         id="theorem-3-transposes",

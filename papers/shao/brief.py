@@ -68,9 +68,10 @@ BRIEF = Brief(
     ),
     explorers=(
         Explorer(
-            title="At short periods the printed virtual measurement is no fast sensor",
-            text="Move the fast period, the ratio of both periods, or the frequency of the reference. At short periods "
-            "the repaired predictor does nearly what a fast sensor would; there the printed one does not.",
+            title="In the counter-example the printed virtual measurement is no fast sensor",
+            text="Move the fast period of the counter-example or, on the motor, the ratio of both periods or the "
+            "frequency of the reference. In the counter-example at short periods the repaired predictor does nearly "
+            "what a fast sensor would; the printed one does not.",
             pictures=(
                 _compared("rates", "period", "period_s", "fast period T (s)", "slowest rate (1/s)", 0.01, fast=True),
                 _compared("lag", "ratio", "ratio", "ratio M of the periods", "lag of the estimate (s)", 6),

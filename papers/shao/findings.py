@@ -26,7 +26,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"under DRC-APO, printed {table_1('DRC-APO')[0]} %.",
         "Whether DRC-APO tracks better hangs on DRC-PMI, which the text leaves open: with one correction per slow "
         "instant DRC-PMI has the smaller error.",
-        f"Which transient is better hangs on the unprinted start of the observer: DRC-APO {_starts(results)}.",
+        f"Which transient is better hangs on the unprinted start of the observer: DRC-APO {_starts(results)}, against "
+        "the literal DRC-PMI.",
         "The proof breaks at (15): the error of the virtual measurement is an estimation error, which does not vanish "
         "with T.",
         f"A predictor that carries on from the last measurement stabilises the counter-example: at T = "
@@ -64,7 +65,7 @@ def findings(results: Results) -> tuple[str, ...]:
         f"and {radius[FAST]:.5f}.",
         f"DRC-PMI with the gain L/M obtains {at_least(100 * min(shares))}% to {at_most(100 * max(shares))}% of the "
         "error reduction from the literal DRC-PMI to DRC-APO at the frequencies of Table I.",
-        f"At {LOW_FREQUENCY:g} rad/s, far below the rates of the loops, the error of DRC-APO is "
+        f"At {LOW_FREQUENCY:g} rad/s, below the frequencies of Table I, the steady-state error of DRC-APO is "
         f"{1 - table['slow'][APO] / table['slow'][PMI]:.0%} smaller than that of the literal DRC-PMI.",
         f"SRC is unstable, as the manuscript says: the monodromy radius is {radius[SRC]:.3f}.",
     )

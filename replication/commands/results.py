@@ -56,11 +56,14 @@ def check(chosen: argparse.Namespace) -> int:
     from replication.audit.publish.readme import is_stale
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
+    from replication.audit.store.sources import kept_at
 
     results, root = read_results(results_path(chosen)), project_root()
     problems = [str(problem) for problem in check(results, papers.load(), root)]
     here = [paper.key for paper in results.papers if paper.key in papers.KEYS]
-    again = kept(papers.load(here), root, Cache(root / ".cache" / "replication"))
+    directory = root / ".cache" / "replication"
+    with kept_at(directory / "sources.json"):
+        again = kept(papers.load(here), root, Cache(directory))
     found = differences(results, again, chosen.figures or root / "figures")
     problems += [f"{where}: not derived: {message}" for where, message in found]
     if {paper.key for paper in results.papers} == set(papers.KEYS) and is_stale(root / "README.md", results):

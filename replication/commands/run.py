@@ -19,13 +19,17 @@ from replication.commands.shared import (
     jobs,
     say,
     say_report,
+    say_tutorials,
+    tutorials,
 )
 from replication.errors import AuditError
 
 if TYPE_CHECKING:
+    from replication.audit.parts import Paper
     from replication.audit.run.pool import Executor
-    from replication.audit.run.progress import Silent
+    from replication.audit.run.progress import Silent, Step
     from replication.audit.run.runner import Outcome
+    from replication.audit.run.unchanged import LastRun
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import ResultsFile
 
@@ -62,39 +66,74 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
-    import msgspec
-
     import papers
-    from replication.audit.inspect.notes import notes
-    from replication.audit.publish.terminal import run_lines
-    from replication.audit.run.draw import draw_figures
-    from replication.audit.run.runner import run
+    from replication.audit.run.unchanged import LastRun
+    from replication.audit.store.sources import kept_at
     from replication.files import require_writable
 
     executor = _executor(chosen)
     root = checkout()
-    selected = papers.load(chosen.papers or papers.KEYS)
-    whole = len(selected) == len(papers.KEYS)
-    output = chosen.output or root / "report" / ("" if whole else "+".join(paper.key for paper in selected))
+    wanted = sorted(set(chosen.papers or papers.KEYS))
+    output = chosen.output or root / "report" / ("" if wanted == sorted(papers.KEYS) else "+".join(wanted))
     figures = chosen.figures or root / "figures"
+    directory = root / ".cache" / "replication"
+    last = LastRun(root, [figures, output / "results.json", output / "index.html"], wanted, directory)
+    if not (chosen.no_cache or chosen.twice) and (said := last.said()):
+        say(said.lines)
+        say_tutorials(said.tutorials)
+        return said.code
+    selected = papers.load(wanted)
     require_writable(output, "--output")
     require_writable(figures, "--figures")
-    cache = _cache(root, read=not chosen.no_cache)
-    outcome = run(selected, cache=cache, root=root, executor=executor, progress=_progress())
-    drawn = draw_figures(selected, outcome.results_by_experiment, figures, cache=cache, root=root)
+    cache = _cache(directory, read=not chosen.no_cache)
+    with kept_at(directory / "sources.json"):
+        return _run(selected, cache, root, executor, (output, figures), last, twice=chosen.twice)
+
+
+def _run(
+    papers: Sequence[Paper],
+    cache: Cache,
+    root: Path,
+    executor: Executor,
+    places: tuple[Path, Path],
+    last: LastRun,
+    *,
+    twice: bool,
+) -> int:
+    import msgspec
+
+    from replication.audit.inspect.notes import notes
+    from replication.audit.publish.terminal import run_lines
+    from replication.audit.run.draw import draw_figures
+    from replication.audit.run.runner import run
+    from replication.audit.run.unchanged import Said
+
+    output, figures = places
+    outcome = run(papers, cache=cache, root=root, executor=executor, progress=_progress())
+    drawn = draw_figures(papers, outcome.results_by_experiment, figures, cache=cache, root=root)
     results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), output / "results.json")
-    say(run_lines(results, outcome.log, outcome.failures))
-    say(f"note: {note}" for note in notes(selected, results, outcome.unused, figures))
+    remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, figures)]
+    say([*run_lines(results, outcome.log, outcome.failures), *remarks])
     say_report(results, figures, output / "index.html")
     code = _code(results, outcome.failures)
-    if chosen.twice:
-        again = run(
-            selected, cache=replace(cache, read=False, write=False), root=root, executor=executor, progress=_progress()
-        )
-        say(_moved(outcome, again))
-        changed = [old.verdict for old in results.claims] != [new.verdict for new in again.results.claims]
-        return max(code, _code(again.results, again.failures), DIFFERENT if changed else FINE)
-    return code
+    if cache.write and code != FAILED:
+        lines = (*run_lines(results, _reused(outcome.log), ()), *remarks, f"report: {output / 'index.html'}")
+        last.keep(Said(lines=lines, tutorials=tutorials(results), code=code))
+    if not twice:
+        return code
+    again = run(
+        papers, cache=replace(cache, read=False, write=False), root=root, executor=executor, progress=_progress()
+    )
+    say(_moved(outcome, again))
+    changed = [old.verdict for old in results.claims] != [new.verdict for new in again.results.claims]
+    return max(code, _code(again.results, again.failures), DIFFERENT if changed else FINE)
+
+
+def _reused(log: Sequence[Step]) -> list[Step]:
+    """What a run does that finds all of this done."""
+    from replication.audit.run.progress import Action
+
+    return [replace(step, action=Action.REUSED) for step in log]
 
 
 def _dated(results: ResultsFile, path: Path) -> ResultsFile:
@@ -115,11 +154,10 @@ def _dated(results: ResultsFile, path: Path) -> ResultsFile:
     return results
 
 
-def _cache(root: Path, *, read: bool) -> Cache:
+def _cache(directory: Path, *, read: bool) -> Cache:
     from replication.audit.store.cache import Cache
     from replication.files import unwritable
 
-    directory = root / ".cache" / "replication"
     if reason := unwritable(directory):
         print(f"replication: nothing will be kept for the next run: {directory}: {reason}", file=sys.stderr)
     return Cache(directory, read=read, write=not reason)

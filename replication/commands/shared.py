@@ -52,9 +52,18 @@ def say_report(results: ResultsFile, figures: Path, output: Path) -> None:
     from replication.audit.report.page import build_report
 
     say([f"report: {build_report(results, figures, output)}"])
+    say_tutorials(tutorials(results))
+
+
+def tutorials(results: ResultsFile) -> tuple[str, ...]:
+    """The names of the tutorials to which a report on these results links."""
+    return tuple(sorted({paper.notebook for paper in results.papers if paper.notebook}))
+
+
+def say_tutorials(names: Iterable[str]) -> None:
+    """Say which of these tutorials are not built."""
     pages = project_root() / "report" / "notebooks"
-    named = {paper.notebook for paper in results.papers if paper.notebook}
-    absent = sorted(name for name in named if not (pages / f"{name}.html").is_file())
+    absent = [name for name in names if not (pages / f"{name}.html").is_file()]
     if absent:
         say([f"tutorials not built yet, to which it links: {', '.join(absent)}; `replication notebooks` writes them"])
 

@@ -22,6 +22,7 @@ class Kind(StrEnum):
     TIME = "a positive number, such as 0.1"
     TIMES = "a list of positive numbers, such as [0.1, 0.2]"
     MATRIX = "a list of rows, such as [[1, 0], [0, 1]]"
+    WORD = 'a word in quotes, such as "h2"'
     MATRICES = "a list of matrices, such as [[[1, 0], [0, 1]]]"
 
 

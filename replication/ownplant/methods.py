@@ -48,13 +48,13 @@ COVARIANCES = {"Q", "R", "S"}
 
 def _multirate(values: Values, *, timings: Any = None, **options: Any) -> GainResult:
     """All timings are searched on every core, and kept in the directory `timings`."""
-    matrices = {name: value for name, value in values.items() if name != "P0"}
+    matrices = {name: value for name, value in values.items() if name not in ("P0", "goal")}
     if COVARIANCES.isdisjoint(values) and {"B_d", "D"} <= values.keys():
         plant = multirate.MultiratePlant(**matrices)
     else:
         plant = multirate.MultiratePlant.from_covariances(**matrices)
-    if "P0" in values:
-        options["P0"] = values["P0"]
+    # What the command line says counts more than the file.
+    options = {name: values[name] for name in ("P0", "goal") if name in values} | options
     if options.get("offsets") == "best" and options.get("goal") != "h2":
         apply = partial(every_core, store=timings)
         options["offsets"] = multirate.search_timing(plant, options["periods"], apply=apply).best
@@ -108,6 +108,7 @@ METHODS: Mapping[str, Method] = {
                 matrix("W", "z", "n", "weight of the error (identity)", required=False),
                 matrix("B_u", "n", "u", "known inputs (none)", required=False),
                 Field("dt", Kind.TIME, (), required=False, meaning="base period in s (1)"),
+                Field("goal", Kind.WORD, (), required=False, meaning="hinf, h2 or mixed (hinf); as the option"),
             ),
             (
                 Option("periods", listed(whole), "N,N", "of each sensor, in base periods: 2,3", required=True),

@@ -125,6 +125,10 @@ def _check_general(found: Mapping[str, Any], method: str, problems: list[str]) -
 def _value(field: Field, given: Any, problems: list[str]) -> Any:
     if field.kind is Kind.TIME:
         return _positive(field.name, _number(field.name, given, problems), problems)
+    if field.kind is Kind.WORD:
+        if not _is_label(given):
+            problems.append(f"{field.name}: must be {Kind.WORD}, got {_shown(given)}")
+        return given
     if field.kind is Kind.TIMES:
         times = _numbers(field.name, given, problems)
         return [_positive(f"{field.name}[{i}]", time, problems) for i, time in enumerate(times)]
@@ -203,7 +207,7 @@ def _sizes(known: Mapping[str, Field], values: Mapping[str, Any], problems: list
 
 def _shapes(field: Field, value: Any) -> list[tuple[str, tuple[int, ...], tuple[str, ...]]]:
     """(path, sizes, letters) of each part of a value that is whole."""
-    if value is None or field.kind is Kind.TIME:
+    if value is None or field.kind in (Kind.TIME, Kind.WORD):
         return []
     if field.kind is Kind.TIMES:
         return [(field.name, (len(value),), field.shape)]

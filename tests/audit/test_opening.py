@@ -15,7 +15,7 @@ from sample import KEY, bracketed, brief, claim, claims, results
 
 from replication.audit.brief import Consequence
 from replication.audit.inspect.sentences import require_short
-from replication.audit.model import Kind, Verdict
+from replication.audit.model import Kind, Outcome, Verdict
 from replication.audit.report.claim import anchor, targets, views
 from replication.audit.report.consequence import consequence
 from replication.audit.report.opening.field import FAILS, answer, field
@@ -103,8 +103,12 @@ def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFi
     assert {mark.get("href") for mark in marks} == expected and len(marks) == len(expected)
 
 
-def lane(broken: bool, corrected: bool = False, sound: bool = True) -> Any:
-    return SimpleNamespace(broken=broken, corrected=corrected, sound=sound, cells=[SimpleNamespace(marks=("claim",))])
+def lane(broken: bool, corrected: bool = False, sound: bool = True, unsettled: bool = False) -> Any:
+    paper, cells = (
+        SimpleNamespace(record=SimpleNamespace(cited="Doe et al. (2020)")),
+        [SimpleNamespace(marks=("claim",))],
+    )
+    return SimpleNamespace(broken=broken, corrected=corrected, sound=sound, open=unsettled, cells=cells, paper=paper)
 
 
 @pytest.mark.parametrize(
@@ -112,11 +116,21 @@ def lane(broken: bool, corrected: bool = False, sound: bool = True) -> Any:
     [
         ([lane(True)], "In the paper a central guarantee fails."),
         ([lane(False)], "In the paper every theorem passes our tests."),
-        ([lane(False), lane(False, sound=False)], "In both papers no theorem fails."),
+        ([lane(False), lane(False, sound=False)], "In both papers no central guarantee is refuted."),
+        (
+            [lane(False, sound=False, corrected=True, unsettled=True)],
+            "In the paper no central guarantee is refuted once corrected; what Doe et al. promise depends on the "
+            "reading.",
+        ),
+        (
+            [lane(True, unsettled=True), lane(False, unsettled=True), lane(False, sound=False, unsettled=True)],
+            "In one of three papers a central guarantee fails; in two none is refuted; what two of them promise "
+            "depends on the reading.",
+        ),
         ([lane(True), lane(True)], "In both papers a central guarantee fails."),
         (
             [lane(True), lane(False, corrected=True), lane(False)],
-            "In one of three papers a central guarantee fails; in the other two every theorem passes our tests, "
+            "In one of three papers a central guarantee fails; in two every theorem passes our tests, "
             "some only once misprints are corrected.",
         ),
         ([], "There is no claim to judge."),
@@ -127,17 +141,38 @@ def test_the_answer(lanes: list[Any], sentence: str) -> None:
 
 
 def paper_of(records: Any) -> Any:
-    return cast(Any, SimpleNamespace(claims=views(records, targets(records))))
+    record = SimpleNamespace(cited="Doe (2020)")
+    return cast(Any, SimpleNamespace(record=record, claims=views(records, targets(records))))
 
 
 def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
-    assert field([paper_of([remark])]).answer == "In the paper no theorem fails."
+    assert field([paper_of([remark])]).answer == "In the paper no central guarantee is refuted."
     assert field([paper_of([theorem])]).answer == "In the paper a central guarantee fails."
     assert field([paper_of([theorem, remark])]).failing == 2
     failing = sum(record.verdict in FAILS for record in made.claims)
     assert field([paper_of(made.claims)]).failing == failing
+
+
+@pytest.mark.parametrize(
+    ("holds", "place", "verdict", "expected"),
+    [
+        ((True, False), "Abstract", Verdict.UNDETERMINED, True),
+        ((True, None), "Abstract", Verdict.UNDETERMINED, False),
+        ((True, False), "Sec. II", Verdict.UNDETERMINED, False),
+        ((True, True), "Abstract", Verdict.CONSISTENT, False),
+    ],
+)
+def test_a_promise_that_holds_under_one_reading_and_fails_under_another_is_open(
+    made: ResultsFile, holds: tuple[bool | None, ...], place: str, verdict: Verdict, expected: bool
+) -> None:
+    first = next(record for record in made.claims if record.claim.kind is not Kind.CITED and not record.claim.printed)
+    outcomes = tuple(Outcome(reading=f"reading {i}", holds=one) for i, one in enumerate(holds))
+    told = replace(first.evidence, outcomes=outcomes)
+    judged = replace(altered(first, place=place), evidence=told, judgement=replace(first.judgement, verdict=verdict))
+    ((_, (only,)),) = field([paper_of([judged])]).groups
+    assert only.open is expected
 
 
 def test_the_key_shows_a_number_within_its_box_and_one_outside() -> None:

@@ -130,6 +130,15 @@ def test_a_kalman_filter_is_designed_from_covariances(here: Path, capsys: pytest
     assert main([*command, "mixed", "--output", "b"]) == 2
     assert "P0 belongs to the goal h2" in capsys.readouterr().err
     assert main([*command, "h2", "--level", "1", "--output", "b"]) == 2
+    (here / "goal.toml").write_text(text + "goal = 'h2'\nR = [[0.25, 0], [0, 0.01]]\n", encoding="utf-8")
+    by_file = ["design", "multirate", "goal.toml", "--periods", "1,4"]
+    assert main(by_file) == 0
+    assert json.loads((here / "goal-multirate" / "gains.json").read_text(encoding="utf-8"))["gains"] == gains
+    assert main([*by_file, "--goal", "hinf", "--output", "b"]) == 2  # P0 is left without a use
+    for goal, words in (("'h3'", "goal must be one of"), ("3", 'goal: must be a word in quotes, such as "h2", got 3')):
+        (here / "bad.toml").write_text(f"{text}goal = {goal}\nR = [[0.25, 0], [0, 0.01]]\n", encoding="utf-8")
+        assert main(["design", "multirate", "bad.toml", "--periods", "1,4"]) == 2
+        assert words in capsys.readouterr().err
     assert not (here / "b").exists()
 
 

@@ -12,6 +12,7 @@ import pytest
 from tables import read_csv
 
 import papers
+from papers.mustafa.figures import responses as draws
 from papers.okajima2023.figures import periods, responses
 from papers.peet2019.figures import observer
 from papers.shao.figures import readings, stability, tracking
@@ -98,8 +99,8 @@ def changed(name: str, **columns: tuple[float, ...]) -> FigureData:
 def test_messages_follow_the_data() -> None:
     """A title that no longer holds is not printed: each of these says something else of other data."""
     plain = changed("okajima2023-periods", gamma_synchronous=tuple(float(k) for k in range(36)))
-    assert "(5, 6) has more than (6, 6)" in periods.say_table_of_periods(data("okajima2023-periods"))
-    assert periods.say_table_of_periods(plain) == "A longer period never lowers the level"
+    assert "(5, 6) have more than (6, 6)" in periods.say_table_of_periods(data("okajima2023-periods"))
+    assert periods.say_table_of_periods(plain) == "Up to 6 instants a longer period never lowers the level"
     rates = data("shao-rates")
     stable = changed("shao-rates", alternating_predictive=tuple(-x for x in rates.columns["alternating_predictive"]))
     assert "unstable at every T" in stability.say_rates(rates)
@@ -108,6 +109,22 @@ def test_messages_follow_the_data() -> None:
     other = changed("peet2019-gains", l6_2=gains.columns["l4_1"])
     assert "L₅ and L₆ are equal" in observer.say_gains(gains)
     assert "L₆" not in observer.say_gains(other)
+
+
+def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:
+    """Another number of draws, a larger error or a larger saving are told; a ratio that is called a bound is one."""
+    few = changed("mustafa-fig2", draws=(7.0,), band_high=(0.301,))
+    assert "of 7 draws of uniform periods at 0.31 at most" in draws.describe_responses(few)
+    assert draws.say_responses(few).startswith("In our uniform draws the error peaks at 0.31 at most")
+    half = changed("okajima2023-timing", gamma_3_3=(2.0, 1.0))
+    assert periods.say_levels_by_timing(half).startswith("For periods (3, 3) ") and "50.0 %" in (
+        periods.say_levels_by_timing(half)
+    )
+    shown = data("okajima2023-fig2-5")
+    sizes = {name: responses.rms_of_all(name, shown) for name in responses.CASES}
+    (stated,) = re.findall(r"at most (\d\.\d\d) of any other's", responses.say_cases(shown))
+    assert responses.say_cases(shown).startswith("In one draw ")
+    assert all(sizes["proposed"] <= float(stated) * sizes[name] for name in "ABC")
 
 
 def test_the_print_beside_our_curve_is_read_off_between_its_points() -> None:

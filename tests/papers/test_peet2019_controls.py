@@ -14,7 +14,7 @@ import pytest
 
 from papers.peet2019 import PAPER
 from papers.peet2019.claims import cost
-from papers.peet2019.claims.gains import UNSHARP, outcomes
+from papers.peet2019.claims.gains import UNSHARP, conservative, outcomes
 from papers.peet2019.claims.theory import LOOPS
 from papers.peet2019.experiments.declared import OFF_THE_PRINT, degrees_of
 from papers.peet2019.experiments.identities import MISPRINTS
@@ -83,7 +83,7 @@ def agreeing() -> Results:
 
 def _cell(states: int, delays: int, cone: str = "total") -> dict[str, Any]:
     size = float(states * delays)
-    run = {"cpu_seconds": size, "peak": 0.1, "gamma": 0.0009, "machine": "made up", "date": "2000-01-01"}
+    run = {"cpu_seconds": size, "peak": 0.1, "gamma": 0.0009, "outcome": "", "machine": "made up", "date": "2000-01-01"}
     return {"states": states, "delays": delays, "cone": cone, "equalities": size, "residual": 0.0} | run
 
 
@@ -166,7 +166,7 @@ def alterations() -> list[tuple[str, Alteration]]:
             found.append((f"ex{example}.gamma-d{degree}", everywhere(example, degree)))
         found += [
             (f"ex{example}.gamma-pade", at(f"reference.ex{example}/pade", by(1.0005))),
-            (f"ex{example}.not-conservative", at(f"sos.ex{example}.d3/tensor/gamma", by(1.00001))),
+            (f"ex{example}.not-conservative", everywhere(example, 3)),
             (f"ex{example}.one-disturbance", at(f"small.ex{example}/level", to(0.0011))),
         ]
     for example in ("1", "2"):
@@ -306,6 +306,31 @@ def test_theorem_1_as_printed_fails_only_where_the_case_meets_all_that_it_asks()
         (erratum,) = (one for one in PAPER.errata if one.id == claim.erratum)
         assert not erratum.prove(results).holds
     assert verdict(claim, agreeing()) is Verdict.REPRODUCED_AFTER_ERRATUM
+
+
+def test_a_bound_is_conservative_under_the_rules_whose_level_misses_the_digits_of_pade() -> None:
+    results = copy.deepcopy(agreeing())
+    assert conservative({name.removeprefix("peet2019."): value for name, value in results.items()}) == ()
+    results["peet2019.rules"]["z2-outer"]["2"]["3"] *= 1.0001
+    claim = CLAIMS["ex2.not-conservative"]
+    held = {outcome.reading: outcome.holds for outcome in claim.answer(results).outcomes}
+    assert held == {name: name != "z2-outer" for name in READINGS}
+    assert verdict(claim, results) is claim.expected is Verdict.UNDETERMINED
+    assert conservative({name.removeprefix("peet2019."): value for name, value in results.items()}) == ("z2-outer",)
+
+
+def test_without_the_corrected_signs_there_is_no_level() -> None:
+    results = agreeing()
+    results["peet2019.printed-signs"]["0.001"]["refuted"] = False
+    (signs,) = (one for one in PAPER.errata if one.id == CLAIMS["ex1.gamma-d1"].erratum)
+    assert signs.prove(agreeing()).holds and not signs.prove(results).holds
+
+
+def test_the_note_on_a_desktop_counts_the_runs_that_stop_short() -> None:
+    results = agreeing()
+    for cell in results["peet2019.measured"]["cells"]:
+        cell["outcome"] = "pdFEAS" if (cell["states"], cell["delays"]) == (5, 5) else "pdOPT"
+    assert "; 1 with a status" in CLAIMS["scaling.desktop"].answer(results).note
 
 
 def test_a_rule_that_is_not_solved_lies_between_the_optimum_and_what_it_contains() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from papers.mustafa.claims.preliminaries import for_both, reordered_map
+from papers.mustafa.experiments.declared import CELLS
 from papers.mustafa.printed import EXAMPLES
 from papers.mustafa.readings import MULTIPLIERS
 from replication.audit.declare import Part, positive
@@ -39,13 +40,14 @@ def map_12(results: Results) -> Evidence:
 @ROBUST_PERFORMANCE.feasible(
     "same-level",
     place="Sec. V-A",
+    statement="Asking the same level of both channels may lead to conservative results; in Example 1 it does, with "
+    f"(13) as reconstructed here on {CELLS} equal cells of the range and a scalar scaling.",
     uses=("robust.1", "robust.2"),
     reading=MULTIPLIERS.name,
-    says=term("conservative level", "example-1", cells=16),
+    says=term("conservative level", "example-1", cells=CELLS),
 )
 def same_level_for_both(results: Results) -> Evidence:
-    """Asking the same level of both channels may lead to conservative results; in Example 1 it does, with (13) as
-    reconstructed here and a scalar scaling."""
+    """What one level for both channels forces at least, against free multipliers on the same cells."""
     # With one level gamma for both channels, gamma is at least the norm of the uncertainty channel: alpha_i, or
     # alpha_i delta_i if Delta is first divided by its radius. The smaller of both is taken. A scalar scaling changes
     # neither. Against it: a free multiplier, on the same cells and in the same coordinates.

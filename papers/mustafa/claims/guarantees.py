@@ -79,7 +79,7 @@ def guaranteed(e: int, results: Results) -> Evidence:
         outcomes=outcomes,
         quantities={
             "no filter of form (4) has less over every sequence than": curve["floor"],
-            "for it a constant period (s)": curve["floor_at"],
+            "no filter of form (4) has less: shown at the constant period (s)": curve["floor_at"],
             "upper over lower": r["upper"] / r["lower"],
             "lower over printed": r["lower"] / float(GAMMA[e]),
             "one Lyapunov function": r["common"],
@@ -130,7 +130,7 @@ def solution_is_valid(e: int, results: Results) -> Evidence:
         not_checkable="" if fails else "No constant period excludes the level; whether (6) holds is not decided.",
         quantities={
             "no filter has less at a constant period than": floor,
-            "there, period (s)": curve["floor_at"],
+            "no filter has less: shown at the period (s)": curve["floor_at"],
             f"largest gain of {FILTER[e]} at constant periods": largest,
         },
         note=f"{TAKEN_BACK} {where_it_holds(e, results)}",
@@ -156,7 +156,7 @@ def own_solution_is_valid(e: int, results: Results) -> Evidence:
             "level of step 2": own["level"],
             "largest gain at an element": own["at_elements"],
             "largest gain at a constant period": own["largest"],
-            "there, period (s)": own["largest_at"],
+            "largest gain at a constant period: at the period (s)": own["largest_at"],
             "gain over all sequences, lower": own["lower"],
             "gain over all sequences, upper": own["upper"],
         },

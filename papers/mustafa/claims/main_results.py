@@ -235,11 +235,11 @@ def condition_8(e: int, results: Results) -> Evidence:
         outcomes=tuple(Outcome(reading=name, holds=value > 0, margin=value) for name, value in margins.items()),
         quantities={
             "largest left side, constant change": r["constant"],
-            "there, period (s)": r["constant_at"],
-            "bound of it between the nodes": r["constant_bound"],
+            "largest left side, constant change: at the period (s)": r["constant_at"],
+            "largest left side, constant change: bound between the nodes": r["constant_bound"],
             "largest left side, any change, modal coordinates": r["modal"],
-            "bound of it there between the nodes": r["modal_bound"],
-            "least over other single elements, modal coordinates": r["best"],
+            "largest left side, any change, modal coordinates: bound between the nodes": r["modal_bound"],
+            "largest left side, any change, modal coordinates: least over other single elements": r["best"],
         },
         not_checkable="" if not undecided else "The bound between the nodes does not decide; take more of them.",
         note="In modal coordinates the left side is the least that any coordinates give for a constant change: where "

@@ -74,9 +74,9 @@ def describe_curves(figure: FigureData) -> str:
     jump = steps.index(max(steps))
     return (
         "; ".join(
-            f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, the filter at constant "
-            f"periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its gain "
-            f"over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
+            f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, {OF_FILTER[e]} at "
+            f"constant periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its "
+            f"gain over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
             f"{down(_excess(figure, e), 1)} times the printed level"
             for e in EXAMPLES
         )
@@ -100,7 +100,7 @@ def plot_brackets(figure: FigureData) -> Any:
     (upper,) = axis.plot(c["h_u"], c["upper"], marker="v", **line(0))
     (lower,) = axis.plot(c["h_u"], c["lower"], marker="^", **line(1))
     middle = c["h_u"][2]
-    name_line(axis, upper, "proved for every sequence", middle, ha="right")
+    name_line(axis, upper, "no sequence exceeds it", middle, ha="right")
     name_line(axis, lower, "one sequence attains it", middle, side=-1, ha="left")
     name_axes(axis, "worst-case gain (1)", "longest period (s)")
     axis.set_ylim(0, 1.15 * max(c["upper"]))
@@ -109,9 +109,8 @@ def plot_brackets(figure: FigureData) -> Any:
 
 def say_brackets(figure: FigureData) -> str:
     """The message: how much the worst case grows at least."""
-    return (
-        f"The worst case grows at least {_growth(figure)}-fold as the range widens to {figure.columns['h_u'][-1]:.4f} s"
-    )
+    widest = figure.columns["h_u"][-1]
+    return f"Our filter's worst case grows at least {_growth(figure)}-fold as the range widens to {widest:.4f} s"
 
 
 def _growth(figure: FigureData) -> Decimal:
@@ -123,7 +122,7 @@ def describe_brackets(figure: FigureData) -> str:
     c = figure.columns
     return (
         "; ".join(f"h_u = {c['h_u'][i]:.4f} s: between {down(c['lower'][i])} and {up(c['upper'][i])}" for i in (0, -1))
-        + f". It grows at least {_growth(figure)}-fold."
+        + f". Between these two it grows at least {_growth(figure)}-fold."
     )
 
 
@@ -162,7 +161,7 @@ def plot_worst(figure: FigureData) -> Any:
 
 def say_worst(figure: FigureData) -> str:
     """The message: how few of the periods are long."""
-    return f"A bad sequence: {_long(figure)} of {len(figure.columns['h'])} periods are long, the others short"
+    return f"A bad sequence: {_long(figure)} of its last {len(figure.columns['h'])} periods are long, the others short"
 
 
 def _long(figure: FigureData) -> int:
@@ -174,8 +173,8 @@ def describe_worst(figure: FigureData) -> str:
     """Share of long periods and the peak of the error."""
     c = figure.columns
     return (
-        f"{_long(figure)} of {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short "
-        f"({min(c['h']):.4f} s); with a disturbance of at most 1 the error peaks at {max(map(abs, c['e'])):.3f}."
+        f"{_long(figure)} of the last {len(c['h'])} sampling periods are long ({max(c['h']):.4f} s), the others short "
+        f"({min(c['h']):.4f} s); with a disturbance of at most 1 there the error peaks at {max(map(abs, c['e'])):.3f}."
     )
 
 
@@ -185,20 +184,22 @@ FIGURES = (
         caption="Gains at constant periods, of our filter next to the optimum at the middle of the range in Example 1, "
         "where none is printed, and of the printed one in Example 2. The published level belongs to one period; over "
         "most of the range the filter has a larger gain, and a larger one still when the period varies: the level "
-        "at the top is as thick as the bracket of that gain. In Example 1 the optimum is zero where Φ − ΓC/D is Schur.",
+        "at the top is as thick as the bracket of that gain. Norms count samples. In Example 1 the optimum is zero "
+        "where Φ − ΓC/D is Schur.",
         published=False, uses=tuple(f"{name}.{e}" for name in ("curve", "bracket") for e in EXAMPLES),
         data=curves, plot=plot_curves, alt=describe_curves,
     ),
     Figure(
         name="range", place="Beyond Sec. VI-A", title=say_brackets,
-        caption="Our filter of Example 1 on shorter ranges. The true worst case lies in the band, the gap between "
-        "proof and attack; more effort makes it narrower, as was done at the last point, the range of the paper.",
+        caption="Our filter of Example 1, designed for the middle of the whole range, on shorter ranges with the same "
+        "shortest period; norms count samples. The worst case lies in the band, the gap between guarantee and attack, "
+        "both computed; the last point, the range of the paper, has more effort and certificates.",
         published=False, uses=("against-range", "bracket.1"), data=brackets, plot=plot_brackets, alt=describe_brackets,
     ),
     Figure(
         name="worst", place="Beyond Sec. VI-A", title=say_worst,
-        caption="Our filter of Example 1: the first samples of the sequence, with the disturbance that suits it, "
-        "scaled to a peak of one. The long periods come in bursts; there the disturbance acts.",
+        caption="Our filter of Example 1: some of the last samples of the sequence, with the disturbance that suits "
+        "it, scaled to a peak of one. The long periods come in bursts; there the disturbance is largest.",
         published=False, uses=("bracket.1",), data=worst, plot=plot_worst, alt=describe_worst,
     ),
 )  # fmt: skip

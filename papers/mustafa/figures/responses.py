@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from papers.mustafa.claims.preliminaries import up
 from papers.mustafa.experiments.draws import DRAWS, merged
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData
@@ -15,9 +16,10 @@ FIRST = 60
 
 
 def responses(results: Results) -> FigureData:
-    """One draw of the error, the band of all, and the disturbance."""
+    """One draw of the error, the band of all and how many they are, and the disturbance."""
     r = merged(results)
-    return FigureData(columns={name: tuple(r[name]) for name in ("k", "w", "e", "band_low", "band_high")})
+    columns = {name: tuple(r[name]) for name in ("k", "w", "e", "band_low", "band_high")}
+    return FigureData(columns=columns | {"draws": (float(len(r["ratios"])),)})
 
 
 def plot_responses(figure: FigureData) -> Any:
@@ -28,9 +30,10 @@ def plot_responses(figure: FigureData) -> Any:
     (disturbance,) = axis.plot(c["k"], c["w"], linewidth=1.1, color=FOREGROUND, linestyle="--")
     (error,) = axis.plot(c["k"], c["e"], linewidth=1.1, color=OURS)
     name_line(axis, disturbance, "disturbance w", 27, ha="left")
+    text = f"error e, one draw (line)\nand {_draws(figure)} draws (band)"
     axis.annotate(
-        "error e, one draw (line)\nand all draws (band)", (150, max(c["band_high"][140:160])), xytext=(6, 22),
-        textcoords="offset points", color=error.get_color(), arrowprops={"arrowstyle": "-", "color": OURS},
+        text, (150, max(c["band_high"][140:160])), xytext=(6, 22), textcoords="offset points",
+        color=error.get_color(), arrowprops={"arrowstyle": "-", "color": OURS},
     )  # fmt: skip
     axis.set_ylim(1.2 * min(c["w"]), 1.2 * max(c["w"]))
     name_axes(axis, "error e, disturbance w (1)", "sample k")
@@ -38,9 +41,13 @@ def plot_responses(figure: FigureData) -> Any:
 
 
 def say_responses(figure: FigureData) -> str:
-    """The message of Fig. 2."""
+    """The message of Fig. 2: the largest error of these draws, which is no bound for others."""
     error, disturbance = _peaks(figure)
-    return f"The error of any draw peaks at {error:.2f}, the disturbance at {disturbance:.2f}"
+    return f"In our uniform draws the error peaks at {up(error, 2)} at most, the disturbance at {disturbance:.2f}"
+
+
+def _draws(figure: FigureData) -> str:
+    return f"{figure.columns['draws'][0]:.0f}"
 
 
 def _peaks(figure: FigureData) -> tuple[float, float]:
@@ -53,7 +60,7 @@ def describe_responses(figure: FigureData) -> str:
     c, (error, disturbance) = figure.columns, _peaks(figure)
     return (
         f"Over {len(c['k'])} samples the disturbance peaks at {disturbance:.2f}, the error of one draw at "
-        f"{max(map(abs, c['e'])):.2f}, that of any draw at {error:.2f}."
+        f"{max(map(abs, c['e'])):.2f}, that of {_draws(figure)} draws of uniform periods at {up(error, 2)} at most."
     )
 
 
@@ -83,15 +90,15 @@ def plot_intervals(figure: FigureData) -> Any:
 def say_intervals(figure: FigureData) -> str:
     """The message of Fig. 3."""
     h = figure.columns["h"]
-    return f"Each draw takes its periods evenly from {min(h):.3f} to {max(h):.3f} s"
+    return f"One draw of independent uniform periods spans {min(h):.3f} to {max(h):.3f} s"
 
 
 def describe_intervals(figure: FigureData) -> str:
     """Range and mean of the periods."""
     h = figure.columns["h"]
     return (
-        f"{len(h)} sampling periods between {min(h):.4f} and {max(h):.4f} s, {sum(h) / len(h):.4f} s on average; "
-        f"the first {FIRST} are drawn, from {min(h):.3f} to {max(h):.3f} s."
+        f"One draw of {len(h)} sampling periods from {min(h):.3f} to {max(h):.3f} s, {sum(h) / len(h):.4f} s on "
+        f"average; the first {FIRST} are shown, and how often each length occurs among all."
     )
 
 
@@ -99,7 +106,7 @@ FIGURES = (
     Figure(
         name="fig2", place="Fig. 2", title=say_responses,
         caption="Example 2, the printed filter, uniform random periods. The published figure is one unknown draw under "
-        "a law that is not stated; the band holds all our uniform draws.",
+        "a law that is not stated; the band holds our uniform draws, and another draw or law may leave it.",
         published=True, uses=DRAWS, data=responses, plot=plot_responses, alt=describe_responses,
     ),
     Figure(

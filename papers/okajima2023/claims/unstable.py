@@ -103,9 +103,12 @@ def same_setting(results: Results) -> Evidence:
             ),
         ),
         quantities={
-            "spectral radius, other entries free": free["radius"],
-            "furthest entry of that A from its print": free["furthest"],
-            **{f"pole of A_e {i + 1}, before that A is rounded": pole[0] for i, pole in enumerate(free["error_poles"])},
+            "other entries free, spectral radius": free["radius"],
+            "other entries free, furthest entry of A from its print": free["furthest"],
+            **{
+                f"other entries free, pole of A_e {i + 1}, before A is rounded": pole[0]
+                for i, pole in enumerate(free["error_poles"])
+            },
             "spectral radius, diagonal on the grid": radius,
             "spectral radius, A as printed": _radius(results[PRINTED]["error_poles"]),
         },

@@ -74,12 +74,12 @@ LEVEL_EXCESS = 1e-6
 
 
 def say_table_of_periods(figure: FigureData) -> str:
-    """The message: the rule, or that it breaks."""
+    """The message: that a rule breaks, or for which periods it holds."""
     found = exceptions(figure)
     if not found:
-        return "A longer period never lowers the level"
+        return f"Up to {max(figure.columns['N1']):.0f} instants a longer period never lowers the level"
     (a, b), (c, d) = max(found)
-    return f"A longer period mostly raises the level, but ({a:.0f}, {b:.0f}) has more than ({c:.0f}, {d:.0f})"
+    return f"A longer period can lower the level: periods ({a:.0f}, {b:.0f}) have more than ({c:.0f}, {d:.0f})"
 
 
 def describe_table_of_periods(figure: FigureData) -> str:
@@ -91,8 +91,8 @@ def describe_table_of_periods(figure: FigureData) -> str:
     listed = ", ".join(f"({a:.0f}, {b:.0f}) has more than ({c:.0f}, {d:.0f})" for (a, b), (c, d) in exceptions(figure))
     return (
         f"Optimal levels for periods 1 to {max(columns['N1']):.0f}: from {min(columns['gamma_synchronous']):.4f} to "
-        f"{max(columns['gamma_synchronous']):.4f} if all sensors start at instant 0. The best timing gains most for "
-        f"periods ({first:.0f}, {second:.0f}) with offset {offset:.0f}: {100 * saving:.1f} %. {listed}."
+        f"{max(columns['gamma_synchronous']):.4f} if all sensors start at instant 0. Of these periods the best timing "
+        f"gains most for ({first:.0f}, {second:.0f}) with offset {offset:.0f}: {100 * saving:.1f} %. {listed}."
     )
 
 
@@ -134,9 +134,9 @@ def _largest_saving(figure: FigureData) -> tuple[float, str]:
 
 
 def say_levels_by_timing(figure: FigureData) -> str:
-    """The message: what shifting a sensor is worth."""
-    saving, _ = _largest_saving(figure)
-    return f"Shifting the second sensor lowers the level by up to {saving:.1f} %"
+    """The message: what shifting a sensor is worth, for the pair of those drawn where it is worth most."""
+    saving, pair = _largest_saving(figure)
+    return f"For periods {pair} shifting the second sensor lowers the level by {saving:.1f} %"
 
 
 def describe_levels_by_timing(figure: FigureData) -> str:
@@ -145,7 +145,7 @@ def describe_levels_by_timing(figure: FigureData) -> str:
     saving, pair = _largest_saving(figure)
     return (
         f"Optimal level over the offset of the second sensor, smallest to largest. {'; '.join(parts)}. Against offset "
-        f"0 the best one saves {saving:.1f} % for {pair}, the most of these."
+        f"0 the best one saves {saving:.1f} % for {pair}, the most of these pairs."
     )
 
 

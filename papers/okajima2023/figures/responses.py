@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -71,7 +72,7 @@ def rms_of_all(name: str, figure: FigureData) -> float:
 def say_cases(figure: FigureData) -> str:
     """The message of Figs. 2-5: what a sensor more is worth in this draw."""
     proposed, *others = (rms_of_all(name, figure) for name in CASES)
-    return f"The proposed observer has at most {_factor(proposed, others)} times the RMS error of the others"
+    return f"In one draw the proposed observer's RMS error is at most {_factor(proposed, others)} of any other's"
 
 
 def say_timings(figure: FigureData) -> str:
@@ -81,7 +82,8 @@ def say_timings(figure: FigureData) -> str:
 
 
 def _factor(one: float, others: Iterable[float]) -> str:
-    return f"{max(one / other for other in others):.2f}"
+    """The largest ratio, rounded up, since it is called a bound."""
+    return f"{math.ceil(100 * max(one / other for other in others)) / 100:.2f}"
 
 
 def describe_errors(names: Mapping[str, str], figure: FigureData) -> str:
@@ -93,8 +95,8 @@ def describe_errors(names: Mapping[str, str], figure: FigureData) -> str:
         parts.append(f"{title}: {sizes}, together {rms_of_all(name, figure):.3f}, {beyond} values beyond the axes")
     first, *others = (rms_of_all(name, figure) for name in names)
     return (
-        f"Root mean square of three estimation errors over {LAST_SHOWN} instants of noise. {'; '.join(parts)}. The "
-        f"first has at most {_factor(first, others)} times the error of the others."
+        f"Root mean square of three estimation errors over the instants 0 to {LAST_SHOWN} of one draw of noise. "
+        f"{'; '.join(parts)}. In this draw the first is at most {_factor(first, others)} of any other."
     )
 
 
@@ -132,9 +134,9 @@ def plot_disturbances(figure: FigureData) -> Any:
 
 
 def say_disturbances(figure: FigureData) -> str:
-    """The message: both ratios."""
+    """The message: both ratios, and that the worst one is so over these instants; over all time it is the norm."""
     worst, random = (figure.columns[name][0] for name in ("ratio_worst", "ratio_random"))
-    return f"The worst disturbance has the ratio {worst:.3f}, a random one of equal energy {random:.3f}"
+    return f"Over the instants shown the worst disturbance has the ratio {worst:.3f}, a random one {random:.3f}"
 
 
 def describe_disturbances(figure: FigureData) -> str:
@@ -142,7 +144,7 @@ def describe_disturbances(figure: FigureData) -> str:
     worst, random, norm = (figure.columns[name][0] for name in ("ratio_worst", "ratio_random", "norm"))
     return (
         f"Error size over {len(figure.columns['k'])} instants for disturbances of unit energy: the worst over these "
-        f"instants has the ratio {worst:.3f}, against the norm {norm:.4f} over all time; a random one {random:.3f}."
+        f"instants has the ratio {worst:.3f}, against the norm {norm:.4f} over all time; one random draw {random:.3f}."
     )
 
 
@@ -189,8 +191,9 @@ FIGURES = (
         place="Beyond eq. (34)",
         title=say_disturbances,
         caption=(
-            "Proposed observer with the printed gains (33), one seeded random disturbance. It brings out a fraction of "
-            "what the norm allows, as white noise does in the simulated ratios of eq. (34)."
+            "Proposed observer with the printed gains (33): the disturbance that is worst over the instants shown, and "
+            "one seeded random one of equal energy. The random one brings out a fraction of what the norm allows, as "
+            "white noise does in the simulated ratios of eq. (34)."
         ),
         published=False,
         uses=("worst-disturbance",),

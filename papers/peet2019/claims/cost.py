@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from papers.peet2019.experiments.declared import DEFAULT_CELLS, SMALL_CONE_CELLS
-from papers.peet2019.experiments.scaling import level_of
+from papers.peet2019.experiments.scaling import ROUGH, level_of
 from papers.peet2019.printed import DATA, published
 from papers.peet2019.readings import DAY, DESKTOP, JORDAN, MEMORY, SAME
 from replication.audit.declare import Part, below, positive
@@ -109,9 +109,9 @@ def cell(states: int, delays: int, run: str, results: Results) -> Evidence:
     quantities |= {"equalities": float(found["equalities"]), "level reached": found["gamma"]}
     if "full" in found:
         quantities |= {
-            "equalities of the full program of degree 1": float(found["full"]["equalities"]),
-            "residual of the certificate there": found["full"]["residual"],
-            "least eigenvalue of its matrices there": found["full"]["least_eigenvalue"],
+            "full program of degree 1: equalities": float(found["full"]["equalities"]),
+            "full program of degree 1: residual of the certificate": found["full"]["residual"],
+            "full program of degree 1: least eigenvalue of the matrices": found["full"]["least_eigenvalue"],
         }
     return Evidence(
         method="",
@@ -156,8 +156,8 @@ def function_of_product(results: Results) -> Evidence:
         quantities={
             "largest ratio at equal n·K, the printed seconds": ratio,
             "largest ratio at equal n·K, the equalities of our program, full cone": largest_ratio(equalities),
-            "largest ratio at equal n·K, our CPU seconds, full cone, γ minimised": largest_ratio(
-                minimised(our_seconds(results))
+            "largest ratio at equal n·K, our CPU seconds, full cone, γ lowered until the solver stops": largest_ratio(
+                lowered(our_seconds(results))
             ),
             **{
                 f"largest ratio at equal n·K, our CPU seconds, {MEASURED_AS[cone]}": largest_ratio(
@@ -202,21 +202,27 @@ def desktop(results: Results) -> Evidence:
         if c["cone"] == "total" and c["gamma"] is not None
     }
     solved = [cells[cell] for cell in WANTED & cells.keys()]
+    down = [cell for cell in solved if level_of(cell["states"], cell["delays"]) is None]
     seconds, peak = (max((c[name] for c in solved), default=math.inf) for name in ("cpu_seconds", "peak"))
     return positive(
         1.0 - max(seconds / DAY, peak / MEMORY) if len(solved) == len(WANTED) else -1.0,
-        method="Our programs for the cells of Table I with n·K below 50: full cone of degree 1, as once measured.",
+        method=(
+            "Our programs of Theorem 3 as corrected for the cells of Table I with n·K below 50: full cone of degree 1, "
+            "as once measured."
+        ),
         quantities={
-            "cells of Table I with n·K below 50": float(len(WANTED)),
-            "of these solved": float(len(solved)),
-            "largest n·K of these": float(max(n * k for n, k in WANTED)),
+            "n·K below 50, cells of Table I": float(len(WANTED)),
+            "n·K below 50, cells of Table I with a level reached": float(len(solved)),
+            "n·K below 50, largest in Table I": float(max(n * k for n, k in WANTED)),
             "most CPU seconds": seconds,
             "most memory [GB]": peak,
         },
         note=(
-            "Example 4 alone, and no product between the largest of these and 50, on a machine of ours with two "
-            "processors; not the authors' code, nor higher degrees. Two cells with one delay certify a given level; "
-            "the others minimise γ."
+            "Example 4 alone, and no product between the largest in Table I and 50, on a machine of ours with two "
+            "processors; not the authors' code, nor higher degrees. "
+            f"{len(solved) - len(down)} cells with one delay certify a given level; the others lower γ until the "
+            f"solver stops (duality gap {ROUGH.gap:g}; {sum('pdFEAS' in c['outcome'] for c in down)} with a status "
+            "that says feasible and not optimal), not to the infimum, zero."
         ),
     )
 
@@ -244,8 +250,8 @@ def our_seconds(results: Results) -> dict[tuple[int, int], float]:
     return found
 
 
-def minimised(cost: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
-    """Of these cells those whose run minimises γ, so that all do the same."""
+def lowered(cost: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
+    """Of these cells those whose run lowers γ until the solver stops, so that all do the same."""
     return {(n, k): value for (n, k), value in cost.items() if level_of(n, k) is None}
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from papers.peet2019.claims.gains import optimum_of
+from papers.peet2019.claims.theory import CORRECTED, SIGNS, unmet
 from papers.peet2019.experiments.declared import ABOVE, NEAR
 from papers.peet2019.printed import DATA, EXAMPLES
 from papers.peet2019.readings import ACCURATE, HOUSE
@@ -109,6 +110,7 @@ def closed_loop(name: str, results: Results) -> Evidence:
         },
         solvers=(SolverRecord(**found["solver"]),),
         note=OF_ITS_OWN.format("collocated here") + (f" {NOT_SEEN}" if name == "ex2" else ""),
+        as_printed=unmet(results),
     )
 
 
@@ -128,6 +130,8 @@ for _name, _what, _factor, _degree in (
             f"{_what}: some observer by Theorem 3, degree {_degree}, rejects disturbances as its bound predicts, with "
             f"a gain at most {_factor} times the least."
         ),
-        uses=f"loop.{_name}",
+        pinned=CORRECTED,
+        erratum=SIGNS,
+        uses=(f"loop.{_name}", "printed-signs"),
         says=Predicate(of=over_the_least(_name, _degree), relation="at most", to=str(_factor)),
     )(partial(closed_loop, _name))

@@ -19,6 +19,9 @@ ALONG = "solutions with d<e, P e>/dt = 2<e, P e'>"
 """Of which solutions the proof of Theorem 1 speaks."""
 
 CORRECTED = Verdict.REPRODUCED_AFTER_ERRATUM
+SIGNS = "theorem-3-signs"
+"""The erratum without which Theorem 3 gives no observer and no level."""
+UNMET = "As printed, -D ⪰ 0 asks S(-τ) ⪯ 0 while the first condition asks S(-τ) ⪰ ε, for any plant."
 LOOPS = tuple(f"loop.{name}" for name in ("ex1", "ex2", "own-1", "own-2", "own-3"))
 """The closed loops: two of the examples, three systems of ours."""
 
@@ -216,13 +219,13 @@ for _misprint, _erratum, _place, _what in (
     place="Theorem 3",
     pinned=CORRECTED,
     uses=("printed-signs", "loop.ex2"),
-    erratum="theorem-3-signs",
+    erratum=SIGNS,
     reading=HOUSE,
     says=term("Theorem 3 met", "ex2"),
 )
 def feasible(results: Results) -> Evidence:
     """The conditions of Theorem 3 can be met with ε > 0, for Example 2."""
-    printed, loop = results["printed-signs"]["0.001"], results["loop.ex2"]
+    loop = results["loop.ex2"]
     met = loop["storage"] > 0.0 and loop["dissipation"] <= 0.0
     return Evidence(
         method="SDPA on Theorem 3 with ε > 0 for Example 2; the corrected certificate passes a Galerkin check.",
@@ -230,11 +233,16 @@ def feasible(results: Results) -> Evidence:
         margin=loop["storage"] if met else min(loop["storage"], -loop["dissipation"]),
         quantities={"least eigenvalue of 𝒫": loop["storage"], "largest eigenvalue of the form": loop["dissipation"]},
         solvers=(SolverRecord(**loop["solver"]),),
-        as_printed=Evidence(
-            method="As printed, -D ⪰ 0 asks S(-τ) ⪯ 0 while the first condition asks S(-τ) ⪰ ε, for any plant.",
-            holds=not printed["refuted"],
-            note="One equality of the program is a sum of non-negative terms that ought to be negative.",
-        ),
+        as_printed=unmet(results),
+    )
+
+
+def unmet(results: Results) -> Evidence:
+    """Theorem 3 as printed has no solution with ε > 0, and so gives neither observer nor level."""
+    return Evidence(
+        method=UNMET,
+        holds=not results["printed-signs"]["0.001"]["refuted"],
+        note="One equality of the program is a sum of non-negative terms that ought to be negative.",
     )
 
 

@@ -110,7 +110,8 @@ FIGURES = (
         title=say_cost,
         caption=(
             "CPU seconds, published and ours as once measured (machines and solvers do not compare), "
-            f"and the size of our programs. The paper's cells end at n·K = {DATA['largest-product']}."
+            f"and the size of our programs. The paper's cells end at n·K = {DATA['largest-product']}; exponents are "
+            f"fitted from n·K = {FROM_PRODUCT} on."
         ),
         published=False,
         uses=("sizes", "measured"),

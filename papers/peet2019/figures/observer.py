@@ -89,7 +89,9 @@ def relation(figure: FigureData, name: str) -> str:
 
 def say_fig_1(figure: FigureData) -> str:
     """The message of Fig. 1."""
-    return f"Both errors stay below a tenth of their largest after {_died_out(figure):.1f} s"
+    return (
+        f"From {_died_out(figure):.1f} s to {figure.columns['t'][-1]:g} s both errors stay below a tenth of the largest"
+    )
 
 
 def _died_out(figure: FigureData) -> float:
@@ -104,8 +106,8 @@ def describe_fig_1(figure: FigureData) -> str:
     peaks = {name: _peak(values) for name, values in c.items() if name != "t"}
     parts = [f"{name} is largest at {t[i]:.2f} s with {c[name][i]:.3f}" for name, i in peaks.items()]
     return (
-        f"Disturbance and two errors over {t[-1]:g} s. {'; '.join(parts)}. After {_died_out(figure):.1f} s both errors "
-        "stay below a tenth of the largest."
+        f"Disturbance and two errors over {t[-1]:g} s. {'; '.join(parts)}. From {_died_out(figure):.1f} s to the end "
+        "both errors stay below a tenth of the largest."
     )
 
 
@@ -115,7 +117,7 @@ def say_gains(figure: FigureData) -> str:
         word: [f"L{'₃₄₅₆'[i]}" for i, name in enumerate(GAINS) if relation(figure, name) == word] for word in _SAID
     }
     said = [f"{' and '.join(names)} {_SAID[word]}" for word, names in named.items() if names]
-    return f"For the two states {', '.join(said) or 'all gains differ'}"
+    return f"In one observer of ours, for both states {', '.join(said) or 'all gains differ'}"
 
 
 _SAID = {"same": "are equal", "opposite": "opposite"}
@@ -149,7 +151,7 @@ FIGURES = (
         place="Sec. VIII",
         title=say_gains,
         caption="L₃ to L₆ of eq. (9), for the states x₁ and x₂, of an observer five per cent above the "
-        "optimum, a system of ours with one delay.",
+        "optimum, a system of ours with one delay; equal or opposite to one per cent of the first state's gain.",
         published=False,
         uses=("gains",),
         data=gains,

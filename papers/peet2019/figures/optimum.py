@@ -133,8 +133,9 @@ FIGURES = (
         place="Example 2",
         title=say_convergence,
         caption=(
-            "Distance of γ from the optimum, the middle of its bracket; in the shaded part, nearer than half that "
-            "bracket, distances mean nothing. Low orders of collocation lie on either side."
+            "Example 2, Theorem 3 as corrected under z2-each. Distance of γ from the optimum, the middle of its "
+            "bracket; in the shaded part, nearer than half that bracket, distances mean nothing. Low orders of "
+            "collocation lie on either side."
         ),
         published=False,
         uses=("convergence.ex2", "reference.ex2", *(f"sos.ex2.d{degree}" for degree in DEGREES)),
@@ -146,7 +147,8 @@ FIGURES = (
         name="tau",
         place="Example 2",
         title=say_against_delay,
-        caption="Theorem 3 at degree 2 and the Riccati equation of the collocated model.",
+        caption="Example 2: Theorem 3 as corrected at degree 2 under z2-each, and the Riccati equation of the "
+        "collocated model.",
         published=False,
         uses=("tau",),
         data=against_delay,

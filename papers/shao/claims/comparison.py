@@ -144,8 +144,8 @@ def better_transient(results: Results) -> Evidence:
                 for name in (APO, PMI, HELD, SINGLE)
                 for sigma, value in energy[choice][name].items()
             },
-            "stable DRC-PMI over kinds of gain and forms of the observer": compared,
-            "of these, settling faster than DRC-APO as printed": slower,
+            "DRC-PMI over kinds of gain and forms of the observer, stable loops": compared,
+            "DRC-PMI over kinds of gain and forms of the observer, loops faster than DRC-APO as printed": slower,
         },
         note=(
             "ζ(0) is not printed, and the outcome hangs on it. By the slowest mode DRC-APO as printed is slower than "

@@ -114,8 +114,8 @@ def mild_conditions(results: Results) -> Evidence:
         method="α₄ λ_max(P) T with spectral norms and P from its Lyapunov equation, for the printed example",
         quantities={"left side of (18), printed example": motor["condition"], "α₄, printed example": motor["alpha4"]},
         not_checkable=(
-            "The text does not name the conditions, and mild is no quantity. The printed example does not meet (18) of "
-            "Sec. IV, which the manuscript does not claim; its loop is stable all the same. So (18) is not necessary; "
-            "that it is not sufficient is a claim of its own."
+            "Sec. I does not name the conditions, and mild is no quantity. Those of Sec. IV are a claim of their own, "
+            "and do not suffice. Nor is (18) necessary: the printed example does not meet it, which the manuscript "
+            "does not claim, and its loop is stable."
         ),
     )

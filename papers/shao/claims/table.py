@@ -11,6 +11,7 @@ from typing import Any
 
 from papers.shao.claims.outcomes import by_margin, by_value
 from papers.shao.experiments.readings import SEARCH, merged
+from papers.shao.experiments.tracking import LOW_FREQUENCY
 from papers.shao.method.search import Near, chance, reading_of
 from papers.shao.printed import DATA
 from papers.shao.problem import APO, APO_READINGS, COLUMNS, FREQUENCIES, LABELS, PMI, PMI_READINGS, READINGS, SRC
@@ -164,9 +165,15 @@ def any_reading(results: Results) -> Evidence:
             "nearest common reading": found.joint_distance,
             "nearest for DRC-PMI alone": found.nearest["pmi"].distance,
             "nearest for DRC-APO alone": found.nearest["apo"].distance,
-            "share of columns as near, common": chance(found.joint_distance, found.joint_decoys),
-            "share of columns as near, DRC-PMI": chance(found.nearest["pmi"].distance, found.decoys["pmi"]),
-            "share of columns as near, DRC-APO": chance(found.nearest["apo"].distance, found.decoys["apo"]),
+            "share as near among random columns and the printed, common": chance(
+                found.joint_distance, found.joint_decoys
+            ),
+            "share as near among random columns and the printed, DRC-PMI": chance(
+                found.nearest["pmi"].distance, found.decoys["pmi"]
+            ),
+            "share as near among random columns and the printed, DRC-APO": chance(
+                found.nearest["apo"].distance, found.decoys["apo"]
+            ),
         },
         note=(
             f"Nearest common reading, {nearness(found.joint)}. Nearest to one column alone, {nearness(found.nearest)}. "
@@ -191,9 +198,11 @@ def any_window(results: Results) -> Evidence:
         ),
         value=tuple(zip(*([cell["nearest"] for cell in found[column]] for column in COLUMNS), strict=True)),
         quantities={
-            "windows, readings and starts tried": float(sum(cell["long"] for cell in cells)),
-            "numbers that come out over such a window": float(hit["long"]),
-            "numbers that come out over a shorter one": float(hit["short"]),
+            "windows of half a period or more tried, over all readings and starts": float(
+                sum(cell["long"] for cell in cells)
+            ),
+            "numbers that come out over a window of half a period or more": float(hit["long"]),
+            "numbers that come out over a shorter window": float(hit["short"]),
         },
         note=("Half a period of the reference holds the maximum of a sinusoid; a shorter window may miss it."),
     )
@@ -245,14 +254,14 @@ def smaller_error(results: Results) -> Evidence:
         },
         method=f"{STEADY}; the frequency with the smallest gain counts",
         quantities={
-            "pairs of stable loops that the text leaves open": sum(counts.values()),
-            "pairs in which it holds": counts["holds"],
-            "pairs in which it does not hold": counts["fails"],
-            "pairs with errors equal up to rounding": counts["tied"],
+            "pairs left open by the text, both loops stable": sum(counts.values()),
+            "pairs left open by the text, it holds": counts["holds"],
+            "pairs left open by the text, it does not hold": counts["fails"],
+            "pairs left open by the text, errors equal up to rounding": counts["tied"],
             "share of the reduction that DRC-PMI with L/M obtains, least": min(shares),
             "share of the reduction that DRC-PMI with L/M obtains, largest": max(shares),
-            "DRC-PMI far below the loop's rates, percent": table["slow"][PMI],
-            "DRC-APO far below the loop's rates, percent": table["slow"][APO],
+            f"DRC-PMI at {LOW_FREQUENCY:g} rad/s, percent": table["slow"][PMI],
+            f"DRC-APO at {LOW_FREQUENCY:g} rad/s, percent": table["slow"][APO],
         },
         note=(
             "It depends on the reading of DRC-PMI: one correction per slow instant and then the model alone has a "
@@ -279,10 +288,10 @@ def growing(column: str, results: Results) -> Evidence:
         method=f"{STEADY}; the step with the smallest growth counts",
         cross_check=SIMULATED,
         quantities={
-            "stable loops that the text leaves open": len(open_loops),
-            "of these, loops in which it holds": holds,
-            "stable loops of the search, those that the text excludes too": len(every),
-            "of these, loops in which it fails": len(every) - among,
+            "left open by the text, stable loops": len(open_loops),
+            "left open by the text, stable loops in which it holds": holds,
+            "searched, stable loops, those that the text excludes too": len(every),
+            "searched, stable loops in which it fails": len(every) - among,
         },
         note=(
             f"It holds in {holds} of {len(open_loops)} stable loops of {EVERY}"

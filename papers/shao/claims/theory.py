@@ -225,16 +225,16 @@ def stability_theorem(results: Results) -> Evidence:
         margin=max(scalar["condition"] - 1, 1 - radius[APO]),
         quantities={
             "T, s": scalar["period"],
-            "radius at this T": radius[APO],
-            "left side of (18) at this T": scalar["condition"],
-            "all T below this one satisfy (18), s": scalar["allowed_period"],
-            **{f"radius at this T with M = {ratio}": value for ratio, value in scalar["radii"].items()},
-            "radius at this T with the repaired predictor": radius[REPAIRED],
+            "radius at T": radius[APO],
+            "left side of (18) at T": scalar["condition"],
+            "bound below which all T satisfy (18), s": scalar["allowed_period"],
+            **{f"radius at T with M = {ratio}": value for ratio, value in scalar["radii"].items()},
+            "radius at T with the repaired predictor": radius[REPAIRED],
         },
         note=(
             "As T → 0 the rates of the error tend to eig(A − LC/M), and A − LC/M need not be Hurwitz. "
             "The counter-example converges neither to zero, as Sec. IV has it, nor to a bounded region, as Sec. I "
-            "has it under mild conditions, which it does not name. The text numbers no theorem: the claim gathers the "
+            "has it under mild conditions that it does not name. The text numbers no theorem: the claim gathers the "
             "conditions and the conclusion of Sec. IV."
         ),
     )

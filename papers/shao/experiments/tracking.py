@@ -58,7 +58,7 @@ from replication.estimation.validation import Array
 COMPARED = (PMI, HELD, SINGLE, APO, REPAIRED, FAST, STATE)
 DISTURBED = (PMI, HELD, APO, REPAIRED, FAST)
 LOW_FREQUENCY = 0.02
-"""σ in rad/s far below the rates of every loop."""
+"""σ in rad/s, below the frequencies of Table I."""
 
 
 def table(simulated_periods: int) -> dict[str, Any]:
@@ -66,7 +66,7 @@ def table(simulated_periods: int) -> dict[str, Any]:
 
     ratios: the literal reading. readings: by reading of the command and of the maximum, the literal one first.
     agreement: for each σ the largest difference in position and its estimate, lifted against simulated, rad.
-    weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error far below the rates of the loops.
+    weak_gain: two readings of DRC-PMI with L/M in place of L. slow: percent error at LOW_FREQUENCY.
     """
     radii = {name: radius(DESIGN, name) for name in OBSERVERS}
     stable = [name for name in OBSERVERS if radii[name] < 1]

@@ -69,7 +69,7 @@ def rounding() -> float:
 def say_reading_scores(drawn: FigureData) -> str:
     """The message: how near the nearest reading of each column comes."""
     pmi, apo = (_nearest(drawn, group) for group in (PMI_READINGS, APO_READINGS))
-    return f"The nearest readings miss columns of Table I by factors up to {pmi:.2f} and {apo:.2f}"
+    return f"Nearest readings searched miss columns of Table I by factors up to {pmi:.2f} and {apo:.2f}"
 
 
 def _nearest(drawn: FigureData, group: Iterable[str]) -> float:
@@ -84,7 +84,7 @@ def describe_reading_scores(drawn: FigureData) -> str:
     return (
         f"Distance of the nearest of {len(drawn.columns['structure'])} structures for each observer. "
         f"{'; '.join(parts)}. "
-        f"The nearest reading of DRC-PMI is off by a factor of up to {pmi:.2f}, that of DRC-APO of "
+        f"The nearest reading searched of DRC-PMI is off by a factor of up to {pmi:.2f}, that of DRC-APO of "
         f"up to {apo:.2f}; the print allows a distance of {rounding():.4f}."
     )
 

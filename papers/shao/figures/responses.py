@@ -106,8 +106,8 @@ FIGURES = tuple(
         place=f"Fig. {number}",
         title=say_responses,
         caption=f"Tracking of sin({sigma} t), the thin grey line. Command as printed, printed initial state, literal "
-        "reading. ζ(0) is not printed. Numbers: root mean square of the second half. The text at hand holds no "
-        "image of the figure: the axes are ours.",
+        "reading. ζ(0) is not printed; the title is for ζ(0) = 0. Numbers: root mean square of the second half. The "
+        "text at hand holds no image of the figure: the axes are ours.",
         published=True,
         uses=("transients",),
         data=partial(responses, sigma),

@@ -78,8 +78,10 @@ def describe_robustness_curves(drawn: FigureData) -> str:
         f"{symbol}: {min(drawn.columns[f'{parameter}_{APO}']):.2f} to {max(drawn.columns[f'{parameter}_{APO}']):.2f}"
         for parameter, symbol in PARAMETERS.items()
     ]
+    factors = drawn.columns["factor"]
     return (
-        f"Percent error of DRC-APO over the factors of a parameter that the model does not know. {'; '.join(ranges)}."
+        f"Percent error of DRC-APO where the model does not know a parameter, true over nominal from {factors[0]:g} to "
+        f"{factors[-1]:g}. {'; '.join(ranges)}."
     )
 
 
@@ -90,7 +92,7 @@ FIGURES = (
         title=say_robustness_curves,
         caption="Error at 1 rad/s, steady state, under the literal reading. The observer and the feedforward keep "
         "the printed parameters; "
-        "with the flux the torque constant moves, too.",
+        "with the flux the torque constant moves, too. Largest and least over the factors drawn.",
         uses=("robustness",),
         data=robustness_curves,
         plot=plot_robustness_curves,

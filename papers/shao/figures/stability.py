@@ -56,7 +56,7 @@ def plot_stable_sets(drawn: FigureData) -> Any:
 
 def say_stable_sets(drawn: FigureData) -> str:
     """The message: in how many pieces the stable set of the printed ratio falls."""
-    return f"At the printed ratio DRC-APO is stable for T in {len(_own(drawn))} separate intervals"
+    return f"At the printed ratio DRC-APO is stable for T in at least {len(_own(drawn))} separate intervals"
 
 
 def _own(drawn: FigureData) -> list[tuple[float, float]]:
@@ -66,11 +66,12 @@ def _own(drawn: FigureData) -> list[tuple[float, float]]:
 
 
 def describe_stable_sets(drawn: FigureData) -> str:
-    """How many intervals there are for the printed ratio."""
+    """How many intervals were found for the printed ratio."""
     own = _own(drawn)
     listed = ", ".join(f"{start:.4f} to {end:.4f} s" for start, end in own)
     return (
-        f"Stable periods for each ratio. For M = {DESIGN.ratio} DRC-APO is stable for T in {len(own)} sets: {listed}."
+        f"Stable periods found for each ratio. For M = {DESIGN.ratio} DRC-APO is stable for T in {len(own)} sets: "
+        f"{listed}."
     )
 
 

@@ -112,7 +112,7 @@ def plot_lag_curves(drawn: FigureData) -> Any:
 def say_lag_curves(drawn: FigureData) -> str:
     """The message: the lag of the virtual measurement beside that of the repaired one."""
     printed, repaired = (drawn.columns[name][-1] for name in (APO, REPAIRED))
-    return f"At the largest ratio DRC-APO's estimate lags {printed:.3f} s, with the repaired predictor {repaired:.3f} s"
+    return f"At the largest M drawn DRC-APO's estimate is {printed:.3f} s late, repaired {repaired:.3f} s"
 
 
 def describe_lag_curves(drawn: FigureData) -> str:

@@ -86,7 +86,9 @@ def _told(missing: Sequence[str], by_reading: Mapping[str, bool | None]) -> str:
 
 def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:
     """What is exported of exactly this term, under this reading."""
-    near = (one for _, one in offers if one.of.quantity == term.quantity and one.unit == predicate.unit)
+    like = term.quantity, term.plant, term.estimators
+    near = (one for _, one in offers if (one.of.quantity, one.of.plant, one.of.estimators) == like)
+    near = (one for one in near if one.unit == predicate.unit and predicate.reading in one.readings)
     return [one for one in near if not differences(term, predicate.reading, one)]
 
 

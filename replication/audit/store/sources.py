@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import functools
 import hashlib
 import re
+import sys
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+import msgspec
+
 import replication
 from replication.errors import AuditError
+from replication.files import write_atomically
 
 CALLERS = tuple(f"replication/audit/run/{name}.py" for name in ("worker", "assemble", "draw"))
 """Where the functions of papers are called, which is never the cause of an error."""
@@ -24,17 +28,16 @@ _BODIES = ("body", "orelse", "finalbody", "handlers", "cases")
 """Where a statement holds others."""
 
 
-@dataclass(frozen=True)
-class _Module:
+class _Module(msgspec.Struct, frozen=True, kw_only=True):
     sha256: str
     imports: tuple[tuple[str, str], ...]  # (module, name taken from it or ""), absolute
     texts: tuple[str, ...]  # that may name a file
-    tree: ast.Module
+    bound: frozenset[str]  # the names that the module binds itself, at any depth
 
-    @functools.cached_property
-    def bound(self) -> frozenset[str]:
-        """The names that the module binds itself, at any depth."""
-        return frozenset(_bound(self.tree))
+
+class _Kept(msgspec.Struct, frozen=True, kw_only=True):
+    sha256: str
+    modules: dict[str, _Module]
 
 
 class SourceTree:
@@ -163,13 +166,55 @@ def _parents(module: str) -> Iterator[str]:
         yield module
 
 
-def _read(name: str, path: Path) -> _Module:
-    return _parsed(name, path, path.read_bytes())
+_known: dict[str, _Module] = {}
+"""What files say, by name and content."""
+_asked: set[str] = set()
+
+
+@contextlib.contextmanager
+def kept_at(path: Path) -> Iterator[None]:
+    """Take what files import from what an earlier command kept at `path`, and keep there what was asked for.
+
+    It is found by a file's content, and by that of this one, which says how to read it. A damaged file is not used.
+    """
+    _known.update(_kept(path))
+    before = set(_known)
+    yield
+    if _asked != before and path.parent.is_dir():
+        modules = {key: _known[key] for key in sorted(_asked)}
+        with contextlib.suppress(OSError):
+            write_atomically(path, msgspec.json.encode(_Kept(sha256=_checksum(modules), modules=modules)))
+
+
+def _kept(path: Path) -> dict[str, _Module]:
+    try:
+        kept = msgspec.json.decode(path.read_bytes(), type=_Kept)
+    except (OSError, msgspec.DecodeError):
+        return {}
+    return kept.modules if kept.sha256 == _checksum(kept.modules) else {}
+
+
+def _checksum(modules: Mapping[str, _Module]) -> str:
+    return hashlib.sha256(msgspec.json.encode(modules, order="deterministic")).hexdigest()
 
 
 @functools.cache
+def _reader() -> bytes:
+    return hashlib.sha256(Path(__file__).read_bytes() + sys.version.encode()).digest()
+
+
+def _read(name: str, path: Path) -> _Module:
+    """What a file says; each is read by several trees in one command, and by every command."""
+    content = path.read_bytes()
+    whole = b"".join([_reader(), name.encode(), b"\0", path.name.encode(), b"\0", content])
+    key = hashlib.sha256(whole).hexdigest()
+    if key not in _known:
+        _known[key] = _parsed(name, path, content)
+    _asked.add(key)
+    return _known[key]
+
+
 def _parsed(name: str, path: Path, content: bytes) -> _Module:
-    """What a file of this content says; each is read by several trees in one command."""
     try:
         tree = ast.parse(content, filename=str(path))
     except (SyntaxError, ValueError) as error:
@@ -177,7 +222,8 @@ def _parsed(name: str, path: Path, content: bytes) -> _Module:
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     imports = tuple(dict.fromkeys(found for node in _statements(tree) for found in _imports(node, package)))
     texts = tuple(match[2].decode() for match in _FILE.finditer(content))
-    return _Module(hashlib.sha256(content).hexdigest(), imports, texts, tree)
+    sha256 = hashlib.sha256(content).hexdigest()
+    return _Module(sha256=sha256, imports=imports, texts=texts, bound=frozenset(_bound(tree)))
 
 
 def _statements(tree: ast.Module) -> Iterator[ast.AST]:

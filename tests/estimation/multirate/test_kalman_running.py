@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -14,8 +15,10 @@ from noisy_plants import Conditioned, correlated
 
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
+from replication.estimation.multirate.h2 import starting
 from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
-from replication.estimation.multirate.h2.running import KalmanFilter, StartingFilter
+from replication.estimation.multirate.h2.running import KalmanFilter
+from replication.estimation.multirate.h2.starting import StartingFilter
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
@@ -150,6 +153,26 @@ def test_covariances_over_time_are_those_of_the_running_filter() -> None:
     np.testing.assert_allclose(steady[3:6], steady[:3], atol=EQUAL)
 
 
+@pytest.mark.parametrize("name", cases())
+def test_a_filter_that_has_settled_goes_on_as_the_recursion_does(name: str) -> None:
+    """Over many periods, with two measurements that do not come when all had settled."""
+    given = cases()[name]
+    plant, P = given.plant, np.array(P0)
+    S = plant.B_w @ plant.D.T if plant.correlated else np.zeros((2, 2))
+    Q = plant.drive @ plant.drive.T
+    run, steps = StartingFilter(given, P0), 900
+    with patch.object(starting, "corrected", wraps=starting.corrected) as computed:
+        for k in range(steps):
+            rows = [] if k in (600, 601) else list(given.schedule.measured(k))
+            y = np.where(np.isin([0, 1], rows), 0.3, np.nan)
+            found = run.step([0.0], y).predicted_covariance
+            C, D = plant.C[rows], plant.D[rows]
+            L = (plant.A @ P @ C.T + S[:, rows]) @ np.linalg.inv(C @ P @ C.T + D @ D.T)
+            P = plant.A @ P @ plant.A.T + Q - L @ (C @ P @ plant.A.T + S[:, rows].T)
+            np.testing.assert_allclose(found, P, atol=EQUAL * np.linalg.norm(P))
+    assert computed.call_count < steps
+
+
 @pytest.mark.parametrize("lag", [0, 3])
 def test_its_c_form_is_equal_over_many_steps(lag: int, tmp_path: Path) -> None:
     given = correlated(problem(CART, (1, 3)), 6)
@@ -173,6 +196,19 @@ class Whole:
 
     def __init__(self, run: KalmanFilter) -> None:
         self.to_c, self.estimate = run.to_c, np.zeros(2 * (run.lag + 2))
+
+
+@pytest.mark.parametrize("start", [None, P0])
+def test_what_is_handed_out_cannot_change_the_filter(start: Any) -> None:
+    result = multirate.design(CART, periods=(1, 3), goal="h2", P0=start)
+    assert isinstance(result, multirate.KalmanResult)
+    run = result.filter()
+    step = run.step([1.0], [0.5, 0.2])
+    for kept in (step.prediction, step.covariance, step.predicted_covariance):
+        with pytest.raises(ValueError, match="read-only"):
+            kept[0] = 7.0
+    run.estimate[:] = 7.0
+    np.testing.assert_array_equal(run.estimate, step.prediction)
 
 
 def test_gains_for_other_noise_are_noticed() -> None:

@@ -24,6 +24,7 @@ ORDER = (
 """Order of the marks in a cell: what does not stand, what does, what nobody can tell."""
 
 FAILS = (Verdict.REFUTED, Verdict.DIFFERS)
+PROMISES = (Consequence.THEOREM, Consequence.HEADLINE)
 STANDS = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.REPRODUCED_AFTER_ERRATUM)
 MOST_PLACES = 3
 _WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
@@ -42,7 +43,8 @@ class Cell:
 class Lane:
     """One paper. broken: whether a theorem or guarantee of it fails; sound: whether it has some, and all hold.
 
-    corrected: whether one of them holds only once a misprint is corrected.
+    corrected: whether one of them holds only once an erratum is corrected. open: whether one of them, or a headline
+    statement, holds under one reading of the text and fails under another.
     """
 
     paper: PaperView
@@ -50,6 +52,7 @@ class Lane:
     broken: bool
     sound: bool
     corrected: bool
+    open: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +77,7 @@ def field(papers: Sequence[PaperView]) -> Field:
     )
     groups = (
         ("A central guarantee fails", tuple(lane for lane in lanes if lane.broken)),
-        ("No central guarantee fails", tuple(lane for lane in lanes if not lane.broken)),
+        ("No central guarantee is refuted", tuple(lane for lane in lanes if not lane.broken)),
     )
     return Field(
         answer=answer(lanes),
@@ -90,20 +93,29 @@ def answer(lanes: Sequence[Lane]) -> str:
     judged = [lane for lane in lanes if any(cell.marks for cell in lane.cells)]
     if not judged:
         return "There is no claim to judge."
-    broken = sum(lane.broken for lane in judged)
-    whole, rest = len(judged), len(judged) - broken
     others = [lane for lane in judged if not lane.broken]
-    corrected = any(lane.corrected for lane in others)
-    sound = f"every theorem passes our tests{', some only once misprints are corrected' if corrected else ''}"
-    if not all(lane.sound for lane in others):
-        sound = f"no theorem fails{' once misprints are corrected' if corrected else ''}"
+    whole, rest = len(judged), len(others)
     whose = "the paper" if whole == 1 else "both papers" if whole == 2 else f"all {_count(whole)} papers"
-    if not broken:
-        return f"In {whose} {sound}."
-    if not rest:
+    if not others:
         return f"In {whose} a central guarantee fails."
-    where = "the other" if rest == 1 else f"the other {_count(rest)}"
-    return f"In {_count(broken)} of {_count(whole)} papers a central guarantee fails; in {where} {sound}."
+    if rest == whole:
+        return f"In {whose} {_of_unbroken(others, 'no central guarantee')}."
+    where = "the other" if rest == 1 else _count(rest)
+    first = f"In {_count(whole - rest)} of {_count(whole)} papers a central guarantee fails"
+    return f"{first}; in {where} {_of_unbroken(others, 'none')}."
+
+
+def _of_unbroken(lanes: Sequence[Lane], none: str) -> str:
+    """What is true of papers of which no guarantee fails; that none is refuted does not say that all hold."""
+    corrected, unsettled = any(lane.corrected for lane in lanes), [lane.paper for lane in lanes if lane.open]
+    said = f"{none} is refuted{' once corrected' if corrected else ''}"
+    if all(lane.sound for lane in lanes):
+        said = f"every theorem passes our tests{', some only once misprints are corrected' if corrected else ''}"
+    if not unsettled:
+        return said
+    if len(unsettled) > 1:
+        return f"{said}; what {_count(len(unsettled))} of them promise depends on the reading"
+    return f"{said}; what {unsettled[0].record.cited.partition(' (')[0]} promise depends on the reading"
 
 
 def _count(number: int) -> str:
@@ -112,14 +124,22 @@ def _count(number: int) -> str:
 
 def _lane(paper: PaperView) -> Lane:
     cells = tuple(_cell(paper, kind) for kind in Consequence)
-    theorems = [view.record.verdict for cell in cells for view in cell.marks if cell.consequence is Consequence.THEOREM]
+    promised = [view for cell in cells for view in cell.marks if cell.consequence in PROMISES]
+    theorems = [view.record for view in promised if view.consequence is Consequence.THEOREM]
+    verdicts = [record.verdict for record in theorems]
     return Lane(
         paper=paper,
         cells=cells,
-        broken=any(verdict in FAILS for verdict in theorems),
-        sound=bool(theorems) and all(verdict in STANDS for verdict in theorems),
-        corrected=Verdict.REPRODUCED_AFTER_ERRATUM in theorems,
+        broken=any(verdict in FAILS for verdict in verdicts),
+        sound=bool(theorems) and all(verdict in STANDS for verdict in verdicts),
+        corrected=any(record.claim.erratum and record.verdict not in FAILS for record in theorems),
+        open=any(map(_depends_on_the_reading, promised)),
     )
+
+
+def _depends_on_the_reading(view: ClaimView) -> bool:
+    record = view.record
+    return record.verdict is Verdict.UNDETERMINED and {True, False} <= {one.holds for one in record.evidence.outcomes}
 
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:

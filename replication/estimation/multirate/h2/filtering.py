@@ -56,7 +56,15 @@ def filter_gains(problem: MultirateProblem, predicted: Array, lag: int = 0) -> F
         smoothed = np.roll(smoothed, 1, axis=0) - K @ step.innovation @ K.mT
         gains.append(K)
     due = mask[:, :, None] & mask[:, None, :]
-    return FilterGains(step.L, np.stack(gains, axis=1), predicted, step.filtered, smoothed, step.innovation * due)
+    parts = step.L, np.stack(gains, axis=1), predicted, step.filtered, smoothed, step.innovation * due
+    return FilterGains(*(read_only(part) for part in parts))
+
+
+def read_only(array: Array) -> Array:
+    """The same numbers, which nobody who is handed them can change."""
+    array = array.view()
+    array.flags.writeable = False
+    return array
 
 
 def smoothing_limit(problem: MultirateProblem, predicted: Array) -> Array:

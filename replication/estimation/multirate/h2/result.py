@@ -13,7 +13,8 @@ from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import frozen
 from replication.estimation.multirate.h2.covariances import covariance
 from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
-from replication.estimation.multirate.h2.running import KalmanFilter, StartingFilter
+from replication.estimation.multirate.h2.running import KalmanFilter
+from replication.estimation.multirate.h2.starting import StartingFilter
 from replication.estimation.multirate.h2.tradeoff import rms_error
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.problem import MultirateProblem

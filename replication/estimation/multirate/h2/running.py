@@ -1,8 +1,8 @@
 """Kalman filters that run in a loop: `step(u, y)` gives x^(k|k), x^(k+1|k), covariances and innovation.
 
-`KalmanFilter` has the gains of the steady state, `StartingFilter` those that begin with the covariance of the start.
-A measurement that is None or NaN although its sensor is due is left out; the first then goes on without a correction
-by it, the second also says so in its covariance.
+`KalmanFilter` has the gains of the steady state; `starting.py` has those that begin with the covariance of the start.
+A measurement that is None or NaN although its sensor is due is left out: the first then goes on without a correction
+by it, the other also says so in its covariance.
 """
 
 from __future__ import annotations
@@ -17,10 +17,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.c_code import c_source
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.running import vector
-from replication.estimation.linear.phases import solve
-from replication.estimation.multirate.h2.covariances import covariance
-from replication.estimation.multirate.h2.filtering import FilterGains
-from replication.estimation.multirate.h2.steady import Correction, Sensing, corrected, sensing
+from replication.estimation.multirate.h2.filtering import FilterGains, read_only
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array, as_array
 
@@ -57,7 +54,7 @@ class KalmanStep(NamedTuple):
     smoothed_covariance: Array
 
 
-class _Running(ABC):
+class RunningKalman(ABC):
     """A filter of a plant with its schedule; `instant` counts steps, `missed` the measurements that did not come."""
 
     def __init__(self, problem: MultirateProblem, lag: int) -> None:
@@ -156,16 +153,18 @@ class _Running(ABC):
         """innovation: zero where nothing came, and NaN there in `shown`; came: which came, None if all that are due."""
 
     def _shifted(self, K: Array, L: Array, innovation: Array, driven: Array | float) -> Array:
-        """Correct all that is carried along, x^(k-i|k), and predict."""
+        """Correct all that is carried along, x^(k-i|k), and predict; K (lag + 1, n, q), or (n, q) without a lag."""
         corrected = self._past + K.dot(innovation)
         following = np.empty_like(self._past)
         following[0] = self._A.dot(self._past[0]) + L.dot(innovation) + driven
-        following[1:] = corrected[:-1]
+        if self.lag:
+            following[1:] = corrected[:-1]
+        following.flags.writeable = False  # a part of it is handed out
         self._past = following
         return np.asarray(corrected)
 
 
-class KalmanFilter(_Running):
+class KalmanFilter(RunningKalman):
     """The periodic steady state of the filter; its covariances hold once the start is forgotten.
 
     Parameters
@@ -178,7 +177,7 @@ class KalmanFilter(_Running):
 
     def __init__(self, problem: MultirateProblem, gains: FilterGains) -> None:
         self.gains = gains
-        self._next = np.roll(gains.predicted, -1, axis=0)
+        self._next = read_only(np.roll(gains.predicted, -1, axis=0))
         super().__init__(problem, gains.lag)
 
     def _begin(self) -> None:
@@ -226,59 +225,3 @@ class KalmanFilter(_Running):
             known = np.vstack([self._B, np.zeros((n * (blocks - 1), self._B.shape[1]))])
             phases.append(Phase(transition, known, injection, np.eye(n * blocks), due))
         return c_source(name, comment, phases, output, n)
-
-
-class StartingFilter(_Running):
-    """The filter from a known start: its gains follow the covariance, and tend to those of `KalmanFilter`.
-
-    Parameters
-    ----------
-    problem : MultirateProblem
-        Plant and schedule.
-    P0 : array (n, n)
-        Covariance of the error of the start, positive semidefinite.
-    lag : int
-        How many instants it looks back.
-
-    Raises
-    ------
-    InvalidInputError
-        P0 has another shape, is not symmetric or indefinite.
-    """
-
-    def __init__(self, problem: MultirateProblem, P0: Any, lag: int = 0) -> None:
-        plant = problem.plant
-        self.start = covariance("P0", P0, plant.order)
-        self._Q = plant.drive @ plant.drive.T
-        whole = sensing(problem, problem.schedule.mask)
-        self._sensors = [whole.at(k) for k in range(problem.schedule.period)]
-        super().__init__(problem, lag)
-
-    def _begin(self) -> None:
-        # Of x^(k-i|k-1): covariance with the error of x^(k|k-1), and its own.
-        unknown = [np.full_like(self.start, np.nan)] * self.lag
-        self._cross, self._own = [self.start, *unknown], [self.start, *unknown]
-
-    def _update(
-        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
-    ) -> KalmanStep:
-        sensors = self._sensors[phase] if came is None else sensing(self.problem, came)
-        step = corrected(self._A, self._Q, sensors, self._cross[0])
-        K, own = step.K[None], [step.filtered]
-        if self.lag:
-            K, own = self._smoothed(sensors, step)
-        self._cross[0] = step.following
-        self._own = [step.following, *own[:-1]]
-        now = self._shifted(K, step.L, innovation, driven)
-        return KalmanStep(now[0], step.filtered, self._past[0], step.following, shown, now[-1], own[-1])
-
-    def _smoothed(self, sensors: Sensing, step: Correction) -> tuple[Array, list[Array]]:
-        """Gains (lag + 1, n, q) and covariances of x^(k-i|k); what is carried along goes on to the next instant."""
-        K, own = [step.K], [step.filtered]
-        for cross, before in zip(self._cross[1:], self._own[1:], strict=True):
-            gain = solve(step.innovation, sensors.C @ cross.T).T
-            K.append(gain)
-            own.append(before - gain @ step.innovation @ gain.T)
-        closed = self._A - step.L @ sensors.C
-        self._cross[1:] = [cross @ closed.T for cross in self._cross[:-1]]
-        return np.stack(K), own

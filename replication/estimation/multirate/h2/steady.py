@@ -6,12 +6,13 @@ and judges them.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from replication.estimation.linear.phases import from_zero, solve
+from replication.estimation.linear.phases import from_zero, product, solve
 from replication.estimation.linear.riccati import RiccatiMap, symmetric
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
@@ -65,6 +66,13 @@ def sensing(problem: MultirateProblem, due: NDArray[np.bool_]) -> Sensing:
     return Sensing(plant.C * used[..., None], R, S)
 
 
+@cache
+def _identity(size: int) -> Array:
+    identity = np.eye(size)
+    identity.flags.writeable = False
+    return identity
+
+
 def _diagonal(entries: Array) -> Array:
     return entries[..., None] * np.eye(entries.shape[-1])
 
@@ -72,13 +80,12 @@ def _diagonal(entries: Array) -> Array:
 def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     """Measurement and time update of the covariance P (..., n, n); A (n, n), Q (n, n) of the whole process noise."""
     C, R, S = sensors
-    # Of two small matrices numpy.dot takes half the time.
-    times = np.dot if P.ndim == 2 else np.matmul
+    times = product(P)
     CP = times(C, P)
     innovation = times(CP, C.mT) + R
     K = solve(innovation, CP).mT
     # Joseph's form: a sum of squares, so that rounding leaves it semidefinite.
-    kept = np.eye(len(A)) - times(K, C)
+    kept = _identity(len(A)) - times(K, C)
     filtered = times(times(kept, P), kept.mT) + times(times(K, R), K.mT)
     if S is None:
         return Correction(K, times(A, K), innovation, filtered, times(times(A, filtered), A.T) + Q)

@@ -54,9 +54,10 @@ class TradeOff(Shown):
         ]
 
     def panels(self) -> tuple[Panel, ...]:
-        """The rms error over the guaranteed gain, and the least one."""
-        curves = {"designs between both": self.rms}
-        return (Panel(self.gain, "guaranteed gain", "rms error", curves, {"Kalman filter": float(self.rms[-1])}),)
+        """What is lost of the one measure for each loss of the other."""
+        gain, rms = (100 * (measure / measure.min() - 1) for measure in (self.gain, self.rms))
+        curves = {"from the least gain to the Kalman filter": rms}
+        return (Panel(gain, "guaranteed gain above the least (%)", "rms error above the least (%)", curves, {}),)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON values; the infinite level is null."""
