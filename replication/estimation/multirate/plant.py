@@ -1,6 +1,8 @@
-"""The plant of a multi-rate observer, eqs. (2), (3), (18): x+ = A x + B_u u + B_d d + B_w w, y_r = C x + D w, z = W e.
+"""The plant of a multi-rate observer, eqs. (2), (3), (18): z = W e, and with known inputs u
 
-The papers have no B_w: it makes the noise of plant and sensors correlated, with covariance B_w D'.
+    x+ = A x + B_u u + B_d d + B_w w,  y_r = C x + D_u u + D w.
+
+The papers have no B_w and D_u: B_w makes the noise of plant and sensors correlated, with covariance B_w D'.
 """
 
 from __future__ import annotations
@@ -157,6 +159,7 @@ class MultiratePlant:
         S: npt.ArrayLike | None = None,
         W: npt.ArrayLike | None = None,
         B_u: npt.ArrayLike | None = None,
+        D_u: npt.ArrayLike | None = None,
         dt: float = 1.0,
     ) -> MultiratePlant:
         """The plant whose noise has given covariances: x+ = A x + B_u u + B_d d, y = C x + n.
@@ -181,6 +184,8 @@ class MultiratePlant:
             Weight of the estimation error; the identity unless given.
         B_u : array (n, m_u), optional
             Effect of the known inputs u; none unless given.
+        D_u : array (q, m_u), optional
+            Effect of the known inputs on the measurements; none unless given.
         dt : float
             Base period in s.
 
@@ -212,7 +217,7 @@ class MultiratePlant:
             R = factor @ factor.T
         Q = np.eye(B.shape[1]) if Q is None else Q
         noise = noise_factors(Q, R, S, disturbances=B.shape[1], sensors=len(C))
-        given = {"W": W, "B_u": B_u}
+        given = {"W": W, "B_u": B_u, "D_u": D_u}
         shaped = {name: value for name, value in given.items() if value is not None}
         return cls(A=A, C=C, B_d=B @ noise.F, B_w=B @ noise.E, D=noise.D, dt=dt, **shaped)
 
@@ -225,7 +230,7 @@ class MultiratePlant:
         Parameters
         ----------
         system : control.StateSpace
-            Discrete-time, without feedthrough.
+            Discrete-time, without feedthrough from process noise.
         D : array (q, q_w)
             Effect of the sensor noise w.
         disturbances : sequence of int or str, optional
@@ -241,18 +246,14 @@ class MultiratePlant:
         Raises
         ------
         InvalidInputError
-            A continuous-time system, a feedthrough from an input to a sensor (the observer has no place for one), or
-            an unknown input.
+            A continuous-time system, a feedthrough from process noise to a sensor (it is sensor noise, too), or an
+            unknown input.
         """
         if not is_statespace(system):
             raise InvalidInputError(f"system must be a control.StateSpace, got {type(system).__name__}")
         if not system.isdtime(strict=True):
             raise InvalidInputError(
-                f"system must be discrete-time, its dt is {system.dt}; sample it first (control.sample_system)"
-            )
-        if np.any(system.D):
-            raise InvalidInputError(
-                "system must have no feedthrough: set its D to zero, or move the input into the state"
+                f"system must be discrete-time, its dt is {system.dt}; sample it first (control.sample_system), or give dt"
             )
         labels = list(system.input_labels)
         if isinstance(disturbances, str) or (disturbances is not None and not np.iterable(disturbances)):
@@ -263,7 +264,12 @@ class MultiratePlant:
         if len(set(chosen)) < len(chosen):
             raise InvalidInputError(f"disturbances must name each input once, got {disturbances!r}")
         others = [i for i in range(len(labels)) if i not in chosen]
-        B = np.asarray(system.B, dtype=float)
+        B, direct = np.asarray(system.B, dtype=float), np.asarray(system.D, dtype=float)
+        if np.any(direct[:, chosen]):
+            raise InvalidInputError(
+                "system must have no feedthrough from its disturbances: set its D to zero there, move the input into "
+                "the state, or name the inputs that are disturbances"
+            )
         return cls(
             A=system.A,
             B_d=B[:, chosen],
@@ -271,5 +277,6 @@ class MultiratePlant:
             D=D,
             W=W,
             B_u=B[:, others],
+            D_u=direct[:, others],
             dt=1.0 if system.dt is True else float(system.dt),
         )
