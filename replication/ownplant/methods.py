@@ -95,12 +95,16 @@ def _losses(options: dict[str, Any]) -> Any:
     if misses is not None and (lost is not None or burst is not None):
         raise InvalidInputError("give misses, for the worst case, or lost, for the mean error, but not both")
     if burst is not None and lost is None:
-        raise InvalidInputError("burst is the probability of a loss after a loss; give lost, that after an arrival, too")
+        raise InvalidInputError(
+            "burst is the probability of a loss after a loss; give lost, that after an arrival, too"
+        )
     if misses is not None:
         return losses.InARow(misses, together=together)
     if lost is None:
         return None
-    return losses.Independent(lost, together=together) if burst is None else losses.Markov(lost, burst, together=together)
+    return (
+        losses.Independent(lost, together=together) if burst is None else losses.Markov(lost, burst, together=together)
+    )
 
 
 def _nonuniform(values: Values, **options: Any) -> GainResult:
@@ -140,7 +144,9 @@ METHODS: Mapping[str, Method] = {
             "sensors with different periods, in discrete time",
             (
                 matrix("A", "n", "n", "x+ = A x + B_u u + B_d d", instead="A_c"),
-                matrix("A_c", "n", "n", "x' = A_c x + B_u u + B_d d, in place of A: inputs held over dt", required=False),
+                matrix(
+                    "A_c", "n", "n", "x' = A_c x + B_u u + B_d d, in place of A: inputs held over dt", required=False
+                ),
                 matrix("B_d", "n", "m", "process noise d (the identity if Q is given)", instead="Q"),
                 matrix("C", "q", "n", "sensors, y = C x + D_u u + D w"),
                 matrix("D", "q", "w", "sensor noise w, or give R", instead="R"),

@@ -120,7 +120,12 @@ KNOWN = """\
 
 
 def c_source(
-    name: str, comment: str, phases: Sequence[Phase], expected: Sequence[Array] | None, starts: int, direct: Array | None = None,
+    name: str,
+    comment: str,
+    phases: Sequence[Phase],
+    expected: Sequence[Array] | None,
+    starts: int,
+    direct: Array | None = None,
 ) -> str:
     """The recursion o+ = transition o + input u + injection y, x^ = readout o, phase after phase.
 

@@ -352,7 +352,9 @@ def _with_latency(plant: Any, latency: Any, dt: Any, given: dict[str, Any]) -> t
         between, whole = plant.after, plant.after(plant.dt)
     if dt is not None:
         if not is_continuous(plant):
-            raise InvalidInputError("dt belongs to a control.StateSpace in continuous time; other plants have their own")
+            raise InvalidInputError(
+                "dt belongs to a control.StateSpace in continuous time; other plants have their own"
+            )
         step = positive_scalar("dt", dt, unit="seconds")
         whole = sampled_statespace(plant, step, step)
 

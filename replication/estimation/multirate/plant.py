@@ -218,7 +218,7 @@ class MultiratePlant:
         Q = np.eye(B.shape[1]) if Q is None else Q
         noise = noise_factors(Q, R, S, disturbances=B.shape[1], sensors=len(C))
         given = {"W": W, "B_u": B_u, "D_u": D_u}
-        shaped = {name: value for name, value in given.items() if value is not None}
+        shaped: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
         return cls(A=A, C=C, B_d=B @ noise.F, B_w=B @ noise.E, D=noise.D, dt=dt, **shaped)
 
     @classmethod
@@ -253,7 +253,8 @@ class MultiratePlant:
             raise InvalidInputError(f"system must be a control.StateSpace, got {type(system).__name__}")
         if not system.isdtime(strict=True):
             raise InvalidInputError(
-                f"system must be discrete-time, its dt is {system.dt}; sample it first (control.sample_system), or give dt"
+                f"system must be discrete-time, its dt is {system.dt}; sample it first (control.sample_system), "
+                "or give dt"
             )
         labels = list(system.input_labels)
         if isinstance(disturbances, str) or (disturbances is not None and not np.iterable(disturbances)):

@@ -91,8 +91,9 @@ def require_problem(problem: Any) -> None:
 
 
 def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> PeriodicSystem:
-    """The observer, eq. (15): x^+ = A x^ + B_u u + L_k S_k (y - C x^ - D_u u), from (u, y) to z^ = W x^; gains (N, n, q).
+    """The observer, eq. (15): x^+ = A x^ + B_u u + L_k S_k (y - C x^ - D_u u), from (u, y) to z^ = W x^.
 
+    gains (N, n, q).
     y has all q sensors at every instant; entries of those that do not measure have no effect. Raises InvalidInputError
     for what is not a problem, or gains of another shape.
     """

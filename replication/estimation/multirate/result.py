@@ -129,6 +129,10 @@ def result_of(
         Evidence("mean error variance", white_noise_variance(error), "periodic Lyapunov equation, white unit noise"),
         Evidence("schedule", f"periods {problem.schedule.periods}, offsets {problem.schedule.offsets}", "as given"),
         Evidence("base period", problem.plant.dt, "as given", "s"),
+        *(
+            [Evidence("samples under way", problem.plant.under_way, "states for the latency")]
+            * bool(problem.plant.under_way)
+        ),
         *baselines(
             exact.upper,
             "exact gain",

@@ -94,15 +94,12 @@ class ContinuousPlant:
         B_u = np.zeros((n, 0)) if self.B_u is None else as_matrix("B_u", self.B_u, rows=n)
         over, held = held_over(A, np.hstack([B_d, B_u]), time)
         B_d, B_u = held[:, : B_d.shape[1]], held[:, B_d.shape[1] :]
-        given: dict[str, Any] = {"C": self.C, "W": self.W, "D": self.D}
-        shaped = {name: value for name, value in given.items() if value is not None}
         if (self.D is None) == (self.R is None):
             raise InvalidInputError("give the sensor noise once: R, its covariance, or D, a factor of it")
-        direct = {} if self.D_u is None else {"D_u": self.D_u}
-        if self.Q is None and self.R is None:
-            return MultiratePlant(A=over, B_d=B_d, B_u=B_u, dt=self.dt, **shaped, **direct)
-        covariances = {"Q": self.Q, "R": self.R}
-        return MultiratePlant.from_covariances(A=over, B_d=B_d, B_u=B_u, dt=self.dt, **shaped, **covariances, **direct)
+        named = {"D": self.D, "Q": self.Q, "R": self.R, "W": self.W, "D_u": self.D_u}
+        given: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
+        make = MultiratePlant.from_covariances if {"Q", "R"} & given.keys() else MultiratePlant
+        return make(A=over, B_d=B_d, B_u=B_u, C=self.C, dt=self.dt, **given)
 
 
 def held_over(A: Array, B: Array, time: float) -> tuple[Array, Array]:

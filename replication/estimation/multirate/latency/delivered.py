@@ -1,8 +1,11 @@
 """Late samples: a plant with the samples that are under way as further states.
 
-The schedule says when a sample is used, the latency how old it then is: y_i(k) = C_i x(k - l_i) + D_u,i u(k - l_i) + D_i
-w(k). A sample of age a - f, with a whole and 0 <= f < 1, was taken f after instant k - a. It enters a line of a states as
-what the plant says of that time, with inputs and disturbances held over the base period, and leaves it a instants later.
+The schedule says when a sample is used, the latency how old it then is:
+
+    y_i(k) = C_i x(k - l_i) + D_u,i u(k - l_i) + D_i w(k).
+
+A sample of age a - f, with a whole and 0 <= f < 1, was taken f after instant k - a. It enters a line of a states as what
+the plant says of that time, with inputs and disturbances held over the base period, and leaves it a instants later.
 """
 
 from __future__ import annotations
@@ -65,7 +68,7 @@ def delivered(
 def _taken(
     plant: MultiratePlant, i: int, part: float, between: Callable[[float], MultiratePlant] | None
 ) -> tuple[Array, Array, Array]:
-    """What state, disturbance and input at an instant say of the sample that sensor i takes `part` of a period later."""
+    """What state, disturbance and input at an instant say of a sample of sensor i, `part` of a period later."""
     if not part:
         return plant.C[i], np.zeros(plant.B_d.shape[1]), plant.D_u[i]
     if between is None:
@@ -93,8 +96,8 @@ def checked_latency(latency: Any, sensors: int) -> tuple[float, ...]:
             )
         if age > HORIZON:
             raise InvalidInputError(
-                f"latency beyond the horizon: latency[{i}] is {age:g} base periods, more than {HORIZON}; choose a longer "
-                "base period"
+                f"latency beyond the horizon: latency[{i}] is {age:g} base periods, more than {HORIZON}; choose a "
+                "longer base period"
             )
         ages.append(float(round(age)) if abs(age - round(age)) <= WHOLE else float(age))
     return tuple(ages)

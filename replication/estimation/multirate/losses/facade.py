@@ -1,8 +1,8 @@
 """Multi-rate observers whose samples are lost: what a design guarantees then, and designs for losses.
 
-    losses.analyse(best, losses.InARow(2))             worst case over all patterns, with a bracket
-    losses.analyse(best, losses.Independent(0.1))      mean square error, exact
-    losses.design(best, losses.Markov(0.05, 0.6))      gains that know which samples came
+losses.analyse(best, losses.InARow(2))             worst case over all patterns, with a bracket
+losses.analyse(best, losses.Independent(0.1))      mean square error, exact
+losses.design(best, losses.Markov(0.05, 0.6))      gains that know which samples came
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from replication.estimation.multirate.losses.result import LossResult, loss_resu
 from replication.estimation.multirate.losses.simulation import (
     DrawnLosses,
     drawn_errors,
+    drawn_nodes,
     drawn_walks,
     kalman_errors,
     mean_and_error,
@@ -28,7 +29,7 @@ from replication.estimation.multirate.simulation import worst_case_response
 from replication.estimation.validation import positive_integer
 
 SHARE = 10
-"""A simulation begins to count after this part of its steps."""
+"""The covariance of the Kalman filter counts after this part of the steps: it has forgotten its start then."""
 
 
 def analyse(result: MultirateResult, model: LossModel) -> LossResult:
@@ -137,7 +138,7 @@ def simulate(
     """
     LossResult.require(result)
     count, problem, gains = positive_integer("steps", steps), result.problem, result.gains["L"]
-    time = np.arange(count) * problem.plant.dt
+    time = np.arange(count, dtype=float) * problem.plant.dt
     if not result.random:
         response = worst_case_response(along(problem, gains, result.worst), count)
         arrived = np.array([result.automaton.edges[i].arrived for i in result.worst], dtype=float)
@@ -149,12 +150,14 @@ def simulate(
     if positive_integer("runs", runs) < 2:
         raise InvalidInputError("runs must be at least 2: one run has no standard error")
     exact = mean_square(problem, result.automaton, gains)
-    walks = list(drawn_walks(result.automaton, exact.visited, count, runs, rng))
-    first = np.array(result.automaton.phases) == 0
-    start = exact.X[first].sum(axis=0)
+    nodes = drawn_nodes(result.automaton, exact.visited, runs, rng)
+    walks = list(drawn_walks(result.automaton, nodes, count, rng))
+    start = exact.X[nodes] / exact.visited[nodes][:, None, None]
+    whole = count - count % problem.schedule.period or count  # each phase counts alike
     squares = drawn_errors(problem, gains, walks, start, rng)
-    known = kalman_errors(problem, result.automaton, walks, start)[count // SHARE :]
-    (mean, error), (kalman, kalman_error) = mean_and_error(squares[count // SHARE :]), mean_and_error(known)
+    known = kalman_errors(problem, result.automaton, walks, start)
+    mean, error = mean_and_error(squares[:whole])
+    kalman, kalman_error = mean_and_error(known[whole // SHARE :])
     return DrawnLosses(
         mean_square=mean,
         standard_error=error,

@@ -79,9 +79,7 @@ def mean_square(problem: MultirateProblem, given: Automaton, gains: Array) -> Me
     _require_size(given, n)
     loops = [closed_loop(problem, gain) for gain in gains]
     short, long = _halves(n)
-    maps = [
-        edge.probability * short @ np.kron(A, A) @ long for edge, (A, _) in zip(given.edges, loops, strict=True)
-    ]
+    maps = [edge.probability * short @ np.kron(A, A) @ long for edge, (A, _) in zip(given.edges, loops, strict=True)]
     period = _over_period(given, maps, len(short))
     radius = float(np.max(np.abs(np.linalg.eigvals(period))))
     if radius >= 1 - MARGIN:
@@ -173,7 +171,7 @@ def _halves(n: int) -> tuple[Array, Array]:
 
 def _over_period(given: Automaton, maps: list[Array], size: int) -> Array:
     """The map of the stacked states of the nodes at phase 0 over one period."""
-    place = [given.phases[: i].count(phase) for i, phase in enumerate(given.phases)]
+    place = [given.phases[:i].count(phase) for i, phase in enumerate(given.phases)]
     period = max(given.phases) + 1
     total = np.eye(given.phases.count(0) * size)
     for phase in range(period):

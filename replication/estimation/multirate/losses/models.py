@@ -24,11 +24,10 @@ Option = tuple[bool, int, float]
 """Of one channel: whether its samples come, what it remembers then, and the probability (NaN if none is known)."""
 
 
-@dataclass(frozen=True)
 class LossModel(ABC):
     """The samples of each sensor travel on a channel of its own, or those of one instant `together` in one packet."""
 
-    together: bool = False
+    together: bool
 
     def channels(self, sensors: int) -> int:
         """How many channels there are."""
@@ -85,6 +84,7 @@ class InARow(LossModel):
     """
 
     misses: tuple[int, ...]
+    together: bool = False
 
     def __init__(self, misses: int | Sequence[int], *, together: bool = False) -> None:
         given = tuple(misses) if isinstance(misses, (Sequence, np.ndarray)) else (misses,)
@@ -120,6 +120,7 @@ class Independent(LossModel):
     """
 
     probability: tuple[float, ...]
+    together: bool = False
 
     def __init__(self, probability: float | Sequence[float], *, together: bool = False) -> None:
         object.__setattr__(self, "probability", _probabilities("probability", probability))
@@ -156,6 +157,7 @@ class Markov(LossModel):
 
     after_arrival: tuple[float, ...]
     after_loss: tuple[float, ...]
+    together: bool = False
 
     def __init__(
         self,
@@ -168,7 +170,9 @@ class Markov(LossModel):
         object.__setattr__(self, "after_loss", _probabilities("after_loss", after_loss))
         object.__setattr__(self, "together", together)
         if max(self.after_loss) >= 1:
-            raise InvalidInputError("after_loss must be below 1, or a burst never ends; leave out a sensor that is lost")
+            raise InvalidInputError(
+                "after_loss must be below 1, or a burst never ends; leave out a sensor that is lost"
+            )
 
     def options(self, channel: int, state: int) -> list[Option]:
         """Whether the last sample was lost is remembered."""

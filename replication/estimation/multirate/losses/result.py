@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from replication.drawing.panel import Panel
-from replication.errors import InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import as_text, frozen
 from replication.estimation.linear.norms import gain_curve, l2_gain
 from replication.estimation.multirate.h2.tradeoff import rms_error
+from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.losses.automaton import (
     Automaton,
     Word,
@@ -27,7 +28,7 @@ from replication.estimation.multirate.losses.automaton import (
 from replication.estimation.multirate.losses.mean import mean_square, require_seen
 from replication.estimation.multirate.losses.models import InARow, LossModel
 from replication.estimation.multirate.losses.running import LossObserver
-from replication.estimation.multirate.losses.worst import bracket
+from replication.estimation.multirate.losses.worst import bracket, worst_pattern
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult
 from replication.estimation.validation import Array
@@ -79,7 +80,7 @@ class LossResult(GainResult):
         """The observer, to run in a loop; its `step` takes None or NaN where a sample did not come."""
         return LossObserver(self.problem, self.automaton, self.gains["L"])
 
-    def to_statespace(self) -> control.StateSpace | NoReturn:
+    def to_statespace(self) -> control.StateSpace:
         """There is none: the observer switches with the losses.
 
         Raises
@@ -141,6 +142,21 @@ def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = N
     )
 
 
+def _kalman(problem: MultirateProblem) -> tuple[float, str]:
+    return rms_error(problem, kalman_design(problem).gains), "periodic Lyapunov equation"
+
+
+def _unaware(problem: MultirateProblem, given: Automaton, gains: Array, fixed: Array) -> tuple[Evidence, ...]:
+    """What gains that do not know of losses are worth under them, unless they are the ones in question."""
+    if np.array_equal(gains, fixed):
+        return ()
+    try:
+        found: float | str = mean_square(problem, given, fixed).rms
+    except InfeasibleError:
+        found = "infinite"
+    return (Evidence("rms error of the design without losses, under them", found, "covariances of all cases"),)
+
+
 Found = tuple[str, Bracket, tuple[Evidence, ...], Word]
 
 
@@ -156,10 +172,23 @@ def _worst_case(
         Evidence("worst pattern found", shown, "samples that come, instant by instant, sensor by sensor; it repeats"),
         Evidence("level without losses", l2_gain(along(problem, gains, given.without_losses())).upper, "exact gain"),
         Evidence("cases of the proof", worst.edges, "instants with what came before, one inequality each"),
+        *_unaware_level(problem, given, gains, gains_by_edge(given, base.gains["L"]), words),
         *baselines(worst.upper, "exact gain", without=without),
     )
     how = "exact gain of the worst pattern found; storage functions of all patterns, checked by their eigenvalues"
     return f"{base.quantity}, {model}, in any pattern", Bracket(worst.lower, worst.upper, how), evidence, worst.word
+
+
+def _unaware_level(
+    problem: MultirateProblem, given: Automaton, gains: Array, fixed: Array, words: list[Word]
+) -> tuple[Evidence, ...]:
+    if np.array_equal(gains, fixed):
+        return ()
+    try:
+        found: float | str = worst_pattern(problem, given, fixed, words)[0]
+    except InfeasibleError:
+        found = "infinite"
+    return (Evidence("level of the design without losses, under them, at least", found, "some patterns, exact gains"),)
 
 
 def _mean_error(
@@ -170,7 +199,8 @@ def _mean_error(
     how = "covariances of all cases, by linear equations"
     evidence = (
         Evidence("growth of the mean square over a period", found.radius, "largest eigenvalue; below 1 is stable"),
-        Evidence("rms error of these gains without losses", rms_error(problem, base.gains["L"]), "gains as designed"),
+        Evidence("rms error of the Kalman filter without losses", *_kalman(problem)),
+        *_unaware(problem, given, gains, gains_by_edge(given, base.gains["L"])),
     )
     quantity = f"root of the mean square of W e, white noise of unit intensity; {model}"
     return quantity, Bracket(found.rms, found.rms, how), evidence, ()

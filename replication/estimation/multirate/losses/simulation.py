@@ -68,12 +68,17 @@ class DrawnLosses(Shown):
         return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(self).items()}
 
 
-def drawn_walks(
-    given: Automaton, visited: Array, steps: int, runs: int, rng: np.random.Generator
-) -> Iterator[NDArray[np.intp]]:
-    """The edge that each run takes, (runs,), instant by instant, from the stationary distribution at phase 0."""
+def drawn_nodes(given: Automaton, visited: Array, runs: int, rng: np.random.Generator) -> NDArray[np.intp]:
+    """The node at which each run begins, from the stationary distribution at phase 0."""
     first = np.flatnonzero(np.array(given.phases) == 0)
-    nodes = rng.choice(first, size=runs, p=visited[first] / visited[first].sum())
+    return np.asarray(rng.choice(first, size=runs, p=visited[first] / visited[first].sum()), dtype=np.intp)
+
+
+def drawn_walks(
+    given: Automaton, nodes: NDArray[np.intp], steps: int, rng: np.random.Generator
+) -> Iterator[NDArray[np.intp]]:
+    """The edge that each run takes from its node on, (runs,), instant by instant."""
+    runs = len(nodes)
     targets = np.array([edge.target for edge in given.edges])
     choices = [np.array(out) for out in given.out]
     shares = [np.cumsum([given.edges[i].probability for i in out]) for out in given.out]
@@ -91,10 +96,11 @@ def drawn_walks(
 def drawn_errors(
     problem: MultirateProblem, gains: Array, walks: list[NDArray[np.intp]], start: Array, rng: np.random.Generator
 ) -> Array:
-    """Squares of W e (steps, runs), from errors of covariance `start` (n, n) on."""
+    """Squares of W e (steps, runs), from errors of covariances `start` (runs, n, n) on."""
     plant, runs = problem.plant, len(walks[0])
     values, vectors = np.linalg.eigh(start)
-    e = rng.standard_normal((runs, plant.order)) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    e = np.einsum("rab,rb->ra", roots, rng.standard_normal((runs, plant.order)))
     loops = [closed_loop(problem, gain) for gain in gains]
     squares = []
     for taken in walks:
@@ -109,15 +115,11 @@ def drawn_errors(
     return np.stack(squares)
 
 
-def kalman_errors(
-    problem: MultirateProblem, given: Automaton, walks: list[NDArray[np.intp]], start: Array
-) -> Array:
-    """tr W P W' (steps, runs) of the Kalman filter that knows which samples came, from P = `start` (n, n) on."""
-    plant, runs = problem.plant, len(walks[0])
+def kalman_errors(problem: MultirateProblem, given: Automaton, walks: list[NDArray[np.intp]], start: Array) -> Array:
+    """tr W P W' (steps, runs) of the Kalman filter that knows which samples came, from P = `start` on."""
+    plant, P, traces = problem.plant, start, list[Array]()
     Q = plant.drive @ plant.drive.T
     arrived = np.array([edge.arrived for edge in given.edges])
-    P = np.broadcast_to(start, (runs, *start.shape))
-    traces = []
     for taken in walks:
         traces.append(np.einsum("za,rab,zb->r", plant.W, P, plant.W))
         P = corrected(plant.A, Q, sensing(problem, arrived[taken]), P).following

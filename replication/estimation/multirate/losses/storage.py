@@ -58,7 +58,7 @@ class Walks:
         """[A B] of an edge with a gain (n, q), in these units; B turned so that it has no more columns than rows."""
         A, B = closed_loop(self.problem, gain)
         if B.shape[1] > len(B):
-            B = np.linalg.qr(B.T, mode="r").T
+            B = np.asarray(np.linalg.qr(B.T, mode="r")).T
         return self._scaled(edge, A, B)
 
     def open_loop(self, edge: int) -> tuple[Array, Array]:
@@ -127,7 +127,11 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
 
 
 def _columns(source: int, target: int, terms: int) -> list[int]:
-    return [0, *range(1 + source * terms, 1 + (source + 1) * terms), *range(1 + target * terms, 1 + (target + 1) * terms)]
+    return [
+        0,
+        *range(1 + source * terms, 1 + (source + 1) * terms),
+        *range(1 + target * terms, 1 + (target + 1) * terms),
+    ]
 
 
 def proved_level(walks: Walks, moved: Sequence[Array], P: Array) -> float:
@@ -165,7 +169,7 @@ def central_gains(walks: Walks, storage: Storage, squared: float) -> Array:
         W = walks.weight(edge.phase)
         inverse = np.diag([0.0] * n + [1 / squared] * (M.shape[1] - n))
         inverse[:n, :n] = np.linalg.inv(storage.P[edge.source] - W.T @ W)
-        gain = np.linalg.solve(F @ inverse @ F.T, F @ inverse @ M.T).T
+        gain = np.asarray(np.linalg.solve(F @ inverse @ F.T, F @ inverse @ M.T)).T
         gains[i][:, list(edge.arrived)] = walks.unscaled(i, gain)
     if not np.all(np.isfinite(gains)):
         raise SolverError("the gains under losses were lost in rounding; change the units of the states or the noise")

@@ -48,8 +48,8 @@ def worst_pattern(problem: MultirateProblem, given: Automaton, gains: Array, wor
     for word, radius in radii.items():
         if radius >= 1:
             raise InfeasibleError(
-                f"the error grows by {radius:.6g} an instant where samples come as {patterns(given.edges, word)} (1: comes), "
-                "again and again, so no level is guaranteed; allow fewer losses in a row, or design the gains for them"
+                f"the error grows by {radius:.6g} an instant where samples come as {patterns(given.edges, word)} "
+                "(1: comes), again and again, so no level is guaranteed; allow fewer losses in a row, or design the gains for them"
             )
     slowest = sorted(words, key=lambda word: -radii[word])[:MEASURED]
     levels = {word: l2_gain(systems[word]).lower for word in dict.fromkeys((*slowest, *words[:MEASURED]))}
@@ -74,9 +74,10 @@ def bracket(problem: MultirateProblem, given: Automaton, gains: Array, words: li
         lower, word = worst_pattern(problem, given, gains, tree.followed(storage.flux))
         if lower > best.lower:
             best = replace(best, lower=lower, word=word)
-        tree = _told_apart(tree, storage.flux)
-        if best.upper <= best.lower * (1 + CLOSE) or tree is None or len(tree.edges) > LARGEST:
+        finer = _told_apart(tree, storage.flux)
+        if best.upper <= best.lower * (1 + CLOSE) or finer is None or len(finer.edges) > LARGEST:
             break
+        tree = finer
     if not np.isfinite(best.upper):
         raise SolverError(
             f"no level was proved for all patterns of losses; the worst one found has the gain {best.lower:.6g}; allow "
