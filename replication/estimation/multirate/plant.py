@@ -118,7 +118,9 @@ class MultiratePlant:
                 f"{checked['B_w'].shape}"
             )
         shape = (len(C), checked["B_u"].shape[1])
-        checked["D_u"] = np.zeros(shape) if D_u is None else as_matrix("D_u", D_u, rows=shape[0], columns=shape[1])
+        # Zeros are those of a plant with other sensors or inputs, where `dataclasses.replace` made this one.
+        given = D_u is not None and np.any(as_matrix("D_u", D_u))
+        checked["D_u"] = as_matrix("D_u", D_u if given else np.zeros(shape), rows=shape[0], columns=shape[1])
         if not checked["B_d"].shape[1] or not checked["W"].shape[0]:
             raise InvalidInputError(
                 "B_d needs a column and W a row; write zeros where there is no disturbance or weight"

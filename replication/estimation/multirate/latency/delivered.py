@@ -4,8 +4,8 @@ The schedule says when a sample is used, the latency how old it then is:
 
     y_i(k) = C_i x(k - l_i) + D_u,i u(k - l_i) + D_i w(k).
 
-A sample of age a - f, with a whole and 0 <= f < 1, was taken f after instant k - a. It enters a line of a states as what
-the plant says of that time, with inputs and disturbances held over the base period, and leaves it a instants later.
+A sample of age a - f, with a whole and 0 <= f < 1, was taken f after instant k - a. It enters a line of a states as
+what the plant says of that time, inputs and disturbances being held over the base period, and leaves it a later.
 """
 
 from __future__ import annotations

@@ -22,6 +22,8 @@ MOST_EDGES = 4000
 """Of an automaton; each is a matrix inequality, or a gain of its own."""
 CYCLES = 300
 """Periodic patterns that are tried, the shortest first."""
+LONGEST = 12
+"""Periods of the schedule over which a pattern that is tried may go."""
 WALKS = 20_000
 """Walks that are followed in the search for them."""
 
@@ -109,8 +111,11 @@ class Automaton:
                 break
             start, node, word = queue.popleft()
             if node == start and word and self.phases[node] == 0:
-                turns = [word[k:] + word[:k] for k in range(0, len(word), period)]
-                found.setdefault(min(turns), word)
+                once = _once(word, period)
+                turns = [once[k:] + once[:k] for k in range(0, len(once), period)]
+                found.setdefault(min(turns), once)
+            if len(word) == LONGEST * period:
+                continue
             queue.extend((start, self.edges[i].target, (*word, i)) for i in self.out[node])
         return list(found.values())
 

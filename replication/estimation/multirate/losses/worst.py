@@ -49,7 +49,8 @@ def worst_pattern(problem: MultirateProblem, given: Automaton, gains: Array, wor
         if radius >= 1:
             raise InfeasibleError(
                 f"the error grows by {radius:.6g} an instant where samples come as {patterns(given.edges, word)} "
-                "(1: comes), again and again, so no level is guaranteed; allow fewer losses in a row, or design the gains for them"
+                "(1: comes), again and again, so no level is guaranteed; allow fewer losses in a row, or "
+                "design the gains for them"
             )
     slowest = sorted(words, key=lambda word: -radii[word])[:MEASURED]
     levels = {word: l2_gain(systems[word]).lower for word in dict.fromkeys((*slowest, *words[:MEASURED]))}
