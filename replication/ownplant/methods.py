@@ -61,9 +61,14 @@ COVARIANCES = {"Q", "R", "S"}
 """Keys of a plant whose noise is given by covariances."""
 
 
+LOSSES = ("misses", "lost", "burst", "packets")
+"""Options that make a model of losses, for which `multirate.losses.design` finds gains."""
+
+
 def _multirate(values: Values, *, timings: Any = None, **options: Any) -> GainResult:
     """All timings are searched on every core, and kept in the directory `timings`."""
     model = _losses(options)
+    options = {name: value for name, value in options.items() if name not in LOSSES}
     plant = _sampled(values)
     # What the command line says counts more than the file.
     options = {name: values[name] for name in ("P0", "goal") if name in values} | options
@@ -88,10 +93,10 @@ def _sampled(values: Values) -> Any:
     return multirate.MultiratePlant.from_covariances(**given)
 
 
-def _losses(options: dict[str, Any]) -> Any:
-    """The model of losses that the options give, taken out of them; None without one."""
-    misses, lost, burst = (options.pop(name, None) for name in ("misses", "lost", "burst"))
-    together = options.pop("packets", "separate") == "together"
+def _losses(options: Values) -> Any:
+    """The model of losses that the options give; None without one."""
+    misses, lost, burst = (options.get(name) for name in LOSSES[:3])
+    together = options.get("packets") == "together"
     if misses is not None and (lost is not None or burst is not None):
         raise InvalidInputError("give misses, for the worst case, or lost, for the mean error, but not both")
     if burst is not None and lost is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -146,7 +147,7 @@ def test_a_state_space_in_continuous_time_is_the_plant_of_arrays() -> None:
 
 def test_older_samples_are_worth_less() -> None:
     levels = [multirate.design(MOVING, periods=(1, 3), latency=(age, 0)).value for age in range(5)]
-    assert all(a <= b * (1 + 1e-7) for a, b in zip(levels, levels[1:], strict=False))
+    assert all(a <= b * (1 + 1e-7) for a, b in pairwise(levels))
     assert levels[0] < levels[-1]
 
 
