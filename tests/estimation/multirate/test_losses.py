@@ -320,3 +320,13 @@ def test_bad_requests_have_messages(best: multirate.MultirateResult) -> None:
         losses.simulate(result, 10, rng=np.random.default_rng(1), runs=1)
     with pytest.raises(InvalidInputError, match="run it by observer"):
         result.to_statespace()
+
+
+def test_a_plant_of_five_states_is_bracketed() -> None:
+    rng = np.random.default_rng(0)
+    A = rng.standard_normal((5, 5))
+    A *= 0.98 / np.max(np.abs(np.linalg.eigvals(A)))
+    drawn = {"B_d": rng.standard_normal((5, 2)), "C": rng.standard_normal((2, 5))}
+    best = multirate.design(MultiratePlant(A=A, D=np.diag([0.5, 0.3]), **drawn), periods=(1, 3))
+    result = losses.design(best, losses.InARow(1))
+    assert best.value < result.bracket.lower <= result.value < 1.01 * result.bracket.lower

@@ -22,7 +22,7 @@ from replication.estimation.multirate.losses.automaton import Automaton, closed_
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
 
-SLACK = 1e-9
+SLACK = 1e-7
 """Of each inequality beyond zero, in units in which state and level are about one."""
 ROUNDING = 1e-13
 

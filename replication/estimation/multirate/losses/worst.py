@@ -21,8 +21,8 @@ from replication.estimation.validation import Array
 
 CLOSE = 1e-4
 """Relative width at which a bracket is good enough."""
-LARGEST = 600
-"""Edges up to which more of the past is told apart."""
+LARGEST = 2400
+"""Edges times entries of a storage function up to which more of the past is told apart."""
 SHARE = 0.3
 """Of the nodes that are told apart by their past in each round, those where most is at stake."""
 MEASURED = 10
@@ -76,7 +76,11 @@ def bracket(problem: MultirateProblem, given: Automaton, gains: Array, words: li
         if lower > best.lower:
             best = replace(best, lower=lower, word=word)
         finer = _told_apart(tree, storage.flux)
-        if best.upper <= best.lower * (1 + CLOSE) or finer is None or len(finer.edges) > LARGEST:
+        if (
+            best.upper <= best.lower * (1 + CLOSE)
+            or finer is None
+            or len(finer.edges) * problem.plant.order**2 > LARGEST
+        ):
             break
         tree = finer
     if not np.isfinite(best.upper):
