@@ -43,7 +43,7 @@ def test_singular_transitions_are_no_exception() -> None:
     np.testing.assert_allclose(found[3], stages[2].H)
 
 
-@pytest.mark.parametrize("mode", [1.0, -1.0, 1.2])
+@pytest.mark.parametrize("mode", [1.0, -1.0])
 def test_a_motion_that_does_not_die_out_has_none(mode: float) -> None:
     """From zero a mode that nothing disturbs stays at zero, which is a limit, and not the one that stabilises."""
     stage = RiccatiMap(np.diag([mode, 0.5]), np.ones((2, 2)), np.diag([0.0, 1.0]))
