@@ -28,7 +28,7 @@ from replication.estimation.multirate.losses.automaton import (
 from replication.estimation.multirate.losses.mean import mean_square, require_seen
 from replication.estimation.multirate.losses.models import InARow, LossModel
 from replication.estimation.multirate.losses.running import LossObserver
-from replication.estimation.multirate.losses.worst import bracket, worst_pattern
+from replication.estimation.multirate.losses.worst import bracket, found_level
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult
 from replication.estimation.validation import Array
@@ -185,7 +185,7 @@ def _unaware_level(
     if np.array_equal(gains, fixed):
         return ()
     try:
-        found: float | str = worst_pattern(problem, given, fixed, words)[0]
+        found: float | str = found_level(problem, given, fixed, words)
     except InfeasibleError:
         found = "infinite"
     return (Evidence("level of the design without losses, under them, at least", found, "some patterns, exact gains"),)

@@ -91,6 +91,17 @@ def bracket(problem: MultirateProblem, given: Automaton, gains: Array, words: li
     return best
 
 
+def found_level(problem: MultirateProblem, given: Automaton, gains: Array, words: list[Word]) -> float:
+    """The largest exact gain of patterns that are soon found; raises InfeasibleError if one makes the error grow."""
+    level, _ = worst_pattern(problem, given, gains, words)
+    walks = Walks.of(problem, given, level if level > 0 else 1.0)
+    try:
+        flux = least_level(walks, [walks.moved(i, gain) for i, gain in enumerate(gains)]).flux
+    except SolverError:
+        return level
+    return max(level, worst_pattern(problem, given, gains, given.followed(flux))[0])
+
+
 def _told_apart(tree: Automaton, flux: Array) -> Automaton | None:
     """Nodes with the largest flux told apart by their past; None where there is only one past."""
     through = np.zeros(len(tree.phases))
