@@ -119,6 +119,8 @@ def _finite(**arrays: Any) -> dict[str, Any]:
 
 def _multirate(result: MultirateResult, name: str, number: Any) -> Made:
     plant, schedule = result.problem.plant, result.problem.schedule
+    if plant.correlated:
+        raise InvalidInputError("the verifier has no statement on sensor noise that also drives the plant (B_w, or S)")
     given = _finite(A=plant.A, B_d=plant.B_d, C=plant.C, D=plant.D, W=plant.W)
     gains = _finite(L=result.gains["L"])
     theorem = _theorem(

@@ -21,19 +21,25 @@ class Kind(StrEnum):
 
     TIME = "a positive number, such as 0.1"
     TIMES = "a list of positive numbers, such as [0.1, 0.2]"
+    AGES = "a list of numbers from 0 on, such as [0, 0.15]"
     MATRIX = "a list of rows, such as [[1, 0], [0, 1]]"
+    WORD = 'a word in quotes, such as "h2"'
     MATRICES = "a list of matrices, such as [[[1, 0], [0, 1]]]"
 
 
 @dataclass(frozen=True)
 class Field:
-    """One key of a plant file; shape: its letters, (rows, columns) for a matrix, with the count first for several."""
+    """One key of a plant file; shape: its letters, (rows, columns) for a matrix, with the count first for several.
+
+    instead: a key that may stand in the place of a required one.
+    """
 
     name: str
     kind: Kind
     shape: tuple[str, ...] = ()
     required: bool = True
     meaning: str = ""
+    instead: str = ""
 
     def described(self) -> str:
         """Shape and meaning, for the help of the command line."""
@@ -41,9 +47,9 @@ class Field:
         return f"{shape}  {self.meaning}{'' if self.required else ', optional'}"
 
 
-def matrix(name: str, rows: str, columns: str, meaning: str, *, required: bool = True) -> Field:
+def matrix(name: str, rows: str, columns: str, meaning: str, *, required: bool = True, instead: str = "") -> Field:
     """The key of one matrix."""
-    return Field(name, Kind.MATRIX, (rows, columns), required, meaning)
+    return Field(name, Kind.MATRIX, (rows, columns), required, meaning, instead)
 
 
 NAMES = {"states": "n", "inputs": "u", "measurements": "q", "outputs": "z"}
@@ -93,6 +99,18 @@ def two(one: Callable[[str], T]) -> Callable[[str], list[T]]:
 def offsets(text: str) -> list[int] | str:
     """A list of whole numbers from zero on, or the word `best`."""
     return text if text == "best" else listed(natural)(text)
+
+
+def age(text: str) -> float:
+    """A number from zero on."""
+    return 0.0 if text.strip("0.") == "" and "0" in text else positive(text)
+
+
+def probability(text: str) -> float:
+    """A number from zero to one."""
+    if age(text) > 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a probability from 0 to 1")
+    return age(text)
 
 
 def natural(text: str) -> int:

@@ -56,8 +56,13 @@ def read_plant(path: Path, method: str) -> PlantFile:
             problems.append(f"{key}: {_unknown(key, [*known, *GENERAL])}")
     _check_general(found, method, problems)
     values = {name: _value(field, found[name], problems) for name, field in known.items() if name in found}
-    missing = [field for field in known.values() if field.required and field.name not in found]
-    problems += [f"{field.name}: is missing; write {field.kind}" for field in missing]
+    missing = [
+        field for field in known.values() if field.required and found.keys().isdisjoint({field.name, field.instead})
+    ]
+    problems += [
+        f"{field.name}: is missing; write {field.kind}{field.instead and f', or give {field.instead}'}"
+        for field in missing
+    ]
     sizes = _sizes(known, values, problems)
     names = _names(found.get("names", {}), sizes, problems)
     _raise_if_any(path, problems)
@@ -120,9 +125,17 @@ def _check_general(found: Mapping[str, Any], method: str, problems: list[str]) -
 def _value(field: Field, given: Any, problems: list[str]) -> Any:
     if field.kind is Kind.TIME:
         return _positive(field.name, _number(field.name, given, problems), problems)
+    if field.kind is Kind.WORD:
+        if not _is_label(given):
+            problems.append(f"{field.name}: must be {Kind.WORD}, got {_shown(given)}")
+        return given
     if field.kind is Kind.TIMES:
         times = _numbers(field.name, given, problems)
         return [_positive(f"{field.name}[{i}]", time, problems) for i, time in enumerate(times)]
+    if field.kind is Kind.AGES:
+        ages = _numbers(field.name, given, problems)
+        problems += [f"{field.name}[{i}]: must be at least 0, got {age:g}" for i, age in enumerate(ages) if age < 0]
+        return ages
     if field.kind is Kind.MATRIX:
         return _matrix(field.name, given, problems)
     if not isinstance(given, list):
@@ -198,9 +211,9 @@ def _sizes(known: Mapping[str, Field], values: Mapping[str, Any], problems: list
 
 def _shapes(field: Field, value: Any) -> list[tuple[str, tuple[int, ...], tuple[str, ...]]]:
     """(path, sizes, letters) of each part of a value that is whole."""
-    if value is None or field.kind is Kind.TIME:
+    if value is None or field.kind in (Kind.TIME, Kind.WORD):
         return []
-    if field.kind is Kind.TIMES:
+    if field.kind in (Kind.TIMES, Kind.AGES):
         return [(field.name, (len(value),), field.shape)]
     if field.kind is Kind.MATRIX:
         return [(field.name, (len(value), len(value[0])), field.shape)]

@@ -29,6 +29,14 @@ def test_axe_finds_no_violation(visit: Any, width: int, scheme: str) -> None:
     assert violations(page) == []
 
 
+@pytest.mark.parametrize("width", [min(WIDTHS), max(WIDTHS)])
+def test_each_page_of_the_report_is_well_formed_alone(visit: Any, width: int) -> None:
+    browser = visit(width)
+    pages = [view.get_attribute("id") for view in browser.find_elements(By.CSS_SELECTOR, ".view")]
+    assert len(pages) > 2
+    assert {name: found for name in pages if (found := violations(visit(width, fragment=f"#{name}")))} == {}
+
+
 def test_axe_finds_no_violation_where_two_papers_have_the_same_parts(browser: Any, tmp_path: Path) -> None:
     made = results(tmp_path)
     other = msgspec.structs.replace(

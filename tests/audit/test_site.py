@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
@@ -211,7 +212,7 @@ def test_an_example_that_fails_or_says_nothing_is_named(tmp_path: Path) -> None:
 def test_axe_finds_no_violation(site: Path, visit_page: Callable[..., Any]) -> None:
     wrong = {}
     for name in names(site) if os.environ.get("PAGES") == "all" else PAGES:
-        for width, scheme in ((320, "dark"), (1440, "light")):
+        for width, scheme in itertools.product((320, 1440), ("light", "dark")):
             page = visit_page(name, width, scheme)
             page.execute_script("document.querySelectorAll('details').forEach((e) => { e.open = true; })")
             if found := violations(page):

@@ -56,6 +56,15 @@ def result_of(method: str) -> GainResult:
     return delay.design(delay.delay_system([[-1, 0.2], [0.5, -2]], [[[0, 0], [0.5, 0.2]]], [0.4], eye, eye, [[1, 0]]))
 
 
+def test_the_level_of_a_kalman_filter_is_proved_and_correlated_noise_is_refused() -> None:
+    given = {"A": [[1, 0.1], [0, 0.98]], "C": [[0, 1], [1, 0]], "B_d": [[0], [0.1]], "R": np.eye(2) / 9}
+    plain = multirate.MultiratePlant.from_covariances(**given, Q=[[1]])
+    assert certificate(multirate.design(plain, periods=(1, 2), goal="h2"))["statement"] == "multirate.gain"
+    common = multirate.MultiratePlant.from_covariances(**given, Q=[[1]], S=[[0.1, 0]])
+    with pytest.raises(InvalidInputError, match="sensor noise that also drives the plant"):
+        certificate(multirate.design(common, periods=(1, 2), goal="h2"))
+
+
 @pytest.mark.parametrize("method", CASES)
 def test_the_file_of_a_design_is_proved_by_the_verifier(
     method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -23,7 +23,7 @@ import scipy.io
 
 from replication.cli import main
 from replication.errors import InvalidInputError
-from replication.estimation.multirate import MultiratePlant, search_timing
+from replication.estimation.multirate import MultiratePlant, design, search_timing
 from replication.ownplant import writing
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
@@ -109,6 +109,56 @@ def test_a_title_cannot_become_a_part_of_the_page(here: Path) -> None:
     page = (here / "servo-dualrate" / "index.html").read_text(encoding="utf-8")
     assert "<script" not in page and "<img" not in page
     assert page.count("&lt;script&gt;") == 2 and "&lt;img src=x&gt;" in page
+
+
+def test_a_kalman_filter_is_designed_from_covariances(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "A = [[1, 0.1], [0, 0.98]]\nC = [[0, 1], [1, 0]]\nQ = [[0, 0], [0, 0.01]]\nP0 = [[1, 0], [0, 1]]\n"
+    (here / "own.toml").write_text(text + "R = [[0.25, 0], [0, 0.01]]\n", encoding="utf-8")
+    command = ["design", "multirate", "own.toml", "--periods", "1,4", "--goal"]
+    assert main([*command, "h2"]) == 0
+    assert "rms error of the Kalman filter" in capsys.readouterr().out
+    made = here / "own-multirate"
+    gains = json.loads((made / "gains.json").read_text(encoding="utf-8"))["gains"]
+    assert list(gains) == ["L", "K", "P", "F", "V"]
+    read, header = scipy.io.loadmat(made / "gains.mat"), (made / "gains.h").read_text(encoding="utf-8")
+    plant = MultiratePlant(A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], C=[[0, 1], [1, 0]], D=np.diag([0.5, 0.1]))
+    wanted = design(plant, periods=(1, 4), goal="h2")
+    for name, gain in gains.items():
+        assert np.allclose(gain["value"], wanted.gains[name], atol=1e-12)
+        assert np.array_equal(read[name], gain["value"])
+        assert f"own_multirate_{name}[4][2][2]" in header
+    assert main([*command, "mixed", "--output", "b"]) == 2
+    assert "P0 belongs to the goal h2" in capsys.readouterr().err
+    assert main([*command, "h2", "--level", "1", "--output", "b"]) == 2
+    (here / "goal.toml").write_text(text + "goal = 'h2'\nR = [[0.25, 0], [0, 0.01]]\n", encoding="utf-8")
+    by_file = ["design", "multirate", "goal.toml", "--periods", "1,4"]
+    assert main(by_file) == 0
+    assert json.loads((here / "goal-multirate" / "gains.json").read_text(encoding="utf-8"))["gains"] == gains
+    assert main([*by_file, "--goal", "hinf", "--output", "b"]) == 2  # P0 is left without a use
+    for goal, words in (("'h3'", "goal must be one of"), ("3", 'goal: must be a word in quotes, such as "h2", got 3')):
+        (here / "bad.toml").write_text(f"{text}goal = {goal}\nR = [[0.25, 0], [0, 0.01]]\n", encoding="utf-8")
+        assert main(["design", "multirate", "bad.toml", "--periods", "1,4"]) == 2
+        assert words in capsys.readouterr().err
+    assert not (here / "b").exists()
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ("R = [[0.25, 0], [0, 0]]", "R must be positive definite"),
+        ("R = [[0.25, 0], [0, 0.01]]\nS = [[1, 0], [0, 0]]", "S does not fit Q and R"),
+        ("R = [[0.25, 0], [0, 0.01]]\nP0 = [[1, 2], [2, 1]]", "P0 must be positive semidefinite"),
+        ("R = [[0.25, 0], [0, 0.01]]\nD = [[1, 0], [0, 1]]", "give the sensor noise once"),
+    ],
+)
+def test_covariances_that_are_none_end_before_a_design(
+    changed: str, words: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = f"A = [[1, 0.1], [0, 0.98]]\nC = [[0, 1], [1, 0]]\nQ = [[1, 0], [0, 1]]\n{changed}\n"
+    (here / "own.toml").write_text(text, encoding="utf-8")
+    assert main(["design", "multirate", "own.toml", "--periods", "1,4", "--goal", "h2"]) == 2
+    assert words in capsys.readouterr().err
+    assert [path.name for path in here.iterdir()] == ["own.toml"]
 
 
 def test_gains_in_the_file_are_analysed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

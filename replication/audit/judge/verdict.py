@@ -109,7 +109,9 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     if meant and evidence.as_printed is not None:
         raise AuditError(f"one answer is compared with the print and with {meant!r}; leave out as_printed")
     as_printed = evidence if meant else evidence.as_printed
-    if as_printed is not None:
+    if as_printed is not None and as_printed.not_checkable and not meant:
+        before = f"As printed: {as_printed.not_checkable}"
+    elif as_printed is not None:
         printed = _found(replace(case, evidence=as_printed, printed=True))
         before, verdict = f"As printed: {printed.reason}", printed.verdict
         if printed.verdict in AGREES:

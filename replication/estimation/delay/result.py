@@ -14,6 +14,8 @@ from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import Shown, frozen
 from replication.estimation.api.signals import Signals
 from replication.estimation.delay.collocation import grid
+from replication.estimation.delay.exact.forms import plant_terms
+from replication.estimation.delay.exact.worth import worth
 from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.operators.gains import ObserverGains, evaluate, observer_gains
 from replication.estimation.delay.operators.galerkin import check
@@ -168,6 +170,7 @@ def result_of(
         Evidence("storage, least eigenvalue", galerkin.storage, "Galerkin check; positive"),
         Evidence("dissipation, largest eigenvalue", galerkin.dissipation, "Galerkin check; zero or negative"),
         Evidence("error decays at", -norm.abscissa, "rightmost eigenvalue of the closed loop", "1/s"),
+        *worth(plant_terms(system), certificate.gamma),
     )
     arrays = {"points": points} | {f"L{i}": getattr(values, f"l{i}") for i in (0, 2, 3, 4, 5, 6, 7)}
     return DelayResult(

@@ -1,33 +1,50 @@
 """Multi-rate observers for a plant of one's own: `design`, `analyse`, `simulate` (Okajima et al., 2023).
 
 The plant is sampled at a base period; sensor i measures every periods[i] of them, offsets[i] later. A design gives the
-periodic gains with the smallest worst-case gain from process and sensor noise to the weighted estimation error.
+periodic gains with the smallest worst-case gain from process and sensor noise to the weighted estimation error
+(`hinf`), with the smallest mean square error for white noise (`h2`, the Kalman filter), or between both (`mixed`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from replication.errors import InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.plants import PlantReader
+from replication.estimation.api.results import Evidence
 from replication.estimation.api.signals import Signals, numbered
 from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.multirate.optimum import DESIGN_MARGIN, optimum, riccati_design
+from replication.estimation.multirate.h2.covariances import covariance
+from replication.estimation.multirate.h2.result import kalman_result, mean_error_facts
+from replication.estimation.multirate.h2.tradeoff import balanced
+from replication.estimation.multirate.latency.continuous import ContinuousPlant, is_continuous, sampled_statespace
+from replication.estimation.multirate.latency.delivered import delivered
+from replication.estimation.multirate.optimum import DESIGN_MARGIN, kalman_design, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult, result_of
 from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import simulate as simulate_system
 from replication.estimation.multirate.simulation import worst_case_response
-from replication.estimation.multirate.timing import search_timing
-from replication.estimation.validation import Array, positive_integer
+from replication.estimation.multirate.timing import least_error_offsets, search_timing
+from replication.estimation.validation import Array, as_array, one_of, positive_integer, positive_scalar
 
 if TYPE_CHECKING:
     import control
+
+
+class Goal(StrEnum):
+    """What a design makes least."""
+
+    HINF = "hinf"
+    H2 = "h2"
+    MIXED = "mixed"
 
 
 class MultirateReader(PlantReader[MultiratePlant]):
@@ -36,7 +53,10 @@ class MultirateReader(PlantReader[MultiratePlant]):
     kind = MultiratePlant
     arrays = "MultiratePlant"
     advice = "; arrays make one: MultiratePlant(A=.., B_d=.., C=.., D=..)"
-    refusal = "noise, disturbances and weight belong to a control.StateSpace; a MultiratePlant has D, B_d and W"
+    refusal = (
+        "noise, disturbances, weight, Q, R and S belong to a control.StateSpace; a MultiratePlant has D, B_d and W "
+        "(MultiratePlant.from_covariances takes Q, R and S)"
+    )
 
     def signals_of(self, plant: MultiratePlant) -> Signals:
         """x[0], u[0], y[0] and so on."""
@@ -45,12 +65,19 @@ class MultirateReader(PlantReader[MultiratePlant]):
 
     def read(self, system: Any, **given: Any) -> tuple[MultiratePlant, Signals]:
         """With the noise of the sensors, and the inputs that are process noise."""
-        noise, disturbances = given["noise"], given["disturbances"]
-        if noise is None:
-            raise InvalidInputError("give the sensor noise: noise=D, or one number for each sensor")
+        noise, R, disturbances = given["noise"], given["R"], given["disturbances"]
+        if (noise is None) == (R is None):
+            raise InvalidInputError(
+                "give the sensor noise: noise=D, or one number for each sensor; or R, its covariance, but not both"
+            )
         # A list of numbers stands for a diagonal matrix: each sensor with noise of its own.
         D = np.diag(noise) if np.ndim(noise) == 1 else noise
-        plant = MultiratePlant.from_statespace(system, D, disturbances=disturbances, W=given["weight"])
+        stand_in = np.eye(len(system.C)) if D is None else D
+        plant = MultiratePlant.from_statespace(system, stand_in, disturbances=disturbances, W=given["weight"])
+        if R is not None or given["Q"] is not None or given["S"] is not None:
+            kept: dict[str, Any] = {"W": plant.W, "B_u": plant.B_u, "dt": plant.dt}
+            noise = {"D": D, "R": R, "Q": given["Q"], "S": given["S"]}
+            plant = MultiratePlant.from_covariances(A=plant.A, B_d=plant.B_d, C=plant.C, **noise, **kept)
         labels = list(system.input_labels)
         noisy = set(range(len(labels))) if disturbances is None else {*disturbances}
         inputs = tuple(name for i, name in enumerate(labels) if i not in noisy and name not in noisy)
@@ -59,55 +86,82 @@ class MultirateReader(PlantReader[MultiratePlant]):
     def _signals(
         self, plant: MultiratePlant, states: tuple[str, ...], inputs: tuple[str, ...], measurements: tuple[str, ...]
     ) -> Signals:
-        whole = np.array_equal(plant.W, np.eye(plant.order))
-        return Signals(states, inputs, measurements, states if whole else numbered("z", len(plant.W)), plant.dt)
+        present = plant.order - plant.under_way
+        whole = np.array_equal(plant.W, np.eye(present, plant.order))
+        outputs = states[:present] if whole else numbered("z", len(plant.W))
+        return Signals(states, inputs, measurements, outputs, plant.dt)
 
 
 read_plant = MultirateReader()
 
 
 def design(
-    plant: MultiratePlant | control.StateSpace,
+    plant: MultiratePlant | ContinuousPlant | control.StateSpace,
     *,
     periods: Sequence[int],
     offsets: Sequence[int] | Literal["best"] = (),
     level: float | None = None,
+    goal: Goal | str = Goal.HINF,
     noise: Any = None,
     disturbances: Sequence[int | str] | None = None,
     weight: Any = None,
+    Q: Any = None,
+    R: Any = None,
+    S: Any = None,
+    P0: Any = None,
+    latency: Sequence[float] = (),
+    dt: float | None = None,
 ) -> MultirateResult:
-    """The observer with the smallest worst-case gain, or with a gain below `level`.
+    """The observer with the smallest worst-case gain, with a gain below `level`, or with the smallest mean error.
 
     Parameters
     ----------
-    plant : MultiratePlant or control.StateSpace
-        Plant of arrays, or a discrete-time system without feedthrough; `noise`, `disturbances` and `weight` belong to
-        the latter.
+    plant : MultiratePlant, ContinuousPlant or control.StateSpace
+        Plant of arrays, or a system, in discrete time or with `dt`; `noise`, `disturbances`, `weight`, `Q`, `R` and `S`
+        belong to the latter.
     periods : sequence of int, one per sensor
         Sensing periods N_i, in base periods.
     offsets : sequence of int, one per sensor, or "best"
         First instants 0 <= theta_i < N_i of the sensors, in base periods; zeros unless given. "best" searches all, one
         after the other (`search_timing` takes a way to use every core).
     level : float, optional
-        Gain to stay below; the least one unless given.
+        Gain to stay below; the least one unless given. With "mixed" the gain between least and Kalman filter's whose
+        design loses the same share of both unless given.
+    goal : "hinf", "h2" or "mixed"
+        Least gain; least mean square error for white noise (the Kalman filter); or a gain below `level` with the least
+        entropy, a bound of the mean square error.
     noise : array (q, q_w), or (q,)
-        Sensor noise matrix D, or one number for each sensor.
+        Sensor noise matrix D, or one number for each sensor; or `R`.
     disturbances : sequence of int or str, optional
         Inputs that are process noise, by index or name; all unless given. The others are known inputs u.
     weight : array (n_z, n), optional
         W of z = W e; the identity unless given.
+    Q : array (m_d, m_d), optional
+        Covariance of the disturbances; the identity unless given.
+    R : array (q, q), optional
+        Covariance of the sensor noise, in place of `noise`.
+    S : array (m_d, q), optional
+        Covariance of disturbances and sensor noise; zero unless given.
+    P0 : array (n, n), optional
+        With "h2": covariance of the error of the start, for the running filter; the steady state unless given.
+    latency : sequence of float, one per sensor, optional
+        How old a sample is at the instant at which it is used, in base periods; zeros unless given. Periods and offsets
+        say when samples are used. A latency that is not whole needs a plant in continuous time.
+    dt : float, optional
+        Base period in s, at which a `control.StateSpace` in continuous time is sampled; inputs are held.
 
     Returns
     -------
     MultirateResult
-        Gains L (N, n, q) with the exact gain of their error system; the evidence holds the optimum.
+        Gains L (N, n, q) with the exact gain of their error system; the evidence holds the optimum. With "h2" a
+        `KalmanResult`, which has the covariances and the filtered and smoothed estimates, too.
 
     Raises
     ------
     InvalidInputError
         An argument does not fit, see `MultiratePlant`, `SensingSchedule` and `MultirateProblem`.
     InfeasibleError
-        No observer reaches the level.
+        No observer reaches the level; the message names the least one.
     SolverError
         Rounding hides the limit of the Riccati recursion.
 
@@ -125,14 +179,36 @@ def design(
     >>> best.bracket.lower <= best.value <= 1.000001 * best.fact("optimum").value
     True
     """
-    problem, signals = _problem(plant, periods, offsets, noise=noise, disturbances=disturbances, weight=weight)
+    goal = one_of(Goal, goal)
+    if goal is Goal.H2 and level is not None:
+        raise InvalidInputError("level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has")
+    if goal is not Goal.H2 and P0 is not None:
+        raise InvalidInputError("P0 belongs to the goal h2; the level of hinf and mixed is that from rest")
+    given = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
+    problem, signals = _problem(plant, periods, offsets, goal, latency, dt, **given)
+    if P0 is not None and problem.plant.under_way:
+        raise InvalidInputError("P0 and latency do not go together: it does not say what is known of samples under way")
+    if P0 is not None:
+        covariance("P0", P0, problem.plant.order)
     best = optimum(problem)
-    found = riccati_design(problem, best.upper * (1 + DESIGN_MARGIN) if level is None else level)
-    return result_of(problem, signals, found.gains, best)
+    if level is not None and positive_scalar("level", level) <= best.lower:
+        raise InfeasibleError(f"no observer has a gain below {level!r}: the least is {best.value:.6g}; ask for more")
+    if goal is Goal.HINF:
+        found = riccati_design(problem, best.upper * (1 + DESIGN_MARGIN) if level is None else level)
+        return result_of(problem, signals, found.gains, best)
+    if goal is Goal.MIXED:
+        found = balanced(problem, best) if level is None else riccati_design(problem, level)
+        asked = Evidence(
+            "level of the design", found.level if np.isfinite(found.level) else "infinite", "least entropy"
+        )
+        return result_of(problem, signals, found.gains, best, (asked, *mean_error_facts(problem, found.gains)))
+    kalman = kalman_design(problem)
+    base = result_of(problem, signals, kalman.gains, best, mean_error_facts(problem, kalman.gains))
+    return kalman_result(base, kalman.X, P0)
 
 
 def analyse(
-    plant: MultiratePlant | control.StateSpace,
+    plant: MultiratePlant | ContinuousPlant | control.StateSpace,
     gains: Any,
     *,
     periods: Sequence[int],
@@ -140,12 +216,17 @@ def analyse(
     noise: Any = None,
     disturbances: Sequence[int | str] | None = None,
     weight: Any = None,
+    Q: Any = None,
+    R: Any = None,
+    S: Any = None,
+    latency: Sequence[float] = (),
+    dt: float | None = None,
 ) -> MultirateResult:
     """What given gains guarantee.
 
     Parameters
     ----------
-    plant : MultiratePlant or control.StateSpace
+    plant : MultiratePlant, ContinuousPlant or control.StateSpace
         As in `design`.
     gains : array (N, n, q)
         L_k for each instant of the schedule; columns of sensors that do not measure then have no effect.
@@ -158,6 +239,16 @@ def analyse(
     disturbances : sequence of int or str, optional
         As in `design`.
     weight : array (n_z, n), optional
+        As in `design`.
+    Q : array (m_d, m_d), optional
+        As in `design`.
+    R : array (q, q), optional
+        As in `design`.
+    S : array (m_d, q), optional
+        As in `design`.
+    latency : sequence of float, optional
+        As in `design`.
+    dt : float, optional
         As in `design`.
 
     Returns
@@ -172,7 +263,8 @@ def analyse(
     InfeasibleError
         The gains do not stabilise the error.
     """
-    problem, signals = _problem(plant, periods, offsets, noise=noise, disturbances=disturbances, weight=weight)
+    given = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
+    problem, signals = _problem(plant, periods, offsets, Goal.HINF, latency, dt, **given)
     return result_of(problem, signals, gains, optimum(problem))
 
 
@@ -196,7 +288,7 @@ def simulate(
         Process and sensor noise (d, w); "white" draws unit white noise from `rng`; "worst" is the one of unit norm
         that hurts most from rest.
     initial_error : array (n,), optional
-        e(0), in the units of the states; zero unless given.
+        e(0), in the units of the states; zero unless given. Late samples that are under way then tell the truth.
     rng : numpy.random.Generator, optional
         Where white noise is drawn from.
 
@@ -214,6 +306,10 @@ def simulate(
     count = positive_integer("steps", steps)
     error = result.problem.error_system(result.gains["L"])
     inputs = _drawn(disturbance, error, count, rng) if isinstance(disturbance, str) else np.asarray(disturbance)
+    late = result.problem.plant.under_way
+    if late and initial_error is not None:
+        start = as_array("initial_error", initial_error, (error.order - late,))
+        initial_error = np.append(start, np.zeros(late))
     outputs = simulate_system(error, inputs, initial_error)
     if len(outputs) != count:
         raise InvalidInputError(f"disturbance must have {count} rows, got {len(outputs)}")
@@ -240,8 +336,33 @@ def _drawn(kind: str, error: PeriodicSystem, steps: int, rng: np.random.Generato
     raise InvalidInputError(f'disturbance must be "none", "white", "worst" or an array, got {kind!r}')
 
 
-def _problem(plant: Any, periods: Any, offsets: Any, **given: Any) -> tuple[MultirateProblem, Signals]:
-    checked, signals = read_plant(plant, **given)
+def _problem(
+    plant: Any, periods: Any, offsets: Any, goal: Goal, latency: Any, dt: Any, **given: Any
+) -> tuple[MultirateProblem, Signals]:
+    checked, signals = _with_latency(plant, latency, dt, given)
     if isinstance(offsets, str) and offsets == "best":
-        offsets = search_timing(checked, periods).best
+        offsets = least_error_offsets(checked, periods) if goal is Goal.H2 else search_timing(checked, periods).best
     return MultirateProblem(checked, SensingSchedule(periods, offsets)), signals
+
+
+def _with_latency(plant: Any, latency: Any, dt: Any, given: dict[str, Any]) -> tuple[MultiratePlant, Signals]:
+    """The plant at its base period, with the samples that are under way as states, and its names."""
+    between, whole = None, plant
+    if isinstance(plant, ContinuousPlant):
+        between, whole = plant.after, plant.after(plant.dt)
+    if dt is not None:
+        if not is_continuous(plant):
+            raise InvalidInputError(
+                "dt belongs to a control.StateSpace in continuous time; other plants have their own"
+            )
+        step = positive_scalar("dt", dt, unit="seconds")
+        whole = sampled_statespace(plant, step, step)
+
+        def between(time: float) -> MultiratePlant:
+            return read_plant(sampled_statespace(plant, time, step), **given)[0]
+
+    checked, signals = read_plant(whole, **given)
+    if not np.size(latency):
+        return checked, signals
+    late = delivered(checked, latency, between)
+    return late, replace(signals, states=(*signals.states, *numbered("under way", late.under_way)))

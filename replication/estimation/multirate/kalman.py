@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import InvalidInputError, SolverError
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.linear.riccati import RiccatiMap, along_period, fixed_point, recentre
-from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.h2.steady import steady_state
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
 from replication.estimation.validation import Array, hidden_modes, positive_scalar
@@ -57,6 +58,9 @@ def kalman_design(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Ric
     circle is not disturbed: its gains tend to zero and never settle on stabilising ones; disturb it then. Raises
     SolverError if rounding hides the limit of the recursion.
     """
+    require_problem(problem)
+    if not extra_noise and (found := steady_state(problem)) is not None:
+        return RiccatiDesign(found.L, found.P, np.inf)
     centre = kalman_centre(problem, extra_noise=extra_noise)
     scaled, states = centre.scaled, centre.states
     corrected = scaled.corrected(states, scaled.maps())
@@ -68,7 +72,7 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
     require_problem(problem)
     if extra_noise:
         extra_noise = positive_scalar("extra_noise", extra_noise)
-    if not extra_noise and (mode := _undisturbed_on_circle(problem.plant, state_units(problem))) is not None:
+    if not extra_noise and (mode := _undisturbed_on_circle(problem)) is not None:
         raise InvalidInputError(
             f"the mode {mode:.6g} on the unit circle is not disturbed, so its estimator never settles, and the Riccati "
             "route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve no more in "
@@ -87,12 +91,19 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
     return KalmanCentre(scaled, states)
 
 
-def _undisturbed_on_circle(plant: MultiratePlant, units: Array) -> complex | None:
-    """A mode on the unit circle that B_d does not reach, or None.
+def _undisturbed_on_circle(problem: MultirateProblem) -> complex | None:
+    """A mode on the unit circle that no noise reaches, or None; with correlated noise a multiplier over the period.
 
     Rounding blurs a mode of multiplicity k by the k-th root of machine precision; a wider one counts as off the circle.
     """
+    plant, units = problem.plant, state_units(problem)
     A, B = plant.A / units[:, None] * units, plant.B_d / units[:, None]
+    if plant.correlated:
+        # What the measurements tell of the noise is known, and disturbs nothing.
+        rest = scaled_problem(problem, np.stack([np.diag(units)] * problem.schedule.period))
+        none = np.zeros((0, plant.order)), np.zeros((0, rest.B.shape[-1]))
+        lifted = PeriodicSystem(tuple(Stage(A_k, B_k, *none) for A_k, B_k in zip(rest.A, rest.B, strict=True))).lift()
+        A, B = lifted.A, lifted.B
     hidden = np.array(hidden_modes(A.T, B.T, tolerance=HIDDEN_TOLERANCE))
     for mode in hidden:
         multiplicity = int(np.sum(np.abs(hidden - mode) <= CLUSTER))
@@ -133,7 +144,7 @@ def state_units(problem: MultirateProblem) -> Array:
     # Growing modes are discounted: the unit is one of the near past, not of the far one.
     step = A / max(1.0, float(np.max(np.abs(np.linalg.eigvals(A)))))
     information, driven = np.zeros(n), np.zeros(n)
-    back, forth = np.eye(n), problem.plant.B_d
+    back, forth = np.eye(n), problem.plant.drive
     for k in range(problem.schedule.period + n):
         information += np.sum((scaled.C[k % len(scaled.C)] @ back) ** 2, axis=0)
         driven += np.sum(forth**2, axis=1)

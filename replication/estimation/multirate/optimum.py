@@ -76,8 +76,11 @@ def riccati_design(problem: MultirateProblem, level: float) -> RiccatiDesign:
 
     Raises InfeasibleError if no observer reaches it; otherwise as `kalman_design`.
     """
-    level = positive_scalar("level", level)
-    centre = kalman_centre(problem)
+    return central(kalman_centre(problem), positive_scalar("level", level))
+
+
+def central(centre: KalmanCentre, level: float) -> RiccatiDesign:
+    """`riccati_design` from the Kalman filter of the problem, for many levels."""
     states, slack = _solution(centre, level)
     if states is None or slack <= 0:
         raise InfeasibleError(f"no observer has a gain below {level!r}; ask for a larger level (see `optimum`)")

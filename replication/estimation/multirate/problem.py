@@ -64,8 +64,14 @@ class MultirateProblem:
         shape = (self.schedule.period, self.plant.order, self.plant.sensors)
         return as_array("gains", gains, shape, axes="(N, n, q)")
 
+    def without_sensors(self) -> PeriodicSystem:
+        """The plant alone, from (d, w) to W x: the error of the estimate zero."""
+        plant = self.plant
+        drive = plant.drive
+        return PeriodicSystem((Stage(plant.A, drive, plant.W, np.zeros((len(plant.W), drive.shape[1]))),))
+
     def error_system(self, gains: Array) -> PeriodicSystem:
-        """Eqs. (16), (18): e+ = (A - L_k S_k C) e + B_d d - L_k S_k D w, z = W e; gains of shape (N, n, q).
+        """Eqs. (16), (18): e+ = (A - L_k S_k C) e + B_d d + (B_w - L_k S_k D) w, z = W e; gains (N, n, q).
 
         Columns of L_k of sensors that are not measured at k have no effect. Raises InvalidInputError for another shape.
         """
@@ -73,7 +79,8 @@ class MultirateProblem:
         stages = []
         for rows, L in zip(self.measured_rows(), gains, strict=True):
             gain = L[:, rows]
-            B = np.hstack([plant.B_d, -gain @ plant.D[rows]])
+            noise = -gain @ plant.D[rows]
+            B = np.hstack([plant.B_d, noise + plant.B_w if plant.correlated else noise])
             stages.append(Stage(plant.A - gain @ plant.C[rows], B, plant.W, np.zeros((plant.W.shape[0], B.shape[1]))))
         return PeriodicSystem(tuple(stages))
 
@@ -84,8 +91,9 @@ def require_problem(problem: Any) -> None:
 
 
 def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> PeriodicSystem:
-    """The observer, eq. (15): x^+ = A x^ + B_u u + L_k S_k (y - C x^), from (u, y) to z^ = W x^; gains (N, n, q).
+    """The observer, eq. (15): x^+ = A x^ + B_u u + L_k S_k (y - C x^ - D_u u), from (u, y) to z^ = W x^.
 
+    gains (N, n, q).
     y has all q sensors at every instant; entries of those that do not measure have no effect. Raises InvalidInputError
     for what is not a problem, or gains of another shape.
     """
@@ -94,7 +102,7 @@ def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> Periodic
     stages = []
     for k, L in enumerate(problem.checked(gains)):
         used = L @ problem.schedule.selection(k)
-        inputs = np.hstack([plant.B_u, used])
+        inputs = np.hstack([plant.B_u - used @ plant.D_u, used])
         stages.append(Stage(plant.A - used @ plant.C, inputs, plant.W, np.zeros((len(plant.W), inputs.shape[1]))))
     return PeriodicSystem(tuple(stages))
 

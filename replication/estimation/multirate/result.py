@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.drawing.panel import Panel
+from replication.errors import InvalidInputError
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult
@@ -16,14 +17,19 @@ from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals, each_instant
 from replication.estimation.linear.norms import gain_curve, l2_gain
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
+from replication.estimation.linear.periodic import lifted_statespace
+from replication.estimation.multirate.h2.tradeoff import TradeOff, tradeoff
 from replication.estimation.multirate.kalman import kalman_design
-from replication.estimation.multirate.optimum import Optimum
+from replication.estimation.multirate.optimum import Optimum, optimum
 from replication.estimation.multirate.problem import MultirateProblem, observer_system
 from replication.estimation.multirate.simulation import white_noise_variance
+from replication.estimation.validation import at_most
 
 if TYPE_CHECKING:
     import control
+
+MOST_POINTS = 1000
+SIMPLER = "the Kalman filter has the least mean error: goal='h2', or goal='mixed' for something of both"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -42,20 +48,22 @@ class MultirateResult(GainResult):
     problem: MultirateProblem
 
     def observer(self) -> PeriodicObserver:
-        """The observer of eq. (15), x^(k+1) = A x^ + B_u u + L_k S_k (y - C x^), to run in a loop.
+        """The observer of eq. (15), x^(k+1) = A x^ + B_u u + L_k S_k (y - C x^ - D_u u), to run in a loop.
 
         Returns
         -------
         PeriodicObserver
-            Its `step` takes y of all q sensors; only those that are due are looked at.
+            Its `step` takes y of all q sensors; only those that are due are looked at. It keeps what late samples
+            need and gives the estimate of the present state.
         """
         plant, schedule = self.problem.plant, self.problem.schedule
         used = [L * due for L, due in zip(self.gains["L"], schedule.mask, strict=True)]
+        shown = np.eye(plant.order - plant.under_way, plant.order)
         phases = [
-            Phase(plant.A - L @ plant.C, plant.B_u, L, np.eye(plant.order), due)
+            Phase(plant.A - L @ plant.C, plant.B_u - L @ plant.D_u, L, shown, due)
             for L, due in zip(used, schedule.mask, strict=True)
         ]
-        return PeriodicObserver(phases, plant.C)
+        return PeriodicObserver(phases, [plant.C] * len(phases), plant.D_u)
 
     def to_statespace(self) -> control.StateSpace:
         """The observer over one period N of the schedule.
@@ -83,11 +91,36 @@ class MultirateResult(GainResult):
         label = "frequency (rad/s, folded at the period of the schedule)"
         return self._panel(frequencies, label, "largest gain to the error", {"gain": gains})
 
+    def tradeoff(self, points: int = 12) -> TradeOff:
+        """What a smaller guaranteed gain costs in mean error, for this plant and schedule.
 
-def result_of(problem: MultirateProblem, signals: Signals, gains: Any, best: Optimum) -> MultirateResult:
-    """The exact gain of `gains` (N, n, q) and what else is known of them, beside the optimum."""
+        Parameters
+        ----------
+        points : int
+            Number of designs, from the least level to the Kalman filter; at least 2.
+
+        Returns
+        -------
+        TradeOff
+            Level, exact gain and exact rms error of each; it prints and plots itself.
+
+        Raises
+        ------
+        InvalidInputError
+            `points` is no whole number from 2 to 1000.
+        """
+        count = at_most("points", points, MOST_POINTS)
+        if count < 2:
+            raise InvalidInputError(f"points must be at least 2, the two ends, got {count}")
+        return tradeoff(self.problem, optimum(self.problem), count)
+
+
+def result_of(
+    problem: MultirateProblem, signals: Signals, gains: Any, best: Optimum, further: tuple[Evidence, ...] = ()
+) -> MultirateResult:
+    """The exact gain of `gains` (N, n, q) and what else is known of them, beside the optimum; `further` comes last."""
     error = problem.error_system(gains)
-    exact = l2_gain(error)
+    exact, alone = l2_gain(error), problem.without_sensors()
     bound = "non-causal bound: no smoother does better" if best.limited_by == "noncausal" else "Riccati condition"
     evidence = (
         Evidence("optimum", best.value, f"least gain of any observer; {bound}"),
@@ -96,13 +129,19 @@ def result_of(problem: MultirateProblem, signals: Signals, gains: Any, best: Opt
         Evidence("mean error variance", white_noise_variance(error), "periodic Lyapunov equation, white unit noise"),
         Evidence("schedule", f"periods {problem.schedule.periods}, offsets {problem.schedule.offsets}", "as given"),
         Evidence("base period", problem.plant.dt, "as given", "s"),
+        *(
+            [Evidence("samples under way", problem.plant.under_way, "states for the latency")]
+            * bool(problem.plant.under_way)
+        ),
         *baselines(
             exact.upper,
             "exact gain",
-            without=_without_sensors(problem),
+            without=l2_gain(alone).upper if alone.spectral_radius() < 1 else None,
             kalman=l2_gain(problem.error_system(kalman_design(problem).gains)).upper,
             limit=best.noncausal.upper,
+            simpler="" if further else SIMPLER,
         ),
+        *further,
     )
     return MultirateResult(
         bracket=Bracket(exact.lower, exact.upper, EXACT_GAIN),
@@ -111,10 +150,3 @@ def result_of(problem: MultirateProblem, signals: Signals, gains: Any, best: Opt
         signals=signals,
         problem=problem,
     )
-
-
-def _without_sensors(problem: MultirateProblem) -> float | None:
-    """The gain from d to W x of the plant alone, None if it is not stable."""
-    plant = problem.plant
-    alone = PeriodicSystem((Stage(plant.A, plant.B_d, plant.W, np.zeros((len(plant.W), plant.B_d.shape[1]))),))
-    return l2_gain(alone).upper if alone.spectral_radius() < 1 else None

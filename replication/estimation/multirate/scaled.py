@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.estimation.linear.riccati import RiccatiMap
+from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
 
@@ -22,6 +23,9 @@ class ScaledProblem:
 
     Whitening: with the triangular `roots` R_k, D_k D_k' = R_k' R_k, the rows are R_k'^-1 C_k T_k, their noise is white
     with unit intensity, and their gain is R_k'-fold that of the measurements.
+
+    Of correlated noise, what the measurements tell is taken out of the plant first: A and B are those of the rest, and
+    `injected` (n, r) are the gains of the measurements that do it.
     """
 
     T: Array
@@ -33,6 +37,7 @@ class ScaledProblem:
     rows: tuple[tuple[int, ...], ...]
     sensors: int
     information: Array
+    injected: tuple[Array, ...]
 
     def maps(self, level: float = np.inf, *, extra_noise: float = 0.0) -> list[RiccatiMap]:
         """Riccati maps of the filter at `level`: G_k = C_k'(D_k D_k')^-1 C_k - W'W/level^2, H = B_d B_d' + extra I.
@@ -53,7 +58,7 @@ class ScaledProblem:
         return np.asarray(np.linalg.solve(np.eye(self.A.shape[-1]) + states @ G, states))
 
     def closed_loop(self, corrected: Array) -> Array:
-        """A_k - L_k C_k for each phase, shape (N, n, n)."""
+        """A_k - L_k C_k for each phase, shape (N, n, n), all gains included."""
         return np.asarray(self.A - self.A @ corrected @ self.information)
 
     def whitened_gains(self, corrected: Array) -> list[Array]:
@@ -65,7 +70,7 @@ class ScaledProblem:
         gains = np.zeros((len(self.A), self.A.shape[-1], self.sensors))
         for k, gain in enumerate(self.whitened_gains(corrected)):
             following = self.T[(k + 1) % len(self.T)]
-            gains[k][:, self.rows[k]] = following @ np.linalg.solve(self.roots[k], gain.T).T
+            gains[k][:, self.rows[k]] = following @ np.linalg.solve(self.roots[k], gain.T).T + self.injected[k]
         return gains
 
     def unscaled(self, states: Array) -> Array:
@@ -82,14 +87,29 @@ def scaled_problem(problem: MultirateProblem, T: Array) -> ScaledProblem:
     roots: dict[tuple[int, ...], Array] = {r: np.asarray(np.linalg.qr(plant.D[list(r)].T, mode="r")) for r in distinct}
     whitened = {r: np.linalg.solve(roots[r].T, plant.C[list(r)]) for r in roots}
     C = tuple(whitened[r] @ T_k for r, T_k in zip(rows, T, strict=True))
+    rest = {r: _decorrelated(plant, list(r)) for r in roots}
+    A, B = np.stack([rest[r][0] for r in rows]), np.stack([rest[r][1] for r in rows])
     return ScaledProblem(
         T=T,
-        A=np.asarray(np.linalg.solve(following, plant.A @ T), dtype=float),
-        B=np.asarray(np.linalg.solve(following, np.broadcast_to(plant.B_d, (len(T), *plant.B_d.shape))), dtype=float),
+        A=np.asarray(np.linalg.solve(following, A @ T), dtype=float),
+        B=np.asarray(np.linalg.solve(following, B), dtype=float),
         W=plant.W @ T,
         C=C,
         roots=tuple(roots[r] for r in rows),
         rows=tuple(rows),
         sensors=plant.sensors,
         information=np.stack([C_k.T @ C_k for C_k in C]),
+        injected=tuple(rest[r][2] for r in rows),
     )
+
+
+def _decorrelated(plant: MultiratePlant, rows: list[int]) -> tuple[Array, Array, Array]:
+    """A and B of what the sensors `rows` do not tell of the noise, and the gains J (n, r) of what they tell.
+
+    J = B_w D_r'(D_r D_r')^-1, A - J C_r, [B_d, B_w - J D_r].
+    """
+    if not plant.correlated:
+        return plant.A, plant.B_d, np.zeros((plant.order, len(rows)))
+    factor = np.linalg.qr(plant.D[rows].T)
+    J = np.linalg.solve(factor.R, (plant.B_w @ factor.Q).T).T
+    return plant.A - J @ plant.C[rows], np.hstack([plant.B_d, plant.B_w - J @ plant.D[rows]]), J

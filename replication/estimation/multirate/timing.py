@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from replication.estimation.multirate.optimum import Optimum, optimum
+import numpy as np
+
+from replication.estimation.multirate.optimum import Optimum, kalman_design, optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule, distinct_offsets
@@ -74,3 +76,13 @@ def search_timing(plant: MultiratePlant, periods: Sequence[int], *, apply: Apply
 
 def _optimum_at(plant: MultiratePlant, periods: tuple[int, ...], offsets: Offsets) -> Optimum:
     return optimum(MultirateProblem(plant, SensingSchedule(periods, offsets)))
+
+
+def least_error_offsets(plant: MultiratePlant, periods: Sequence[int]) -> Offsets:
+    """The offsets for which the Kalman filter has the least mean square of W e."""
+
+    def variance(offsets: Offsets) -> float:
+        problem = MultirateProblem(plant, SensingSchedule(tuple(periods), offsets))
+        return float(np.mean(np.trace(plant.W @ kalman_design(problem).X @ plant.W.T, axis1=1, axis2=2)))
+
+    return min(distinct_offsets(periods), key=variance)

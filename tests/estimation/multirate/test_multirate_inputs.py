@@ -43,6 +43,7 @@ def no_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clarabel, "DefaultSolver", called)
     for module in (kalman, optimum):
         monkeypatch.setattr(module, "stationary", called)
+    monkeypatch.setattr(kalman, "steady_state", called)
 
 
 DESIGNS: dict[str, Callable[[MultirateProblem], Any]] = {

@@ -44,6 +44,12 @@
       if (other === view) other.removeAttribute("hidden");
       else other.setAttribute("hidden", hidden);
     }
+    // The answer is the first of all headings; where it is not shown, the report's name is.
+    const name = one(".brand span");
+    for (const [key, value] of [["role", "heading"], ["aria-level", "1"]]) {
+      if (view === views[0]) name.removeAttribute(key);
+      else name.setAttribute(key, value);
+    }
     for (const link of pages) {
       link.removeAttribute("aria-current");
       if (link.hash !== `#${view.id}`) continue;

@@ -15,6 +15,7 @@ from replication.estimation.delay.exact.forms import injection_terms, plant_term
 from replication.estimation.delay.exact.limit import limit, require_seen
 from replication.estimation.delay.exact.loop import error_response, exact_gain, worst_gain
 from replication.estimation.delay.exact.smoothing import smoother_bound
+from replication.estimation.delay.exact.worth import worth
 from replication.estimation.delay.general.noise import require_noise
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.general.plant import DelayPlant
@@ -120,6 +121,7 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
         Evidence("upper end proved by", f"degree {proof.degree}", "storage with moments of each delay"),
         Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
         *_over_ranges(observer),
+        *worth(plant_terms(plant), proof.level),
     ]
     return InnovationsResult(
         bracket=Bracket(min(lower, proof.level), proof.level, BOTH_ENDS),

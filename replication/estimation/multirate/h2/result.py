@@ -1,0 +1,131 @@
+"""The periodic Kalman filter as a result: gains, covariances, running forms, and what its mean error is worth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from replication.estimation.api.baselines import baselines
+from replication.estimation.api.results import Evidence
+from replication.estimation.api.shown import frozen
+from replication.estimation.multirate.h2.covariances import covariance
+from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
+from replication.estimation.multirate.h2.running import KalmanFilter
+from replication.estimation.multirate.h2.starting import StartingFilter
+from replication.estimation.multirate.h2.tradeoff import rms_error
+from replication.estimation.multirate.kalman import kalman_design
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.result import MultirateResult
+from replication.estimation.multirate.simulation import white_noise_variance
+from replication.estimation.validation import Array, at_most, positive_integer
+
+LONGEST_LAG = 1000
+AXES = {
+    "L": "(phase, state, sensor)",
+    "K": "(phase, state, sensor)",
+    "P": "(phase, state, state)",
+    "F": "(phase, state, state)",
+    "V": "(phase, sensor, sensor)",
+}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class KalmanResult(MultirateResult):
+    """A periodic Kalman filter.
+
+    Its gains are L of the prediction x^(k+1|k) = A x^(k|k-1) + B_u u + L v with the innovation v, and K of the filtered
+    estimate x^(k|k) = x^(k|k-1) + K v; P and F are the covariances of the errors of both, x^(k|k-1) and x^(k|k), and V
+    is that of v (zero for sensors that do not measure).
+
+    Attributes
+    ----------
+    start : array (n, n) or None
+        Covariance P0 of the error of the start, if it was given.
+    """
+
+    axes: Mapping[str, str] = field(default_factory=AXES.copy)
+    start: Array | None
+
+    def filter(self, *, lag: int = 0, P0: Any = None) -> KalmanFilter | StartingFilter:
+        """The filter to run in a loop; its `step` gives x^(k|k), x^(k+1|k), their covariances and the innovation.
+
+        Parameters
+        ----------
+        lag : int
+            It also looks back: x^(k-lag|k).
+        P0 : array (n, n), optional
+            Covariance of the error of the start; that of the design unless given.
+
+        Returns
+        -------
+        KalmanFilter or StartingFilter
+            With the gains of the steady state, or with those that begin at P0.
+
+        Raises
+        ------
+        InvalidInputError
+            P0 is no covariance, or the lag is no whole number from 0 to 1000.
+        """
+        count = (
+            0 if isinstance(lag, int) and not isinstance(lag, bool) and lag == 0 else at_most("lag", lag, LONGEST_LAG)
+        )
+        start = self.start if P0 is None else P0
+        if start is not None:
+            return StartingFilter(self.problem, start, count)
+        return KalmanFilter(self.problem, filter_gains(self.problem, self.gains["P"], count))
+
+    def covariances(self, steps: int, *, P0: Any = None) -> tuple[Array, Array]:
+        """Covariances of the errors over time, from the start on.
+
+        Parameters
+        ----------
+        steps : int
+            Number of instants.
+        P0 : array (n, n), optional
+            Covariance of the error of the start; that of the design, or the steady state, unless given.
+
+        Returns
+        -------
+        predicted, filtered : array (steps, n, n)
+            Of x^(k|k-1) and x^(k|k), k = 0, 1, ...
+
+        Raises
+        ------
+        InvalidInputError
+            P0 is no covariance, or `steps` no whole positive number.
+        """
+        count = positive_integer("steps", steps)
+        start = self.start if P0 is None else P0
+        run = StartingFilter(self.problem, self.gains["P"][0] if start is None else start)
+        silent = np.zeros(self.problem.plant.B_u.shape[1]), np.zeros(self.problem.plant.sensors)
+        done = [run.step(*silent) for _ in range(count)]
+        predicted = [run.start, *(step.predicted_covariance for step in done[:-1])]
+        return np.stack(predicted), np.stack([step.covariance for step in done])
+
+
+def kalman_result(base: MultirateResult, predicted: Array, P0: Any) -> KalmanResult:
+    """What `base` says of the gains, with the covariances `predicted` (N, n, n) of the filter that they belong to."""
+    problem = base.problem
+    start = None if P0 is None else covariance("P0", P0, problem.plant.order)
+    gains = filter_gains(problem, predicted)
+    arrays = {"L": gains.L, "K": gains.K[:, 0], "P": gains.predicted, "F": gains.filtered, "V": gains.innovation}
+    given = {**vars(base), "gains": frozen(arrays), "axes": AXES.copy()}
+    return KalmanResult(**given, start=start)
+
+
+def mean_error_facts(problem: MultirateProblem, gains: Array) -> tuple[Evidence, ...]:
+    """The root-mean-square error of gains (N, n, q), beside those without sensors, of the filter and of a smoother."""
+    kalman = kalman_design(problem)
+    own, least = rms_error(problem, gains), rms_error(problem, kalman.gains)
+    W = problem.plant.W
+    limit = float(np.sqrt(np.mean(np.trace(W @ smoothing_limit(problem, kalman.X) @ W.T, axis1=1, axis2=2))))
+    alone = problem.without_sensors()
+    without = float(np.sqrt(white_noise_variance(alone))) if alone.spectral_radius() < 1 else None
+    how = "periodic Lyapunov equation"
+    return (
+        Evidence("rms error", own, f"white noise of unit intensity; {how}"),
+        *baselines(own, how, what="rms error", without=without, kalman=least, limit=limit),
+    )

@@ -1,0 +1,230 @@
+"""Kalman filters that run in a loop: `step(u, y)` gives x^(k|k), x^(k+1|k), covariances and innovation.
+
+`KalmanFilter` has the gains of the steady state; `starting.py` has those that begin with the covariance of the start.
+A measurement that is None or NaN although its sensor is due is left out: the first then goes on without a correction
+by it, the other also says so in its covariance.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replication.errors import InvalidInputError
+from replication.estimation.api.c_code import c_source
+from replication.estimation.api.phase import Phase
+from replication.estimation.api.running import vector
+from replication.estimation.multirate.h2.filtering import FilterGains, read_only
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.validation import Array, as_array
+
+Mask = NDArray[np.bool_]
+
+
+class KalmanStep(NamedTuple):
+    """What is known after the measurements of one instant k.
+
+    Attributes
+    ----------
+    filtered : array (n,)
+        x^(k|k).
+    covariance : array (n, n)
+        Of its error.
+    prediction : array (n,)
+        x^(k+1|k).
+    predicted_covariance : array (n, n)
+        Of its error.
+    innovation : array (q,)
+        y(k) - C x^(k|k-1); NaN where nothing was measured.
+    smoothed : array (n,)
+        x^(k-lag|k): of the past; x^(k|k) for lag 0, and NaN before instant `lag`.
+    smoothed_covariance : array (n, n)
+        Of its error.
+    """
+
+    filtered: Array
+    covariance: Array
+    prediction: Array
+    predicted_covariance: Array
+    innovation: Array
+    smoothed: Array
+    smoothed_covariance: Array
+
+
+class RunningKalman(ABC):
+    """A filter of a plant with its schedule; `instant` counts steps, `missed` the measurements that did not come."""
+
+    def __init__(self, problem: MultirateProblem, lag: int) -> None:
+        plant = problem.plant
+        self.problem, self.lag = problem, lag
+        self._sizes = plant.order, plant.B_u.shape[1], plant.sensors
+        self._A, self._B, self._C, self._mask = plant.A, plant.B_u, plant.C, problem.schedule.mask
+        self._direct = plant.D_u if np.any(plant.D_u) else None
+        self._due = [int(due.sum()) for due in self._mask]
+        self.reset()
+
+    def reset(self, estimate: Any = None) -> Array:
+        """Go back to instant 0.
+
+        Parameters
+        ----------
+        estimate : array (n,), optional
+            x^(0|-1); zero unless given.
+
+        Returns
+        -------
+        array (n,)
+            The estimate at instant 0.
+
+        Raises
+        ------
+        InvalidInputError
+            `estimate` has another length, or is not finite.
+        """
+        n = self._sizes[0]
+        start = np.zeros(n) if estimate is None else as_array("estimate", estimate, (n,))
+        self.instant, self.missed = 0, 0
+        # Row i is x^(k-i|k-1).
+        self._past = np.full((self.lag + 1, n), np.nan)
+        self._past[0] = start
+        self._begin()
+        return np.array(start)
+
+    def step(self, u: Any, y: Any) -> KalmanStep:
+        """Take what is known at the present instant and go on to the next.
+
+        Parameters
+        ----------
+        u : array (m,), or None
+            Known inputs u(k); None if the plant has none.
+        y : array (q,), or None
+            Measurements y(k) of all sensors; only those that are due are looked at. None or NaN where one did not come.
+
+        Returns
+        -------
+        KalmanStep
+            Estimates, covariances and innovation.
+
+        Raises
+        ------
+        InvalidInputError
+            Another length, text, or infinities; the filter is then as before.
+        """
+        phase = self.instant % len(self._mask)
+        measured = vector("y", y, self._sizes[2])
+        driven = self._driven(u)
+        innovation = measured - self._C.dot(self._past[0])
+        if self._direct is not None and u is not None:
+            innovation -= self._direct @ vector("u", u, self._sizes[1])
+        came = self._mask[phase] & (innovation == innovation)  # NaN is not itself
+        count = int(np.count_nonzero(came))
+        shown = innovation
+        if count < len(came):
+            shown, innovation = np.where(came, innovation, np.nan), np.where(came, innovation, 0.0)
+        missed = self._due[phase] - count
+        found = self._update(phase, innovation, came if missed else None, driven, shown)
+        self.instant += 1
+        self.missed += missed
+        return found
+
+    @property
+    def estimate(self) -> Array:
+        """x^(k|k-1), the estimate of the state at the present instant from what came before, (n,)."""
+        return np.array(self._past[0])
+
+    def _driven(self, u: Any) -> Array | float:
+        """B_u u."""
+        if u is None and not self._sizes[1]:
+            return 0.0
+        known = vector("u", u, self._sizes[1])
+        if np.isnan(known).any():
+            raise InvalidInputError(
+                f"u must be {self._sizes[1]} numbers, got {u!r}; an input is known at every instant"
+            )
+        return np.asarray(self._B @ known)
+
+    @abstractmethod
+    def _begin(self) -> None: ...
+
+    @abstractmethod
+    def _update(
+        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
+    ) -> KalmanStep:
+        """innovation: zero where nothing came, and NaN there in `shown`; came: which came, None if all that are due."""
+
+    def _shifted(self, K: Array, L: Array, innovation: Array, driven: Array | float) -> Array:
+        """Correct all that is carried along, x^(k-i|k), and predict; K (lag + 1, n, q), or (n, q) without a lag."""
+        corrected = self._past + K.dot(innovation)
+        following = np.empty_like(self._past)
+        following[0] = self._A.dot(self._past[0]) + L.dot(innovation) + driven
+        if self.lag:
+            following[1:] = corrected[:-1]
+        following.flags.writeable = False  # a part of it is handed out
+        self._past = following
+        return np.asarray(corrected)
+
+
+class KalmanFilter(RunningKalman):
+    """The periodic steady state of the filter; its covariances hold once the start is forgotten.
+
+    Parameters
+    ----------
+    problem : MultirateProblem
+        Plant and schedule.
+    gains : FilterGains
+        Of `filter_gains`.
+    """
+
+    def __init__(self, problem: MultirateProblem, gains: FilterGains) -> None:
+        self.gains = gains
+        self._next = read_only(np.roll(gains.predicted, -1, axis=0))
+        super().__init__(problem, gains.lag)
+
+    def _begin(self) -> None:
+        pass
+
+    def _update(
+        self, phase: int, innovation: Array, came: Mask | None, driven: Array | float, shown: Array
+    ) -> KalmanStep:
+        gains = self.gains
+        now = self._shifted(gains.K[phase], gains.L[phase], innovation, driven)
+        return KalmanStep(
+            now[0],
+            gains.filtered[phase],
+            self._past[0],
+            self._next[phase],
+            shown,
+            now[-1],
+            gains.smoothed[phase],
+        )
+
+    def to_c(self, name: str = "kalman", comment: str = "") -> str:
+        """The filter as one C99 file that compiles by itself.
+
+        Parameters
+        ----------
+        name : str
+            C identifier of at most 31 characters with which every name begins.
+        comment : str
+            What it is, for the top of the file.
+
+        Returns
+        -------
+        str
+            `NAME_step` writes x^(k+1|k), then x^(k|k), x^(k-1|k) and so on to x^(k-lag|k), of n numbers each; those of
+            instants before the first are without meaning.
+        """
+        n, _, q = self._sizes
+        blocks = self.lag + 2
+        output = np.hstack([self._C, np.zeros((q, n * (blocks - 1)))])
+        direct, phases = self.problem.plant.D_u, []
+        for K, L, due in zip(self.gains.K, self.gains.L, self._mask, strict=True):
+            injection = np.vstack([L, *K])
+            transition = np.kron(np.eye(blocks, k=-1), np.eye(n)) - injection @ output
+            transition[:n, :n] += self._A
+            known = np.vstack([self._B, np.zeros((n * (blocks - 1), self._B.shape[1]))]) - injection @ direct
+            phases.append(Phase(transition, known, injection, np.eye(n * blocks), due))
+        return c_source(name, comment, phases, [output] * len(phases), n, direct)

@@ -1,0 +1,234 @@
+"""The running filters against conditioning on all measurements at once, against each other, and in C."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from multirate_examples import PAPER, problem
+from noisy_plants import Conditioned, correlated
+
+from replication.errors import InvalidInputError
+from replication.estimation import multirate
+from replication.estimation.multirate.h2 import starting
+from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
+from replication.estimation.multirate.h2.running import KalmanFilter
+from replication.estimation.multirate.h2.starting import StartingFilter
+from replication.estimation.multirate.kalman import kalman_design
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.validation import Array
+from tests.estimation.api.test_c_code import EXACT, Compiled
+
+EQUAL = 1e-9
+CART = MultiratePlant(
+    A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], B_u=[[0], [0.2]], C=[[0, 1], [1, 0]], D=[[0.5, 0], [0.1, 0.2]]
+)
+START, P0 = np.array([1.0, -2.0]), np.array([[2.0, 0.3], [0.3, 1.0]])
+
+
+def cases() -> dict[str, MultirateProblem]:
+    plain = problem(CART, (1, 3), (0, 1))
+    return {
+        "plain": plain,
+        "correlated": correlated(plain, 2),
+        "unstable": problem(replace(CART, A=1.2 * CART.A), (1, 2)),
+    }
+
+
+def signals(given: MultirateProblem, steps: int, *, lost: float, seed: int = 4) -> tuple[Array, Array, Array]:
+    """Inputs, measurements, and which of them come."""
+    rng = np.random.default_rng(seed)
+    due = given.schedule.mask[np.arange(steps) % given.schedule.period]
+    came = due & (rng.random(due.shape) >= lost)
+    return rng.normal(size=(steps, 1)), rng.normal(size=due.shape), came
+
+
+@pytest.mark.parametrize("name", cases())
+@pytest.mark.parametrize("lag", [0, 1, 3])
+@pytest.mark.parametrize("lost", [0.0, 0.4])
+def test_each_estimate_is_the_conditional_mean(name: str, lag: int, lost: float) -> None:
+    given = cases()[name]
+    u, y, came = signals(given, 9, lost=lost)
+    exact = Conditioned(given, START, P0, u)
+    run = StartingFilter(given, P0, lag)
+    run.reset(START)
+    for k in range(len(u)):
+        found = run.step(u[k], np.where(came[k], y[k], np.nan))
+        told = came[: k + 1], y[: k + 1]
+        wanted = {"filtered": exact(k, *told), "prediction": exact(k + 1, *told)}
+        if k >= lag:
+            wanted["smoothed"] = exact(k - lag, *told)
+        else:
+            assert np.all(np.isnan(found.smoothed))
+        covariances = {
+            "filtered": "covariance",
+            "prediction": "predicted_covariance",
+            "smoothed": "smoothed_covariance",
+        }
+        for key, (mean, covariance) in wanted.items():
+            np.testing.assert_allclose(getattr(found, key), mean, rtol=EQUAL, atol=EQUAL)
+            np.testing.assert_allclose(getattr(found, covariances[key]), covariance, rtol=EQUAL, atol=EQUAL)
+    due = int(given.schedule.mask[np.arange(len(u)) % given.schedule.period].sum())
+    assert run.missed == due - int(came.sum())
+
+
+@pytest.mark.parametrize("name", cases())
+@pytest.mark.parametrize("lag", [0, 2])
+def test_from_its_own_covariance_the_start_is_the_steady_state(name: str, lag: int) -> None:
+    given = cases()[name]
+    X = kalman_design(given).X
+    steady, starting = KalmanFilter(given, filter_gains(given, X, lag)), StartingFilter(given, X[0], lag)
+    u, y, _ = signals(given, 12, lost=0.0)
+    for k in range(len(u)):
+        one, other = steady.step(u[k], y[k]), starting.step(u[k], y[k])
+        for field, a, b in zip(one._fields, one, other, strict=True):
+            if k >= lag or not field.startswith("smoothed"):
+                np.testing.assert_allclose(a, b, rtol=EQUAL, atol=EQUAL, err_msg=field)
+
+
+@pytest.mark.parametrize("name", cases())
+def test_a_longer_lag_is_better_and_tends_to_the_smoother(name: str) -> None:
+    given = cases()[name]
+    X = kalman_design(given).X
+    traces = [np.trace(filter_gains(given, X, lag).smoothed, axis1=1, axis2=2).sum() for lag in (0, 1, 2, 4, 200)]
+    assert np.all(np.diff(traces) < 0)
+    # The covariance of x(k - lag) is told by the phase of k: turned back to that of k - lag.
+    turned = np.roll(filter_gains(given, X, 300).smoothed, -(300 % given.schedule.period), axis=0)
+    np.testing.assert_allclose(turned, smoothing_limit(given, X), rtol=1e-7, atol=EQUAL)
+
+
+def test_the_observer_is_its_prediction() -> None:
+    result = multirate.design(CART, periods=(1, 3), goal="h2")
+    assert isinstance(result, multirate.KalmanResult)
+    run, observer = result.filter(lag=2), result.observer()
+    u, y, came = signals(result.problem, 12, lost=0.3)
+    for k in range(len(u)):
+        given = np.where(came[k], y[k], np.nan)
+        np.testing.assert_allclose(run.step(u[k], given).prediction, observer.step(u[k], given), atol=EQUAL)
+    assert run.missed == observer.missed > 0
+
+
+@pytest.mark.parametrize("P0", [None, np.eye(2)])
+@pytest.mark.parametrize(
+    ("u", "y", "message"),
+    [
+        ([1.0], [math.inf, 0], "y must be finite"),
+        ([1.0], [1.0], "y must have 2 entries"),
+        ([1.0], ["a", 0], "y must hold numbers"),
+        ([math.nan], [0, 0], "u must be 1 numbers"),
+        (None, [0, 0], "u must be 1 numbers"),
+    ],
+)
+def test_bad_values_leave_it_as_it_was(P0: Any, u: Any, y: Any, message: str) -> None:
+    result = multirate.design(CART, periods=(1, 3), goal="h2", P0=P0)
+    assert isinstance(result, multirate.KalmanResult)
+    run, other = result.filter(lag=1), result.filter(lag=1)
+    for each in (run, other):
+        each.step([1.0], [0.5, 0.2])
+    with pytest.raises(InvalidInputError, match=message):
+        run.step(u, y)
+    assert run.instant == other.instant
+    for a, b in zip(run.step([1.0], [0.1, None]), other.step([1.0], [0.1, np.nan]), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_covariances_over_time_are_those_of_the_running_filter() -> None:
+    result = multirate.design(CART, periods=(1, 3), goal="h2", P0=P0)
+    assert isinstance(result, multirate.KalmanResult)
+    predicted, filtered = result.covariances(5)
+    run = result.filter()
+    for k in range(5):
+        step = run.step([0.0], [0.0, 0.0])
+        np.testing.assert_allclose(filtered[k], step.covariance, atol=EQUAL)
+        if k < 4:
+            np.testing.assert_allclose(predicted[k + 1], step.predicted_covariance, atol=EQUAL)
+    np.testing.assert_array_equal(predicted[0], P0)
+    steady, _ = multirate.design(CART, periods=(1, 3), goal="h2").covariances(7)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(steady[3:6], steady[:3], atol=EQUAL)
+
+
+@pytest.mark.parametrize("name", cases())
+def test_a_filter_that_has_settled_goes_on_as_the_recursion_does(name: str) -> None:
+    """Over many periods, with two measurements that do not come when all had settled."""
+    given = cases()[name]
+    plant, P = given.plant, np.array(P0)
+    S = plant.B_w @ plant.D.T if plant.correlated else np.zeros((2, 2))
+    Q = plant.drive @ plant.drive.T
+    run, steps = StartingFilter(given, P0), 900
+    with patch.object(starting, "corrected", wraps=starting.corrected) as computed:
+        for k in range(steps):
+            rows = [] if k in (600, 601) else list(given.schedule.measured(k))
+            y = np.where(np.isin([0, 1], rows), 0.3, np.nan)
+            found = run.step([0.0], y).predicted_covariance
+            C, D = plant.C[rows], plant.D[rows]
+            L = (plant.A @ P @ C.T + S[:, rows]) @ np.linalg.inv(C @ P @ C.T + D @ D.T)
+            P = plant.A @ P @ plant.A.T + Q - L @ (C @ P @ plant.A.T + S[:, rows].T)
+            np.testing.assert_allclose(found, P, atol=EQUAL * np.linalg.norm(P))
+    assert computed.call_count < steps
+
+
+@pytest.mark.parametrize("lag", [0, 3])
+def test_its_c_form_is_equal_over_many_steps(lag: int, tmp_path: Path) -> None:
+    given = correlated(problem(CART, (1, 3)), 6)
+    run = KalmanFilter(given, filter_gains(given, kalman_design(given).X, lag))
+    compiled, rng = Compiled(Whole(run), tmp_path), np.random.default_rng(9)  # type: ignore[arg-type]
+    start = rng.standard_normal(2)
+    run.reset(start)
+    compiled.reset(start)
+    for k in range(10_000):
+        u, y = rng.standard_normal(1), np.where(rng.random(2) < 0.2, np.nan, rng.standard_normal(2))
+        answer, found = compiled.step(u, y)
+        step = run.step(u, y)
+        assert answer == 0
+        assert np.allclose(found[:4], [*step.prediction, *step.filtered], rtol=EXACT, atol=EXACT)
+        assert k < lag or np.allclose(found[-2:], step.smoothed, rtol=EXACT, atol=EXACT)
+    assert run.missed > 1000
+
+
+class Whole:
+    """What `Compiled` asks of an observer."""
+
+    def __init__(self, run: KalmanFilter) -> None:
+        self.to_c, self.estimate = run.to_c, np.zeros(2 * (run.lag + 2))
+
+
+@pytest.mark.parametrize("start", [None, P0])
+def test_what_is_handed_out_cannot_change_the_filter(start: Any) -> None:
+    result = multirate.design(CART, periods=(1, 3), goal="h2", P0=start)
+    assert isinstance(result, multirate.KalmanResult)
+    run = result.filter()
+    step = run.step([1.0], [0.5, 0.2])
+    for kept in (step.prediction, step.covariance, step.predicted_covariance):
+        with pytest.raises(ValueError, match="read-only"):
+            kept[0] = 7.0
+    run.estimate[:] = 7.0
+    np.testing.assert_array_equal(run.estimate, step.prediction)
+
+
+def test_gains_for_other_noise_are_noticed() -> None:
+    """What the comparisons above would say of a filter with a slightly wrong covariance."""
+    given = cases()["plain"]
+    louder = replace(given.plant, D=1.01 * given.plant.D)
+    run = StartingFilter(MultirateProblem(louder, given.schedule), P0)
+    run.reset(START)
+    u, y, came = signals(given, 1, lost=0.0)
+    mean, _ = Conditioned(given, START, P0, u)(0, came, y)
+    assert not np.allclose(run.step(u[0], y[0]).filtered, mean, rtol=EQUAL, atol=EQUAL)
+
+
+def test_the_plant_of_the_paper_has_covariances_that_samples_have() -> None:
+    given, rng = problem(PAPER, (2, 3)), np.random.default_rng(3)
+    gains = filter_gains(given, kalman_design(given).X)
+    run, x, errors = KalmanFilter(given, gains), np.zeros(3), []
+    for _ in range(30_000):
+        step = run.step(None, PAPER.C @ x + PAPER.D @ rng.standard_normal(2))
+        errors.append((x - step.filtered) ** 2)
+        x = PAPER.A @ x + PAPER.B_d @ rng.standard_normal(1)
+    wanted = np.mean(np.diagonal(gains.filtered, axis1=1, axis2=2), axis=0)
+    assert np.mean(errors, axis=0) == pytest.approx(wanted, rel=0.08)
