@@ -83,7 +83,7 @@ class DelayResult(GainResult):
         RunningDelayObserver
             Its `step` returns the estimate at the same instant.
         """
-        return RunningDelayObserver(self.system, self.operators, dt=dt, order=self.order)
+        return RunningDelayObserver(self.system, self.operators, dt=dt, order=self.order).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The estimation error from w to z^ - z, histories collocated at `order` + 1 points.

@@ -61,7 +61,7 @@ class MultirateResult(GainResult):
             Phase(plant.A - L @ plant.C, plant.B_u, L, np.eye(plant.order), due)
             for L, due in zip(used, schedule.mask, strict=True)
         ]
-        return PeriodicObserver(phases, plant.C)
+        return PeriodicObserver(phases, plant.C).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The observer over one period N of the schedule.

@@ -111,7 +111,7 @@ class NonuniformResult(GainResult):
         RunningFilter
             One step for each sample; see there for samples that do not come.
         """
-        return RunningFilter(self.filter)
+        return RunningFilter(self.filter).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The filter from y to z^.

@@ -65,7 +65,7 @@ class InnovationsResult(GainResult):
         InnovationsObserver
             Its `step(u, y)` returns the estimate at the same instant.
         """
-        return running(self.gains_of, dt)
+        return running(self.gains_of, dt).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The estimation error from w to z - z^, each delay by `order` Legendre moments.

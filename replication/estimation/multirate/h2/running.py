@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.c_code import c_source
+from replication.estimation.api.forms.portable import NOT_GIVEN, Portable
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.running import vector
 from replication.estimation.multirate.h2.filtering import FilterGains, read_only
@@ -54,7 +55,7 @@ class KalmanStep(NamedTuple):
     smoothed_covariance: Array
 
 
-class RunningKalman(ABC):
+class RunningKalman(Portable, ABC):
     """A filter of a plant with its schedule; `instant` counts steps, `missed` the measurements that did not come."""
 
     def __init__(self, problem: MultirateProblem, lag: int) -> None:
@@ -92,14 +93,14 @@ class RunningKalman(ABC):
         self._begin()
         return np.array(start)
 
-    def step(self, u: Any, y: Any) -> KalmanStep:
+    def step(self, u: Any, y: Any = NOT_GIVEN) -> KalmanStep:
         """Take what is known at the present instant and go on to the next.
 
         Parameters
         ----------
-        u : array (m,), or None
-            Known inputs u(k); None if the plant has none.
-        y : array (q,), or None
+        u : array (m,), dict, or None
+            Known inputs u(k); None if the plant has none. Alone, a dict of inputs and measurements by name.
+        y : array (q,), dict, or None
             Measurements y(k) of all sensors; only those that are due are looked at. None or NaN where one did not come.
 
         Returns
@@ -110,8 +111,10 @@ class RunningKalman(ABC):
         Raises
         ------
         InvalidInputError
-            Another length, text, or infinities; the filter is then as before.
+            Another length or name, text, or infinities; the filter is then as before.
         """
+        if y is NOT_GIVEN or isinstance(u, dict) or isinstance(y, dict):
+            u, y = self._by_name(u, y)
         phase = self.instant % len(self._mask)
         measured = vector("y", y, self._sizes[2])
         driven = self._driven(u)
