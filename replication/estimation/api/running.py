@@ -165,7 +165,7 @@ class PeriodicObserver(RunningObserver):
         return c_source(name, comment, self.phases, self.output, self.states)
 
     def to_statespace(self) -> control.StateSpace:
-        """From u and y of all instants of a period to x^ at these instants; y of sensors that are not due has no effect.
+        """From u and y of all instants of a period to x^ at these instants; a sensor that is not due has no effect.
 
         Returns
         -------

@@ -100,6 +100,21 @@ class DelayResult(GainResult):
         outputs = [f"error of {name}" for name in self.signals.outputs]
         return control.StateSpace(error.a, error.b, error.c, feedthrough, outputs=outputs)
 
+    def estimator(self, dt: float) -> control.StateSpace:
+        """The observer on sampled measurements, as `observer(dt)` runs, from known inputs and y to x^.
+
+        Parameters
+        ----------
+        dt : float
+            Sampling period of the measurements, s.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time; its states are what the observer remembers. It starts from rest with a first sample of zero.
+        """
+        return self.observer(dt).to_statespace()
+
     def panels(self) -> tuple[Panel, ...]:
         """The gain of the error over the frequency, beside the guaranteed level."""
         error, omega = error_system(self.system, self.operators, self.order), _frequencies(self.system)

@@ -85,6 +85,16 @@ class DualRateResult(GainResult):
         lifted.set_outputs(each_instant(self.signals.measurements, ratio))
         return lifted
 
+    def estimator(self) -> control.StateSpace:
+        """The observer over one period of its schedule, from the known inputs and y of all instants to x^.
+
+        Returns
+        -------
+        control.StateSpace
+            Sampling period N dt; `@k` is added to the names for instant k if N > 1. It is what `observer()` does.
+        """
+        return self.observer().to_statespace()
+
     def panels(self) -> tuple[Panel, ...]:
         """The gain from noise to output over the frequency, with its supremum."""
         frequencies, gains = gain_curve(noise_to_output(self.loop), self.loop.design.slow_period)

@@ -82,6 +82,16 @@ class MultirateResult(GainResult):
         lifted.set_states(list(self.signals.states))
         return lifted
 
+    def estimator(self) -> control.StateSpace:
+        """The observer over one period of its schedule, from the known inputs and y of all instants to x^.
+
+        Returns
+        -------
+        control.StateSpace
+            Sampling period N dt; `@k` is added to the names for instant k if N > 1. It is what `observer()` does.
+        """
+        return self.observer().to_statespace()
+
     def panels(self) -> tuple[Panel, ...]:
         """The gain over the frequency, with the guaranteed level."""
         duration = self.problem.plant.dt * self.problem.schedule.period

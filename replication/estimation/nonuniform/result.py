@@ -64,6 +64,20 @@ class RunningFilter(RunningObserver):
         phase = Phase(self.filter.A, inputs, self.filter.B, self.filter.C, due)
         return c_source(name, comment, [phase], None, self.states)
 
+    def to_statespace(self) -> control.StateSpace:
+        """The filter from y to z^, at its samples.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time, with an unspecified period (True).
+        """
+        system = self.filter.to_statespace()
+        if self.signals is not None:
+            system.set_inputs(list(self.signals.measurements))
+            system.set_outputs([f"estimate of {name}" for name in self.signals.outputs])
+        return system
+
     def _begin(self, start: Array) -> None:
         self._state = start
 
@@ -121,11 +135,20 @@ class NonuniformResult(GainResult):
         control.StateSpace
             Discrete-time; its dt is the sampling period if there is only one, else unspecified (True).
         """
-        constant = self.periods.h_l == self.periods.h_u
-        system = self.filter.to_statespace(self.periods.h_l if constant else True)
-        system.set_inputs(list(self.signals.measurements))
-        system.set_outputs([f"estimate of {name}" for name in self.signals.outputs])
+        system = self.observer().to_statespace()
+        if self.periods.h_l == self.periods.h_u:
+            system.dt = self.periods.h_l
         return system
+
+    def estimator(self) -> control.StateSpace:
+        """The filter from y to z^; the same as `to_statespace`.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time; see there.
+        """
+        return self.to_statespace()
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain at constant sampling periods over the range, beside the bracket over all sequences."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from replication.errors import InvalidInputError
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.signals import Signals, each_instant
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
@@ -14,6 +15,9 @@ from replication.estimation.validation import Array
 
 if TYPE_CHECKING:
     import control
+
+MOST_STATES = 2000
+"""Of a linear system that a user is given."""
 
 
 def statespace(phases: Sequence[Phase], signals: Signals | None) -> control.StateSpace:
@@ -28,25 +32,32 @@ def statespace(phases: Sequence[Phase], signals: Signals | None) -> control.Stat
     if dt is None:
         system.dt = True
     if signals is not None:
-        named(system, signals, len(phases))
+        _name(system, signals, len(phases))
     return system
 
 
-def single(A: Array, B: Array, C: Array, D: Array, dt: float, signals: Signals | None) -> control.StateSpace:
-    """A system with one step `dt`, from (u, y) to x^."""
+def require_small(states: int) -> None:
+    """Raise InvalidInputError if a linear system of so many states is of no use."""
+    if states > MOST_STATES:
+        raise InvalidInputError(
+            f"as a linear system the observer has {states} states, more than {MOST_STATES}; choose a longer dt"
+        )
+
+
+def single(following: Array, estimate: Array, dt: float, signals: Signals | None) -> control.StateSpace:
+    """One step of `dt`: rows of the following state and of x^, columns of the state and of (u, y)."""
     import control
 
-    system = control.StateSpace(A, B, C, D, dt)
+    n = len(following)
+    made = control.StateSpace(following[:, :n], following[:, n:], estimate[:, :n], estimate[:, n:], dt)
     if signals is not None:
-        named(system, signals, 1)
-    return system
+        _name(made, signals, 1)
+    return made
 
 
-def named(system: control.StateSpace, signals: Signals, count: int) -> None:
+def _name(system: control.StateSpace, signals: Signals, count: int) -> None:
     """Names of inputs, measurements and estimates, `@k` for instant k of several."""
     inputs = [*signals.inputs, *signals.measurements]
-    # An observer estimates the states; a filter (4) estimates the outputs alone.
-    whole = system.noutputs == len(signals.states) * count
-    outputs = [f"estimate of {name}" for name in (signals.states if whole else signals.outputs)]
+    outputs = [f"estimate of {name}" for name in signals.states]
     system.set_inputs(each_instant(inputs, count) if count > 1 else inputs)
     system.set_outputs(each_instant(outputs, count) if count > 1 else outputs)
