@@ -19,6 +19,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.c_code import c_source
+from replication.estimation.api.forms.matlab import matlab_source
 from replication.estimation.api.forms.portable import NOT_GIVEN, Portable
 from replication.estimation.api.forms.statespace import statespace
 from replication.estimation.api.phase import Phase
@@ -163,6 +164,11 @@ class PeriodicObserver(RunningObserver):
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """As in `RunningObserver`; a missing measurement is replaced there, too."""
         return c_source(name, comment, self.phases, self.output, self.states)
+
+    def to_matlab(self, name: str = "observer", comment: str = "") -> str:
+        """As in `RunningObserver`; a missing measurement is replaced there, too."""
+        expected = [self.output @ phase.readout for phase in self.phases]
+        return matlab_source(name, comment, self.phases, expected, self.states)
 
     def to_statespace(self) -> control.StateSpace:
         """From u and y of all instants of a period to x^ at these instants; a sensor that is not due has no effect.

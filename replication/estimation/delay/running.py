@@ -114,7 +114,7 @@ class RunningDelayObserver(RunningObserver):
     def _between(self, column: Array) -> Array:
         """One measurement at all points of all histories, from its samples, newest first."""
         ages = -self._net.points[None, :] * np.array(self._system.delays)[:, None] / self.dt
-        return np.interp(ages.ravel(), np.arange(len(column)), column)
+        return np.asarray(np.interp(ages.ravel(), np.arange(len(column)), column))
 
 
 def injection(values: GainValues, net: Grid) -> Array:

@@ -13,6 +13,7 @@ from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.c_code import c_source
+from replication.estimation.api.forms.matlab import matlab_source
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.running import RunningObserver
@@ -60,9 +61,15 @@ class RunningFilter(RunningObserver):
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """As in `RunningObserver`; where no sample comes the filter waits, and a part of one is refused."""
+        return c_source(name, comment, [self._phase()], None, self.states)
+
+    def to_matlab(self, name: str = "observer", comment: str = "") -> str:
+        """As in `RunningObserver`; where no sample comes the filter waits, and a part of one is refused."""
+        return matlab_source(name, comment, [self._phase()], None, self.states)
+
+    def _phase(self) -> Phase:
         inputs, due = np.zeros((self.states, 0)), np.ones(self.measurements, dtype=bool)
-        phase = Phase(self.filter.A, inputs, self.filter.B, self.filter.C, due)
-        return c_source(name, comment, [phase], None, self.states)
+        return Phase(self.filter.A, inputs, self.filter.B, self.filter.C, due)
 
     def to_statespace(self) -> control.StateSpace:
         """The filter from y to z^, at its samples.

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.c_code import c_source
+from replication.estimation.api.forms.matlab import matlab_source
 from replication.estimation.api.forms.portable import NOT_GIVEN, Portable
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.running import vector
@@ -217,6 +218,16 @@ class KalmanFilter(RunningKalman):
             `NAME_step` writes x^(k+1|k), then x^(k|k), x^(k-1|k) and so on to x^(k-lag|k), of n numbers each; those of
             instants before the first are without meaning.
         """
+        phases, output = self._recursion()
+        return c_source(name, comment, phases, output, self._sizes[0])
+
+    def to_matlab(self, name: str = "kalman", comment: str = "") -> str:
+        """The filter as a MATLAB function; its estimate is laid out as in `to_c`."""
+        phases, output = self._recursion()
+        return matlab_source(name, comment, phases, [output] * len(phases), self._sizes[0])
+
+    def _recursion(self) -> tuple[list[Phase], Array]:
+        """One phase for each instant, of the state (x^(k+1|k), x^(k|k), ..., x^(k-lag|k)), and C on that."""
         n, _, q = self._sizes
         blocks = self.lag + 2
         output = np.hstack([self._C, np.zeros((q, n * (blocks - 1)))])
@@ -227,4 +238,4 @@ class KalmanFilter(RunningKalman):
             transition[:n, :n] += self._A
             known = np.vstack([self._B, np.zeros((n * (blocks - 1), self._B.shape[1]))])
             phases.append(Phase(transition, known, injection, np.eye(n * blocks), due))
-        return c_source(name, comment, phases, output, n)
+        return phases, output
