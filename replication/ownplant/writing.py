@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from html import escape
 from inspect import signature
 from pathlib import Path
@@ -90,11 +91,10 @@ def running_files(result: Any, name: str, title: str) -> dict[str, bytes]:
     if any(asked.default is asked.empty for asked in signature(result.observer).parameters.values()):
         return {}
     observer, comment = result.observer(), f"{title}: {result.method} observer"
-    # A MATLAB function is called by the name of its file.
-    forms = (
-        lambda: observer.to_json(),
-        lambda: observer.to_c(name, comment),
-        lambda: observer.to_matlab("observer", comment),
+    forms: tuple[Callable[[], str], ...] = (
+        observer.to_json,
+        partial(observer.to_c, name, comment),
+        partial(observer.to_matlab, "observer", comment),  # it is called by the name of its file
     )
     found = {}
     for file, form in zip(RUNNING, forms, strict=True):
