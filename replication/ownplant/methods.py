@@ -13,7 +13,22 @@ from typing import TYPE_CHECKING, Any
 
 from replication.errors import InvalidInputError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.ownplant.fields import Field, Kind, Option, listed, matrix, offsets, positive, two, up_to, whole
+from replication.estimation.multirate import losses
+from replication.ownplant.fields import (
+    Field,
+    Kind,
+    Option,
+    age,
+    listed,
+    matrix,
+    natural,
+    offsets,
+    positive,
+    probability,
+    two,
+    up_to,
+    whole,
+)
 from replication.ownplant.searching import every_core
 
 if TYPE_CHECKING:
@@ -46,33 +61,77 @@ COVARIANCES = {"Q", "R", "S"}
 """Keys of a plant whose noise is given by covariances."""
 
 
+LOSSES = ("misses", "lost", "burst", "packets")
+"""Options that make a model of losses, for which `multirate.losses.design` finds gains."""
+
+
 def _multirate(values: Values, *, timings: Any = None, **options: Any) -> GainResult:
     """All timings are searched on every core, and kept in the directory `timings`."""
-    matrices = {name: value for name, value in values.items() if name not in ("P0", "goal")}
-    if COVARIANCES.isdisjoint(values) and {"B_d", "D"} <= values.keys():
-        plant = multirate.MultiratePlant(**matrices)
-    else:
-        plant = multirate.MultiratePlant.from_covariances(**matrices)
+    model = _losses(options)
+    options = {name: value for name, value in options.items() if name not in LOSSES}
+    plant = _sampled(values)
     # What the command line says counts more than the file.
     options = {name: values[name] for name in ("P0", "goal") if name in values} | options
-    if options.get("offsets") == "best" and options.get("goal") != "h2":
+    if "latency" in values:
+        options.setdefault("latency", [age / values.get("dt", 1.0) for age in values["latency"]])
+    if options.get("offsets") == "best" and options.get("goal") != "h2" and "latency" not in options:
         apply = partial(every_core, store=timings)
         options["offsets"] = multirate.search_timing(plant, options["periods"], apply=apply).best
-    return multirate.design(plant, **options)
+    best = multirate.design(plant, **options)
+    return best if model is None else losses.design(best, model)
+
+
+def _sampled(values: Values) -> Any:
+    """The plant of the file, in discrete time or, with A_c, in continuous time."""
+    given = {name: value for name, value in values.items() if name not in ("P0", "goal", "latency")}
+    if "A_c" in given:
+        if "A" in given or "dt" not in given or "S" in given:
+            raise InvalidInputError("A_c needs the base period dt (s), and takes the place of A; S goes with A alone")
+        return multirate.ContinuousPlant(A=given.pop("A_c"), **given)
+    if COVARIANCES.isdisjoint(values) and {"B_d", "D"} <= values.keys():
+        return multirate.MultiratePlant(**given)
+    return multirate.MultiratePlant.from_covariances(**given)
+
+
+def _losses(options: Values) -> Any:
+    """The model of losses that the options give; None without one."""
+    misses, lost, burst = (options.get(name) for name in LOSSES[:3])
+    together = options.get("packets") == "together"
+    if misses is not None and (lost is not None or burst is not None):
+        raise InvalidInputError("give misses, for the worst case, or lost, for the mean error, but not both")
+    if burst is not None and lost is None:
+        raise InvalidInputError(
+            "burst is the probability of a loss after a loss; give lost, that after an arrival, too"
+        )
+    if misses is not None:
+        return losses.InARow(misses, together=together)
+    if lost is None:
+        return None
+    return (
+        losses.Independent(lost, together=together) if burst is None else losses.Markov(lost, burst, together=together)
+    )
 
 
 def _nonuniform(values: Values, **options: Any) -> GainResult:
     return nonuniform.design(nonuniform.SampledPlant(**values), **options)
 
 
+WEIGHTS = ("state_weight", "input_weight", "process_noise", "sensor_noise")
+
+
 def _dualrate(values: Values, **options: Any) -> GainResult:
     """The loop with the gains K and L of the file, or with designed ones if it has none."""
     plant = dualrate.make_plant(values["A"], values["B"], values["C"])
+    weights = {name: values[name] for name in WEIGHTS if name in values}
+    if len(options["ratio"]) == 1:
+        (options["ratio"],) = options["ratio"]
     if ("K" in values) != ("L" in values):
         raise InvalidInputError("the file has one of K and L; give both gains, or none to have them designed")
-    if "K" in values:
-        return dualrate.analyse(plant, feedback=values["K"], injection=values["L"], **options)
-    return dualrate.design(plant, **options)
+    if "K" not in values:
+        return dualrate.design(plant, **weights, **options)
+    if unused := [*weights, *(name for name in ("at", "goal", "level", "hold") if name in options)]:
+        raise InvalidInputError(f"{', '.join(unused)}: for a design; the file has gains K and L, so leave either out")
+    return dualrate.analyse(plant, feedback=values["K"], injection=values["L"], **options)
 
 
 PLAIN = {"A0", "A", "delays", "B", "C10", "C1", "C2"}
@@ -97,9 +156,12 @@ METHODS: Mapping[str, Method] = {
             "multirate",
             "sensors with different periods, in discrete time",
             (
-                matrix("A", "n", "n", "x+ = A x + B_u u + B_d d"),
+                matrix("A", "n", "n", "x+ = A x + B_u u + B_d d", instead="A_c"),
+                matrix(
+                    "A_c", "n", "n", "x' = A_c x + B_u u + B_d d, in place of A: inputs held over dt", required=False
+                ),
                 matrix("B_d", "n", "m", "process noise d (the identity if Q is given)", instead="Q"),
-                matrix("C", "q", "n", "sensors, y = C x + D w"),
+                matrix("C", "q", "n", "sensors, y = C x + D_u u + D w"),
                 matrix("D", "q", "w", "sensor noise w, or give R", instead="R"),
                 matrix("Q", "m", "m", "covariance of d (the identity)", required=False),
                 matrix("R", "q", "q", "covariance of the sensor noise, in place of D", required=False),
@@ -107,6 +169,8 @@ METHODS: Mapping[str, Method] = {
                 matrix("P0", "n", "n", "covariance of the error of the start, for the goal h2", required=False),
                 matrix("W", "z", "n", "weight of the error (identity)", required=False),
                 matrix("B_u", "n", "u", "known inputs (none)", required=False),
+                matrix("D_u", "q", "u", "known inputs in the measurements (zero)", required=False),
+                Field("latency", Kind.AGES, ("q",), False, "age of a sample when it is used, in s (zeros)"),
                 Field("dt", Kind.TIME, (), required=False, meaning="base period in s (1)"),
                 Field("goal", Kind.WORD, (), required=False, meaning="hinf, h2 or mixed (hinf); as the option"),
             ),
@@ -121,6 +185,11 @@ METHODS: Mapping[str, Method] = {
                     "least worst-case gain, least mean error (Kalman), or between both (hinf)",
                     choices=("hinf", "h2", "mixed"),
                 ),
+                Option("latency", listed(age), "L,L", "age of the samples of each sensor when used, in base periods"),
+                Option("misses", listed(natural), "M,M", "samples lost in a row at most: gains and level for them"),
+                Option("lost", listed(probability), "P,P", "probability of a loss (after an arrival, with --burst)"),
+                Option("burst", listed(probability), "P,P", "probability of a loss after a loss"),
+                Option("packets", str, None, "how samples of one instant travel", choices=("separate", "together")),
             ),
             _multirate,
         ),
@@ -151,10 +220,18 @@ METHODS: Mapping[str, Method] = {
                 matrix("C", "q", "n", "sensor, y = C x"),
                 matrix("K", "u", "n", "feedback u = K x^ (linear-quadratic)", required=False),
                 matrix("L", "n", "q", "observer gain (Kalman)", required=False),
+                matrix("state_weight", "n", "n", "Q of x'Qx + u'Ru (C'C)", required=False),
+                matrix("input_weight", "u", "u", "R of x'Qx + u'Ru (identity)", required=False),
+                matrix("process_noise", "n", "n", "its intensity (BB')", required=False),
+                matrix("sensor_noise", "q", "q", "intensity, or --at slow: covariance of a reading", required=False),
             ),
             (
                 Option("period", positive, "T", "fast period of the input in s", required=True),
-                Option("ratio", up_to(2_000), "M", "the sensor delivers every M T", required=True),
+                Option("ratio", listed(up_to(2_000)), "M", "the sensor delivers every M T; or M,M", required=True),
+                Option("at", str, None, "where gains are designed (continuous)", choices=("continuous", "slow")),
+                Option("goal", str, None, "of a design at the slow rate (h2)", choices=("h2", "hinf")),
+                Option("level", positive, "G", "a level to keep, with --goal hinf (1 % above the least)"),
+                Option("hold", listed(up_to(2_000)), "M,M", "--at slow: inputs change every M T (1)"),
                 Option("observer", str, "NAME", "what fills the instants between (running_prediction)"),
             ),
             _dualrate,

@@ -68,7 +68,7 @@ def test_a_used_observer_is_written_as_it_began(tmp_path: Path) -> None:
         ({"observer": "api.phase:Phase"}, "no running observer"),
         ({"observer": "..files:write_directory"}, "not known"),
         ({"made_with": {}}, "not whole"),
-        ({"made_with": {"phases": 3, "output": 4}}, "not whole"),
+        ({"made_with": {"phases": 3, "expected": 4}}, "not whole"),
         ({"signals": {"states": []}}, "not whole"),
     ],
 )
@@ -133,6 +133,6 @@ def test_names_that_do_not_fit_are_refused(given: tuple[Any, ...], words: str) -
 
 def test_without_names_values_come_in_order() -> None:
     observer = OBSERVERS["multirate"]()
-    bare = PeriodicObserver(observer.phases, observer.output)
+    bare = PeriodicObserver(observer.phases, observer.expected)
     with pytest.raises(InvalidInputError, match="has no names"):
         bare.step({"encoder": 1.0})

@@ -58,7 +58,7 @@ end
 """
 )
 COMPLETED = """\
-guess = expected{k} * state;
+guess = expected{k} * state$through;
 lost_so_far = lost_so_far + sum(isnan(y) & due{k});
 left_out = isnan(y) | ~due{k};
 y(left_out) = guess(left_out);"""
@@ -78,7 +78,12 @@ end"""
 
 
 def matlab_source(
-    name: str, comment: str, phases: Sequence[Phase], expected: Sequence[Array] | None, starts: int
+    name: str,
+    comment: str,
+    phases: Sequence[Phase],
+    expected: Sequence[Array] | None,
+    starts: int,
+    direct: Array | None = None,
 ) -> str:
     """The recursion o+ = transition o + input u + injection y, x^ = readout o, phase after phase.
 
@@ -91,10 +96,12 @@ def matlab_source(
     phases : sequence of Phase
         One for each instant of the period.
     expected : sequence of array (q, N), optional
-        At each instant what a missing measurement is replaced by, expected o; without it the observer waits for the
-        next sample.
+        At each instant what a missing measurement is replaced by, expected o + direct u; without it the observer waits
+        for the next sample.
     starts : int
         Length of the start; the other entries of o begin at zero.
+    direct : array (q, m), optional
+        Effect of the known inputs on the measurements.
 
     Raises
     ------
@@ -106,10 +113,12 @@ def matlab_source(
             f"name must be one of a MATLAB function (letters, digits and _, at most 31, no reserved word), got {name!r}"
         )
     inputs = phases[0].input.shape[1]
-    tables = ""
+    tables, through = "", direct is not None and bool(np.any(direct))
     if expected is not None:
         due = [phase.due[:, None] for phase in phases]
-        tables = f"expected = {_cells(expected)};\ndue = {_cells(due)};\n"
+        if through and direct is not None:
+            tables = f"direct = {_cells([direct])};\n"
+        tables += f"expected = {_cells(expected)};\ndue = {_cells(due)};\n"
     return SOURCE.substitute(
         name=name,
         upper=name.upper(),
@@ -125,7 +134,9 @@ def matlab_source(
         known=f"drive = {_cells([phase.input for phase in phases])};\n" if inputs else "",
         tables=tables,
         driven=" + drive{k} * u" if inputs else "",
-        measured=Template(WAITING if expected is None else COMPLETED).substitute(name=name),
+        measured=Template(WAITING if expected is None else COMPLETED).substitute(
+            name=name, through=" + direct{1} * u" if through else ""
+        ),
     )
 
 

@@ -58,6 +58,6 @@ def single(following: Array, estimate: Array, dt: float, signals: Signals | None
 def _name(system: control.StateSpace, signals: Signals, count: int) -> None:
     """Names of inputs, measurements and estimates, `@k` for instant k of several."""
     inputs = [*signals.inputs, *signals.measurements]
-    outputs = [f"estimate of {name}" for name in signals.states]
+    outputs = [f"estimate of {name}" for name in signals.states[: system.noutputs // count]]
     system.set_inputs(each_instant(inputs, count) if count > 1 else inputs)
     system.set_outputs(each_instant(outputs, count) if count > 1 else outputs)
