@@ -26,12 +26,12 @@ class Portable:
     """
 
     signals: Signals | None = None
-    _given: tuple[tuple[Any, ...], dict[str, Any]]
+    _made_with: tuple[tuple[Any, ...], dict[str, Any]]
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Self:
         """Remember the arguments."""
         made = super().__new__(cls)
-        made._given = args, kwargs
+        made._made_with = args, kwargs
         return made
 
     def named(self, signals: Signals | None) -> Self:
@@ -58,7 +58,7 @@ class Portable:
         str
             JSON with a format and its version; numbers read back exactly. The loaded observer stands at instant 0.
         """
-        args, kwargs = self._given
+        args, kwargs = self._made_with
         return file_text(type(self), encoded(self, args, kwargs), self.signals)
 
     def to_mat(self) -> bytes:
@@ -69,7 +69,7 @@ class Portable:
         bytes
             The same every time; variables are named after the fields in `to_json`, with `_1`, `_2` for phases.
         """
-        args, kwargs = self._given
+        args, kwargs = self._made_with
         return to_mat(arrays_in(encoded(self, args, kwargs)))
 
     def to_matlab(self, name: str = "observer", comment: str = "") -> str:
