@@ -60,4 +60,5 @@ def _name(system: control.StateSpace, signals: Signals, count: int) -> None:
     inputs = [*signals.inputs, *signals.measurements]
     outputs = [f"estimate of {name}" for name in signals.states[: system.noutputs // count]]
     system.set_inputs(each_instant(inputs, count) if count > 1 else inputs)
-    system.set_outputs(each_instant(outputs, count) if count > 1 else outputs)
+    if len(outputs) * count == system.noutputs:  # a controller's outputs are more than the states
+        system.set_outputs(each_instant(outputs, count) if count > 1 else outputs)
