@@ -51,6 +51,8 @@ def decoded(value: Any) -> Any:
             raise InvalidInputError(f"an array of kind {kind!r} and order {order!r} is not known")
         entries = np.array(value["array"], dtype=kind).reshape(value["shape"])
         return np.array(entries, order=order)
+    if "number" in value:
+        return float(value["number"])
     record = class_named(value["record"])
     if not is_dataclass(record):
         raise InvalidInputError(f"{value['record']} is no record")
@@ -81,6 +83,8 @@ def arrays_in(value: Any, name: str = "") -> dict[str, Array]:
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, float) and not np.isfinite(value):
+        return {"number": str(float(value))}  # JSON has no NaN
     if value is None or isinstance(value, (bool, int, float, str)):
         return value.item() if isinstance(value, np.generic) else value
     if isinstance(value, np.generic):
@@ -91,7 +95,10 @@ def _plain(value: Any) -> Any:
         # The order in memory decides in which order products are summed.
         order = "F" if value.flags.f_contiguous and not value.flags.c_contiguous else "C"
         kind = KINDS[value.dtype.kind]
-        return {"array": value.tolist(), "shape": list(value.shape), "kind": kind, "order": order}
+        entries = value
+        if value.dtype.kind == "f" and not np.isfinite(value).all():
+            entries = np.where(np.isfinite(value), value.astype(object), value.astype(str))
+        return {"array": entries.tolist(), "shape": list(value.shape), "kind": kind, "order": order}
     if isinstance(value, (list, tuple)):
         return [_plain(part) for part in value]
     if is_dataclass(value) and type(value).__module__.startswith(ROOM):
