@@ -12,6 +12,7 @@ import os
 import sys
 import traceback
 from collections.abc import Sequence
+from importlib import metadata
 from pathlib import Path
 
 from replication import commands
@@ -38,6 +39,7 @@ EXAMPLES = """examples:
                                          gains for a plant of your own, and what they guarantee
 
 """
+DISTRIBUTION = "slow-sensor-replication"
 TRACEBACK = "REPLICATION_TRACEBACK"
 """A variable of the environment: if it is set, an unforeseen error shows where it came from."""
 LONGEST = 500
@@ -75,6 +77,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
+def _version() -> str:
+    """Of the installed distribution; a copy of the sources that is not installed has none."""
+    try:
+        return metadata.version(DISTRIBUTION)
+    except metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
 def _fault(error: Exception) -> str:
     """What to say of an error that nobody foresaw, on one line."""
     if isinstance(error, MemoryError):
@@ -94,6 +104,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="replication", description=DESCRIPTION, epilog=EXAMPLES + EXIT_CODES, formatter_class=style
     )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {_version()}")
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
     for name in commands.NAMES:
         command = commands.load(name)

@@ -7,12 +7,14 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 
 import pytest
 from lab import Lab, hear_interruptions, make_lab
 
 from replication import commands
+from replication.cli import main
 
 HEAVY = ("numpy", "scipy", "matplotlib", "cvxpy", "control", "joblib", "jinja2", "rich", "msgspec")
 
@@ -373,3 +375,11 @@ def test_a_module_without_a_paper_is_named(lab: Lab) -> None:
     done = lab.cli("run")
     assert done.returncode == 2
     assert "papers/other2021 must define PAPER" in done.stderr
+
+
+def test_the_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    declared = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert capsys.readouterr().out == f"replication {declared['version']}\n"

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from replication.ownplant.reading import PlantFile
 
 TEXT = "design an estimator for a plant of your own, given in a file"
-NOTES = """The plant file is TOML; `replication design METHOD --help` lists its keys. Gains (JSON, MATLAB, C), a figure
-and a page go to ./NAME-METHOD/, NAME being that of the file; they appear at once or not at all. If no estimator is
+NOTES = """The plant file is TOML; `replication design METHOD --help` lists its keys. Gains and the
+observer that runs (each as JSON, MATLAB, C), a figure and a page go to ./NAME-METHOD/, NAME being that of the file;
+they appear at once or not at all. If no estimator is
 found the exit code is 3. With --certificate the verifier proves what it can of the design, and
 NAME-METHOD.certificate.json lies beside the gains; `python -m replication verify FILE` checks it again.
 

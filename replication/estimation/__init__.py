@@ -1,1 +1,12 @@
-"""The theory: plants, designs, norms. Knows no paper, no file and no plot."""
+"""The theory: plants, designs, norms. Knows no paper and no plot; `load` reads the file of a running observer."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from replication.estimation.api.forms.loading import load
+else:
+    from replication.estimation.lazy import lazy
+
+    __getattr__ = lazy(__name__, {"api.forms.loading": "load"})
+
+__all__ = ["load"]

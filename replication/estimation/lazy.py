@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import importlib
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
 
 def lazy(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
-    """The `__getattr__` of `package`: the names of each module, given as {"module": "name name"} relative to it."""
+    """The `__getattr__` of `package`: the names of each module, given as {"module": "name name"} relative to it.
+
+    `dir` and `help` then show these names, and not what the package needs for itself.
+    """
     homes = {name: module for module, taken in modules.items() for name in taken.split()}
 
     def attribute(name: str) -> Any:
@@ -16,4 +20,6 @@ def lazy(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         return getattr(importlib.import_module(f".{homes[name]}", package), name)
 
+    held = vars(sys.modules[package])
+    held["__dir__"] = lambda: sorted({*homes, *(name for name in held if name.startswith("__"))})
     return attribute

@@ -1,11 +1,14 @@
-"""Writes a design into a directory: gains as JSON, MATLAB file and C header, the figure, and the page."""
+"""Writes a design into a directory: gains in three forms, the observer in three that run, the figure, and the page."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from html import escape
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +22,8 @@ from replication.files import write_directory
 from replication.ownplant.reading import PlantFile
 
 FILES = ("gains.json", "gains.mat", "gains.h", "figure.svg", "index.html")
+RUNNING = ("observer.json", "observer.c", "observer.m")
+"""Beside FILES where the observer runs at periods that the design knows, each if it has that form."""
 STYLE = """
 body { font: 1rem/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #1c1f23;
        background: #fff }
@@ -34,7 +39,7 @@ MAX_PRINTED = 60
 def require_free(directory: Path, *, replace: bool, proof: str = "") -> None:
     """Raise InvalidInputError unless `directory` can be made, or `replace` and holds nothing but an earlier design.
 
-    proof: the name of the file that a design with a certificate has beside FILES.
+    proof: the name of the file that a design with a certificate has, too.
     """
     nearest = next((path for path in directory.absolute().parents if path.exists()), directory)
     if not nearest.is_dir() or not os.access(nearest, os.W_OK | os.X_OK):
@@ -45,7 +50,7 @@ def require_free(directory: Path, *, replace: bool, proof: str = "") -> None:
         raise InvalidInputError(f"{directory} exists; choose another --output, or --force to replace an earlier design")
     if directory.is_symlink() or not directory.is_dir():
         raise InvalidInputError(f"{directory} is no directory; choose another --output")
-    others = sorted(path.name for path in directory.iterdir() if path.name not in (*FILES, proof))
+    others = sorted(path.name for path in directory.iterdir() if path.name not in (*FILES, *RUNNING, proof))
     if others:
         raise InvalidInputError(
             f"{directory} holds more than a design ({', '.join(others[:3])}); choose another --output"
@@ -67,21 +72,38 @@ def with_names(result: GainResult, given: Mapping[str, tuple[str, ...]]) -> Gain
 def write_design(
     directory: Path, plant: PlantFile, result: GainResult, call: str, proof: Mapping[str, bytes] | None = None
 ) -> None:
-    """All of FILES and of `proof`, files by name, or none: they appear under their name at once."""
-    more = dict(proof or {})
-    name = plant.name.replace("-", "_")[:20] + "_" + plant.method
+    """All of FILES, RUNNING and `proof`, files by name, or none: they appear under their name at once."""
+    name = (plant.name.replace("-", "_")[:20] + "_" + plant.method)[:31]
+    more = running_files(result, name, plant.title) | dict(proof or {})
     figure = draw_svg(result.panels(), "figure")
     write_directory(
         directory,
         {
             "gains.json": result.to_json().encode(),
             "gains.mat": result.to_mat(),
-            "gains.h": result.to_c_header(name[:31]).encode(),
+            "gains.h": result.to_c_header(name).encode(),
             "figure.svg": figure.encode(),
             "index.html": page(plant.title, result, figure, call, (*FILES[:-1], *more)).encode(),
             **more,
         },
     )
+
+
+def running_files(result: Any, name: str, title: str) -> dict[str, bytes]:
+    """RUNNING by name, without the forms that the observer does not have; none if it asks for a sampling period."""
+    if any(asked.default is asked.empty for asked in signature(result.observer).parameters.values()):
+        return {}
+    observer, comment = result.observer(), f"{title}: {result.method} observer"
+    forms: tuple[Callable[[], str], ...] = (
+        observer.to_json,
+        partial(observer.to_c, name, comment),
+        partial(observer.to_matlab, "observer", comment),  # it is called by the name of its file
+    )
+    found = {}
+    for file, form in zip(RUNNING, forms, strict=True):
+        with suppress(InvalidInputError):
+            found[file] = form().encode()
+    return found
 
 
 def page(title: str, result: GainResult, figure: str, call: str, files: tuple[str, ...]) -> str:

@@ -23,12 +23,13 @@ import scipy.io
 
 from replication.cli import main
 from replication.errors import InvalidInputError
+from replication.estimation import load
 from replication.estimation.multirate import MultiratePlant, design, search_timing
 from replication.ownplant import writing
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
 from replication.ownplant.searching import FEW, every_core
-from replication.ownplant.writing import FILES
+from replication.ownplant.writing import FILES, RUNNING
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 CASES = {
@@ -56,7 +57,7 @@ def test_a_design_is_printed_and_written(method: str, here: Path, capsys: pytest
     printed = capsys.readouterr().out.splitlines()
     (made,) = here.iterdir()
     assert printed[-1] == f"written: {made.name}"
-    assert sorted(path.name for path in made.iterdir()) == sorted(FILES)
+    assert sorted(path.name for path in made.iterdir()) == sorted((*FILES, *running(method)))
     gains = json.loads((made / "gains.json").read_text(encoding="utf-8"))
     level = re.fullmatch(r"guaranteed level: (\S+)  \(.*\)", printed[0])
     assert level is not None and float(level[1]) == pytest.approx(gains["value"], rel=1e-5)
@@ -74,7 +75,7 @@ def check_page(made: Path, method: str) -> None:
     text = (made / "index.html").read_text(encoding="utf-8")
     tree = html5lib.HTMLParser(strict=True, namespaceHTMLElements=False).parse(text)
     assert tree.get("lang") == "en"
-    assert {link.get("href") for link in tree.iter("a")} == set(FILES[:-1])
+    assert {link.get("href") for link in tree.iter("a")} == {*FILES[:-1], *running(method)}
     assert len([svg for svg in tree.iter("{http://www.w3.org/2000/svg}svg") if svg.get("aria-label")]) == 1
     assert not re.search(r"<(script|link|img|iframe)\b|@import|https?://(?!www\.w3\.org/2000/svg)", text)
     code = next(tree.iter("code")).text
@@ -83,9 +84,24 @@ def check_page(made: Path, method: str) -> None:
         assert option in code.split()
 
 
+def running(method: str) -> tuple[str, ...]:
+    """The forms of the observer; that of a delay plant asks for a sampling period first."""
+    return () if method == "delay" else RUNNING
+
+
+def test_the_observer_that_is_written_runs_by_the_names_of_the_file(here: Path) -> None:
+    assert run("multirate") == 0
+    loaded: Any = load(here / "cart-multirate" / "observer.json")
+    in_order: Any = load(here / "cart-multirate" / "observer.json")
+    named = [loaded.step({"force": 0.5, "encoder": 0.3, "camera": k}) for k in range(8)]
+    assert np.array_equal(named, [in_order.step([0.5], [0.3, k]) for k in range(8)])
+    assert "int cart_multirate_step(" in (here / "cart-multirate" / "observer.c").read_text(encoding="utf-8")
+    assert "= observer(u, y)" in (here / "cart-multirate" / "observer.m").read_text(encoding="utf-8")
+
+
 def test_the_same_design_gives_the_same_bytes(here: Path) -> None:
     assert run("dualrate", "--output", "one") == run("dualrate", "--output", "two") == 0
-    for name in FILES:
+    for name in (*FILES, *RUNNING):
         assert (here / "one" / name).read_bytes() == (here / "two" / name).read_bytes()
 
 

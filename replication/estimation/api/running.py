@@ -13,17 +13,23 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.c_code import c_source
+from replication.estimation.api.forms.matlab import matlab_source
+from replication.estimation.api.forms.portable import NOT_GIVEN, Portable
+from replication.estimation.api.forms.statespace import statespace
 from replication.estimation.api.phase import Phase
 from replication.estimation.validation import Array, as_array
 
+if TYPE_CHECKING:
+    import control
 
-class RunningObserver(ABC):
+
+class RunningObserver(Portable, ABC):
     """An observer with its present state; `instant` counts the steps, `missed` the measurements that did not come.
 
     Parameters
@@ -63,15 +69,16 @@ class RunningObserver(ABC):
         self._begin(start)
         return self.estimate
 
-    def step(self, u: Any, y: Any) -> Array:
+    def step(self, u: Any, y: Any = NOT_GIVEN) -> Array:
         """Take what is known at the present instant and go on to the next.
 
         Parameters
         ----------
-        u : array (m,), or None
-            Known inputs u(k); None if the plant has none. A single number stands for a vector of one.
-        y : array (q,), or None
-            Measurements y(k); None, or None or NaN in an entry, where one did not come.
+        u : array (m,), dict, or None
+            Known inputs u(k); None if the plant has none. A single number stands for a vector of one. Alone, a dict of
+            inputs and measurements by name: `step({"encoder": 0.3})`.
+        y : array (q,), dict, or None
+            Measurements y(k); None, or None or NaN in an entry, where one did not come; so do names left out.
 
         Returns
         -------
@@ -81,8 +88,10 @@ class RunningObserver(ABC):
         Raises
         ------
         InvalidInputError
-            Another length, text, or infinities; the observer is then as before.
+            Another length or name, text, or infinities; the observer is then as before.
         """
+        if y is NOT_GIVEN or isinstance(u, dict) or isinstance(y, dict):
+            u, y = self._by_name(u, y)
         known = vector("u", u, self.inputs) if u is not None or self.inputs else np.zeros(0)
         if np.any(np.isnan(known)):
             raise InvalidInputError(f"u must be {self.inputs} numbers, got {u!r}; an input is known at every instant")
@@ -159,6 +168,20 @@ class PeriodicObserver(RunningObserver):
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """As in `RunningObserver`; a missing measurement is replaced there, too."""
         return c_source(name, comment, self.phases, self.expected, self.states, self.direct)
+
+    def to_matlab(self, name: str = "observer", comment: str = "") -> str:
+        """As in `RunningObserver`; a missing measurement is replaced there, too."""
+        return matlab_source(name, comment, self.phases, self.expected, self.states, self.direct)
+
+    def to_statespace(self) -> control.StateSpace:
+        """From u and y of all instants of a period to x^ at these instants; a sensor that is not due has no effect.
+
+        Returns
+        -------
+        control.StateSpace
+            `@k` is added to the names for instant k if the period is longer than one.
+        """
+        return statespace(self.phases, self.signals)
 
     def _begin(self, start: Array) -> None:
         # The observer's own state comes first; what it holds or has predicted so far is nothing.

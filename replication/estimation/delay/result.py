@@ -83,7 +83,7 @@ class DelayResult(GainResult):
         RunningDelayObserver
             Its `step` returns the estimate at the same instant.
         """
-        return RunningDelayObserver(self.system, self.operators, dt=dt, order=self.order)
+        return RunningDelayObserver(self.system, self.operators, dt=dt, order=self.order).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The estimation error from w to z^ - z, histories collocated at `order` + 1 points.
@@ -99,6 +99,21 @@ class DelayResult(GainResult):
         feedthrough = np.zeros((len(error.c), error.b.shape[1]))
         outputs = [f"error of {name}" for name in self.signals.outputs]
         return control.StateSpace(error.a, error.b, error.c, feedthrough, outputs=outputs)
+
+    def estimator(self, dt: float) -> control.StateSpace:
+        """The observer on sampled measurements, as `observer(dt)` runs, from known inputs and y to x^.
+
+        Parameters
+        ----------
+        dt : float
+            Sampling period of the measurements, s.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time; its states are what the observer remembers. It starts from rest with a first sample of zero.
+        """
+        return self.observer(dt).to_statespace()
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain of the error over the frequency, beside the guaranteed level."""

@@ -6,16 +6,22 @@ y(t + eta tau_i) at all points, xi' = a xi - G Y, and a = F + G E, where E reads
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import scipy.linalg
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.forms.statespace import require_small, single
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.delay.collocation import Grid, grid
 from replication.estimation.delay.observer import assembled
 from replication.estimation.delay.operators.gains import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array, positive_scalar
+
+if TYPE_CHECKING:
+    import control
 
 LONGEST = 1_000_000
 """Measurements that are kept, at the most."""
@@ -65,6 +71,28 @@ class RunningDelayObserver(RunningObserver):
         """x^(t_k), (n,)."""
         return np.array(self._state[: self.states])
 
+    def to_statespace(self) -> control.StateSpace:
+        """From y to x^ at the same instant, from rest and from a first sample of zero.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time; its states are the histories at the points of the grid, and the past measurements.
+
+        Raises
+        ------
+        InvalidInputError
+            dt is so short that there are more than 2000 states.
+        """
+        count, q, size = len(self._past), self.measurements, len(self._state)
+        require_small(size + count * q)
+        whole = np.eye(size + count * q + q)
+        state, past, now = np.split(whole, [size, size + count * q])
+        samples = np.kron(np.stack([self._between(row) for row in np.eye(count)], axis=-1), np.eye(q))
+        later = np.vstack([now, past])[: count * q]
+        state = self._step @ state + self._old @ samples @ past + self._new @ samples @ later
+        return single(np.vstack([state, later]), state[: self.states], self.dt, self.signals)
+
     def _begin(self, start: Array) -> None:
         self._state = np.tile(start, 1 + self._system.delay_count * (self._net.points.size - 1))
         length = int(np.ceil(self._system.delays[-1] / self.dt)) + 1
@@ -81,9 +109,12 @@ class RunningDelayObserver(RunningObserver):
 
     def _histories(self) -> Array:
         """Y: y(t + eta tau_i) at all points of all histories, interpolated, in the order of `reading`."""
+        return np.stack([self._between(column) for column in self._past.T], axis=-1).ravel()
+
+    def _between(self, column: Array) -> Array:
+        """One measurement at all points of all histories, from its samples, newest first."""
         ages = -self._net.points[None, :] * np.array(self._system.delays)[:, None] / self.dt
-        known = np.arange(len(self._past))
-        return np.stack([np.interp(ages, known, column) for column in self._past.T], axis=-1).ravel()
+        return np.asarray(np.interp(ages.ravel(), np.arange(len(column)), column))
 
 
 def injection(values: GainValues, net: Grid) -> Array:

@@ -69,7 +69,8 @@ class DualRateResult(GainResult):
             Phase(s.transition, s.input, s.injection, s.readout, np.full(count, every or k == 0))
             for k, s in enumerate(built.steps)
         ]
-        return PeriodicObserver(phases, [problem.model.output @ phase.readout for phase in phases])
+        expected = [problem.model.output @ phase.readout for phase in phases]
+        return PeriodicObserver(phases, expected).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The closed loop over one slow period M T.
@@ -84,6 +85,16 @@ class DualRateResult(GainResult):
         lifted.set_inputs(noise if lifted.ninputs == len(noise) else each_instant(noise, ratio))
         lifted.set_outputs(each_instant(self.signals.measurements, ratio))
         return lifted
+
+    def estimator(self) -> control.StateSpace:
+        """The observer over one period of its schedule, from the known inputs and y of all instants to x^.
+
+        Returns
+        -------
+        control.StateSpace
+            Sampling period N dt; `@k` is added to the names for instant k if N > 1. It is what `observer()` does.
+        """
+        return self.observer().to_statespace()
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain from noise to output over the frequency, with its supremum."""

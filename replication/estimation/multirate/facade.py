@@ -70,6 +70,13 @@ class MultirateReader(PlantReader[MultiratePlant]):
             raise InvalidInputError(
                 "give the sensor noise: noise=D, or one number for each sensor; or R, its covariance, but not both"
             )
+        if np.ndim(given["weight"]) == 1:
+            raise InvalidInputError(
+                f"weight must have a row for each weighted error and a column for each of the {system.nstates} states; "
+                f"write a row as [{given['weight']}]"
+            )
+        if np.ndim(noise) == 1 and any(isinstance(number, (int, float, np.integer)) and number < 0 for number in noise):
+            raise InvalidInputError(f"noise must be the size of each sensor's noise, not negative, got {noise}")
         # A list of numbers stands for a diagonal matrix: each sensor with noise of its own.
         D = np.diag(noise) if np.ndim(noise) == 1 else noise
         stand_in = np.eye(len(system.C)) if D is None else D

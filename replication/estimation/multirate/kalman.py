@@ -28,6 +28,9 @@ HIDDEN_TOLERANCE = 1e-6
 CLUSTER = 1e-3
 """Modes nearer than this to each other count as one of higher multiplicity."""
 
+NOISE_APART = 1e6
+"""Condition number of D beyond which rounding may hide that a mode is disturbed."""
+
 
 @dataclass(frozen=True, eq=False)
 class RiccatiDesign:
@@ -73,6 +76,11 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
     if extra_noise:
         extra_noise = positive_scalar("extra_noise", extra_noise)
     if not extra_noise and (mode := _undisturbed_on_circle(problem)) is not None:
+        if (apart := np.linalg.cond(problem.plant.D)) > NOISE_APART:
+            raise InvalidInputError(
+                f"the noise of the sensors differs by a factor of {apart:.1e}, too much for floating point; give the "
+                f"best sensor more, 1 / {NOISE_APART:.0e} of the worst or above"
+            )
         raise InvalidInputError(
             f"the mode {mode:.6g} on the unit circle is not disturbed, so its estimator never settles, and the Riccati "
             "route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve no more in "

@@ -63,7 +63,7 @@ class MultirateResult(GainResult):
             Phase(plant.A - L @ plant.C, plant.B_u - L @ plant.D_u, L, shown, due)
             for L, due in zip(used, schedule.mask, strict=True)
         ]
-        return PeriodicObserver(phases, [plant.C] * len(phases), plant.D_u)
+        return PeriodicObserver(phases, [plant.C] * len(phases), plant.D_u).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The observer over one period N of the schedule.
@@ -83,6 +83,16 @@ class MultirateResult(GainResult):
         lifted.set_outputs(each_instant(outputs, system.period) if several else outputs)
         lifted.set_states(list(self.signals.states))
         return lifted
+
+    def estimator(self) -> control.StateSpace:
+        """The observer over one period of its schedule, from the known inputs and y of all instants to x^.
+
+        Returns
+        -------
+        control.StateSpace
+            Sampling period N dt; `@k` is added to the names for instant k if N > 1. It is what `observer()` does.
+        """
+        return self.observer().to_statespace()
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain over the frequency, with the guaranteed level."""

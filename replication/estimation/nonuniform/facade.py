@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 LEAVES, HORIZON = 16, 400
 """Default effort: Lyapunov matrices of the guarantee, and samples of the worst sequence searched for."""
+FORGOTTEN = 1e-12
+"""Share of the state left at the next sample below which a period is taken for a slip of the unit."""
 
 
 class SampledPlantReader(PlantReader[SampledPlant]):
@@ -79,8 +81,8 @@ def design(
     periods : (float, float) or PeriodRange
         Shortest and longest sampling period h_l, h_u, s.
     goal : "robust" or "nominal"
-        "robust" minimises one level for the whole range (LMI (10), one Lyapunov function); "nominal" is the optimum at
-        the middle of the range, whose level over the range is whatever comes out.
+        "robust" minimises one level for the whole range (matrix inequality (10), one Lyapunov function); "nominal" is
+        the optimum at the middle of the range, whose level over the range is whatever comes out.
     measured : int, or sequence of int or str
         How many of the first outputs of a `control.StateSpace` are y, or which ones, by index or name.
     leaves : int
@@ -117,13 +119,18 @@ def design(
     """
     checked, signals = read_plant(plant, measured=measured)
     range_ = as_range(periods)
+    _require_memory(checked, range_)
     if goal == "robust":
         found = robust_design(checked, range_)
         report = found.design.report
         _require_positive(found.design)
         facts: tuple[Evidence, ...] = (
-            Evidence("level of the design", found.design.level, "LMI (10) at all periods, one Lyapunov function"),
-            Evidence("violation left", found.violation, "largest eigenvalue of LMI (10) over the range"),
+            Evidence(
+                "level of the design",
+                found.design.level,
+                "matrix inequality (10), one Lyapunov function",
+            ),
+            Evidence("violation left", found.violation, "largest eigenvalue of that matrix inequality over the range"),
             Evidence(
                 "estimated shortfall of the finite-grid level",
                 found.shortfall,
@@ -249,6 +256,17 @@ def _filter(given: Filter | control.StateSpace) -> Filter:
     if np.any(given.D):
         raise InvalidInputError("the filter must be strictly proper: form (4) has no D")
     return Filter(given.A, given.B, given.C)
+
+
+def _require_memory(plant: SampledPlant, periods: PeriodRange) -> None:
+    """Raise InvalidInputError if between two samples a stable plant forgets its state altogether."""
+    slowest = float(np.max(np.linalg.eigvals(plant.A).real))
+    kept = np.exp(slowest * periods.h_u)
+    if kept < FORGOTTEN:
+        raise InvalidInputError(
+            f"periods are in seconds: over {periods.h_u:g} s the plant forgets its state (what is left of it is "
+            f"{kept:.0e}), and samples say nothing of the next; if milliseconds were meant, divide by 1000"
+        )
 
 
 def as_range(periods: PeriodRange | Sequence[float]) -> PeriodRange:

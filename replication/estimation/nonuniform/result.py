@@ -14,6 +14,7 @@ from threadpoolctl import threadpool_limits
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.c_code import c_source
+from replication.estimation.api.forms.matlab import matlab_source
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.running import RunningObserver
@@ -59,9 +60,29 @@ class RunningFilter(RunningObserver):
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """As in `RunningObserver`; where no sample comes the filter waits, and a part of one is refused."""
+        return c_source(name, comment, [self._phase()], None, self.states)
+
+    def to_matlab(self, name: str = "observer", comment: str = "") -> str:
+        """As in `RunningObserver`; where no sample comes the filter waits, and a part of one is refused."""
+        return matlab_source(name, comment, [self._phase()], None, self.states)
+
+    def _phase(self) -> Phase:
         inputs, due = np.zeros((self.states, 0)), np.ones(self.measurements, dtype=bool)
-        phase = Phase(self.filter.A, inputs, self.filter.B, self.filter.C, due)
-        return c_source(name, comment, [phase], None, self.states)
+        return Phase(self.filter.A, inputs, self.filter.B, self.filter.C, due)
+
+    def to_statespace(self) -> control.StateSpace:
+        """The filter from y to z^, at its samples.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time, with an unspecified period (True).
+        """
+        system = self.filter.to_statespace()
+        if self.signals is not None:
+            system.set_inputs(list(self.signals.measurements))
+            system.set_outputs([f"estimate of {name}" for name in self.signals.outputs])
+        return system
 
     def _begin(self, start: Array) -> None:
         self._state = start
@@ -110,7 +131,7 @@ class NonuniformResult(GainResult):
         RunningFilter
             One step for each sample; see there for samples that do not come.
         """
-        return RunningFilter(self.filter)
+        return RunningFilter(self.filter).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The filter from y to z^.
@@ -120,11 +141,20 @@ class NonuniformResult(GainResult):
         control.StateSpace
             Discrete-time; its dt is the sampling period if there is only one, else unspecified (True).
         """
-        constant = self.periods.h_l == self.periods.h_u
-        system = self.filter.to_statespace(self.periods.h_l if constant else True)
-        system.set_inputs(list(self.signals.measurements))
-        system.set_outputs([f"estimate of {name}" for name in self.signals.outputs])
+        system = self.observer().to_statespace()
+        if self.periods.h_l == self.periods.h_u:
+            system.dt = self.periods.h_l
         return system
+
+    def estimator(self) -> control.StateSpace:
+        """The filter from y to z^; the same as `to_statespace`.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time; see there.
+        """
+        return self.to_statespace()
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain at constant sampling periods over the range, beside the bracket over all sequences."""

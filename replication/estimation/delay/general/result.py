@@ -65,7 +65,7 @@ class InnovationsResult(GainResult):
         InnovationsObserver
             Its `step(u, y)` returns the estimate at the same instant.
         """
-        return running(self.gains_of, dt)
+        return running(self.gains_of, dt).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """The estimation error from w to z - z^, each delay by `order` Legendre moments.
@@ -80,6 +80,21 @@ class InnovationsResult(GainResult):
         error, direct = moment_model(self.gains_of, self.order)
         outputs = [f"error of {name}" for name in self.signals.outputs]
         return control.StateSpace(error.a, error.b, error.c, direct, outputs=outputs)
+
+    def estimator(self, dt: float) -> control.StateSpace:
+        """The observer on sampled measurements, as `observer(dt)` runs, from known inputs and y to x^.
+
+        Parameters
+        ----------
+        dt : float
+            Sampling period of the measurements, s.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time; its states are what the observer remembers. It starts from rest with a first sample of zero.
+        """
+        return self.observer(dt).to_statespace()
 
     def panels(self) -> tuple[Panel, ...]:
         """The exact gain of the error over the frequency, beside the guaranteed level."""

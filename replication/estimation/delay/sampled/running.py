@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.forms.statespace import require_small, single
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.terms import PlantTerms, Terms
@@ -15,6 +17,9 @@ from replication.estimation.delay.response import Trajectory, equidistant
 from replication.estimation.delay.sampled.c_form import c_form
 from replication.estimation.delay.sampled.recursion import SampledObserver, exact_response, sampled
 from replication.estimation.validation import Array, increasing_grid, positive_scalar
+
+if TYPE_CHECKING:
+    import control
 
 LONGEST = 20_000
 """Samples that are kept, at the most."""
@@ -75,6 +80,31 @@ class InnovationsObserver(RunningObserver):
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """As in `RunningObserver`; NAME_output gives the estimate of z."""
         return c_form(name, comment, self.recursion)
+
+    def to_statespace(self) -> control.StateSpace:
+        """From u and y to x^ at the same instant, from rest and from a first sample of zero.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time; its states are the past estimates, innovations and inputs, and the derivative.
+
+        Raises
+        ------
+        InvalidInputError
+            dt is so short that there are more than 2000 states.
+        """
+        (n, _, q, m), (states, _, measured) = self.recursion.sizes, self.recursion.parts
+        first, taps = self.recursion.taps[0], np.hstack(list(self.recursion.taps[1:]))
+        require_small(n + taps.shape[1])
+        whole = np.eye(n + taps.shape[1] + m + q)
+        rate, past, u, y = np.split(whole, np.cumsum([n, taps.shape[1], m]))
+        known = taps @ past + first[:, n + q :] @ u
+        target = past[:n] + self.dt / 2.0 * (rate + known[states])
+        found = self._solve @ np.vstack([target, y - known[measured]])
+        later = np.vstack([found, u, past])[: len(past)]
+        rate = known[states] + first[states, : n + q] @ found
+        return single(np.vstack([rate, later]), found[:n], self.dt, self.signals)
 
     def discretisation_error(self, omega: object) -> Array:
         """How far the recursion is from the observer in continuous time, for sampled sinusoids.

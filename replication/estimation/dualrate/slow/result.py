@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -95,7 +95,7 @@ class SlowRateResult(GainResult):
         PeriodicObserver
             Its `step` takes the inputs as they are, and looks at the sensors that deliver.
         """
-        return _observer(self.problem, self.controller)
+        return _observer(self.problem, self.controller).named(self.signals)
 
     def running(self) -> RunningController:
         """Observer and controller in one.
@@ -105,7 +105,7 @@ class SlowRateResult(GainResult):
         RunningController
             Its `command` is u at the present instant; `step(None, y)` takes the readings and goes on. It has a C form.
         """
-        return RunningController(self.problem, self.controller)
+        return RunningController(self.problem, self.controller).named(replace(self.signals, inputs=()))
 
     def to_statespace(self) -> control.StateSpace:
         """The controller over one period of the schedules.
@@ -125,6 +125,16 @@ class SlowRateResult(GainResult):
         lifted.set_inputs(each_instant(self.signals.measurements, len(phases)))
         lifted.set_outputs(each_instant(self.signals.inputs, len(phases)))
         return lifted
+
+    def estimator(self) -> control.StateSpace:
+        """The observer over one period of the schedules, from the inputs and the readings of all instants to x^.
+
+        Returns
+        -------
+        control.StateSpace
+            `@k` is added to the names for instant k. It is what `observer()` does.
+        """
+        return self.observer().to_statespace()
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain over the frequency, with the guaranteed level."""

@@ -74,8 +74,9 @@ class KalmanResult(MultirateResult):
         )
         start = self.start if P0 is None else P0
         if start is not None:
-            return StartingFilter(self.problem, start, count)
-        return KalmanFilter(self.problem, filter_gains(self.problem, self.gains["P"], count))
+            return StartingFilter(self.problem, start, count).named(self.signals)
+        gains = filter_gains(self.problem, self.gains["P"], count)
+        return KalmanFilter(self.problem, gains).named(self.signals)
 
     def covariances(self, steps: int, *, P0: Any = None) -> tuple[Array, Array]:
         """Covariances of the errors over time, from the start on.

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.c_code import c_source
+from replication.estimation.api.forms.matlab import matlab_source
+from replication.estimation.api.forms.portable import NOT_GIVEN, Portable
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.running import vector
 from replication.estimation.multirate.h2.filtering import FilterGains, read_only
@@ -54,7 +56,7 @@ class KalmanStep(NamedTuple):
     smoothed_covariance: Array
 
 
-class RunningKalman(ABC):
+class RunningKalman(Portable, ABC):
     """A filter of a plant with its schedule; `instant` counts steps, `missed` the measurements that did not come."""
 
     def __init__(self, problem: MultirateProblem, lag: int) -> None:
@@ -93,14 +95,14 @@ class RunningKalman(ABC):
         self._begin()
         return np.array(start)
 
-    def step(self, u: Any, y: Any) -> KalmanStep:
+    def step(self, u: Any, y: Any = NOT_GIVEN) -> KalmanStep:
         """Take what is known at the present instant and go on to the next.
 
         Parameters
         ----------
-        u : array (m,), or None
-            Known inputs u(k); None if the plant has none.
-        y : array (q,), or None
+        u : array (m,), dict, or None
+            Known inputs u(k); None if the plant has none. Alone, a dict of inputs and measurements by name.
+        y : array (q,), dict, or None
             Measurements y(k) of all sensors; only those that are due are looked at. None or NaN where one did not come.
 
         Returns
@@ -111,8 +113,10 @@ class RunningKalman(ABC):
         Raises
         ------
         InvalidInputError
-            Another length, text, or infinities; the filter is then as before.
+            Another length or name, text, or infinities; the filter is then as before.
         """
+        if y is NOT_GIVEN or isinstance(u, dict) or isinstance(y, dict):
+            u, y = self._by_name(u, y)
         phase = self.instant % len(self._mask)
         measured = vector("y", y, self._sizes[2])
         driven = self._driven(u)
@@ -217,6 +221,16 @@ class KalmanFilter(RunningKalman):
             `NAME_step` writes x^(k+1|k), then x^(k|k), x^(k-1|k) and so on to x^(k-lag|k), of n numbers each; those of
             instants before the first are without meaning.
         """
+        phases, output, direct = self._recursion()
+        return c_source(name, comment, phases, [output] * len(phases), self._sizes[0], direct)
+
+    def to_matlab(self, name: str = "kalman", comment: str = "") -> str:
+        """The filter as a MATLAB function; its estimate is laid out as in `to_c`."""
+        phases, output, direct = self._recursion()
+        return matlab_source(name, comment, phases, [output] * len(phases), self._sizes[0], direct)
+
+    def _recursion(self) -> tuple[list[Phase], Array, Array]:
+        """One phase for each instant, of the state (x^(k+1|k), x^(k|k), ..., x^(k-lag|k)), C on that, and D_u."""
         n, _, q = self._sizes
         blocks = self.lag + 2
         output = np.hstack([self._C, np.zeros((q, n * (blocks - 1)))])
@@ -227,4 +241,4 @@ class KalmanFilter(RunningKalman):
             transition[:n, :n] += self._A
             known = np.vstack([self._B, np.zeros((n * (blocks - 1), self._B.shape[1]))]) - injection @ direct
             phases.append(Phase(transition, known, injection, np.eye(n * blocks), due))
-        return c_source(name, comment, phases, [output] * len(phases), n, direct)
+        return phases, output, direct

@@ -78,7 +78,7 @@ class LossResult(GainResult):
 
     def observer(self) -> LossObserver:
         """The observer, to run in a loop; its `step` takes None or NaN where a sample did not come."""
-        return LossObserver(self.problem, self.automaton, self.gains["L"])
+        return LossObserver(self.problem, self.automaton, self.gains["L"]).named(self.signals)
 
     def to_statespace(self) -> control.StateSpace:
         """There is none: the observer switches with the losses.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.forms.portable import Portable
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.stamped.c_form import c_form
 from replication.estimation.nonuniform.stamped.samples import as_input, as_sample, as_time
@@ -16,7 +17,7 @@ from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.validation import Array, as_array
 
 
-class StampedObserver:
+class StampedObserver(Portable):
     """One sample after the other, all sensors at once; `outside` counts the periods for which no level is known.
 
     The level is that of z^ at the time of a sample, from the samples before it: `predict(t)`.

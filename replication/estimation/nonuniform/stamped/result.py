@@ -85,7 +85,8 @@ class StampedResult(GainResult):
         StampedObserver
             One step for each sample.
         """
-        return StampedObserver(self.plant, self.filter, self.periods, self.known, self.signals.measurements)
+        made = StampedObserver(self.plant, self.filter, self.periods, self.known, self.signals.measurements)
+        return made.named(self.signals)
 
     def to_statespace(self, h: float | None = None) -> control.StateSpace:
         """The filter from y to z^ at one constant period.
