@@ -326,7 +326,7 @@ def test_odd_surroundings_are_bad_input(
         monkeypatch.setenv(name, value)
     assert main(words) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert message in line or "results.json does not exist" in line
+    assert message in line or "there is no replication.toml" in line
     assert len(line) < 500
 
 
