@@ -1,4 +1,4 @@
-"""`replication list`, `show`, `check` and `diff`: what results.json says, whether it follows, and what changed."""
+"""`replication list`, `show`, `check`, `diff` and `history`: what the results say, whether it follows, what changed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,16 @@ import sys
 from pathlib import Path
 
 from replication.commands import Command
-from replication.commands.shared import DIFFERENT, FINE, add_figures, add_output, project_root, results_path, say
+from replication.commands.shared import (
+    DIFFERENT,
+    FINE,
+    add_figures,
+    add_output,
+    checkout,
+    project_root,
+    results_path,
+    say,
+)
 
 
 def list_claims(chosen: argparse.Namespace) -> int:
@@ -99,6 +108,15 @@ def diff(chosen: argparse.Namespace) -> int:
     return DIFFERENT if changes or others else FINE
 
 
+def history(chosen: argparse.Namespace) -> int:
+    """Print one line for each verdict that changed between committed results."""
+    from replication.audit.publish.history import steps
+
+    found = [step for step in steps(checkout()) if step.claim.startswith(chosen.claim)]
+    say([*map(str, found), f"{len(found)} changes"])
+    return FINE
+
+
 def _for_list(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to list (default: all)")
     add_output(parser, "where results.json is")
@@ -128,6 +146,11 @@ for a new run: `replication run --no-cache`, then `replication diff`.
 
 """
 
+
+def _for_history(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("claim", nargs="?", default="", metavar="CLAIM", help="id, or its start (default: all)")
+
+
 COMMANDS = {
     "list": Command("list papers and claims with their verdicts", _for_list, list_claims),
     "show": Command("show all the evidence for one claim", _for_show, show),
@@ -138,4 +161,5 @@ COMMANDS = {
         _CHECK_NOTES,
     ),
     "diff": Command("compare two results files, claim by claim, with the cause of each change", _for_diff, diff),
+    "history": Command("list when verdicts changed between the results that git has", _for_history, history),
 }

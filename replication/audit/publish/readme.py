@@ -11,6 +11,7 @@ from replication.audit.inspect.sentences import LINK
 from replication.audit.judge.policies import once
 from replication.audit.publish.examples import Ran, run_example
 from replication.audit.publish.exports import badge
+from replication.audit.publish.history import TABLE, table
 from replication.audit.store.records import PaperRecord, ResultsFile, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
@@ -64,7 +65,8 @@ def update(root: Path, results: ResultsFile, ran: Ran) -> None:
     readme = root / "README.md"
     text = replace_block(readme.read_text(encoding="utf-8"), results_block(results))
     text = replace_block(text, example_block(ran), EXAMPLE_BEGIN, EXAMPLE_END)
-    for name, content in {**badges(results), PICTURE: ran.drawing, "README.md": text}.items():
+    written = {**badges(results), TABLE: table(results), PICTURE: ran.drawing, "README.md": text}
+    for name, content in written.items():
         write_atomically(root / name, content.encode())
 
 
