@@ -40,8 +40,8 @@ BRIEF = Brief(
     "first) are [stable](stable.1) [throughout](stable.2); [one element](condition-8.2) satisfies (8) in the second.",
     correct="[One](grid.1) [element](condition-8.1) does not cover the range of Example 1; [case U3](u3) and [two "
     "maps](map) are misprinted.",
-    guess="Whether the abstract promises its levels [for every sequence](robust-level.1) or the grid; what "
-    "[valid](valid.1) and [step 4](algorithm) mean; whether the printed filter is [an observer](filter.first-column).",
+    guess="Whether abstract and Sec. VII mean [the printed level](robust-level.1), and for which periods; what "
+    "[valid](valid.1) and [step 4](algorithm) mean; whether the filter is [an observer](filter.first-column).",
     sketch=Sketch(
         alt="A signal is sampled at irregular instants, while the filter is designed for one constant period.",
         strokes=(

@@ -29,8 +29,8 @@ def findings(results: Results) -> tuple[str, ...]:
             f"{whose[e]}'s gain is at least {down(bracket[e])}."
             for e in EXAMPLES
         ),
-        f"With norms that count seconds our and the printed filter's gains over all sequences are at least "
-        f"{down(weighted[1])} and {down(weighted[2])}, above both levels still.",
+        f"Beyond the text, with norms in seconds, our and the printed filter's gains over all sequences are at least "
+        f"{down(weighted[1])} and {down(weighted[2])}, above both levels.",
         f"The algorithm, corrected by an inference, ends with {sizes[0]} and {sizes[1]} elements in the grids of the "
         "two examples; the paper has one in each.",
         *(_covers(e, results[f"condition.{e}"]) for e in EXAMPLES),
@@ -58,8 +58,8 @@ def findings(results: Results) -> tuple[str, ...]:
 def _covers(e: int, found: Mapping[str, float]) -> str:
     if found["constant_bound"] < 1:
         return (
-            f"The printed grid of the {WORDS[e]} example satisfies (8) over the whole range, for constant changes and "
-            "for all in modal coordinates; only (9) fails."
+            f"With its motor constant corrected, the {WORDS[e]} example's grid satisfies (8) over the range, for "
+            "constant changes and all in modal coordinates; only (9) fails."
         )
     return (
         f"In the {WORDS[e]} example one element does not satisfy (8); with (8) for (9) the corrected algorithm ends "

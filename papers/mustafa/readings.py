@@ -9,26 +9,27 @@ from replication.audit.model import Reading
 SAMPLES = Reading(
     name="every sequence, samples",
     place="Abstract; Sec. II, definition of the level; Sec. V-B; Sec. VII",
-    text="The level holds over every sampling sequence of (2), and both norms count samples: discrete time, as Sec. "
-    "V-B says. Sec. V-A calls the level of Algorithm 1 nominal, and Sec. VI-B that of Example 2: then it is one at the "
-    "grid alone.",
+    text="The printed level holds over every sampling sequence of (2), and both norms count samples: discrete time, "
+    "as Sec. V-B says. Sec. V-A calls the level of Algorithm 1 nominal, and Sec. VI-B that of Example 2: then it is "
+    "one at the grid alone.",
 )
-DURATION = Reading(
-    name="every sequence, seconds",
-    place="Sec. II, definition of the level",
-    text="Sec. II does not write its norms out. Here both are weighted by the sampling periods, so that they count "
-    "seconds; Sec. V-B says discrete time.",
+SOME_LEVEL = Reading(
+    name="a level, whichever",
+    place="Abstract; Sec. II, definition of the level; Sec. VII",
+    text="Abstract and Sec. VII say: with a level. By the definition of Sec. II the error system has one if any number "
+    "bounds its gain over every sampling sequence of (2); norms count samples.",
 )
 GRID_PERIODS = Reading(
     name="periods of the grid",
     place="Sec. V-A; Sec. VI-B, on the level",
-    text="The level holds for the sampling periods of the grid only, here the middle of the range, as Sec. V-A says of "
-    "Algorithm 1 and Sec. VI-B of Example 2; stability is for every sequence.",
+    text="The printed level holds for the sampling periods of the grid only, here the middle of the range, "
+    "as Sec. V-A says of Algorithm 1 and Sec. VI-B of Example 2; stability is for every sequence.",
 )
 NOMINAL = Reading(
     name="least nominal level",
     place="Secs. VI-A and VI-B; Algorithm 1, step 2; Sec. V-A",
-    text="The level is the least one of step 2, which minimises, on the grid of one element, the middle of the range.",
+    text="The level is the least one of step 2, which minimises subject to (10), without its repeated row (erratum "
+    "row), on the grid of one element, the middle of the range.",
 )
 FOUND = Reading(
     name="level of the filter found",
@@ -113,6 +114,6 @@ DRAWN = {
 """By law of the periods."""
 
 READINGS = (
-    SAMPLES, DURATION, GRID_PERIODS, NOMINAL, FOUND, OUR_FILTER, OBSERVER_FORM, ONE_ELEMENT, CORRECTED_GRID,
+    SAMPLES, SOME_LEVEL, GRID_PERIODS, NOMINAL, FOUND, OUR_FILTER, OBSERVER_FORM, ONE_ELEMENT, CORRECTED_GRID,
     STABLE_ONLY, CONSTANT_CHANGE, ANY_CHANGE, BOUND_9, UNION, SET_MINUS, MULTIPLIERS, *DRAWN.values(),
 )  # fmt: skip

@@ -65,14 +65,22 @@ def _nonuniform(values: Values, **options: Any) -> GainResult:
     return nonuniform.design(nonuniform.SampledPlant(**values), **options)
 
 
+WEIGHTS = ("state_weight", "input_weight", "process_noise", "sensor_noise")
+
+
 def _dualrate(values: Values, **options: Any) -> GainResult:
     """The loop with the gains K and L of the file, or with designed ones if it has none."""
     plant = dualrate.make_plant(values["A"], values["B"], values["C"])
+    weights = {name: values[name] for name in WEIGHTS if name in values}
+    if len(options["ratio"]) == 1:
+        (options["ratio"],) = options["ratio"]
     if ("K" in values) != ("L" in values):
         raise InvalidInputError("the file has one of K and L; give both gains, or none to have them designed")
-    if "K" in values:
-        return dualrate.analyse(plant, feedback=values["K"], injection=values["L"], **options)
-    return dualrate.design(plant, **options)
+    if "K" not in values:
+        return dualrate.design(plant, **weights, **options)
+    if unused := [*weights, *(name for name in ("at", "goal", "level", "hold") if name in options)]:
+        raise InvalidInputError(f"{', '.join(unused)}: for a design; the file has gains K and L, so leave either out")
+    return dualrate.analyse(plant, feedback=values["K"], injection=values["L"], **options)
 
 
 PLAIN = {"A0", "A", "delays", "B", "C10", "C1", "C2"}
@@ -151,10 +159,18 @@ METHODS: Mapping[str, Method] = {
                 matrix("C", "q", "n", "sensor, y = C x"),
                 matrix("K", "u", "n", "feedback u = K x^ (linear-quadratic)", required=False),
                 matrix("L", "n", "q", "observer gain (Kalman)", required=False),
+                matrix("state_weight", "n", "n", "Q of x'Qx + u'Ru (C'C)", required=False),
+                matrix("input_weight", "u", "u", "R of x'Qx + u'Ru (identity)", required=False),
+                matrix("process_noise", "n", "n", "its intensity (BB')", required=False),
+                matrix("sensor_noise", "q", "q", "intensity, or --at slow: covariance of a reading", required=False),
             ),
             (
                 Option("period", positive, "T", "fast period of the input in s", required=True),
-                Option("ratio", up_to(2_000), "M", "the sensor delivers every M T", required=True),
+                Option("ratio", listed(up_to(2_000)), "M", "the sensor delivers every M T; or M,M", required=True),
+                Option("at", str, None, "where gains are designed (continuous)", choices=("continuous", "slow")),
+                Option("goal", str, None, "of a design at the slow rate (h2)", choices=("h2", "hinf")),
+                Option("level", positive, "G", "a level to keep, with --goal hinf (1 % above the least)"),
+                Option("hold", listed(up_to(2_000)), "M,M", "--at slow: inputs change every M T (1)"),
                 Option("observer", str, "NAME", "what fills the instants between (running_prediction)"),
             ),
             _dualrate,

@@ -14,6 +14,7 @@ from typing import Any, NoReturn, TypeVar
 
 from flint import fmpq, fmpq_mat, fmpz
 
+from replication.verify.algebra.work import limit_denominator
 from replication.verify.theorem import Refused, require
 
 T = TypeVar("T")
@@ -29,7 +30,8 @@ MAX_ENTRIES = 40_000
 LARGEST_ORDER = 50
 """Most states of a plant or a filter whose characteristic polynomial is taken."""
 NAME = re.compile(r"[A-Za-z0-9._-]{1,80}")
-RATIONAL = re.compile(r"(-?(?:0|[1-9][0-9]*))(?:/([1-9][0-9]*))?")
+DIGITS = rf"[1-9][0-9]{{0,{MAX_DIGITS - 1}}}"
+RATIONAL = re.compile(rf"(-?(?:0|{DIGITS}))(?:/({DIGITS}))?")
 
 
 def content(path: Path) -> bytes:
@@ -45,13 +47,7 @@ def parse(content: bytes) -> Any:
     """The JSON value of a file; raises Refused for anything that another reader could understand in another way."""
     require(len(content) <= MAX_BYTES, f"the file has {len(content)} bytes, more than {MAX_BYTES}")
     try:
-        return json.loads(
-            content.decode("utf-8"),
-            object_pairs_hook=_unique,
-            parse_int=_small_integer,
-            parse_float=_no_number,
-            parse_constant=_no_number,
-        )
+        return STRICT.decode(content.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise Refused(f"the file is not valid JSON: {error}") from None
 
@@ -69,24 +65,36 @@ def _small_integer(text: str) -> int:
     return int(text)
 
 
-def _no_number(text: str) -> NoReturn:
-    raise Refused(f'the number {text:.40} is not exact; write a rational as a string, such as "1/3"')
+def no_number(text: str) -> NoReturn:
+    """Refuse a number of JSON or TOML that is none of the integers."""
+    raise Refused(f'the number {text:.40} is not exact; write it as a string, such as "1/3"')
+
+
+STRICT = json.JSONDecoder(
+    object_pairs_hook=_unique, parse_int=_small_integer, parse_float=no_number, parse_constant=no_number
+)
 
 
 def fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
     """The values of exactly these fields of an object, in this order; none may be missing, none be left over."""
-    require(isinstance(value, dict), f"{path} must be an object, got {_shown(value)}")
-    missing = [name for name in names if name not in value]
-    require(not missing, f"{path} lacks the field {', '.join(missing)}")
-    unknown = sorted(name for name in value if name not in names)
+    found = known_fields(value, path, *names)
+    unknown = sorted(value.keys() - {*names})
     require(not unknown, f"{path} has the unknown field {', '.join(map(_plain, unknown[:3]))}")
-    return tuple(value[name] for name in names)
+    return found
 
 
 def known_fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
     """The values of these fields of an object, which may have others."""
     require(isinstance(value, dict), f"{path} must be an object, got {_shown(value)}")
-    return fields({name: value[name] for name in names if name in value}, path, *names)
+    missing = [name for name in names if name not in value]
+    require(not missing, f"{path} lacks the field {', '.join(missing)}")
+    return tuple(value[name] for name in names)
+
+
+def record(value: Any, path: str, readers: Mapping[str, Reader]) -> dict[str, Any]:
+    """The values of exactly the fields of a table, each read by its reader."""
+    found = zip(readers.items(), fields(value, path, *readers), strict=True)
+    return {name: reader(part, f"{path}.{name}") for (name, reader), part in found}
 
 
 def sized(reader: Callable[..., T], *sizes: Any) -> Callable[[Any, str], T]:
@@ -108,10 +116,8 @@ def text(value: Any, path: str) -> str:
 def name_of(value: Any, path: str) -> str:
     """A name, which can be printed and can name a file."""
     name = text(value, path)
-    require(
-        NAME.fullmatch(name) is not None,
-        f"{path} must have 1 to 80 letters, digits, points, underscores and hyphens, got {_shown(name)}",
-    )
+    allowed = "1 to 80 letters, digits, points, underscores and hyphens"
+    require(NAME.fullmatch(name) is not None, f"{path} must have {allowed}, got {_shown(name)}")
     return name
 
 
@@ -124,15 +130,11 @@ def integer(value: Any, path: str, least: int = 0) -> int:
 
 def rational(value: Any, path: str) -> fmpq:
     """A rational number from a string "p" or "p/q"."""
-    require(isinstance(value, str), f"{path} must be a rational as a string, got {_shown(value)}")
-    match = RATIONAL.fullmatch(value)
+    match = RATIONAL.fullmatch(value) if isinstance(value, str) else None
     if match is None:
-        raise Refused(f'{path} must be a rational such as "-3" or "1/3", got {_shown(value)}')
-    numerator, denominator = match[1], match[2] or "1"
-    require(
-        max(len(numerator.lstrip("-")), len(denominator)) <= MAX_DIGITS, f"{path} has more than {MAX_DIGITS} digits"
-    )
-    return fmpq(fmpz(numerator), fmpz(denominator))
+        shape = f'a rational as a string, such as "-3" or "1/3", of at most {MAX_DIGITS} digits each'
+        raise Refused(f"{path} must be {shape}, got {_shown(value)}")
+    return fmpq(fmpz(match[1]), fmpz(match[2] or 1))
 
 
 def positive(value: Any, path: str) -> fmpq:
@@ -165,12 +167,9 @@ def matrix(value: Any, path: str, rows: int | None = None, columns: int | None =
     width = widths.pop()
     require(len(read) * width <= MAX_ENTRIES, f"{path} has {len(read)} x {width} entries, more than {MAX_ENTRIES}")
     require(columns is None or width == columns, f"{path} must have {columns} columns, got {width}")
-    # Exact arithmetic soon writes all entries over this.
-    common = fmpz(1)
-    for denominator in {entry.q for row in read for entry in row}:
-        common = common.lcm(denominator)
-        require(common < 10**MAX_DIGITS, f"{path} has a common denominator of more than {MAX_DIGITS} digits")
-    return fmpq_mat(len(read), width, [entry for row in read for entry in row])
+    entries = [entry for row in read for entry in row]
+    limit_denominator(entries, MAX_DIGITS, path)
+    return fmpq_mat(len(read), width, entries)
 
 
 def square(value: Any, path: str, size: int | None = None) -> fmpq_mat:
@@ -202,14 +201,12 @@ def matrices(value: Any, path: str, rows: int, columns: int, length: int | None 
 def written(value: Any) -> Any:
     """The JSON form of rationals, matrices, and of lists and objects of them: the inverse of the readers above."""
     if isinstance(value, fmpq_mat):
-        return [[str(entry) for entry in row] for row in value.tolist()]
-    if isinstance(value, (fmpq, fmpz)):
-        return str(value)
+        value = value.tolist()
     if isinstance(value, Mapping):
         return {name: written(entry) for name, entry in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [written(entry) for entry in value]
-    return value
+    return str(value) if isinstance(value, (fmpq, fmpz)) else value
 
 
 def _plain(name: str) -> str:

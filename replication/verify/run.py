@@ -11,9 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from replication.verify import delay, dualrate, multirate, nonuniform
-from replication.verify.reading import content, fields, name_of, parse, rational, text
+from replication.verify.place import require_file, require_form, wanted_at
+from replication.verify.predicate import same
+from replication.verify.reading import content, fields, parse, rational, text
 from replication.verify.statement import collected
-from replication.verify.subjects import FORMAT, ROOT, papers, subject, theorems
+from replication.verify.subjects import ROOT, papers, subject, theorems
 from replication.verify.theorem import Refused, Theorem, require
 
 STATEMENTS = collected(delay, dualrate, multirate, nonuniform)
@@ -48,27 +50,16 @@ def verify(path: Path, root: Path = ROOT) -> Outcome:
     try:
         certificate = parse(content(path))
         theorem = check(certificate, root, wanted_at(path, root))
-        if certificate["paper"] is not None:
-            expected = Path(certificate["paper"]) / f"{certificate['name']}.json"
-            require(path.resolve().parts[-2:] == expected.parts, f"the file should be {expected.as_posix()}")
-    except OSError as error:
-        return Outcome(path=path, theorem=None, reason=f"the file cannot be read: {error.strerror}")
-    except Refused as refusal:
-        return Outcome(path=path, theorem=None, reason=str(refusal))
+        require_file(certificate, path)
     except Exception as failure:  # noqa: BLE001 - whatever ends a check, nothing is proved then, and the reason is told
-        return Outcome(path=path, theorem=None, reason=f"the check ended in {type(failure).__name__}: {failure}")
-    about = "own plant" if certificate["paper"] is None else certificate["paper"]
-    return Outcome(path=path, theorem=theorem, about=about)
+        return Outcome(path=path, theorem=None, reason=_told(failure))
+    return Outcome(path=path, theorem=theorem, about=certificate["paper"] or "own plant")
 
 
-def wanted_at(path: Path, root: Path) -> tuple[str, str] | None:
-    """The paper and the name of the theorem for which the file at `path` stands; None outside root/certificates."""
-    # A link to a file stands for a theorem by where it lies, wherever it leads; a link to a folder does by either.
-    located = path.parent.resolve() / path.name
-    for file, folder in ((path.absolute(), root.absolute()), (located, root.resolve())):
-        if file.is_relative_to(folder / "certificates"):
-            return file.parent.relative_to(folder / "certificates").as_posix(), file.stem
-    return None
+def _told(failure: Exception) -> str:
+    if isinstance(failure, OSError):
+        return f"the file cannot be read: {failure.strerror}"
+    return str(failure) if isinstance(failure, Refused) else f"the check ended in {type(failure).__name__}: {failure}"
 
 
 def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = None) -> Theorem:
@@ -78,34 +69,14 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
     one's own has `paper` null and supports no claims. place: the paper and the name that it must have, if any.
     """
     values = dict(zip(FIELDS, fields(certificate, "certificate", *FIELDS), strict=True))
-    require(values["format"] == FORMAT, f"the format is {values['format']!r:.40}, not {FORMAT}")
-    name, statement = name_of(values["name"], "name"), text(values["statement"], "statement")
-    if place is not None:
-        require(
-            same([values["paper"], name], list(place)),
-            f"where it lies there must be the theorem {place[1]!r:.90} of the paper {place[0]!r:.90}",
-        )
-    if isinstance(values["plant"], dict) and values["plant"].get("name", "") != "":
-        name_of(values["plant"]["name"], "plant.name")
+    require_form(values, place)
     stated = {side: rational(number, f"bound.{side}") for side, number in sides(values["bound"]).items()}
-    if values["paper"] is None:
-        require(values["claims"] == [], "a certificate that belongs to no paper supports no claims")
-    else:
-        paper = text(values["paper"], "paper")
-        require(paper in papers(root), f"there is no paper {paper!r:.60} that lists theorems")
-        for field, wanted in subject(paper, name, root).items():
-            require(same(values[field], wanted), f"{field} is not that of the wanted theorem {name}")
+    if values["paper"] is not None:
+        for field, wanted in subject(values["paper"], values["name"], root).items():
+            require(same(values[field], wanted), f"{field} is not that of the wanted theorem {values['name']}")
+    statement = text(values["statement"], "statement")
     require(statement in STATEMENTS, f"there is no statement {statement!r:.60}")
     return STATEMENTS[statement](certificate, stated)
-
-
-def same(first: Any, second: Any) -> bool:
-    """Whether two JSON values are equal, with types: true is not 1."""
-    if isinstance(first, dict) and isinstance(second, dict):
-        return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
-    if isinstance(first, list) and isinstance(second, list):
-        return len(first) == len(second) and all(same(a, b) for a, b in zip(first, second, strict=True))
-    return type(first) is type(second) and bool(first == second)
 
 
 def sides(bound: Any) -> dict[str, Any]:

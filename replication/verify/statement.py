@@ -21,22 +21,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from keyword import iskeyword
 from string import Formatter
 from types import ModuleType, SimpleNamespace
-from typing import Any, TypeAlias, TypeVar
+from typing import Any
 
 from flint import arb, ctx, fmpq
 
 from replication.verify.algebra.decimals import above, below
 from replication.verify.algebra.work import budget
-from replication.verify.predicate import NO_READING, YES_NO, Exported, Term
-from replication.verify.quantities import unit_of
-from replication.verify.reading import Reader, fields, positive, written
-from replication.verify.theorem import Side, Theorem, require
-
-T = TypeVar("T")
+from replication.verify.reading import Reader, fields, positive
+from replication.verify.says import Says, as_data
+from replication.verify.theorem import Found, Theorem, require
 
 
 @dataclass(frozen=True)
@@ -58,64 +55,6 @@ DOUBLE = 53
 """Bits of the balls, unless a statement asks for more."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Found:
-    """What a proof finds beyond what was stated: words of the sentence, and bounds and truth as in a Theorem."""
-
-    words: Mapping[str, Any] = field(default_factory=dict)
-    lower: Side = None
-    upper: Side = None
-    holds: bool | None = None
-    items: tuple[tuple[Side, Side], ...] = ()
-
-
-Parameters = Mapping[str, Any]
-Chosen: TypeAlias = T | Callable[[Parameters], T]
-"""A value, or what gives it from the parameters of a certificate."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Says:
-    """A term of which a theorem speaks, as data: see `predicate.Term`; one for each class of estimators, if several.
-
-    setting: the parameters but `relative`, unless given. readings: of the paper `source`, under which its text speaks
-    of this term. found: what is proved of it, from all that was read, proved and worded; that of the theorem unless
-    given. universal: it is about all plants, though the certificate has one.
-    """
-
-    quantity: Chosen[str]
-    estimators: Chosen[tuple[str, ...]] = ("",)
-    readings: Chosen[tuple[str, ...]] = (NO_READING,)
-    setting: Chosen[Mapping[str, Any]] | None = None
-    found: Callable[[Mapping[str, Any]], Found] | None = None
-    universal: bool = False
-
-    def exported(self, certificate: Mapping[str, Any], given: Mapping[str, Any], whole: Found) -> list[Exported]:
-        """The terms with what is proved of them; the plant of a certificate of one's own is called so."""
-        parameters, plant = certificate["parameters"], certificate["plant"]
-        name = str(plant.get("name", "")) if isinstance(plant, Mapping) else ""
-        name = name if certificate.get("paper") is not None else f"own plant {name}"
-        found = whole if self.found is None else self.found(given)
-        quantity = _chosen(self.quantity, parameters)
-        statement, one = unit_of(quantity) == YES_NO, (found.lower, found.upper)
-        usual = {key: value for key, value in parameters.items() if key != "relative"}
-        return [
-            Exported(
-                of=Term(
-                    quantity=quantity,
-                    plant="" if self.universal else name,
-                    setting=usual if self.setting is None else _chosen(self.setting, parameters),
-                    estimators=estimators,
-                ),
-                unit=unit_of(quantity),
-                readings=_chosen(self.readings, parameters),
-                items=() if statement else tuple((_end(low), _end(high)) for low, high in found.items or (one,)),
-                holds=found.holds if statement else None,
-            )
-            for estimators in _chosen(self.estimators, parameters)
-        ]
-
-
 @dataclass(frozen=True, eq=False)
 class Statement:
     """One declared statement; called with the fields of a certificate it gives the theorem, or raises Refused."""
@@ -134,26 +73,14 @@ class Statement:
         with ctx.workprec(self.bits), budget():
             given = self.read(certificate)
             found = self.prove(**given) or Found()
-            bound = self.groups["bound"]
-            stated = bound if isinstance(bound, Mapping) else {}
-            sides = {side: given[side] if side in stated else getattr(found, side) for side in ("lower", "upper")}
+            sides = {side: given.get(side, getattr(found, side)) for side in ("lower", "upper")}
             for side, number in (bounds or {}).items():
                 require(sides[side] == number, f"the {side} bound that is proved is {sides[side]}, not {number}")
-            whole = Found(holds=self.holds if found.holds is None else found.holds, items=found.items, **sides)
+            whole = replace(found, holds=self.holds if found.holds is None else found.holds, **sides)
             known = {"subject": _subject(certificate), **given, **found.words, **sides}
-            return Theorem(
-                sentence=_Words().vformat(self.wording(certificate.get("paper")), (), known),
-                holds=whole.holds,
-                items=whole.items,
-                says=tuple(one for says in self._says(certificate) for one in says.exported(certificate, known, whole)),
-                **sides,
-            )
-
-    def _says(self, certificate: Mapping[str, Any]) -> tuple[Says, ...]:
-        """What is exported; the readings of another paper are not those of this one."""
-        if self.source in ("", certificate.get("paper")):
-            return self.says
-        return tuple(replace(one, readings=(NO_READING,)) for one in self.says)
+            sentence = _Words().vformat(self.wording(certificate.get("paper")), (), known)
+            says = as_data(self.says, self.source, certificate, known, whole)
+            return Theorem(sentence=sentence, says=says, holds=whole.holds, items=whole.items, **sides)
 
     def wording(self, paper: str | None) -> str:
         """The sentence for a certificate of this paper, to be filled in; refused if it would borrow another's words."""
@@ -168,15 +95,18 @@ class Statement:
         """The values of all declared fields, by name; that of a keyword of Python ends in an underscore."""
         given = SimpleNamespace()
         for name, group in self.groups.items():
-            group = group.make(given) if isinstance(group, Depends) else group
+            group = _made(group, given)
             if isinstance(group, Mapping):
                 for key, value in zip(group, fields(certificate[name], name, *group), strict=True):
-                    reader = group[key]
-                    reader = reader.make(given) if isinstance(reader, Depends) else reader
-                    setattr(given, f"{key}_" if iskeyword(key) else key, reader(value, f"{name}.{key}"))
+                    read = _made(group[key], given)(value, f"{name}.{key}")
+                    setattr(given, f"{key}_" if iskeyword(key) else key, read)
             elif group is not None:
                 setattr(given, name, group(certificate[name], name))
         return vars(given)
+
+
+def _made(reader: Any, given: SimpleNamespace) -> Any:
+    return reader.make(given) if isinstance(reader, Depends) else reader
 
 
 def statement(
@@ -223,14 +153,6 @@ def _subject(certificate: Mapping[str, Any]) -> str:
     plant = certificate["plant"]
     named = certificate.get("paper") is not None and isinstance(plant, Mapping) and plant.get("name")
     return f"the plant {named}" if named else "this plant"
-
-
-def _chosen(value: Chosen[T], parameters: Parameters) -> T:
-    return value(parameters) if callable(value) else value
-
-
-def _end(side: Side) -> str | None:
-    return None if side is None else str(written(side))
 
 
 class _Words(Formatter):

@@ -6,14 +6,26 @@
 
 from __future__ import annotations
 
-import importlib.util
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from typing import Any, NoReturn, cast
+from types import ModuleType
+from typing import Any, cast
 
-from replication.verify.reading import fields, name_of, parse, sequence, text, written
+from replication.verify.reading import (
+    Reader,
+    as_written,
+    fields,
+    name_of,
+    no_number,
+    parse,
+    record,
+    sequence,
+    text,
+    written,
+)
 from replication.verify.theorem import Refused, require
 
 FORMAT = "replication-certificate/1"
@@ -40,33 +52,36 @@ class Unproved:
     reason: str
 
 
+def _texts(value: Any, path: str) -> tuple[str, ...]:
+    return tuple(sequence(value, path, text))
+
+
+def _object(value: Any, path: str) -> Mapping[str, Any]:
+    require(isinstance(value, dict), f"{path} must be an object")
+    return dict(value)
+
+
+UNPROVED: Mapping[str, Reader] = {"claims": _texts, "reason": text}
+WANTED: Mapping[str, Reader] = {
+    "name": name_of, "claims": _texts, "statement": text, "plant": text, "parameters": _object
+}  # fmt: skip
+
+
 def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Unproved, ...]]:
     """The wanted theorems of a paper by name, and its claims without one; raises Refused for a malformed list."""
     path = root / "papers" / paper / "theorems.json"
-    if not path.is_file():
-        return {}, ()
-    listed = f"papers/{paper}/{path.name}"
     wanted: dict[str, Wanted] = {}
     unproved = []
-    for i, entry in enumerate(sequence(parse(path.read_bytes()), listed, lambda value, _: value)):
+    listed = f"papers/{paper}/{path.name}"
+    entries = sequence(parse(path.read_bytes()), listed, as_written) if path.is_file() else []
+    for i, entry in enumerate(entries):
         where = f"{listed}[{i}]"
         if isinstance(entry, dict) and "reason" in entry:
-            claims, reason = fields(entry, where, "claims", "reason")
-            unproved.append(Unproved(tuple(sequence(claims, f"{where}.claims", text)), text(reason, where)))
-            continue
-        name, claims, statement, plant, parameters = fields(
-            entry, where, "name", "claims", "statement", "plant", "parameters"
-        )
-        require(name_of(name, where) not in wanted, f"{where}: the name {name} stands twice")
-        require(isinstance(parameters, dict), f"{where}.parameters must be an object")
-        wanted[name] = Wanted(
-            paper=paper,
-            name=name,
-            claims=tuple(sequence(claims, f"{where}.claims", text)),
-            statement=text(statement, f"{where}.statement"),
-            plant=text(plant, f"{where}.plant"),
-            parameters=parameters,
-        )
+            unproved.append(Unproved(**record(entry, where, UNPROVED)))
+        else:
+            one = Wanted(paper=paper, **record(entry, where, WANTED))
+            require(one.name not in wanted, f"{where}: the name {one.name} stands twice")
+            wanted[one.name] = one
     return wanted, tuple(unproved)
 
 
@@ -77,18 +92,12 @@ def papers(root: Path = ROOT) -> tuple[str, ...]:
 
 def subject(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     """What the certificate of a wanted theorem must say of itself: all its fields but `bound` and `witness`."""
-    wanted, _ = theorems(paper, root)
-    require(name in wanted, f"papers/{paper}/theorems.json wants no theorem named {name}")
-    entry = wanted[name]
-    return {
-        "format": FORMAT,
-        "paper": paper,
-        "name": name,
-        "claims": list(entry.claims),
-        "statement": entry.statement,
-        "plant": plant(paper, entry.plant, root),
-        "parameters": entry.parameters,
-    }
+    require(paper in papers(root), f"there is no paper {paper!r:.60} that lists theorems")
+    listed = f"papers/{paper}/theorems.json"
+    found = [entry for entry in parse((root / listed).read_bytes()) if entry.get("name") == name]
+    require(len(found) == 1, f"{listed} wants no theorem named {name}, or more than one")
+    entry = dict(zip(WANTED, fields(found[0], f"{listed}: {name}", *WANTED), strict=True))
+    return {"format": FORMAT, "paper": paper, **entry, "plant": plant(paper, entry["plant"], root)}
 
 
 def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
@@ -103,14 +112,10 @@ def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
 
 def printed(path: Path) -> dict[str, Any]:
     """The printed values of a paper by name: strings, integers, and lists and tables of them; no float."""
-
-    def refuse(text: str) -> NoReturn:
-        raise Refused(f"{path.name} holds the number {text:.40}, which must be a string")
-
     if not path.is_file():
         return {}
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=refuse)
+        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=no_number)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise Refused(f"{path.name} is not valid TOML: {error}") from None
     for name, table in tables.items():
@@ -120,10 +125,7 @@ def printed(path: Path) -> dict[str, Any]:
 
 def plants_of(path: Path) -> Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]]:
     """The function `plants` of a paper's plants.py, loaded from its file alone: no package of papers is imported."""
-    if not path.is_file():
-        return lambda printed: {}
-    spec = importlib.util.spec_from_file_location(f"plants of {path.parent.name}", path)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    loader = SourceFileLoader(f"plants of {path.parent.name}", str(path))
+    module = ModuleType(loader.name)
+    loader.exec_module(module)
     return cast(Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]], module.plants)

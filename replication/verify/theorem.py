@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from flint import fmpq
 
@@ -14,6 +16,17 @@ Side = fmpq | None
 
 class Refused(Exception):
     """The certificate does not prove what it claims; the message says which step failed, and with which value."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Found:
+    """What a proof finds beyond what was stated: words of the sentence, and bounds and truth as in a Theorem."""
+
+    words: Mapping[str, Any] = field(default_factory=dict)
+    lower: Side = None
+    upper: Side = None
+    holds: bool | None = None
+    items: tuple[tuple[Side, Side], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

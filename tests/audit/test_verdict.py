@@ -96,6 +96,17 @@ def test_erratum_without_a_printed_reading_says_why() -> None:
     assert "the formula has no value" in judgement.reason
 
 
+@pytest.mark.parametrize("kind", [Kind.VALUE, Kind.FEASIBLE, Kind.STATISTICAL])
+def test_a_text_that_as_printed_gives_nothing_agrees_only_once_corrected(kind: Kind) -> None:
+    before = Evidence(method="m", not_checkable="a constant has no value")
+    printed = "1.33" if kind is Kind.VALUE else ""
+    for number, holds, proof in ((1.33, True, True), (1.33, True, False), (2.0, False, True)):
+        after = Evidence(method="m", value=number, holds=holds, as_printed=before)
+        judgement = judge(case(kind, after, printed=printed, erratum="toy.e1", proof_holds=proof))
+        assert (judgement.verdict is Verdict.REPRODUCED_AFTER_ERRATUM) == (holds and proof)
+        assert "a constant has no value" in judgement.reason
+
+
 @pytest.mark.parametrize("kind", [Kind.ORDER, Kind.FEASIBLE, Kind.STATISTICAL])
 @pytest.mark.parametrize(
     ("before", "after", "verdict"),

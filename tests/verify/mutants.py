@@ -1,9 +1,9 @@
 """Mutation testing of the verifier: small changes of its source, each of which some test must notice.
 
 A mutant changes one comparison, operator, constant, sign or negation, swaps `any` and `all` or `min` and `max`, or
-leaves out one `require..` call. It is run in a process of its own, where what the changed source defines takes the
-place of what the module defined, wherever that was imported; the checks are the tests that call the function that
-changed, one by one until one fails.
+leaves out one `require..` or `decide` call. It is run in a process of its own, where what the changed source defines
+takes the place of what the module defined, wherever that was imported; the checks are the tests that call the function
+that changed, one by one until one fails.
 """
 
 from __future__ import annotations
@@ -56,6 +56,8 @@ OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
     ast.Mod: ast.Mult,
     ast.FloorDiv: ast.Mult,
 }
+REFUSING = ("require", "decide")
+"""How the names begin of what refuses a certificate."""
 SWAPPED = {"any": "all", "all": "any", "min": "max", "max": "min"}
 
 
@@ -396,7 +398,7 @@ def _apply(node: ast.AST, change: int) -> str | None:
     elif isinstance(node, ast.Name) and node.id in SWAPPED:
         node.id = SWAPPED[node.id]
         return f"became {node.id}"
-    elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) and _called(node.value).startswith("require"):
+    elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) and _called(node.value).startswith(REFUSING):
         words = f"{_called(node.value)} left out"
         node.value = ast.Constant(None)
         return words

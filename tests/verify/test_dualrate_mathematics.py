@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from replication.verify.dualrate import motor as dualrate_motor
 from replication.verify.dualrate import response as dualrate_response
 from replication.verify.dualrate import scalar as dualrate_scalar
 from replication.verify.dualrate.loop import Loop, Observer
+from replication.verify.kernel import Hurwitz, decide
 from replication.verify.theorem import Refused
 
 
@@ -274,13 +276,13 @@ def test_hurwitz_matrices_are_told_from_others() -> None:
             continue
         counts[growth < 0] += 1
         if growth < 0:
-            dualrate_motor.require_hurwitz(fmpq_mat(M.tolist()), "M")
+            decide(Hurwitz(fmpq_mat(M.tolist()), "M"))
         else:
             with pytest.raises(Refused, match="M is not Hurwitz"):
-                dualrate_motor.require_hurwitz(fmpq_mat(M.tolist()), "M")
+                decide(Hurwitz(fmpq_mat(M.tolist()), "M"))
     assert min(counts.values()) > 30
     with pytest.raises(Refused, match="determinant 2 is not positive"):
-        dualrate_motor.require_hurwitz(fmpq_mat([[0, 1], [0, -1]]), "M")
+        decide(Hurwitz(fmpq_mat([[0, 1], [0, -1]]), "M"))
 
 
 def test_transfer_function() -> None:
@@ -362,16 +364,14 @@ def test_error_is_bounded_where_it_is_largest_and_no_lower() -> None:
 
 
 def test_identities_that_are_checked() -> None:
-    checked: list[str] = []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(dualrate_identities, "require_equal", lambda left, right, what: checked.append(what))
+    with patch.object(dualrate_identities, "decide") as decided:
         dualrate_identities.require_error_equations()
         dualrate_identities.require_sampled_observer()
         dualrate_identities.require_rates()
         dualrate_identities.require_contraction()
         dualrate_identities.require_second_case()
         dualrate_identities.require_collected()
-    assert checked == [
+    assert [call.args[0].what for call in decided.call_args_list] == [
         *["the first row of (9) = (10)", "the second row of (9) = (10)"] * 2,
         "(3) = (7) in the first derivative",
         "(3) = (7) in the second derivative",

@@ -3,7 +3,7 @@
 import copy
 import re
 from fractions import Fraction
-from typing import Any
+from unittest.mock import patch
 
 import pytest
 from flint import arb, arb_mat, fmpq, fmpq_mat
@@ -11,6 +11,7 @@ from nonuniform_cases import Certificate, Tamper, load, put, remove
 from stated import check_stated as check
 
 from papers.mustafa import certificates
+from replication.verify.kernel import Equal, Hurwitz, Identity
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform import theory as nonuniform_theory
 from replication.verify.theorem import Refused
@@ -194,16 +195,10 @@ def test_logarithmic_norm_is_the_larger_eigenvalue_of_the_symmetric_part() -> No
     ],
 )
 def test_every_step_of_an_identity_is_checked(lemma: str, matrices: int, polynomials: int) -> None:
-    kept = identities.require_equal, identities.require
-    equal: list[str] = []
-    true: list[str] = []
-    identities.require_equal = lambda left, right, what: equal.append(what)
-    identities.require = lambda condition, what: true.append(what)
-    try:
+    with patch.object(identities, "decide") as decided:
         getattr(identities, f"require_{lemma}")()
-    finally:
-        identities.require_equal, identities.require = kept
-    assert (len(equal), len(true)) == (matrices, polynomials)
+    judged = [type(call.args[0]) for call in decided.call_args_list]
+    assert (judged.count(Identity), judged.count(Equal), len(judged)) == (matrices, polynomials, matrices + polynomials)
 
 
 @pytest.mark.parametrize(("h_u", "met"), [("22/25", True), ("9/10", False)])
@@ -368,12 +363,12 @@ def test_a_cell_that_does_not_force_the_level_is_refused() -> None:
 
 
 def test_one_interval_needs_a_stable_plant() -> None:
-    def refuse(*arguments: Any) -> None:
-        raise Refused("as planted")
-
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(Refused, match="as planted"):
-        patch.setattr(nonuniform_theory, "require_hurwitz", refuse)
+    with (
+        patch.object(nonuniform_theory, "decide", side_effect=Refused("as planted")) as decided,
+        pytest.raises(Refused, match="as planted"),
+    ):
         check(load("one-interval-1"))
+    assert decided.call_args.args == (Hurwitz(decided.call_args.args[0].M, "the plant"),)
 
 
 def test_numbers_in_sentences_are_short() -> None:

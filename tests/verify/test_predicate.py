@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from flint import fmpq
 
 from replication.verify.multirate.levels import UNDER
 from replication.verify.predicate import Exported, Predicate, same, term
 from replication.verify.quantities import ESTIMATORS, QUANTITIES, differences, in_words, unit_of
 from replication.verify.run import STATEMENTS, check
-from replication.verify.statement import Says
+from replication.verify.says import Says, as_data, exported
 from replication.verify.subjects import papers, theorems
+from replication.verify.theorem import Found
 
 ROOT = Path(__file__).parents[2]
 SAID = [(name, says) for name, one in STATEMENTS.items() for says in one.says]
@@ -42,6 +44,38 @@ def test_a_theorem_exports_the_plant_the_setting_and_the_bounds_of_its_certifica
     assert said.of == term("gain", "gains-33", sensors=[0, 1], periods=[2, 3], offsets=[0, 0])
     assert said.items == ((made["bound"]["lower"], made["bound"]["upper"]),)
     assert differences(said.of, "none", said) == []
+
+
+MADE = {"paper": "toy", "plant": {"name": "lag"}, "parameters": {"N": 2, "relative": "1/8"}}
+
+
+def test_a_term_has_the_plant_the_parameters_and_the_bounds_unless_it_says_otherwise() -> None:
+    whole = Found(lower=fmpq(1, 2), upper=fmpq(3), holds=True)
+    (usual,) = exported(Says(quantity="gain"), MADE, {}, whole)
+    assert usual == Exported(of=term("gain", "lag", N=2), unit="1", items=(("1/2", "3"),))
+    (fact,) = exported(Says(quantity="observability", universal=True), MADE, {}, whole)
+    assert fact == Exported(of=term("observability", N=2), unit="yes or no", holds=True)
+    (own,) = exported(
+        Says(quantity="gain"), {**MADE, "paper": None, "plant": None}, {}, Found(items=((None, fmpq(1)),))
+    )
+    assert (own.of.plant, own.items) == ("own plant ", ((None, "1"),))
+
+
+def test_a_term_may_be_chosen_from_the_parameters() -> None:
+    chosen = Says(
+        quantity=lambda parameters: "gain" if parameters["N"] == 2 else "poles",
+        estimators=("one-step predictors", "all estimators"),
+        readings=lambda parameters: (f"of {parameters['N']}",),
+        setting=lambda parameters: {"M": parameters["N"] + 1},
+        found=lambda known: Found(lower=known["low"]),
+    )
+    first, second = as_data((chosen,), "toy", MADE, {"low": fmpq(7)}, Found())
+    assert first == Exported(
+        of=term("gain", "lag", "one-step predictors", M=3), unit="1", readings=("of 2",), items=(("7", None),)
+    )
+    assert second.of.estimators == "all estimators"
+    for source, readings in (("toy", ("of 2",)), ("", ("of 2",)), ("other", ("none",))):
+        assert {one.readings for one in as_data((chosen,), source, MADE, {"low": None}, Found())} == {readings}
 
 
 def test_an_own_plant_never_has_the_name_or_the_reading_of_a_papers_one() -> None:

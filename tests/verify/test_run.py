@@ -14,8 +14,9 @@ from flint import fmpq, fmpq_mat
 
 from replication.audit.run.prove import prove
 from replication.verify.algebra.decimals import above, below, decimal, half_unit, printed_matrix, printed_poles
+from replication.verify.predicate import same
 from replication.verify.reading import MAX_BYTES
-from replication.verify.run import STATEMENTS, check, committed, printable, report, same, verify
+from replication.verify.run import STATEMENTS, check, committed, printable, report, verify
 from replication.verify.subjects import papers, plant, printed, subject, theorems
 from replication.verify.theorem import Refused
 
@@ -283,8 +284,8 @@ def test_printed_data_are_strings_and_integers(tmp_path: Path) -> None:
     assert printed(path) == {"A": "[1 2]", "N": {"a": ["0.1", 3]}}
     assert printed(tmp_path / "none.toml") == {}
     for content, reason in (
-        ("[A]\nvalue = 0.1\n", "the number 0.1, which must be a string"),
-        ("[A]\nvalue = nan\n", "the number nan, which must be a string"),
+        ("[A]\nvalue = 0.1\n", "the number 0.1 is not exact"),
+        ("[A]\nvalue = nan\n", "the number nan is not exact"),
         ('[A]\nplace = "p"\n', r"\[A\] has no value"),
         ("A = 1\n", r"\[A\] has no value"),
         ("[A\n", "is not valid TOML"),

@@ -4,13 +4,15 @@
 """
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from replication.verify.run import STATEMENTS
-from replication.verify.statement import Found
+from replication.verify.says import exported
+from replication.verify.theorem import Found
 
 ROOT = Path(__file__).parents[2]
 PINS = Path(__file__).with_name("said.json")
@@ -26,8 +28,7 @@ def said(certificate: dict[str, Any]) -> list[Any]:
     of_all = STATEMENTS[certificate["statement"]]
     nothing, terms = Found(lower=None, upper=None), []
     for says in of_all.says:
-        bare = type(says)(**{**vars(says), "found": None})
-        for one in bare.exported(certificate, {}, nothing):
+        for one in exported(replace(says, found=None), certificate, {}, nothing):
             of = one.of
             terms.append([of.quantity, of.plant, dict(of.setting), of.estimators, list(one.readings)])
     return json.loads(json.dumps([of_all.holds, *terms]))  # type: ignore[no-any-return]

@@ -8,8 +8,8 @@ from flint import arb, ctx, fmpq, fmpq_mat
 
 from replication.verify.reading import Reader, integer, matrix, positive, rational, sized
 from replication.verify.run import STATEMENTS
-from replication.verify.statement import BOTH, DOUBLE, UPPER, Depends, Found, Statement, collected, statement
-from replication.verify.theorem import Refused
+from replication.verify.statement import BOTH, DOUBLE, UPPER, Depends, Statement, collected, statement
+from replication.verify.theorem import Found, Refused
 
 
 def certificate(**fields: Any) -> dict[str, Any]:

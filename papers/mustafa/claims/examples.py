@@ -7,7 +7,7 @@ from typing import Any
 
 from papers.mustafa.claims.extensions import solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
-from papers.mustafa.claims.preliminaries import FILTER, down, of_example, up
+from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, WITHOUT_CONSTANT, down, of_example, up
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
 from papers.mustafa.printed import DATA, GAMMA, matrix
 from papers.mustafa.readings import DRAWN, FOUND, NOMINAL, OBSERVER_FORM, OUR_FILTER
@@ -23,9 +23,6 @@ LEVELS = Part(
 )
 RESPONSE = Part("Figs. 2 and 3", figures=("fig2", "fig3"))
 
-MISNAMED = "motor-constant"
-NO_NUMBER = "K_theta in A has no printed value, so that no number comes out."
-"""Of Example 2 without the erratum."""
 OF_PRINTED = term("gain over sequences", "printed-filter", "the given filter", **MIDDLE)
 PRINTED_FILTER, COLUMNS = DATA["filter"], DATA["columns-of-A_f"]
 
@@ -95,14 +92,20 @@ def nominal_level(e: int, results: Results) -> Evidence:
             **relative,
         },
         solvers=solvers(r),
+        as_printed={1: NOT_SQUARE, 2: WITHOUT_CONSTANT}[e],
         note=f"{where_it_holds(e, results)} {MORE[e]}",
     )
 
 
+NOT_SQUARE = Evidence(
+    method="Step 2 with (10) as printed.",
+    not_checkable="(10) is not square: its right half has a row more than its left, so that no number comes out.",
+)
 MORE = {
     1: "Where Phi - Gamma C/D is Schur, as at the shortest periods of the range or at the middle with the largest D "
     "that rounds to the print, a filter of form (4) has no error, and the least level is zero.",
-    2: "Step 2 minimises; a solver that stops near the infimum may leave the printed level.",
+    2: "Step 2 minimises, subject to (10) without its repeated row (erratum row); a solver that stops near the infimum "
+    "may leave the printed level.",
 }
 
 
@@ -113,7 +116,8 @@ def declare_level(e: int) -> None:
         GAMMA[e],
         statement=f"A filter with the printed level, at the one period of the grid, is found in Example {e}.",
         uses=(f"nominal.{e}", f"bracket.{e}", f"curve.{e}"),
-        pinned={1: "reproduced", 2: "compatible"}[e],
+        erratum={1: "row", 2: MISNAMED}[e],
+        pinned={1: "reproduced after erratum", 2: "compatible"}[e],
         reading=NOMINAL.name,
         says=[
             Predicate(of=of, relation="is", to=str(GAMMA[e]), reading=reading.name)
@@ -176,7 +180,7 @@ def norm_of_printed_filter(results: Results) -> Evidence:
         method="Exact H-infinity norm of (5) with the printed filter at the printed grid period.",
         value=norm,
         quantities={"optimum": best, "printed filter over optimum, relative": norm / best - 1},
-        note=NO_NUMBER,
+        as_printed=WITHOUT_CONSTANT,
     )
 
 
@@ -232,7 +236,7 @@ def output_matrix(results: Results) -> Evidence:
         lower=(tuple(r["lower"]),),
         upper=(tuple(r["upper"]),),
         quantities={"level of the best, not above": r["least"]},
-        note=NO_NUMBER,
+        as_printed=WITHOUT_CONSTANT,
     )
 
 
@@ -241,6 +245,7 @@ def output_matrix(results: Results) -> Evidence:
     COLUMNS["second"],
     uses="nominal.2",
     reading=OBSERVER_FORM.name,
+    erratum=MISNAMED,
     pinned="compatible",
     says=term("column of the observer", "printed-filter", column=1),
 )
@@ -248,7 +253,9 @@ def second_column(results: Results) -> Evidence:
     """The second column of A_f is that of Phi(0.05), as in an observer; the text does not say so."""
     # C does not see the second state, so A_f = Phi - B_f C keeps that column.
     column = tuple((row[1],) for row in results["nominal.2"]["Phi"])
-    return Evidence(method="Second column of Phi(0.05) by the matrix exponential.", value=column)
+    return Evidence(
+        method="Second column of Phi(0.05) by the matrix exponential.", value=column, as_printed=WITHOUT_CONSTANT
+    )
 
 
 @LEVELS.matrix(
@@ -256,6 +263,7 @@ def second_column(results: Results) -> Evidence:
     COLUMNS["first"],
     uses="nominal.2",
     reading=OBSERVER_FORM.name,
+    erratum=MISNAMED,
     pinned="compatible",
     tolerance="0.0001",
     tolerance_reason="B_f is printed to half a unit as well, and enters the difference.",
@@ -267,12 +275,18 @@ def first_column(results: Results) -> Evidence:
     return Evidence(
         method="First column of Phi(0.05) - B_f C, with B_f as printed.",
         value=tuple((r[0] - b[0],) for r, b in zip(Phi, B, strict=True)),
+        as_printed=WITHOUT_CONSTANT,
         note="The relation was found from these numbers, so that the print bears it out and does not test it.",
     )
 
 
 @RESPONSE.statistical(
-    "figure.attenuated", place="Sec. VI-B; Fig. 2", uses=(*DRAWS, "laws", "bracket.2"), reading=DRAWN["uniform"].name
+    "figure.attenuated",
+    place="Sec. VI-B; Fig. 2",
+    uses=(*DRAWS, "laws", "bracket.2"),
+    reading=DRAWN["uniform"].name,
+    erratum=MISNAMED,
+    pinned="reproduced after erratum",
 )
 def attenuated(results: Results) -> Evidence:
     """In every draw of ours the disturbance of the text is attenuated in the error, and, where the same draw was also
@@ -301,6 +315,7 @@ def attenuated(results: Results) -> Evidence:
             **{f"smallest ratio with no filter, periods {law}": min(laws[law]["none"]) for law in LAWS},
             "attained worst-case gain": results["bracket.2"]["lower"],
         },
+        as_printed=WITHOUT_CONSTANT,
         note="Other disturbances are not covered: there are a disturbance and a sequence for which the error is larger "
         "than the disturbance, in the l2 norm.",
     )

@@ -5,7 +5,17 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from papers.mustafa.claims.guarantees import FILTERED, RANGE
-from papers.mustafa.claims.preliminaries import FILTER, for_both, identity, of_example, on_motor, up, up_to_rounding
+from papers.mustafa.claims.preliminaries import (
+    FILTER,
+    MISNAMED,
+    WITHOUT_CONSTANT,
+    for_both,
+    identity,
+    of_example,
+    on_motor,
+    up,
+    up_to_rounding,
+)
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, sizes
 from papers.mustafa.readings import (
@@ -141,10 +151,26 @@ def lmi_size_of_f(results: Results) -> Evidence:
     )
 
 
-@THEOREM_3.feasible("recovery", place="Eq. (11)", uses="identities", says=term("recovery (11)"))
+@THEOREM_3.feasible(
+    "recovery",
+    place="Eq. (11)",
+    uses="identities",
+    erratum="size-of-F",
+    pinned="reproduced after erratum",
+    says=term("recovery (11)"),
+)
 def recovery(results: Results) -> Evidence:
     """The filter by (11) from the unknowns of (10) is the one behind them."""
-    return identity(results, "recovery", "Transfer matrices of random filters at one point, before and after (11).")
+    (n, r), _ = sizes()
+    return replace(
+        identity(results, "recovery", "Transfer matrices of random filters at one point, before and after (11)."),
+        # Y has n columns; the printed F has r rows.
+        as_printed=Evidence(
+            method="Columns of Y against rows of F, which is printed r by n: only if they are as many does the "
+            "product Y^-1 F exist.",
+            holds=n == r,
+        ),
+    )
 
 
 @THEOREM_3.feasible(
@@ -241,6 +267,7 @@ def condition_8(e: int, results: Results) -> Evidence:
             "largest left side, any change, modal coordinates: bound between the nodes": r["modal_bound"],
             "largest left side, any change, modal coordinates: least over other single elements": r["best"],
         },
+        as_printed={1: None, 2: WITHOUT_CONSTANT}[e],
         not_checkable="" if not undecided else "The bound between the nodes does not decide; take more of them.",
         note="In modal coordinates the left side is the least that any coordinates give for a constant change: where "
         "it exceeds one, no change of coordinates helps. Its gain for every sequence in the coordinates of the plant "
@@ -275,7 +302,8 @@ for e in EXAMPLES:
         "changes of the period and for all changes in modal coordinates.",
         uses=f"condition.{e}",
         consequence="headline",
-        pinned={1: "refuted", 2: "consistent"}[e],
+        erratum={1: None, 2: MISNAMED}[e],
+        pinned={1: "refuted", 2: "reproduced after erratum"}[e],
         reading=CONSTANT_CHANGE.name,
         says=[
             Predicate(of=term("condition (8)", f"example-{e}"), reading=one.name)

@@ -22,6 +22,12 @@ FILTER = {
     2: "the printed filter",
 }
 """The filter that an example is about."""
+MISNAMED = "motor-constant"
+"""The erratum without which A of Example 2 has no value."""
+WITHOUT_CONSTANT = Evidence(
+    method="A of Example 2 as printed.",
+    not_checkable="K_theta in A has no printed value, so that nothing comes out.",
+)
 MOTOR_CONSTANT = "A of Example 2 is formed with K_theta = K_q (erratum motor-constant)."
 
 

@@ -106,7 +106,9 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds."""
     evidence = case.evidence
     verdict = Verdict.DIFFERS if _compares_numbers(case.claim) else Verdict.UNDETERMINED
-    if evidence.as_printed is not None:
+    if evidence.as_printed is not None and evidence.as_printed.not_checkable:
+        before = f"As printed: {evidence.as_printed.not_checkable}"
+    elif evidence.as_printed is not None:
         printed = _found(replace(case, evidence=evidence.as_printed, printed=True))
         before, verdict = f"As printed: {printed.reason}", printed.verdict
         if printed.verdict in AGREES:

@@ -7,6 +7,7 @@ if TYPE_CHECKING:
     from replication.estimation.dualrate.observers import OBSERVERS
     from replication.estimation.dualrate.problem import make_plant
     from replication.estimation.dualrate.result import DualRateResult
+    from replication.estimation.dualrate.slow.result import SlowRateResult
 else:
     from replication.estimation.lazy import lazy
 
@@ -17,7 +18,17 @@ else:
             "observers": "OBSERVERS",
             "problem": "make_plant",
             "result": "DualRateResult",
+            "slow.result": "SlowRateResult",
         },
     )
 
-__all__ = ["OBSERVERS", "DualRateResult", "analyse", "compare", "design", "make_plant", "simulate"]
+__all__ = [
+    "OBSERVERS",
+    "DualRateResult",
+    "SlowRateResult",
+    "analyse",
+    "compare",
+    "design",
+    "make_plant",
+    "simulate",
+]

@@ -6,15 +6,19 @@ does so is a choice (`observer`, one of `OBSERVERS`). u = K x^, and L corrects t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.linalg
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.api.baselines import LITTLE
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.simulation import Simulation, simulated
+from replication.estimation.dualrate.gains import Weights, checked_weights, continuous_gains
 from replication.estimation.dualrate.loop import (
     MARGINAL,
     close_loop,
@@ -26,69 +30,102 @@ from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, dual_rate_design, signals_of
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.result import DualRateResult, noise_to_output
+from replication.estimation.dualrate.slow.design import Goal, require_level, slow_design
+from replication.estimation.dualrate.slow.levels import MEASURE, beside, kalman
+from replication.estimation.dualrate.slow.loop import gain, of_gains
+from replication.estimation.dualrate.slow.problem import slow_problem
+from replication.estimation.dualrate.slow.result import SlowRateResult
+from replication.estimation.dualrate.slow.simulation import simulate_slow
 from replication.estimation.linear.norms import l2_gain
-from replication.estimation.validation import Array, as_matrix
+from replication.estimation.validation import one_of
 
 if TYPE_CHECKING:
     import control
 
 DEFAULT_OBSERVER = "running_prediction"
 """The repaired predictor: between measurements it carries on from the last one."""
+SLOW = 'design for the rates as they are: at="slow"'
+LONGEST = 2_000
+"""Fast instants in a slow period up to which continuous gains have other levels beside theirs: more take minutes."""
 SUBSTEPS = 10
 """Points of a time response per fast period."""
-SEMIDEFINITE = 1e-12
-"""Negative eigenvalues of a weight up to so much of the largest are rounding."""
+
+
+class At(StrEnum):
+    """Where gains are designed: for the plant in continuous time, or for the plant as it is sampled and held."""
+
+    CONTINUOUS = "continuous"
+    SLOW = "slow"
 
 
 def design(
     plant: Plant | control.StateSpace,
     *,
     period: float,
-    ratio: int,
+    ratio: int | Sequence[int],
+    at: str = "continuous",
+    goal: str = "h2",
+    level: float | None = None,
+    hold: int | Sequence[int] = 1,
     observer: str = DEFAULT_OBSERVER,
     state_weight: Any = None,
     input_weight: Any = None,
     process_noise: Any = None,
     sensor_noise: Any = None,
-) -> DualRateResult:
-    """A loop with the linear-quadratic K and the stationary Kalman gain L of the continuous-time plant.
+) -> DualRateResult | SlowRateResult:
+    """A loop with gains for the continuous-time plant, as in the paper, or with a controller for the slow rate.
 
-    The loop that these gains make at the two rates is analysed exactly.
+    `at="continuous"` gives the linear-quadratic K and the stationary Kalman gain L, which know nothing of the rates;
+    the loop that they make is analysed exactly. `at="slow"` designs for the plant as it is sampled and held: such a
+    controller exists whenever the sensors, at their instants, see every unstable mode and the inputs move it.
 
     Parameters
     ----------
     plant : control.StateSpace or Plant
         Strictly proper and continuous-time, or what `make_plant(A, B, C)` gives; n states, m inputs, p outputs.
     period : float
-        Fast period T of the input, s.
-    ratio : int
-        M; the sensor delivers every M T.
+        Fast period T, s.
+    ratio : int or sequence of int
+        M; the sensor delivers every M T. At the slow rate also one number for each sensor.
+    at : str
+        "continuous" or "slow".
+    goal : str
+        At the slow rate "h2", the least mean of x'Qx + u'Ru at the fast instants under white noise, or "hinf", the
+        least worst-case gain.
+    level : float, optional
+        Gain to keep, of "hinf"; one per cent above the least unless given.
+    hold : int or sequence of int
+        At the slow rate: an input changes every so many T and is held between. One number, or one for each input.
     observer : str
-        What fills the instants between, one of `OBSERVERS`.
+        What fills the instants between, one of `OBSERVERS`; of the continuous gains.
     state_weight : array (n, n), optional
         Q in the integral of x'Qx + u'Ru that K minimises; C'C unless given.
     input_weight : array (m, m), optional
         R of that integral; the identity unless given.
     process_noise : array (n, n), optional
-        Intensity of the process noise for which L is the Kalman gain; BB' unless given.
+        Intensity W of the process noise; BB' unless given.
     sensor_noise : array (p, p), optional
-        Intensity of the sensor noise; the identity unless given.
+        Intensity of the sensor noise in continuous time, at the slow rate the covariance of one reading; the identity
+        unless given.
 
     Returns
     -------
-    DualRateResult
-        Gains K (m, n) and L (n, p), and the exact gain of their loop.
+    DualRateResult or SlowRateResult
+        Gains K (m, n) and L (n, p), or those of each instant at the slow rate; and the exact gain of their loop.
 
     Raises
     ------
     InvalidInputError
         An argument does not fit, or the rates lose an unstable mode.
     InfeasibleError
-        There are no such gains, or the loop is unstable.
+        There are no such gains, or the loop is unstable; at the slow rate the message names the mode that proves it.
+    SolverError
+        At the slow rate rounding spoils the Riccati equations.
 
     Notes
     -----
-    The plant is eq. (1) of Shao et al., the observer's differential equation (3), the feedback (8).
+    The plant is eq. (1) of Shao et al., the observer's differential equation (3), the feedback (8). The design at the
+    slow rate is textbook sampled-data control, and not of the paper.
 
     Examples
     --------
@@ -97,16 +134,44 @@ def design(
     >>> loop = design(servo, period=0.01, ratio=20)
     >>> loop.fact("monodromy radius").value < 1
     True
+    >>> slow = design(servo, period=0.01, ratio=20, at="slow")
+    >>> slow.running().step(None, [0.3]).shape  # the next estimate, and the command that belongs to it
+    (3,)
     """
-    model = as_plant(plant)
-    A, B, C = model.state, model.input, model.output
-    Q = _weight("state_weight", state_weight, C.T @ C)
-    R = _weight("input_weight", input_weight, np.eye(B.shape[1]), definite=True)
-    W = _weight("process_noise", process_noise, B @ B.T)
-    V = _weight("sensor_noise", sensor_noise, np.eye(len(C)), definite=True)
-    K = -np.linalg.solve(R, B.T @ _riccati(A, B, Q, R, "state_weight, input_weight"))
-    L = np.linalg.solve(V, C @ _riccati(A.T, C.T, W, V, "process_noise, sensor_noise")).T
-    return analyse(plant, feedback=K, injection=L, period=period, ratio=ratio, observer=observer)
+    model, where, aim = as_plant(plant), one_of(At, at), one_of(Goal, goal)
+    weights = checked_weights(model, state=state_weight, input=input_weight, process=process_noise, sensor=sensor_noise)
+    kept = require_level(aim, level)
+    _builder(observer)
+    if where is At.SLOW:
+        problem = slow_problem(model, period=period, ratio=ratio, hold=hold, weights=weights)
+        return slow_design(problem, signals_of(plant, problem.period), goal=aim, level=kept, observer=observer)
+    if np.ndim(ratio) > 0 or np.any(np.asarray(hold) != 1) or aim is not Goal.H2:
+        raise InvalidInputError(
+            'one ratio for each sensor, hold and goal="hinf" belong to designs at the slow rate: at="slow"'
+        )
+    K, L = continuous_gains(model, weights)
+    result = analyse(plant, feedback=K, injection=L, period=period, ratio=ratio, observer=observer)  # type: ignore[arg-type]
+    return replace(result, evidence=(*result.evidence, *_levels(result, weights)))
+
+
+def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
+    """What the continuous gains are worth beside a design at the slow rate, for the same noise and weights."""
+    loop = result.loop.design
+    if loop.ratio > LONGEST:
+        return ()
+    given = weights._replace(sensor=weights.sensor / loop.slow_period)
+    try:
+        problem = slow_problem(loop.model, period=loop.period, ratio=loop.ratio, hold=1, weights=given)
+        best = kalman(problem)[1].upper
+        level = gain(problem, of_gains(problem, result.loop)).upper
+    except (InfeasibleError, InvalidInputError, SolverError):
+        return ()
+    own = Evidence("level from process and sensor noise", level, MEASURE)
+    lost = None
+    if level > (1 + LITTLE) * best > 0:
+        how = f"ratio to the level of the Kalman filter there; {SLOW}"
+        lost = Evidence("loss against the slow rate", level / best, how)
+    return (own, *((lost,) if lost else ()), *beside(problem, level, best))
 
 
 def analyse(
@@ -196,18 +261,18 @@ def compare(result: DualRateResult) -> dict[str, float]:
 
 
 def simulate(
-    result: DualRateResult, start: Any, *, slow_periods: int, estimate: Any = None, output: int = 0
+    result: DualRateResult | SlowRateResult, start: Any, *, slow_periods: int, estimate: Any = None, output: int = 0
 ) -> Simulation:
     """The loop from given starts, without noise, between the instants too.
 
     Parameters
     ----------
-    result : DualRateResult
+    result : DualRateResult or SlowRateResult
         What `design` or `analyse` gave.
     start : array (n,)
         x(0).
     slow_periods : int
-        How many slow periods M T.
+        How many slow periods M T, or periods of all rates together.
     estimate : array (n,), optional
         x^(0); zero unless given.
     output : int
@@ -223,6 +288,9 @@ def simulate(
     InvalidInputError
         A start of another length, or no such output.
     """
+    if isinstance(result, SlowRateResult):
+        rest = np.zeros(result.problem.plant.size) if estimate is None else estimate
+        return simulate_slow(result, start, periods=slow_periods, estimate=rest, output=output, substeps=SUBSTEPS)
     DualRateResult.require(result)
     first = np.zeros(result.loop.design.model.size) if estimate is None else estimate
     response = time_response(result.loop, start, first, slow_periods=slow_periods, substeps=SUBSTEPS, output=output)
@@ -244,10 +312,10 @@ def _advice(problem: DualRateDesign, discrete_gain: bool) -> str:
     """Which observers would do with the same gains, and what else can be changed."""
     stable = [name for name, radius in _radii(problem, discrete_gain).items() if radius < 1.0 - MARGINAL]
     if "state_feedback" not in stable:
-        return "so it is with the full state at every instant; choose a shorter period or a weaker feedback K"
+        return f"so it is with the full state at every instant; choose a shorter period, a weaker feedback K, or {SLOW}"
     others = ", ".join(name for name in stable if name not in ("state_feedback", "fast_sensor"))
-    choice = f"one of the observers {others}" if others else "a smaller ratio"
-    return f"with the full state at every instant it would be stable; choose {choice}, or another gain L"
+    choice = f"one of the observers {others}, or " if others else ""
+    return f"with the full state at every instant it would be stable; {SLOW}, or choose {choice}another gain L"
 
 
 def _builder(observer: str) -> Any:
@@ -255,27 +323,3 @@ def _builder(observer: str) -> Any:
         known = ", ".join(name for name in OBSERVERS if name != "state_feedback")
         raise InvalidInputError(f"observer must be one of {known}, got {observer!r}")
     return OBSERVERS[observer]
-
-
-def _weight(name: str, value: Any, default: Array, *, definite: bool = False) -> Array:
-    """The symmetric weight or `default`; InvalidInputError unless it is positive semidefinite, or definite if asked."""
-    if value is None:
-        return default
-    size = len(default)
-    matrix = as_matrix(name, value, rows=size, columns=size)
-    least, largest = np.linalg.eigvalsh(matrix)[[0, -1]]
-    good = least > 0 if definite else least >= -SEMIDEFINITE * max(largest, 0.0)
-    if not np.array_equal(matrix, matrix.T) or not good:
-        word = "definite" if definite else "semidefinite"
-        raise InvalidInputError(f"{name} must be symmetric and positive {word}, got {matrix.tolist()}")
-    return matrix
-
-
-def _riccati(A: Any, B: Any, Q: Any, R: Any, weights: str) -> Any:
-    try:
-        return scipy.linalg.solve_continuous_are(A, B, Q, R)
-    except (np.linalg.LinAlgError, ValueError) as error:
-        raise InfeasibleError(
-            f"the Riccati equation for {weights} has no stabilising solution ({error}): every unstable mode must be "
-            "moved by the input and seen by the sensor, and no mode on the imaginary axis may be left out of the weight"
-        ) from None

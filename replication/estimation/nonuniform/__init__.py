@@ -8,6 +8,11 @@ if TYPE_CHECKING:
     from replication.estimation.nonuniform.filters import Filter
     from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
     from replication.estimation.nonuniform.result import NonuniformResult
+    from replication.estimation.nonuniform.stamped.facade import design_stamped
+    from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
+    from replication.estimation.nonuniform.stamped.kalman.running import StampedKalman
+    from replication.estimation.nonuniform.stamped.result import StampedResult
+    from replication.estimation.nonuniform.stamped.stamped_filter import StampedPlant
 else:
     from replication.estimation.lazy import lazy
 
@@ -18,7 +23,25 @@ else:
             "filters": "Filter",
             "plant": "PeriodRange SampledPlant",
             "result": "NonuniformResult",
+            "stamped.facade": "design_stamped",
+            "stamped.kalman.noisy_plant": "NoisyPlant",
+            "stamped.result": "StampedResult",
+            "stamped.kalman.running": "StampedKalman",
+            "stamped.stamped_filter": "StampedPlant",
         },
     )
 
-__all__ = ["Filter", "NonuniformResult", "PeriodRange", "SampledPlant", "analyse", "design", "simulate"]
+__all__ = [
+    "Filter",
+    "NoisyPlant",
+    "NonuniformResult",
+    "PeriodRange",
+    "SampledPlant",
+    "StampedKalman",
+    "StampedPlant",
+    "StampedResult",
+    "analyse",
+    "design",
+    "design_stamped",
+    "simulate",
+]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from replication.estimation.nonuniform.filters import Filter
+from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.guarantee.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import BadSequence, worst_sequence
@@ -31,7 +31,7 @@ class WorstCaseGain:
 
 def worst_case_gain(
     plant: SampledPlant,
-    filter_: Filter,
+    filter_: Estimator,
     periods: PeriodRange,
     *,
     horizon: int,

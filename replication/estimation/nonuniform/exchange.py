@@ -6,7 +6,9 @@ Unlike a grid it looks between the nodes, and every inequality that the solver s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -74,13 +76,14 @@ def largest_eigenvalues(plant: SampledPlant, v: LmiVariables, transitions: Array
 
 
 def worst_periods(
-    normalised: Normalised, v: LmiVariables, candidates: Array, transitions: Array
+    plant: SampledPlant, violation: Callable[[Array], Array], candidates: Array, transitions: Array
 ) -> list[tuple[float, float]]:
     """(violation, period) at the PEAKS highest local peaks of the violation over sorted `candidates`, largest first.
 
-    Each inner peak moves to the top of the parabola through it and its neighbours, if that is higher.
+    violation: of a stack of transition matrices (K, n + m, n + m). Each inner peak moves to the top of the parabola
+    through it and its neighbours, if that is higher.
     """
-    values = largest_eigenvalues(normalised.plant, v, transitions)
+    values = violation(transitions)
     padded = np.concatenate([[-np.inf], values, [-np.inf]])
     peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]))
     peaks = peaks[np.argsort(-values[peaks], kind="stable")[:PEAKS]]
@@ -90,7 +93,7 @@ def worst_periods(
         rise, fall = (values[peaks[inner]] - values[peaks[inner] + side] for side in (-1, 1))
         shifted = peaks[inner] + (rise - fall) / (rise + fall) / 2
         tops[inner] = np.interp(shifted, np.arange(len(candidates)), candidates)
-        polished = violations(normalised, v, tops)
+        polished = violation(plant.transitions(tops))
         lower = polished < heights
         tops[lower], heights = candidates[peaks[lower]], np.maximum(polished, heights)
     return sorted(zip(heights.tolist(), tops.tolist(), strict=True), reverse=True)
@@ -144,7 +147,7 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
     """
     limit = positive_integer("max_rounds", max_rounds)
     normalised = normalise(plant, periods.middle)
-    candidates, transitions = _scan(normalised.plant, periods)
+    candidates, transitions = scan(normalised.plant, periods)
     working, reached = sorted({periods.h_l, periods.middle, periods.h_u}), 0.0
     satisfied: list[tuple[LmiSolution, int, float, float]] = []
     for round_ in range(1, limit + 1):
@@ -155,7 +158,8 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
                 raise
             # The last periods were to make it more accurate only; its shortfall says how accurate it is without them.
             return _ended(normalised, *satisfied[-1])
-        peaks = worst_periods(normalised, solution.variables, candidates, transitions)
+        left = partial(largest_eigenvalues, normalised.plant, solution.variables)
+        peaks = worst_periods(normalised.plant, left, candidates, transitions)
         violation, owed = peaks[0][0], shortfall(solution, peaks)
         if violation <= VIOLATION:
             satisfied.append((solution, round_, violation, owed))
@@ -189,7 +193,7 @@ def _certified(plant: SampledPlant, normalised: Normalised, solution: LmiSolutio
     return f"its filter is guaranteed {level:.9g} over the whole range"
 
 
-def _scan(plant: SampledPlant, periods: PeriodRange) -> tuple[Array, Array]:
+def scan(plant: SampledPlant, periods: PeriodRange) -> tuple[Array, Array]:
     """SCAN sorted periods from end to end and their transition matrices."""
     if (periods.h_u - periods.h_l) * np.linalg.norm(plant.A, 2) > WIDE:
         ratios = np.geomspace(periods.h_l, periods.h_u, SCAN)

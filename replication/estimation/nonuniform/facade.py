@@ -7,7 +7,7 @@ design gives one filter, whose level holds for every sequence of periods in the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.nonuniform.result import NonuniformResult, result_of
+from replication.estimation.nonuniform.stamped.result import StampedResult
 from replication.estimation.nonuniform.worst_case import error_ratio, sequence_gain, simulate_error
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ class SampledPlantReader(PlantReader[SampledPlant]):
 
     kind = SampledPlant
     arrays, advice = "SampledPlant", "; arrays make one: SampledPlant(A, B, C, D, L)"
+    makes: ClassVar[type[SampledPlant]] = SampledPlant
     refusal = "measured belongs to a control.StateSpace; a SampledPlant has C and L"
 
     def signals_of(self, plant: SampledPlant) -> Signals:
@@ -53,7 +55,7 @@ class SampledPlantReader(PlantReader[SampledPlant]):
             raise InvalidInputError(
                 "the estimated outputs must have no feedthrough from w: set these rows of D to zero"
             )
-        return SampledPlant(system.A, system.B, system.C[seen], system.D[seen], system.C[others]), signals
+        return self.makes(system.A, system.B, system.C[seen], system.D[seen], system.C[others]), signals
 
 
 read_plant = SampledPlantReader()
@@ -114,7 +116,7 @@ def design(
     True
     """
     checked, signals = read_plant(plant, measured=measured)
-    range_ = _range(periods)
+    range_ = as_range(periods)
     if goal == "robust":
         found = robust_design(checked, range_)
         report = found.design.report
@@ -179,16 +181,18 @@ def analyse(
         No certificate is found.
     """
     checked, signals = read_plant(plant, measured=measured)
-    return result_of(checked, signals, _filter(filter_), _range(periods), (), leaves, horizon)
+    return result_of(checked, signals, _filter(filter_), as_range(periods), (), leaves, horizon)
 
 
-def simulate(result: NonuniformResult, sampling_periods: Any = None, *, disturbance: Any = None) -> Simulation:
+def simulate(
+    result: NonuniformResult | StampedResult, sampling_periods: Any = None, *, disturbance: Any = None
+) -> Simulation:
     """The error z - z^ at the samples, from rest.
 
     Parameters
     ----------
-    result : NonuniformResult
-        What `design` or `analyse` gave.
+    result : NonuniformResult or StampedResult
+        What `design`, `analyse` or `design_stamped` gave.
     sampling_periods : array (K,), optional
         h_0 ... h_{K-1}, s, all in the range; the worst sequence that the analysis found unless given.
     disturbance : array (K, m), optional
@@ -204,7 +208,8 @@ def simulate(result: NonuniformResult, sampling_periods: Any = None, *, disturba
     InvalidInputError
         A period outside the range, another length, or a disturbance without its sampling periods.
     """
-    NonuniformResult.require(result)
+    if not isinstance(result, StampedResult):
+        NonuniformResult.require(result)
     if sampling_periods is None:
         if disturbance is not None:
             raise InvalidInputError("give the sampling periods that belong to the disturbance")
@@ -246,7 +251,8 @@ def _filter(given: Filter | control.StateSpace) -> Filter:
     return Filter(given.A, given.B, given.C)
 
 
-def _range(periods: PeriodRange | Sequence[float]) -> PeriodRange:
+def as_range(periods: PeriodRange | Sequence[float]) -> PeriodRange:
+    """The range that a user gave; raises InvalidInputError unless it is a pair of periods in order."""
     if isinstance(periods, PeriodRange):
         return periods
     if np.ndim(periods) != 1 or len(periods) != 2:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import numpy.typing as npt
-import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import GainBracket, l2_gain
@@ -22,8 +22,52 @@ if TYPE_CHECKING:
 DOUBLINGS = 50
 
 
+class Estimator(ABC):
+    """What the gain of an error is found from, be the filter of form (4) or one that takes time stamps.
+
+    The error follows steps [Phi, Gamma] `entry` of the plant, to which rows that do not depend on the period may be
+    added; entry has the shape (n + m, N + m) for an error of N states.
+    """
+
+    @abstractmethod
+    def error_output(self, plant: SampledPlant) -> Array:
+        """The error e as rows of its states; raises InvalidInputError if filter and plant do not fit."""
+
+    @abstractmethod
+    def error_step(self, plant: SampledPlant, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
+        """State and input matrices of the error, for stacks of Phi and Gamma."""
+
+    @abstractmethod
+    def entry(self, plant: SampledPlant) -> Array:
+        """What the transition of the plant is multiplied by from the right."""
+
+    def steps_along(self, plant: SampledPlant, periods: Array, upper: Array) -> tuple[Array, Array]:
+        """`error_step` for each of a sequence of periods, with the upper rows (K, n, n + m) of its transitions."""
+        return self.error_step(plant, upper[..., : plant.order], upper[..., plant.order :])
+
+    def at(self, h: float) -> Estimator:
+        """The filter as it is at a constant period h."""
+        return self
+
+    @abstractmethod
+    def errors(self, plant: SampledPlant, periods: Array, w: Array) -> Array:
+        """e_0 ... e_K from rest for a sequence of periods, one after the other."""
+
+    @abstractmethod
+    def require_settling(self, plant: SampledPlant) -> None:
+        """Raise InvalidInputError if the filter does not fit the plant, InfeasibleError if it cannot settle."""
+
+    @abstractmethod
+    def in_coordinates(self, T: Array) -> Self:
+        """The same for the plant with state T x."""
+
+    @abstractmethod
+    def in_units(self, units: Array) -> Self:
+        """The same with its own states divided by units."""
+
+
 @dataclass(frozen=True)
-class Filter:
+class Filter(Estimator):
     """Eq. (4): x^(k+1) = A x^(k) + B y(k), z^(k) = C x^(k).
 
     Parameters
@@ -77,6 +121,58 @@ class Filter:
 
         return control.StateSpace(self.A, self.B, self.C, np.zeros((len(self.C), self.B.shape[1])), dt)
 
+    def error_output(self, plant: SampledPlant) -> Array:
+        """[L, -C_f] of eq. (5)."""
+        if self.B.shape[1] != len(plant.C) or len(self.C) != len(plant.L):
+            raise InvalidInputError(
+                f"the filter maps {self.B.shape[1]} measurements to {len(self.C)} estimates, but the plant has "
+                f"{len(plant.C)} and {len(plant.L)}; check B_f and C_f"
+            )
+        return np.hstack([plant.L, -self.C])
+
+    def error_step(self, plant: SampledPlant, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
+        """The state and input matrices of the error system (5)."""
+        n, nf, m = plant.order, len(self.A), plant.B.shape[1]
+        state, drive = np.zeros((*Phi.shape[:-2], n + nf, n + nf)), np.zeros((*Phi.shape[:-2], n + nf, m))
+        state[..., :n, :n], drive[..., :n, :] = Phi, Gamma
+        state[..., n:, :n], drive[..., n:, :] = self.B @ plant.C, self.B @ plant.D
+        state[..., n:, n:] = self.A
+        return state, drive
+
+    def entry(self, plant: SampledPlant) -> Array:
+        """The plant goes on by itself: x and w enter, x^ does not."""
+        n, nf, m = plant.order, len(self.A), plant.B.shape[1]
+        return np.hstack([np.eye(n + m, n), np.zeros((n + m, nf)), np.eye(n + m, m, -n)])
+
+    def errors(self, plant: SampledPlant, periods: Array, w: Array) -> Array:
+        """Plant and filter side by side."""
+        n, transitions = plant.order, plant.transitions(periods)
+        output = self.error_output(plant)
+        x, estimate = np.zeros(n), np.zeros(len(self.A))
+        found = [output @ np.concatenate([x, estimate])]
+        for step, disturbance in zip(transitions, w, strict=True):
+            estimate = self.A @ estimate + self.B @ (plant.C @ x + plant.D @ disturbance)
+            x = step[:n, :n] @ x + step[:n, n:] @ disturbance
+            found.append(output @ np.concatenate([x, estimate]))
+        return np.array(found)
+
+    def require_settling(self, plant: SampledPlant) -> None:
+        """A_f must be Schur stable."""
+        self.error_output(plant)
+        radius = self.spectral_radius()
+        if radius >= 1:
+            raise InfeasibleError(
+                f"A_f has spectral radius {radius:.6g} >= 1: the error does not settle; its gain is infinite"
+            )
+
+    def in_coordinates(self, T: Array) -> Self:
+        """Itself: it knows nothing of the plant's state."""
+        return self
+
+    def in_units(self, units: Array) -> Self:
+        """With states x^ / units."""
+        return replace(self, A=self.A / units[:, None] * units, B=self.B / units[:, None], C=self.C * units)
+
     def spectral_radius(self) -> float:
         """Stable for every sampling sequence iff it is below one.
 
@@ -95,54 +191,17 @@ def observer(plant: SampledPlant, h: float, K: Array) -> Filter:
     return Filter(Phi - gain @ plant.C, gain, plant.L)
 
 
-def kalman_filter(plant: SampledPlant, h: float) -> Filter | None:
-    """The stationary Kalman predictor at a constant period, for white w of unit intensity.
-
-    None where the sensors' noise D D' is singular or a mode is not disturbed, and no such filter need exist.
-    """
-    Phi, Gamma = plant.discretise(h)
-    noise, crossed = plant.D @ plant.D.T, Gamma @ plant.D.T
-    if np.linalg.matrix_rank(noise) < len(noise):
-        return None
-    try:
-        P = scipy.linalg.solve_discrete_are(Phi.T, plant.C.T, Gamma @ Gamma.T, noise, s=crossed)
-    except np.linalg.LinAlgError:
-        return None
-    K = np.linalg.solve(plant.C @ P @ plant.C.T + noise, (Phi @ P @ plant.C.T + crossed).T).T
-    return observer(plant, h, K)
-
-
-def error_output(plant: SampledPlant, filter_: Filter) -> Array:
+def error_output(plant: SampledPlant, filter_: Estimator) -> Array:
     """[L, -C_f] of eq. (5), of shape (s, n + nf); raises InvalidInputError if filter and plant do not fit."""
-    if filter_.B.shape[1] != len(plant.C) or len(filter_.C) != len(plant.L):
-        raise InvalidInputError(
-            f"the filter maps {filter_.B.shape[1]} measurements to {len(filter_.C)} estimates, but the plant has "
-            f"{len(plant.C)} and {len(plant.L)}; check B_f and C_f"
-        )
-    return np.hstack([plant.L, -filter_.C])
+    return filter_.error_output(plant)
 
 
-def require_settling(plant: SampledPlant, filter_: Filter) -> None:
-    """Raise InvalidInputError if the filter does not fit the plant, InfeasibleError if A_f is not Schur stable."""
-    error_output(plant, filter_)
-    radius = filter_.spectral_radius()
-    if radius >= 1:
-        raise InfeasibleError(
-            f"A_f has spectral radius {radius:.6g} >= 1: the error does not settle; its gain is infinite"
-        )
-
-
-def error_step(plant: SampledPlant, filter_: Filter, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
+def error_step(plant: SampledPlant, filter_: Estimator, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
     """The state and input matrices of the error system (5) for given Phi (..., n, n) and Gamma (..., n, m)."""
-    n, nf, m = plant.order, len(filter_.A), plant.B.shape[1]
-    state, drive = np.zeros((*Phi.shape[:-2], n + nf, n + nf)), np.zeros((*Phi.shape[:-2], n + nf, m))
-    state[..., :n, :n], drive[..., :n, :] = Phi, Gamma
-    state[..., n:, :n], drive[..., n:, :] = filter_.B @ plant.C, filter_.B @ plant.D
-    state[..., n:, n:] = filter_.A
-    return state, drive
+    return filter_.error_step(plant, Phi, Gamma)
 
 
-def error_system(plant: SampledPlant, filter_: Filter, h: float, *, per_duration: bool = False) -> Stage:
+def error_system(plant: SampledPlant, filter_: Estimator, h: float, *, per_duration: bool = False) -> Stage:
     """One stage of eq. (5) with period h, state [x; x^]; per_duration scales e by sqrt(h) and w by 1/sqrt(h)."""
     output = error_output(plant, filter_)
     state, drive = error_step(plant, filter_, *plant.discretise(h))
@@ -162,7 +221,7 @@ def gramian(A: Array, B: Array) -> Array:
 
 
 def periodic_gain(
-    plant: SampledPlant, filter_: Filter, periods: Sequence[float], *, per_duration: bool = False
+    plant: SampledPlant, filter_: Estimator, periods: Sequence[float], *, per_duration: bool = False
 ) -> GainBracket:
     """Exact l2 gain from w to e when the sampling periods repeat `periods` for ever; one period is the H-infinity norm.
 

@@ -120,7 +120,7 @@ def _independent(plant: SampledPlant) -> tuple[SampledPlant, Array]:
     if len(kept) == len(joint) and np.all(kept):
         return plant, np.eye(len(joint))
     rows = left[:, kept].T * unit.T
-    return SampledPlant(plant.A, plant.B, rows @ plant.C, rows @ plant.D, plant.L), rows
+    return type(plant)(plant.A, plant.B, rows @ plant.C, rows @ plant.D, plant.L), rows
 
 
 def _require_innovation(innovation: Array) -> None:

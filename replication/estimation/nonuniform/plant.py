@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -104,6 +104,8 @@ class SampledPlant:
     C: Array
     D: Array
     L: Array
+    settles: ClassVar[bool] = True
+    """Whether A must be Hurwitz."""
 
     if TYPE_CHECKING:
         # Type checkers see that lists do; the fields themselves are arrays.
@@ -133,7 +135,8 @@ class SampledPlant:
         for name, matrix, meaning in (("B", B, "nothing disturbs the state"), ("L", L, "there is nothing to estimate")):
             if not np.any(matrix):
                 raise InvalidInputError(f"{name} must not be zero: {meaning}; check the entries")
-        _require_hurwitz(A)
+        if self.settles:
+            _require_hurwitz(A)
         _require_observable(A, C)
 
     @staticmethod
@@ -252,7 +255,7 @@ class SampledPlant:
         if np.linalg.matrix_rank(T) < self.order:
             raise InvalidInputError(f"T must be invertible, but has rank {np.linalg.matrix_rank(T)} < {self.order}")
         inverse = np.linalg.inv(T)
-        return SampledPlant(T @ self.A @ inverse, T @ self.B, self.C @ inverse, self.D, self.L @ inverse)
+        return type(self)(T @ self.A @ inverse, T @ self.B, self.C @ inverse, self.D, self.L @ inverse)
 
 
 def as_periods(name: str, value: Any) -> Array:
@@ -275,7 +278,7 @@ def _require_hurwitz(A: Array) -> None:
 
 def _require_observable(A: Array, C: Array) -> None:
     """Raise InvalidInputError unless every mode of A is seen by C (Popov-Belevitch-Hautus test)."""
-    scale = float(np.linalg.norm(A, 2))
+    scale = float(np.linalg.norm(A, 2)) or 1.0
     size = float(np.linalg.norm(C, 2))
     sensor = C * (scale / size) if size > 0 else C
     for eigenvalue in np.linalg.eigvals(A):

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse.linalg import ArpackNoConvergence
+from threadpoolctl import threadpool_limits
 
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.api.baselines import baselines
 from replication.estimation.api.c_code import c_source
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
+from replication.estimation.nonuniform.baselines import constant_baselines
 from replication.estimation.nonuniform.bracket import WorstCaseGain, worst_case_gain
-from replication.estimation.nonuniform.filters import Filter, kalman_filter, periodic_gain
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.worst_case import BadSequence
 from replication.estimation.validation import Array
 
 if TYPE_CHECKING:
@@ -31,10 +34,6 @@ QUANTITY = "l2 gain from the disturbance w (held between samples) to the error z
 AXES = {"A_f": "(state, state)", "B_f": "(state, measurement)", "C_f": "(output, state)"}
 NODES = 60
 """Points of the plot over the sampling period."""
-BASELINE_NODES = 9
-"""Constant periods at which other estimators are compared."""
-KNOWN = 1.5
-"""Where knowing the period is worth such a factor at constant periods, that is told."""
 
 
 class RunningFilter(RunningObserver):
@@ -145,26 +144,15 @@ def result_of(
     horizon: int,
 ) -> NonuniformResult:
     """Both ends of the filter's worst-case gain, and what else is known of it, after the `evidence` of its design."""
-    try:
+    # Products of small matrices gain nothing from threads, and lose much where processors are busy.
+    with threadpool_limits(1, user_api="blas"), searched(horizon):
         gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
-    except ArpackNoConvergence as error:
-        raise SolverError(
-            f"no worst disturbance over {horizon} samples was found ({error}): many hurt alike; change `horizon`, or "
-            "widen the range of sampling periods"
-        ) from error
-    attack, guarantee = gain.attack, gain.guarantee
+        compared = constant_baselines(plant, filter_, periods)
     found = (
-        Evidence(
-            "lower end attained by",
-            f"runs {attack.runs} of h_u, h_l",
-            f"disturbance over {len(attack.periods)} samples",
-        ),
-        Evidence(
-            "upper end proved by", f"{guarantee.leaves} Lyapunov matrices", "certificate for the continuum of periods"
-        ),
+        *ends_found(gain.attack, gain.guarantee.leaves),
         Evidence("spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"),
         Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
-        *_baselines(plant, filter_, periods),
+        *compared,
     )
     return NonuniformResult(
         bracket=Bracket(gain.lower, gain.upper, BOTH_ENDS),
@@ -178,22 +166,22 @@ def result_of(
     )
 
 
-def _baselines(plant: SampledPlant, filter_: Filter, periods: PeriodRange) -> tuple[Evidence, ...]:
-    """Largest gains at constant periods of the range: of this filter, of the estimate zero, and of Kalman filters."""
-    nodes = [float(h) for h in periods.nodes(BASELINE_NODES if periods.h_l < periods.h_u else 1)]
-    zero = Filter(np.zeros((1, 1)), np.zeros((1, len(plant.C))), np.zeros((len(plant.L), 1)))
+@contextmanager
+def searched(horizon: int) -> Iterator[None]:
+    """Tell what to change where no worst disturbance over `horizon` samples is found."""
+    try:
+        yield
+    except ArpackNoConvergence as error:
+        raise SolverError(
+            f"no worst disturbance over {horizon} samples was found ({error}): many hurt alike; change `horizon`, or "
+            "widen the range of sampling periods"
+        ) from error
 
-    def largest(filters: list[Filter]) -> float:
-        return max(periodic_gain(plant, one, [h]).value for one, h in zip(filters, nodes, strict=True))
 
-    own, without = (largest([one] * len(nodes)) for one in (filter_, zero))
-    known = [kalman_filter(plant, h) for h in nodes]
-    filters = [one for one in known if one is not None]
-    kalman = largest(filters) if len(filters) == len(nodes) else None
-    how = f"largest of {len(nodes)} constant periods"
-    facts = [Evidence("level at constant periods", own, f"this filter; {how}")]
-    facts += baselines(own, how, without=without, kalman=kalman)
-    if kalman is not None and kalman < own / KNOWN:
-        told = f"{own / kalman:.2g} times the level of Kalman filters that know the period"
-        facts.append(Evidence("advice", told, "if each sample has a time stamp, use a filter that takes it"))
-    return tuple(facts)
+def ends_found(attack: BadSequence, matrices: int) -> tuple[Evidence, Evidence]:
+    """How both ends of a bracket were found."""
+    lower, upper = f"runs {attack.runs} of h_u, h_l", f"{matrices} Lyapunov matrices"
+    return (
+        Evidence("lower end attained by", lower, f"disturbance over {len(attack.periods)} samples"),
+        Evidence("upper end proved by", upper, "certificate for the continuum of periods"),
+    )

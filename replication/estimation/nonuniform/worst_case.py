@@ -18,13 +18,15 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from replication.errors import InvalidInputError
-from replication.estimation.nonuniform.filters import Filter, error_output, error_step, require_settling
+from replication.estimation.nonuniform.filters import Estimator, error_output
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.validation import Array, as_array, positive_integer
 
 SEARCH_TOLERANCE = 1e-4
 FINAL_TOLERANCE = 1e-10
 """Of Lanczos; the error of the singular value is about its square."""
+DENSE, RESTARTS = 2000, 200
+"""Disturbances of at most so many numbers come from a singular value decomposition if Lanczos restarts more often."""
 Runs = tuple[int, ...]
 Value = Callable[[Runs], float]
 
@@ -50,28 +52,19 @@ class BadSequence:
     runs: tuple[int, ...]
 
 
-def simulate_error(plant: SampledPlant, filter_: Filter, periods: Array, w: Array) -> Array:
+def simulate_error(plant: SampledPlant, filter_: Estimator, periods: Array, w: Array) -> Array:
     """e_0 ... e_K of eq. (5) from rest for the periods (K,) and disturbances w (K, m), of shape (K + 1, s).
 
     Raises InvalidInputError for periods that are not positive, another length of w, or a filter that does not fit.
     """
     periods = as_periods("periods", periods)
     w = as_array("w", w, (len(periods), plant.B.shape[1]), axes="(K, m)")
-    n, nf = plant.order, len(filter_.A)
-    transitions = plant.transitions(periods)
-    output = error_output(plant, filter_)
-    x, estimate = np.zeros(n), np.zeros(nf)
-    errors = [output @ np.concatenate([x, estimate])]
-    for step, disturbance in zip(transitions, w, strict=True):
-        estimate = filter_.A @ estimate + filter_.B @ (plant.C @ x + plant.D @ disturbance)
-        x = step[:n, :n] @ x + step[:n, n:] @ disturbance
-        errors.append(output @ np.concatenate([x, estimate]))
-    return np.array(errors)
+    return filter_.errors(plant, periods, w)
 
 
 def sequence_gain(
     plant: SampledPlant,
-    filter_: Filter,
+    filter_: Estimator,
     periods: Array,
     *,
     per_duration: bool = False,
@@ -107,16 +100,24 @@ def sequence_gain(
     # A fixed first guess, and fixed ones after a restart, make the result reproducible.
     rng = np.random.default_rng(0)
     guess = rng.standard_normal(count * inputs)
-    _, vectors = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance, rng=rng)
-    w = vectors[:, 0] / np.linalg.norm(vectors[:, 0])
+    small = count * inputs <= DENSE
+    try:
+        most = RESTARTS if small else None
+        found = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=guess, tol=tolerance, rng=rng, maxiter=most)[1]
+    except scipy.sparse.linalg.ArpackNoConvergence:
+        # The largest values lie too close together for Lanczos.
+        if not small:
+            raise
+        found = np.linalg.svd(np.array([forward(unit).ravel() for unit in np.eye(count * inputs)])).U
+    w = found[:, 0] / np.linalg.norm(found[:, 0])
     return float(np.linalg.norm(forward(w))), np.asarray(w.reshape(count, inputs) / root)
 
 
-def _error_steps(plant: SampledPlant, filter_: Filter, periods: Array) -> tuple[Array, Array, Array]:
+def _error_steps(plant: SampledPlant, filter_: Estimator, periods: Array) -> tuple[Array, Array, Array]:
     """Stacks of A-bar(h_k), B-bar(h_k), and C-bar."""
     distinct, which = np.unique(periods, return_inverse=True)
     upper = plant.transitions(distinct)[which][:, : plant.order]
-    steps, drives = error_step(plant, filter_, upper[..., : plant.order], upper[..., plant.order :])
+    steps, drives = filter_.steps_along(plant, periods, upper)
     return steps, drives, error_output(plant, filter_)
 
 
@@ -141,7 +142,7 @@ def repeated(periods: PeriodRange, runs: Sequence[int], horizon: int) -> Array:
 
 def worst_sequence(
     plant: SampledPlant,
-    filter_: Filter,
+    filter_: Estimator,
     periods: PeriodRange,
     *,
     horizon: int,
@@ -154,7 +155,7 @@ def worst_sequence(
     are adjusted, a lower bound of the gain over all sequences. Raises InvalidInputError if the filter does not fit,
     InfeasibleError if A_f is not Schur stable (the gain is infinite).
     """
-    require_settling(plant, filter_)
+    filter_.require_settling(plant)
 
     def gain_over(samples: int) -> Callable[[Runs], float]:
         def gain(runs: Runs) -> float:

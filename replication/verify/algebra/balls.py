@@ -8,7 +8,7 @@ from functools import reduce
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, zeros
-from replication.verify.theorem import Refused, require
+from replication.verify.theorem import require
 
 
 def between(low: fmpq, high: fmpq) -> arb:
@@ -20,11 +20,6 @@ def ends(ball: arb) -> tuple[fmpq, fmpq]:
     """Rationals that bound every number of a ball."""
     require(ball.is_finite(), "a ball has no finite ends")
     return ball.lower().fmpq(), ball.upper().fmpq()
-
-
-def is_less(a: arb | int, b: arb | int) -> bool:
-    """Whether every point of the ball a is below every point of the ball b."""
-    return bool(a < b)
 
 
 def largest(values: Sequence[arb]) -> arb:
@@ -63,20 +58,3 @@ def hold(A: fmpq_mat, B: fmpq_mat, time: fmpq | arb) -> tuple[arb_mat, arb_mat]:
     n = A.nrows()
     upper = (generator(A, B) * arb(time)).exp().tolist()[:n]
     return arb_mat([row[:n] for row in upper]), arb_mat([row[n:] for row in upper])
-
-
-def require_positive_definite(M: arb_mat, what: str) -> None:
-    """Refuse unless every symmetric matrix in M is positive definite: the pivots of L D L' are certainly positive.
-
-    Only the lower triangle is read. A pivot whose ball holds zero proves nothing, and is refused too.
-    """
-    size = M.nrows()
-    require(size == M.ncols(), f"{what} is not square")
-    rest = [[M[i, j] for j in range(i + 1)] for i in range(size)]
-    for k in range(size):
-        pivot = rest[0][0]
-        if not pivot > 0:
-            raise Refused(f"{what} is not proved positive definite: pivot {k} is {pivot.str(5)}")
-        below = rest[1:]
-        # Row i of the lower triangle has i + 1 entries: the rows beyond it are left out.
-        rest = [[a - row[0] / pivot * left[0] for a, left in zip(row[1:], below, strict=False)] for row in below]

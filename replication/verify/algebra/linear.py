@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from flint import fmpq, fmpq_mat, fmpz_mat
+from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.work import BALL, bits, characteristic_polynomial, spend, spend_elimination
+from replication.verify.algebra.work import spend_characteristic, spend_product, spend_solution
 from replication.verify.theorem import Refused, require
 
 
@@ -44,40 +44,22 @@ def take_rows(M: fmpq_mat, rows: Sequence[int]) -> fmpq_mat:
     return submatrix(M, rows, range(M.ncols()))
 
 
-def require_positive_definite(M: fmpq_mat, what: str) -> None:
-    """Refuse unless the symmetric M is positive definite.
-
-    Fraction-free elimination M = L D^-1 L' of the matrix without denominators: its pivots are the leading principal
-    minors, which are all positive iff M is positive definite (Sylvester). A zero pivot would be permuted away.
-    """
-    require(M.transpose() == M, f"{what} is not symmetric")
-    integers, _ = M.numer_denom()
-    spend_elimination(M.nrows(), M.nrows(), bits(fmpq_mat(integers)), f"whether {what} is positive definite")
-    permutation, _, _, upper = integers.fflu()
-    size = M.nrows()
-    unpermuted = permutation == fmpz_mat(size, size, [int(i == j) for i in range(size) for j in range(size)])
-    bad = next((k for k in range(size) if upper[k, k] <= 0), None)
-    require(unpermuted and bad is None, f"{what} is not positive definite")
+def product(A: fmpq_mat, B: fmpq_mat) -> fmpq_mat:
+    """A B, its work estimated."""
+    spend_product(A, B)
+    result: fmpq_mat = A * B
+    return result
 
 
-def require_positive_semidefinite(M: fmpq_mat, what: str) -> None:
-    """Refuse unless the symmetric M is positive semidefinite.
-
-    Its eigenvalues are real, so by Descartes' rule of signs none is negative iff no coefficient of det(z I + M), the
-    characteristic polynomial of -M, is negative.
-    """
-    require(M.transpose() == M, f"{what} is not symmetric")
-    negated = zeros(M.nrows(), M.ncols()) - M
-    require(min(characteristic_polynomial(negated).coeffs()) >= 0, f"{what} is not positive semidefinite")
+def characteristic_polynomial(M: fmpq_mat) -> Any:
+    """det(z I − M), its work estimated."""
+    spend_characteristic(M)
+    return M.charpoly()
 
 
 def solved(M: Any, right: Any, what: str) -> Any:
     """M^{-1} right, in rationals or balls; refused, by these words, if M is not proved invertible."""
-    order = M.nrows()
-    if isinstance(M, fmpq_mat):
-        spend_elimination(order, order + right.ncols(), bits(M, right), "a linear equation")
-    else:
-        spend(order**2 * (order + right.ncols()) * BALL, "a linear equation")
+    spend_solution(M, right)
     try:
         return M.solve(right)
     except ZeroDivisionError:

@@ -1,64 +1,11 @@
-"""Roots of polynomials: enclosed, inside the unit circle, or in the left half-plane."""
+"""Roots of polynomials, enclosed."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from flint import acb, acb_poly, arb, fmpq_poly
 
-from flint import acb, acb_poly, arb, arb_poly, fmpq, fmpq_mat, fmpq_poly
-
-from replication.verify.algebra.work import (
-    characteristic_polynomial,
-    estimate_length,
-    spend_elimination,
-    spend_on_roots,
-)
+from replication.verify.algebra.work import spend_on_roots
 from replication.verify.theorem import require
-
-
-def is_schur(polynomial: fmpq_poly) -> bool:
-    """Whether all roots of a polynomial of degree n >= 0 are inside the unit circle (exact)."""
-    require(polynomial.degree() >= 0, "the zero polynomial has no set of roots")
-    spend_on_roots(polynomial)
-    return _schur_cohn(polynomial.coeffs())
-
-
-def require_roots_within(polynomial: arb_poly, radius: fmpq, what: str) -> None:
-    """Refuse unless all roots of a monic real polynomial in balls lie inside the circle of this radius."""
-    within = _schur_cohn([c * arb(radius) ** k for k, c in enumerate(polynomial.coeffs())])
-    require(within, f"{what} are not proved to lie inside the circle of radius {radius}")
-
-
-def _schur_cohn(coefficients: Sequence[Any]) -> bool:
-    """The test of Schur and Cohn, lowest coefficient first, in rationals, or in balls, where a yes is certain.
-
-    With the reversed polynomial p*(z) = z^n p(1/z), p is Schur iff |p(0)| < |leading coefficient| and
-    (leading p - p(0) p*) / z is.
-    """
-    while len(coefficients) > 1:
-        first, last = coefficients[0], coefficients[-1]
-        if not abs(first) < abs(last):
-            return False
-        # With the ratio, not with both factors, or the digits of the coefficients would double each time.
-        ratio = first / last
-        coefficients = [a - ratio * b for a, b in zip(coefficients[1:], coefficients[-2::-1], strict=True)]
-    return True
-
-
-def require_hurwitz(M: fmpq_mat, what: str) -> None:
-    """Refuse unless the leading minors of the Hurwitz matrix (a_{n+1−2j+i}), i, j = 1 … n, of a_n s^n + … are positive.
-
-    The matrix of the characteristic polynomial, which has a_n = 1 (Routh and Hurwitz).
-    """
-    n, coefficients = M.nrows(), characteristic_polynomial(M).coeffs()
-    for size in range(1, n + 1):
-        spend_elimination(size, size, estimate_length(coefficients), "a Hurwitz determinant")
-        rows = [[_at(coefficients, n - 1 - 2 * j + i) for j in range(size)] for i in range(size)]
-        require(fmpq_mat(rows).det() > 0, f"{what} is not Hurwitz: its Hurwitz determinant {size} is not positive")
-
-
-def _at(coefficients: Sequence[fmpq], power: int) -> fmpq:
-    return coefficients[power] if 0 <= power < len(coefficients) else fmpq(0)
 
 
 def roots(polynomial: fmpq_poly) -> list[acb]:

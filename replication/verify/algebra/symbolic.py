@@ -13,7 +13,6 @@ from typing import Any
 from flint import Ordering, fmpq, fmpq_mpoly_ctx
 
 from replication.verify.algebra.words import Words, letter
-from replication.verify.theorem import require
 
 Entry = Any
 """A polynomial, or a sum of words."""
@@ -64,7 +63,7 @@ class Symbolic:
         """The matrix of the changed entries."""
         return Symbolic(tuple(tuple(change(entry) for entry in row) for row in self.rows))
 
-    def vanishes(self) -> bool:
+    def is_zero(self) -> bool:
         """Whether every entry is zero."""
         return all(entry.is_zero() for row in self.rows for entry in row)
 
@@ -114,8 +113,3 @@ def blocks(table: Sequence[Sequence[Symbolic]]) -> Symbolic:
     """The matrix made of these blocks."""
     rows = [zip(*(part.rows for part in parts), strict=True) for parts in table]
     return Symbolic(tuple(tuple(entry for piece in pieces for entry in piece) for row in rows for pieces in row))
-
-
-def require_equal(left: Symbolic, right: Symbolic, what: str) -> None:
-    """Refuse unless both sides are the same."""
-    require((left - right).vanishes(), f"{what} is no identity")

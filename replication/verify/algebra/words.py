@@ -96,6 +96,10 @@ class Words:
         return Words({word: a for word, a in terms.items() if a != 0}, self.symmetric | other.symmetric)
 
 
+NONE = Words({})
+"""The sum of no word: zero."""
+
+
 def one() -> Words:
     """The empty word: the identity matrix."""
     return Words({NOTHING: fmpq(1)})

@@ -1,5 +1,7 @@
 """The work of a check, estimated from sizes and digits before it is done: few bytes can ask for years of it.
 
+All that this module can do is to refuse: no number of a proof comes from here, so that nothing here need be trusted.
+
 Estimates are in nanoseconds of an ordinary processor, to within a factor of a few; they are the same on any machine, so
 that the same certificates are refused everywhere.
 """
@@ -11,7 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-from flint import fmpq, fmpq_mat, fmpq_poly
+from flint import fmpq, fmpq_mat, fmpq_poly, fmpz
 
 from replication.verify.theorem import require
 
@@ -55,13 +57,11 @@ def multiplying(first: int, second: int) -> int:
     return 30 + long * min(short, 40 + 10 * short.bit_length())
 
 
-def product(A: fmpq_mat, B: fmpq_mat) -> fmpq_mat:
-    """A B, its work estimated; the entries of a product are also brought to lowest terms."""
+def spend_product(A: fmpq_mat, B: fmpq_mat) -> None:
+    """Of A B; the entries of a product are also brought to lowest terms."""
     first, second = bits(A), bits(B)
     once = multiplying(first, second)
     spend(A.nrows() * B.ncols() * (A.ncols() * once + 10 * multiplying(first + second, first + second)), "a product")
-    result: fmpq_mat = A * B
-    return result
 
 
 def spend_elimination(rows: int, columns: int, length: int, what: str) -> None:
@@ -69,6 +69,15 @@ def spend_elimination(rows: int, columns: int, length: int, what: str) -> None:
     order = min(rows, columns)
     grown = order * length // 2 + 1
     spend(rows * columns * order * multiplying(grown, grown), what)
+
+
+def spend_solution(M: Any, right: Any) -> None:
+    """Of a linear equation, in rationals or balls."""
+    order = M.nrows()
+    if isinstance(M, fmpq_mat):
+        spend_elimination(order, order + right.ncols(), bits(M, right), "a linear equation")
+    else:
+        spend(order**2 * (order + right.ncols()) * BALL, "a linear equation")
 
 
 def spend_on_roots(polynomial: fmpq_poly) -> None:
@@ -82,9 +91,16 @@ def spend_on_products(degree: int, length: int, what: str) -> None:
     spend(20 * degree * multiplying(length, length), what)
 
 
-def characteristic_polynomial(M: fmpq_mat) -> Any:
-    """det(z I − M), its work estimated: modulo as many primes as its coefficients are long."""
+def spend_characteristic(M: fmpq_mat) -> None:
+    """Of det(z I − M), modulo as many primes as its coefficients are long."""
     n, length = M.nrows(), bits(M)
     primes = n * length // 60 + 1
     spend(primes * n**3 * 5 + n * multiplying(n * length, n * length) * 10, "a characteristic polynomial")
-    return M.charpoly()
+
+
+def limit_denominator(numbers: Iterable[fmpq], digits: int, path: str) -> None:
+    """Refuse a matrix whose common denominator is too long: exact arithmetic soon writes all entries over it."""
+    common = fmpz(1)
+    for denominator in {number.q for number in numbers}:
+        common = common.lcm(denominator)
+        require(common < 10**digits, f"{path} has a common denominator of more than {digits} digits")

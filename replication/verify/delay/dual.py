@@ -13,15 +13,16 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.decimals import below
-from replication.verify.algebra.linear import require_positive_semidefinite, zeros
+from replication.verify.algebra.linear import zeros
 from replication.verify.algebra.work import spend
 from replication.verify.delay.forms import BUMP, UNIFORM, Form, Powers, basis_size, kernels, square
 from replication.verify.delay.levels import DEGREES, LEAST, NARROW, TENSOR, one_variable
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.delay.sos import Squared, bases, rate, require_zero
+from replication.verify.kernel import AtMost, Below, Nonnegative, decide
 from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
-from replication.verify.statement import LOWER, Depends, Says
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import LOWER, Depends
 
 
 @dataclass(frozen=True)
@@ -116,12 +117,12 @@ def _require_functional(
     nothing = Form(zeros(n, n), {}, {}, {})
     supply = functional.of(rate(plant, fmpq(0), nothing))
     level = supply - functional.of(rate(plant, fmpq(1), nothing))
-    require(level > 0, "the functional is not positive on |w|^2 + |v|^2")
-    require(supply >= lower * level, f"the functional gives {below(supply / level)} only")
+    decide(Below(0, level, "the functional is not positive on |w|^2 + |v|^2"))
+    decide(AtMost(lower * level, supply, f"the functional gives {below(supply / level)} only"))
     for weight, order, powers in squares:
         for name, count, value in (("N", points, functional.of), ("dV/dt", n, functional.of_rate(plant))):
             gram = _on_squares(value, weight, count, functions, order, powers)
-            require_positive_semidefinite(gram, f"the functional on {name} of degree {order}")
+            decide(Nonnegative(gram, f"the functional on {name} of degree {order}"))
 
 
 def read_functional(value: Any, path: str, plant: DelayPlant, powers: int) -> Functional:

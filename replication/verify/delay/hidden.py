@@ -13,6 +13,7 @@ from replication.verify.algebra.decimals import below
 from replication.verify.algebra.linear import identity, submatrix, zeros
 from replication.verify.algebra.work import bits, spend_elimination
 from replication.verify.delay.plant import DelayPlant
+from replication.verify.kernel import AtMost, Below, Equal, decide
 from replication.verify.reading import fields, matrix, rational
 from replication.verify.theorem import require
 
@@ -45,15 +46,15 @@ def require_hidden(plant: DelayPlant, gamma: fmpq, hidden: Hidden, lag: Lag = ex
     C(s) = C10 + sum C1_i lag(s tau_i), and B must have an inverse.
     """
     n, x = plant.states, hidden.state
-    require(plant.C2 * x == zeros(plant.C2.nrows(), 1), "witness.state is seen by y: C2 x is not zero")
+    decide(Equal(plant.C2 * x, zeros(plant.C2.nrows(), 1), "witness.state is seen by y: C2 x is not zero"))
     spend_elimination(n, 2 * n, bits(plant.B), "the inverse of B")
     require(plant.B.ncols() == n and plant.B.det() != 0, "B has no inverse, so that no disturbance is known to fit")
     s, state = acb(0, arb(hidden.frequency)), acb_mat(x)
     w = acb_mat(plant.B.inv()) * characteristic(plant, s, lag) * state
     z = (acb_mat(plant.C10) + delayed(plant.late_output, plant, s, lag)) * state
-    require(bool(energy(z) > 0), "witness.state does not move z at this frequency")
-    reached = energy(z) >= arb(gamma) ** 2 * energy(w)
-    require(bool(reached), f"the gain at this frequency is not proved to reach {below(gamma)}")
+    decide(Below(0, energy(z), "witness.state does not move z at this frequency"))
+    unreached = f"the gain at this frequency is not proved to reach {below(gamma)}"
+    decide(AtMost(arb(gamma) ** 2 * energy(w), energy(z), unreached))
 
 
 def characteristic(plant: DelayPlant, s: acb, lag: Lag = exponential) -> acb_mat:

@@ -14,11 +14,13 @@ from collections.abc import Iterator, Sequence
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
-from replication.verify.algebra.words import Letter, Words, letter, number, one
+from replication.verify.algebra.linear import block, identity, zeros
+from replication.verify.algebra.words import NONE, Letter, Words, letter, number, one
+from replication.verify.kernel import Below, Identity, Positive, decide
 from replication.verify.reading import sequence, sized, text
-from replication.verify.statement import Found, Says, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import statement
+from replication.verify.theorem import Found, require
 
 MOST = 2
 """Delays with which both sides are compared."""
@@ -143,7 +145,7 @@ def residual(delays: Sequence[int], misprint: str) -> Words:
 def require_identity(misprints: Sequence[str]) -> None:
     """Refuse unless the corrected identity holds, and none with one of the misprints does."""
     for count in range(MOST + 1):
-        require(residual(range(1, count + 1), "").is_zero(), f"the corrected identity fails with {count} delays")
+        decide(Identity(residual(range(1, count + 1), ""), NONE, f"the corrected statement with {count} delays"))
     for misprint in misprints:
         fails = not residual(range(1, MOST + 1), misprint).is_zero()
         require(fails, f"the identity holds with {MISPRINTS[misprint]} as printed")
@@ -196,10 +198,10 @@ def observer_bound() -> None:
     Z, z = P * L, C1 * e
     along = e.T * P * ((A + L * C2) * e - (B + L * D) * w) * 2
     form = e.T * (P * A + Z * C2) * e * 2 - e.T * (P * B + Z * D) * w * 2
-    require(canonical(along - form).is_zero(), "the rate of V is not the form")
+    decide(Identity(canonical(along - form), NONE, "the rate of V as the form"))
     square = (z - v * GAMMA).T * (z - v * GAMMA)
     supply = (v.T * z * 2 - v.T * v * GAMMA) * GAMMA
-    require(canonical(supply - z.T * z + square).is_zero(), "with v = z/gamma the supply is not |z|^2/gamma")
+    decide(Identity(canonical(supply - z.T * z + square), NONE, "with v = z/gamma the supply as |z|^2/gamma"))
     require_self_adjoint(fmpq(1))
 
 
@@ -213,7 +215,7 @@ def require_self_adjoint(turn: fmpq) -> None:
     P = one + J * turn
     A = P.inv() * (J * 2 - one)
     rate = P * A + (P * A).transpose()
-    require_positive_definite(P + P.transpose(), "P + P'")
+    decide(Positive(P + P.transpose(), "P + P'"))
     form = block([[rate, -P, one], [-P.transpose(), one * -2, zeros(2, 2)], [one, zeros(2, 2), one * -2]])
-    require_positive_definite(form * -1, "the inequality of Theorem 1")
-    require(A[0, 0] + A[1, 1] > 0, "the error of the example with P that is not self-adjoint may vanish")
+    decide(Positive(form * -1, "the inequality of Theorem 1"))
+    decide(Below(0, A[0, 0] + A[1, 1], "the error of the example with P that is not self-adjoint may vanish"))

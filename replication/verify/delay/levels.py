@@ -10,9 +10,11 @@ from flint import acb, fmpq
 from replication.verify.delay.hidden import Hidden, characteristic, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, on_plant
 from replication.verify.delay.sos import Proof, read_proof, require_level
+from replication.verify.kernel import Below, decide
 from replication.verify.reading import integer, positive, rational, several, sized, text
-from replication.verify.statement import LOWER, UPPER, Depends, Found, Says, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import LOWER, UPPER, Depends, statement
+from replication.verify.theorem import Found, require
 
 DEGREE = sized(integer, 1)
 DEGREES = (1, 2, 3, 4)
@@ -155,7 +157,7 @@ def unstable(plant: DelayPlant, left: fmpq, right: fmpq) -> None:
     """
     require(left < right, "witness.left must be below witness.right")
     ends = [characteristic(plant, acb(point)).det().real for point in (left, right)]
-    require(bool(ends[0] * ends[1] < 0), "det M does not change its sign between the two points")
+    decide(Below(ends[0] * ends[1], 0, "det M does not change its sign between the two points"))
 
 
 @statement(

@@ -11,12 +11,13 @@ from typing import Any
 from flint import acb, acb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.decimals import above
-from replication.verify.algebra.linear import block, identity, require_positive_definite, submatrix, take_rows, zeros
-from replication.verify.algebra.work import characteristic_polynomial
+from replication.verify.algebra.linear import block, characteristic_polynomial, identity, submatrix, take_rows, zeros
 from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
+from replication.verify.kernel import Equal, Positive, decide
 from replication.verify.reading import fields, integer, matrix, rational, sized, symmetric
-from replication.verify.statement import LOWER, UPPER, Depends, Says
+from replication.verify.says import Says
+from replication.verify.statement import LOWER, UPPER, Depends
 from replication.verify.theorem import require
 
 LARGEST_ORDER = 50
@@ -63,7 +64,7 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
     A, B, C = model(plant, section)
     size, n, q = A.nrows(), plant.states, plant.C2.nrows()
     require(P.nrows() == size, f"witness.P must have {size} rows, got {P.nrows()}")
-    require_positive_definite(P, "witness.P")
+    decide(Positive(P, "witness.P"))
     kept = [*range(n - q), *range(n, size)]
     drift = P * A
     corner = submatrix(drift + drift.transpose(), kept, kept)
@@ -77,7 +78,7 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
             [output, zeros(p, r), identity(p) * -upper],
         ]
     )
-    require_positive_definite(-inequality, f"minus LMI (3) on the kernel of the measurement, level {above(upper)},")
+    decide(Positive(-inequality, f"minus LMI (3) on the kernel of the measurement, level {above(upper)},"))
 
 
 @on_plant(
@@ -104,10 +105,12 @@ def read_section(value: Any, path: str, order: int) -> Section:
     q = denominator(order)
     mirrored = fmpq_poly([coefficient * (-1) ** k for k, coefficient in enumerate(q.coeffs())])
     leading = q.coeffs()[-1]
-    require(characteristic_polynomial(a) * leading == q, f"the poles of {path} are not those of the Pade approximant")
+    decide(
+        Equal(characteristic_polynomial(a) * leading, q, f"the poles of {path} are not those of the Pade approximant")
+    )
     # c (s - a)^-1 b + d = (det(s - a + b c) - det(s - a)) / det(s - a) + d
     numerator = characteristic_polynomial(a - b * c) + characteristic_polynomial(a) * (d - 1)
-    require(numerator * leading == mirrored, f"the numerator of {path} is not that of the Pade approximant")
+    decide(Equal(numerator * leading, mirrored, f"the numerator of {path} is not that of the Pade approximant"))
     return a, b, c, d
 
 

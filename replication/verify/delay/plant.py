@@ -14,6 +14,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, submatrix, zeros
 from replication.verify.algebra.work import bits, spend_elimination
+from replication.verify.kernel import Equal, decide
 from replication.verify.reading import fields, matrices, matrix, positive, several, square, text
 from replication.verify.statement import statement
 from replication.verify.theorem import require
@@ -76,7 +77,7 @@ def measured_last(plant: DelayPlant, new: fmpq_mat) -> DelayPlant:
     back = new.inv()
     sensor = plant.C2 * back
     require(q <= n, "C2 has more rows than columns")
-    require(submatrix(sensor, range(q), range(n - q)) == zeros(q, n - q), "C2 is not [0 c] after the change")
+    decide(Equal(submatrix(sensor, range(q), range(n - q)), zeros(q, n - q), "C2 is not [0 c] after the change"))
     require(submatrix(sensor, range(q), range(n - q, n)).det() != 0, "c in C2 = [0 c] has no inverse")
     count = len(plant.delays)
     return replace(

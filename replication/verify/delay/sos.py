@@ -14,10 +14,11 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
+from replication.verify.algebra.linear import block, identity, zeros
 from replication.verify.delay import forms
 from replication.verify.delay.forms import Form, Kernel, Polynomial, Powers, add_to
 from replication.verify.delay.plant import DelayPlant, measured_last
+from replication.verify.kernel import Equal, Positive, decide
 from replication.verify.reading import fields, matrix, sequence, symmetric
 from replication.verify.theorem import require
 
@@ -47,7 +48,7 @@ class Squares:
         for gram, (weight, order, powers) in zip(self.grams, bases(degree, rule), strict=True):
             size, name = forms.basis_size(points, functions, order, powers), f"{self.path} of degree {order}"
             require(gram.nrows() == size, f"{name} must have {size} rows, got {gram.nrows()}")
-            require_positive_definite(gram, name)
+            decide(Positive(gram, name))
             parts.append(forms.square(gram, weight, points, functions, order, powers))
         return forms.total(*parts)
 
@@ -165,4 +166,4 @@ def require_zero(form: Form, plant: DelayPlant, *, cancelled: bool, what: str) -
         for i in range(part.nrows()):
             for j in range(part.ncols()):
                 if reached(i, j) is cancelled:
-                    require(part[i, j] == 0, f"{what} in {name}: entry ({i}, {j}) is {part[i, j]}")
+                    decide(Equal(part[i, j], 0, f"{what} in {name}: entry ({i}, {j}) is {part[i, j]}"))

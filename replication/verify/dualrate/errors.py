@@ -9,16 +9,17 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, fmpq
 
-from replication.verify.algebra.balls import is_less, largest
+from replication.verify.algebra.balls import largest
 from replication.verify.algebra.decimals import above, below
-from replication.verify.algebra.roots import require_roots_within
 from replication.verify.dualrate import response
 from replication.verify.dualrate.loop import INTERPOLATED, Loop, Observer, held_over, monodromy, on_loop, read_observer
 from replication.verify.dualrate.response import Feedforward, Place
+from replication.verify.kernel import Below, Within, decide
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import fields, positive, sequence, several, sized, text
-from replication.verify.statement import Depends, Found, Says
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import Depends
+from replication.verify.theorem import Found, require
 
 MOST = 6
 """Frequencies of a theorem, those of Table I."""
@@ -134,15 +135,13 @@ def tracking_errors(
         place = error.place
         moving, begun = response.steady_motion(plant, observer, frequency, place.scales, feedforward)
         reached = response.error_at(moving, begun[place.phase], place.time)
-        require(
-            is_less(arb(error.lower / 100), reached), f"the error at the given time is not as large, σ = {frequency}"
-        )
+        decide(Below(error.lower / 100, reached, f"the error at the given time is not as large, σ = {frequency}"))
         if instants == "all":
             response.require_all_below(moving, begun, plant.T, error.upper / 100)
         else:
             require(place.time == 0, "the given time is not that of a fast instant")
             most = largest([abs((moving.row * start)[0, 0]) for start in begun])
-            require(is_less(most, arb(error.upper / 100)), f"the largest error is above the bound, σ = {frequency}")
+            decide(Below(most, error.upper / 100, f"the largest error is above the bound, σ = {frequency}"))
     sizes = (
         f"{below(error.lower, 7)} to {above(error.upper, 7)} percent of the amplitude at σ = {frequency}"
         for frequency, error in zip(frequencies, errors, strict=True)
@@ -178,7 +177,7 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
     As for the tracking error, the supremum is the largest modulus of an amplitude, here over the M phases.
     """
     errors = [_estimation_error(plant, compared, frequency) for compared in (observer, than)]
-    require(is_less(errors[0], errors[1]), f"the estimation errors are {errors[0].str(5)} and {errors[1].str(5)}")
+    decide(Below(errors[0], errors[1], f"the estimation errors are {errors[0].str(5)} and {errors[1].str(5)}"))
     sizes = (
         f"{below(100 * error.lower().fmpq(), 4)} to {above(100 * error.upper().fmpq(), 4)} percent of the amplitude in "
         f"{compared.words}"
@@ -189,6 +188,6 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
 
 def _estimation_error(loop: Loop, observer: Observer, sigma: fmpq) -> arb:
     response.require_position_form(loop)
-    require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
+    decide(Within(monodromy(loop, observer).charpoly(), "the eigenvalues of Φ"))
     passage, C = response.steady_passage(loop, observer, acb(0, arb(sigma))), acb_mat(loop.C)
     return largest([abs((C * (x - used))[0, 0]) for x, used in zip(passage.states, passage.used, strict=True)])

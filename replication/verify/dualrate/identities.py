@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import identity, require_positive_semidefinite
-from replication.verify.algebra.symbolic import Symbolic, letters, require_equal, symbols, unit
+from replication.verify.algebra.linear import identity
+from replication.verify.algebra.symbolic import Symbolic, letters, symbols, unit
 from replication.verify.algebra.words import one
+from replication.verify.kernel import Identity, Nonnegative, decide
 
 ONE = (1, 1)
 
@@ -19,10 +20,10 @@ def require_error_equations() -> None:
     zeta = x - xi
     for used in (predicted, y):
         joint = A @ x + B @ K @ x - B @ K @ xi
-        require_equal(A @ x + B @ K @ held, joint + B @ K @ (held - zeta), "the first row of (9) = (10)")
+        decide(Identity(A @ x + B @ K @ held, joint + B @ K @ (held - zeta), "the first row of (9) = (10)"))
         second = A @ xi - L @ (used - C @ zeta)
         rest = (A - L @ C) @ xi - L @ (y - C @ x) - L @ (used - y)
-        require_equal(second, rest, "the second row of (9) = (10)")
+        decide(Identity(second, rest, "the second row of (9) = (10)"))
 
 
 def require_second_case() -> None:
@@ -30,9 +31,9 @@ def require_second_case() -> None:
     A, B, C, K, L, x, xi, held, y = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y")
     zeta = x - xi
     first = (A + B @ K) @ x - B @ K @ xi + B @ K @ (held - zeta)
-    require_equal(A @ x + B @ K @ held, first, "the first row of Case 2")
+    decide(Identity(A @ x + B @ K @ held, first, "the first row of Case 2"))
     second = (A - L @ C) @ xi - L @ (y - C @ x)
-    require_equal(A @ xi - L @ (y - C @ zeta), second, "the second row of Case 2")
+    decide(Identity(A @ xi - L @ (y - C @ zeta), second, "the second row of Case 2"))
 
 
 def require_collected() -> None:
@@ -45,7 +46,7 @@ def require_collected() -> None:
     PB, PL = most * c1, most * L
     terms = 2 * a2 * V * PB * Vm + 2 * a1 * V * PL * Vm + 2 * a3 * V * PB * KL * Vm + 2 * a3 * V * PL * Vm
     total = 2 * (a2 * c1 + L * a1 + c1 * a3 * KL + a3 * L) * most
-    require_equal(Symbolic(((terms,),)), Symbolic(((total * V * Vm,),)), "(16) = (17)")
+    decide(Identity(Symbolic(((terms,),)), Symbolic(((total * V * Vm,),)), "(16) = (17)"))
 
 
 def require_sampled_observer() -> None:
@@ -61,8 +62,10 @@ def require_sampled_observer() -> None:
     for derivative in ("first", "second"):
         solution, rate = A @ solution + rate, pushed * 0
         previous, F = F, A @ F
-        require_equal(
-            solution, F @ zeta + previous @ B @ u + previous @ L @ y, f"(3) = (7) in the {derivative} derivative"
+        decide(
+            Identity(
+                solution, F @ zeta + previous @ B @ u + previous @ L @ y, f"(3) = (7) in the {derivative} derivative"
+            )
         )
 
 
@@ -74,10 +77,10 @@ def require_rates() -> None:
     names = ("A", "guided", "B", "C", "K", "L", "x", "zeta", "first", "held", "gap")
     A, guided, B, C, K, L, x, zeta, first, held, gap = letters(*names)
     u = K @ held
-    require_equal(C @ (A @ x + B @ u), C @ A @ x + C @ B @ K @ held, "the rate of y in (12)")
+    decide(Identity(C @ (A @ x + B @ u), C @ A @ x + C @ B @ K @ held, "the rate of y in (12)"))
     drift = K @ (guided @ zeta + B @ u + L @ (C @ first + gap))
     terms = K @ guided @ zeta + K @ B @ K @ held + K @ L @ C @ first + K @ L @ gap
-    require_equal(drift, terms, "the rate of K ζ in (14)")
+    decide(Identity(drift, terms, "the rate of K ζ in (14)"))
 
 
 SIGNALS: Mapping[str, Sequence[int]] = {"x": (1, 0), "zeta": (1, -1)}
@@ -87,11 +90,11 @@ SIGNALS: Mapping[str, Sequence[int]] = {"x": (1, 0), "zeta": (1, -1)}
 def require_weight(signal: str, weight: fmpq) -> None:
     """Refuse unless |signal| ≤ |weight| |χ| for all χ = (x, ξ): weight² I − mᵀm ⪰ 0, m the map from χ to the signal."""
     m = fmpq_mat([list(SIGNALS[signal])])
-    require_positive_semidefinite(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}")
+    decide(Nonnegative(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
 
 
 def require_contraction() -> None:
     """1 − φ = (1 − E)(1 − c) with φ = E + (1 − E) c of (22), E = e^{−T/(2 λ_max)} and c the left side of (18)."""
     E, c = (symbol.entry for symbol in symbols({"E": ONE, "c": ONE}).values())
     left, right = 1 - (E + (1 - E) * c), (1 - E) * (1 - c)
-    require_equal(Symbolic(((left,),)), Symbolic(((right,),)), "1 − φ = (1 − E)(1 − c)")
+    decide(Identity(Symbolic(((left,),)), Symbolic(((right,),)), "1 − φ = (1 − E)(1 − c)"))

@@ -7,9 +7,9 @@ from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, fmpq
 
-from replication.verify.algebra.balls import complex_of, is_less
+from replication.verify.algebra.balls import complex_of
 from replication.verify.algebra.decimals import below
-from replication.verify.algebra.roots import require_roots_within, root_near, without_root
+from replication.verify.algebra.roots import root_near, without_root
 from replication.verify.dualrate import response
 from replication.verify.dualrate.loop import (
     INTERPOLATED,
@@ -21,10 +21,12 @@ from replication.verify.dualrate.loop import (
     read_loop,
     read_observer,
 )
+from replication.verify.kernel import Below, Within, decide
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import positive, rational, sequence, several, sized, text
-from replication.verify.statement import BOTH, Depends, Found, Says
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import BOTH, Depends
+from replication.verify.theorem import Found, require
 
 RADIUS = "spectral radius over a slow period"
 
@@ -62,7 +64,7 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     Bounds of the largest modulus of the eigenvalues of Φ.
     """
     require_eigenvalue_beyond(plant, observer, root, lower)
-    require_roots_within(monodromy(plant, observer).charpoly(), upper, "the eigenvalues of Φ")
+    decide(Within(monodromy(plant, observer).charpoly(), "the eigenvalues of Φ", upper))
 
 
 @on_loop(
@@ -78,8 +80,8 @@ def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
 
     All eigenvalues of Φ lie inside a circle of radius below one.
     """
-    require(radius < 1, f"witness.radius must be below one, got {radius}")
-    require_roots_within(monodromy(plant, observer).charpoly(), radius, "the eigenvalues of Φ")
+    decide(Below(radius, 1, f"witness.radius must be below one, got {radius}"))
+    decide(Within(monodromy(plant, observer).charpoly(), "the eigenvalues of Φ", radius))
 
 
 def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:
@@ -122,7 +124,7 @@ def no_bounded_error(
     """
     response.require_position_form(plant)
     root = eigenvalue_near(plant, observer, root)
-    require(is_less(1, abs(root)), "the eigenvalue is not proved to lie outside the unit circle")
+    decide(Below(1, abs(root), "the eigenvalue is not proved to lie outside the unit circle"))
     for name, estimate in starts.items():
         c = excitation(plant, observer, frequency, root, [*plant.start.entries(), *estimate])
         require(not c.contains(0), f"the eigenvalue is not proved to be excited and seen from {name}")
@@ -142,8 +144,8 @@ def excitation(loop: Loop, observer: Observer, sigma: fmpq, root: acb, start: Se
 
 def require_eigenvalue_beyond(loop: Loop, observer: Observer, guess: acb, low: fmpq) -> None:
     """Refuse unless Φ has an eigenvalue of modulus `low` or more near the guess of a witness."""
-    beyond = is_less(arb(low), abs(eigenvalue_near(loop, observer, guess)))
-    require(beyond, f"the eigenvalue is not proved to be at least {below(low)} in modulus")
+    found = abs(eigenvalue_near(loop, observer, guess))
+    decide(Below(low, found, f"the eigenvalue is not proved to be at least {below(low)} in modulus"))
 
 
 def eigenvalue_near(loop: Loop, observer: Observer, guess: acb) -> acb:

@@ -11,8 +11,9 @@ from typing import Any
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.balls import between, hold
-from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
+from replication.verify.algebra.linear import block, identity, zeros
 from replication.verify.dualrate.loop import Loop
+from replication.verify.kernel import Below, Equal, Positive, decide
 from replication.verify.reading import fields, matrix, rational, symmetric
 from replication.verify.theorem import require
 
@@ -45,8 +46,10 @@ def joint_matrix(loop: Loop) -> fmpq_mat:
 def require_solution(loop: Loop, P: fmpq_mat) -> None:
     """Refuse unless P is positive definite and ÃᵀP + P Ã = −I, exactly."""
     joint = joint_matrix(loop)
-    require(joint.transpose() * P + P * joint == -identity(2 * loop.order), "P does not solve the Lyapunov equation")
-    require_positive_definite(P, "P")
+    decide(
+        Equal(joint.transpose() * P + P * joint, -identity(2 * loop.order), "P does not solve the Lyapunov equation")
+    )
+    decide(Positive(P, "P"))
 
 
 def read_lyapunov(value: Any, path: str, loop: Loop) -> Lyapunov:
@@ -56,9 +59,9 @@ def read_lyapunov(value: Any, path: str, loop: Loop) -> Lyapunov:
     P = symmetric(P, f"{path}.P", size)
     require_solution(loop, P)
     low, high = rational(low, f"{path}.low"), rational(high, f"{path}.high")
-    require(low > 0, f"{path}.low must be positive")
-    require_positive_definite(P - low * identity(size), "P − low I")
-    require_positive_definite(high * identity(size) - P, "high I − P")
+    decide(Below(0, low, f"{path}.low must be positive"))
+    decide(Positive(P - low * identity(size), "P − low I"))
+    decide(Positive(high * identity(size) - P, "high I − P"))
     quotients = [rayleigh(P, matrix(v, f"{path}.{name}", size, 1)) for v, name in ((least, "least"), (most, "most"))]
     return Lyapunov(P=P, smallest=between(low, quotients[0]), largest=between(quotients[1], high))
 

@@ -8,12 +8,13 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat, fmpq_poly
 
-from replication.verify.algebra.roots import require_hurwitz
 from replication.verify.dualrate.loop import Loop, on_loop
 from replication.verify.dualrate.response import require_position_form
+from replication.verify.kernel import Equal, Hurwitz, decide
 from replication.verify.reading import fields, integer, matrix, positive, sequence, sized, text
-from replication.verify.statement import Found, Says, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import statement
+from replication.verify.theorem import Found, require
 
 LARGEST_ORDER = 20
 """Of a derivative in the feedforward."""
@@ -71,9 +72,9 @@ def coordinates(plant: Motor) -> None:
     R, Psi, Lq, p, Bw, J, KT = (plant.given[name] for name in PARAMETERS)
     N = fmpq_mat([[-R / Lq, -p * Psi / Lq, 0], [KT / J, -Bw / J, 0], [0, 1, 0]])
     S = fmpq_mat([[0, 0, 1], [0, 1, 0], [KT / J, -Bw / J, 0]])
-    require(S * N == plant.A * S, "A is not that of (23) in these coordinates")
-    require(S * fmpq_mat([[1 / Lq], [0], [0]]) == plant.B, "B is not that of (23) in these coordinates")
-    require((plant.C * S).entries() == [0, 0, 1], "C does not read the position")
+    decide(Equal(S * N, plant.A * S, "A is not that of (23) in these coordinates"))
+    decide(Equal(S * fmpq_mat([[1 / Lq], [0], [0]]), plant.B, "B is not that of (23) in these coordinates"))
+    decide(Equal((plant.C * S).entries(), [0, 0, 1], "C does not read the position"))
 
 
 @on_loop("dualrate.hurwitz", parameters={"matrix": text}, holds=True, says="Hurwitz")
@@ -86,7 +87,7 @@ def hurwitz(plant: Loop, matrix: str) -> Found:
     matrices = {"feedback": ("A + B K", plant.A + plant.B * plant.K), "observer": ("A − L C", plant.guided)}
     require(matrix in matrices, f"parameters.matrix must be one of {', '.join(matrices)}")
     name, M = matrices[matrix]
-    require_hurwitz(M, name)
+    decide(Hurwitz(M, name))
     return Found(words={"name": name})
 
 

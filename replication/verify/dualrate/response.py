@@ -13,11 +13,11 @@ from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, arb_poly, fmpq
 
-from replication.verify.algebra.balls import is_less, largest
+from replication.verify.algebra.balls import largest
 from replication.verify.algebra.linear import identity, solved, zeros
-from replication.verify.algebra.roots import require_roots_within
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.dualrate.loop import Loop, Observer, Passage, monodromy, pass_period
+from replication.verify.kernel import Below, Within, decide, holds
 from replication.verify.reading import fields, integer, positive, rational, sequence
 from replication.verify.theorem import Refused, require
 
@@ -127,7 +127,7 @@ def steady_motion(
 ) -> tuple[Motion, list[acb_mat]]:
     """The motion within a fast period and v at each phase, with y_d = sin σt; refused unless the loop is stable."""
     require_position_form(loop)
-    require_roots_within(monodromy(loop, observer).charpoly(), fmpq(1), "the eigenvalues of Φ")
+    decide(Within(monodromy(loop, observer).charpoly(), "the eigenvalues of Φ"))
     n, s, zero = loop.order, acb(0, arb(sigma)), acb(0)
     rows = [[*map(acb, A), *map(acb, B), zero] for A, B in zip(loop.A.tolist(), loop.B.tolist(), strict=True)]
     N = acb_mat([*rows, [zero] * (n + 2), [*[zero] * (n + 1), s]])
@@ -191,7 +191,7 @@ def require_error_below(moving: Motion, start: acb_mat, length: fmpq, bound: fmp
     half = length / (2 * PIECES)
     for polynomial, remainder in pieces(moving, start, length):
         allowed = arb(bound) - remainder
-        require(is_less(0, allowed), "the remainder of the Taylor polynomial exceeds the bound; choose other scales")
+        decide(Below(0, allowed, "the remainder of the Taylor polynomial exceeds the bound; choose other scales"))
         parts = polynomial.coeffs()
         real, imaginary = arb_poly([c.real for c in parts]), arb_poly([c.imag for c in parts])
         require_below(real * real + imaginary * imaginary - arb_poly([allowed**2]), -half, half)
@@ -206,6 +206,6 @@ def require_below(polynomial: arb_poly, left: fmpq, right: fmpq) -> None:
         spend(100 * BALL, "the largest error")
         a, b = todo.pop()
         middle, steepest = (a + b) / 2, abs(slope(arb(a).union(arb(b))))
-        if not is_less(polynomial(arb(middle)) + steepest * arb(b - middle), 0):
+        if not holds(Below(polynomial(arb(middle)) + steepest * arb(b - middle), 0, "this part")):
             todo += [(a, middle), (middle, b)]
     raise Refused("the largest error is not proved to be below the bound")

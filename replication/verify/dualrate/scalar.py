@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from flint import arb, fmpq, fmpq_poly
 
-from replication.verify.algebra.balls import is_less
 from replication.verify.algebra.work import spend_on_products
 from replication.verify.dualrate.loop import Loop
+from replication.verify.kernel import Below, decide
 from replication.verify.theorem import require
 
 H = fmpq_poly([0, 1])
@@ -51,6 +51,4 @@ def require_negative(polynomial: fmpq_poly, longest: fmpq) -> None:
     require(lowest is not None, "det(I − Φ) vanishes for every period")
     reach, low = arb(longest).exp() - 1, lowest or 0
     rest = sum((arb(c).max(arb(0)) * reach**k for k, c in enumerate(coefficients[low + 1 :], 1)), arb(0))
-    require(
-        is_less(rest, -arb(coefficients[low])), f"det(I − Φ) is not proved negative for all periods up to {longest} s"
-    )
+    decide(Below(rest, -coefficients[low], f"det(I − Φ) is not proved negative for all periods up to {longest} s"))

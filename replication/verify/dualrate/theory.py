@@ -8,15 +8,16 @@ from typing import Any
 
 from flint import arb, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import is_less
 from replication.verify.dualrate import identities
 from replication.verify.dualrate import lyapunov as equation
 from replication.verify.dualrate.loop import LARGEST_RATIO, Loop, on_loop
 from replication.verify.dualrate.lyapunov import Lyapunov, read_lyapunov
 from replication.verify.dualrate.scalar import determinant, require_negative
+from replication.verify.kernel import Below, decide, holds
 from replication.verify.reading import fields, integer, matrix, positive, several, sized, symmetric, text
-from replication.verify.statement import Depends, Found, Says, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import Depends, statement
+from replication.verify.theorem import Found, require
 
 SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
 
@@ -132,7 +133,7 @@ def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_m
     {side:up}.
     """
     gap, side = equation.prediction_sides(plant, lyapunov, chi, longest)
-    require(is_less(side, gap), f"(15) is not proved to fail for all periods up to {longest} s")
+    decide(Below(side, gap, f"(15) is not proved to fail for all periods up to {longest} s"))
     return Found(words={"gap": gap, "side": side})
 
 
@@ -142,9 +143,11 @@ def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
     λ_max(P) T, which must be below one, at> {side:down} to {side:up}.
     """
     side = equation.condition_per_second(plant, lyapunov) * arb(plant.T)
-    holds = is_less(side, 1)
-    require(holds or is_less(1, side), f"the left side of (18) is {side.str(8)}: not decided")
-    return Found(words={"verb": "meets" if holds else "does not meet", "side": side}, holds=holds)
+    undecided = f"the left side of (18) is {side.str(8)}: not decided"
+    met = holds(Below(side, 1, undecided))
+    if not met:
+        decide(Below(1, side, undecided))
+    return Found(words={"verb": "meets" if met else "does not meet", "side": side}, holds=met)
 
 
 @statement("dualrate.contraction", source="shao", holds=True, says="contraction (22)")
@@ -173,7 +176,7 @@ def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyap
     det(I − Φ) < 0 means that the characteristic polynomial of Φ is negative at one, so Φ has a real eigenvalue above.
     """
     allowed = 1 / equation.condition_per_second(plant, lyapunov)
-    require(is_less(allowed, arb(longest)), f"(18) may allow periods above {longest} s")
+    decide(Below(allowed, longest, f"(18) may allow periods above {longest} s"))
     require(all(less < more for less, more in pairwise(ratios)), "parameters.ratios must increase")
     require(ratios[-1] <= LARGEST_RATIO, f"parameters.ratios has a ratio above {LARGEST_RATIO}")
     for ratio in ratios:

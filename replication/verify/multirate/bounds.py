@@ -9,11 +9,17 @@ from collections.abc import Callable, Sequence
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, identity, require_positive_definite, solved, submatrix, zeros
-from replication.verify.algebra.roots import is_schur
-from replication.verify.algebra.work import characteristic_polynomial, product
+from replication.verify.algebra.linear import (
+    block,
+    characteristic_polynomial,
+    identity,
+    product,
+    solved,
+    submatrix,
+    zeros,
+)
+from replication.verify.kernel import AtMost, Below, Equal, Positive, Within, decide
 from replication.verify.multirate.sensing import Sensing
-from replication.verify.theorem import require
 
 Steps = Sequence[fmpq_mat]
 """[A_k B_k] of each phase, (n, n + m): x(k+1) = A_k x(k) + B_k v(k)."""
@@ -30,12 +36,10 @@ def require_theorem_1(steps: Steps, W: fmpq_mat, P: list[fmpq_mat], level: fmpq)
     """
     n, weight = W.ncols(), W.transpose() * W
     for k, step in enumerate(steps):
-        require_positive_definite(P[k], f"P_{k}")
+        decide(Positive(P[k], f"P_{k}"))
         m = step.ncols() - n
         room = block([[P[k - 1] - weight, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
-        require_positive_definite(
-            room - product(step.transpose(), product(P[k], step)), f"the matrix of Theorem 1 at phase {k}"
-        )
+        decide(Positive(room - product(step.transpose(), product(P[k], step)), f"the matrix of Theorem 1 at phase {k}"))
 
 
 def monodromy(steps: Steps) -> fmpq_mat:
@@ -53,7 +57,7 @@ def advanced(step: fmpq_mat, x: fmpq_mat, v: fmpq_mat) -> fmpq_mat:
 
 def require_stable(transition: fmpq_mat, what: str) -> None:
     """Refuse unless all eigenvalues of the transition over one period are inside the unit circle."""
-    require(is_schur(characteristic_polynomial(transition)), f"{what} is not stable")
+    decide(Within(characteristic_polynomial(transition), f"the poles of {what}"))
 
 
 def squares(M: fmpq_mat) -> fmpq:
@@ -63,8 +67,8 @@ def squares(M: fmpq_mat) -> fmpq:
 
 def require_turn(turn: fmpq_mat) -> None:
     """Refuse unless R is an orthogonal matrix of order 1 or 2: how a signal changes from one period to the next."""
-    require(turn.nrows() <= 2, "witness.turn must be of order 1 or 2")
-    require(turn * turn.transpose() == identity(turn.nrows()), "witness.turn is not orthogonal")
+    decide(AtMost(turn.nrows(), 2, "witness.turn must be of order 1 or 2"))
+    decide(Equal(turn * turn.transpose(), identity(turn.nrows()), "witness.turn is not orthogonal"))
 
 
 def recurrent(transition: fmpq_mat, driven: fmpq_mat, turn: fmpq_mat) -> fmpq_mat:
@@ -133,5 +137,5 @@ def unseen_for_long(system: Sensing, start: int, d: list[fmpq_mat]) -> fmpq:
 
 def ratio(output: fmpq, noise: fmpq) -> fmpq:
     """Output to noise; refused without noise."""
-    require(noise > 0, "the disturbance is zero")
+    decide(Below(0, noise, "the disturbance is zero"))
     return output / noise

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from replication.verify.algebra.symbolic import Symbolic, blocks, require_equal, symbols, unit
+from replication.verify.algebra.symbolic import Symbolic, blocks, symbols, unit
+from replication.verify.kernel import Identity, decide
 from replication.verify.reading import integer, sized
-from replication.verify.statement import Found, statement
-from replication.verify.theorem import require
+from replication.verify.statement import statement
+from replication.verify.theorem import Found, require
 
 LARGEST_SIZE = 6
 """Of a vector, and so of a matrix: the polynomials grow with its fourth power."""
@@ -24,7 +25,7 @@ def error_system(states: int, sensors: int, disturbances: int, inputs: int) -> F
     plant, measured = A @ x + B_u @ u + B_d @ d, S @ C @ x + S @ D @ w
     observer = A @ o + B_u @ u + L @ (measured - S @ C @ o)
     wanted = (A - L @ S @ C) @ (x - o) + B_d @ d - L @ S @ D @ w
-    require_equal(plant - observer, wanted, "eq. (16)")
+    decide(Identity(plant - observer, wanted, "eq. (16)"))
     return _counted(states, sensors, disturbances, inputs)
 
 
@@ -36,7 +37,7 @@ def dissipation(states: int, sensors: int, disturbances: int, inputs: int) -> Fo
     xi, noise, z = blocks([[e], [d], [w]]), blocks([[d], [w]]), m["W"] @ e
     following = blocks([closed]) @ xi
     loss = e.T @ before @ e + noise.T @ level @ noise - following.T @ P @ following - z.T @ z
-    require_equal(xi.T @ _theta(m, closed) @ xi, loss, "eq. (23)")
+    decide(Identity(xi.T @ _theta(m, closed) @ xi, loss, "eq. (23)"))
     return _counted(states, sensors, disturbances, inputs)
 
 
@@ -51,9 +52,9 @@ def schur(states: int, sensors: int, disturbances: int, inputs: int) -> Found:
     m, closed, level = _closed_loop(*_limited(states, sensors, disturbances, inputs))
     A, B_d, C, D, L, S, W, P, before = (m[name] for name in ("A", "B_d", "C", "D", "L", "S", *"WPQ"))
     Y, none, F = P @ L, blocks([closed[1:]]) * 0, blocks([closed])
-    require_equal(blocks([[P @ A - Y @ S @ C, P @ B_d, -(Y @ S @ D)]]), P @ F, "the first row of (30)")
+    decide(Identity(blocks([[P @ A - Y @ S @ C, P @ B_d, -(Y @ S @ D)]]), P @ F, "the first row of (30)"))
     rest = blocks([[before - W.T @ W, none], [none.T, level]])
-    require_equal(rest - F.T @ P @ F, _theta(m, closed), "the Schur complement in (30)")
+    decide(Identity(rest - F.T @ P @ F, _theta(m, closed), "the Schur complement in (30)"))
     return _counted(states, sensors, disturbances, inputs)
 
 

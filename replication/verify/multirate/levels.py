@@ -8,14 +8,15 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import block, identity, require_positive_definite, zeros
-from replication.verify.algebra.work import product
+from replication.verify.algebra.linear import block, identity, product, zeros
+from replication.verify.kernel import AtMost, Positive, decide
 from replication.verify.multirate.bounds import attained, require_theorem_1, unseen_for_long, unseen_forever
 from replication.verify.multirate.sensing import CHOSEN, Sensing, read_sensing
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import integer, matrices, sequence, sized, square, symmetric
-from replication.verify.statement import BOTH, Depends, Found, Says, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import BOTH, Depends, statement
+from replication.verify.theorem import Found
 
 Matrices = list[fmpq_mat]
 on_sensors = partial(
@@ -126,14 +127,15 @@ def require_theorem_2(system: Sensing, P: list[fmpq_mat], Y: list[fmpq_mat], lev
         m = step.ncols() - n
         rest = block([[P[k - 1] - weight, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
         whole = block([[P[k], step], [step.transpose(), rest]])
-        require_positive_definite(whole, f"the matrix (30) of Theorem 2 at phase {k}")
+        decide(Positive(whole, f"the matrix (30) of Theorem 2 at phase {k}"))
 
 
 def require_bracket(lower: fmpq, upper: fmpq, relative: fmpq) -> None:
     """Refuse bounds that are farther apart than the theorem that is wanted allows."""
-    require(lower <= upper <= lower * (1 + relative), f"the bounds are not within the relative width {relative}")
+    for less, more in ((lower, upper), (upper, lower * (1 + relative))):
+        decide(AtMost(less, more, f"the bounds are not within the relative width {relative}"))
 
 
 def require_lower(lower: fmpq, squared: fmpq) -> None:
     """Refuse unless the square of a proved ratio is not below that of the bound."""
-    require(squared >= lower**2, "the disturbance of the witness does not reach the lower bound")
+    decide(AtMost(lower**2, squared, "the disturbance of the witness does not reach the lower bound"))

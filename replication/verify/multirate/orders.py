@@ -9,13 +9,14 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import require_positive_definite, submatrix
-from replication.verify.algebra.work import product
+from replication.verify.algebra.linear import product, submatrix
+from replication.verify.kernel import Positive, decide
 from replication.verify.multirate.bounds import unseen_for_long
 from replication.verify.multirate.levels import Matrices, require_lower, require_theorem_2
 from replication.verify.multirate.sensing import CHOSEN, PERIOD, Sensing, read_sensing
 from replication.verify.reading import integer, matrices, positive, sequence, sized, symmetric
-from replication.verify.statement import LOWER, Depends, Says, Table, statement
+from replication.verify.says import Says
+from replication.verify.statement import LOWER, Depends, Table, statement
 from replication.verify.theorem import require
 
 PERIODS = Depends(lambda given: sized(sequence, PERIOD, len(given.sensors)))
@@ -88,13 +89,13 @@ def one_matrix(plant: Sensing, lower: fmpq, Z: Matrices, **_: Any) -> None:
     n, steps = plant.order, plant.error_system(plant.gains)
     gained, states, noises = fmpq_mat(n, n), fmpq(0), fmpq(0)
     for k, (step, Z_k) in enumerate(zip(steps, Z, strict=True)):
-        require_positive_definite(Z_k, f"Z_{k}")
+        decide(Positive(Z_k, f"Z_{k}"))
         before = submatrix(Z_k, range(n), range(n))
         gained += product(step, product(Z_k, step.transpose())) - before
         weighed = product(plant.W, product(before, plant.W.transpose()))
         states += sum((weighed[i, i] for i in range(weighed.nrows())), fmpq(0))
         noises += sum((Z_k[i, i] for i in range(n, Z_k.nrows())), fmpq(0))
-    require_positive_definite(gained, "what the states gain in a step by all Z_k")
+    decide(Positive(gained, "what the states gain in a step by all Z_k"))
     require_lower(lower, states / noises)
 
 

@@ -13,9 +13,9 @@ from typing import Any
 from flint import acb, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.balls import ends
-from replication.verify.algebra.linear import identity
-from replication.verify.algebra.roots import is_schur, roots
-from replication.verify.algebra.work import characteristic_polynomial
+from replication.verify.algebra.linear import characteristic_polynomial, identity
+from replication.verify.algebra.roots import roots
+from replication.verify.kernel import Within, decide, holds
 from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.levels import require_theorem_2
 from replication.verify.multirate.sensing import TIMES, schedule, select, without_noise
@@ -30,8 +30,9 @@ from replication.verify.reading import (
     square,
     symmetric,
 )
-from replication.verify.statement import UPPER, Depends, Found, Says, Table, statement
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import UPPER, Depends, Table, statement
+from replication.verify.theorem import Found, require
 
 Plant = Mapping[str, Any]
 RECOVERED: Table = {
@@ -107,7 +108,7 @@ def free_setting(plant: Plant, periods: list[int], offsets: list[int], A: fmpq_m
     """
     _stated_poles(plant, A)
     C = matrix(plant["C"], "plant.C")
-    require(is_schur(_error_polynomial(plant, schedule(periods, offsets), A, C)), "A_e is not proved to be stable")
+    decide(Within(_error_polynomial(plant, schedule(periods, offsets), A, C), "the poles of A_e"))
     return Found(words={"shown": _rows(A), "sensors": _rows(C)})
 
 
@@ -130,7 +131,8 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
     places = {i: next(by_size) for i in sorted(range(len(stated)), key=lambda i: abs(stated[i]))}
     matched = [places[i] for i in range(len(stated))]
     words = {"shown": _diagonal(A), "sensors": _rows(C), "matched": matched}
-    return Found(words=words, items=tuple(ends(pole) for pole in matched), holds=is_schur(polynomial))
+    stable = holds(Within(polynomial, "the poles of A_e"))
+    return Found(words=words, items=tuple(ends(pole) for pole in matched), holds=stable)
 
 
 @on_recovered(

@@ -13,8 +13,7 @@ from typing import Any
 
 from flint import fmpq_mat
 
-from replication.verify.algebra.linear import block, take_rows, zeros
-from replication.verify.algebra.work import bits, spend_elimination
+from replication.verify.algebra.linear import block, solved, take_rows, zeros
 from replication.verify.reading import MAX_ENTRIES, fields, integer, matrices, matrix, positive, sequence, sized, square
 from replication.verify.statement import Depends, Table
 from replication.verify.theorem import require
@@ -80,11 +79,11 @@ class Sensing:
         x (n, r) holds r states, one per column.
         """
         D = self.D[phase]
-        gram = D * D.transpose()
-        if gram.nrows():
-            spend_elimination(gram.nrows(), gram.nrows() + x.ncols(), bits(gram, x), "a noise that hides the state")
-        require(gram.rank() == gram.nrows(), f"a sensor measured at phase {phase} has no noise of its own")
-        return -D.transpose() * gram.solve(self.C[phase] * x) if gram.nrows() else fmpq_mat(D.ncols(), x.ncols())
+        if not D.nrows():
+            return zeros(D.ncols(), x.ncols())
+        without = f"a sensor measured at phase {phase} has no noise of its own"
+        hidden: fmpq_mat = -D.transpose() * solved(D * D.transpose(), self.C[phase] * x, without)
+        return hidden
 
 
 PERIOD = sized(integer, 1)

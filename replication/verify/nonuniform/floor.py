@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from flint import arb, arb_mat, fmpq
 
-from replication.verify.algebra.balls import energy, hold, require_positive_definite
+from replication.verify.algebra.balls import energy, hold
 from replication.verify.algebra.linear import identity, solved
-from replication.verify.algebra.roots import require_hurwitz
 from replication.verify.algebra.work import BALL, spend
+from replication.verify.kernel import Hurwitz, Positive, decide
 from replication.verify.nonuniform.gain import require_ratio
 from replication.verify.nonuniform.system import Plant, Time, seconds
 from replication.verify.theorem import require
@@ -37,7 +37,7 @@ def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list
         require(len(start) == n, "witness.start must be a state")
         require(plant.D.nrows() == plant.D.ncols(), "D is neither zero nor square")
         require(plant.D.det() != 0, "D is neither zero nor invertible")
-        require_hurwitz(plant.A, "the plant")
+        decide(Hurwitz(plant.A, "the plant"))
         ratio = plant.D.inv() * plant.C
         back = solved(Phi - Gamma * arb_mat(ratio), arb_mat(identity(n)), "Phi - Gamma D^-1 C is not proved invertible")
         require_schur(back)
@@ -50,7 +50,7 @@ def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list
 def require_schur(J: arb_mat) -> None:
     """Refuse unless X = I + J'XJ has a positive definite solution: J is then Schur (Lyapunov)."""
     X = energy_before(J, arb_mat(identity(J.nrows())))
-    require_positive_definite(X, "the energy of the zeros of w -> y, which must lie outside the unit circle,")
+    decide(Positive(X, "the energy of the zeros of w -> y, which must lie outside the unit circle,"))
 
 
 def energy_before(J: arb_mat, Q: arb_mat) -> arb_mat:

@@ -13,10 +13,10 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import complex_of, energy, require_positive_definite
+from replication.verify.algebra.balls import complex_of, energy
 from replication.verify.algebra.linear import block, identity, solved, zeros
-from replication.verify.algebra.linear import require_positive_definite as require_definite
 from replication.verify.algebra.work import BALL, spend
+from replication.verify.kernel import Below, Positive, decide, holds
 from replication.verify.nonuniform import system
 from replication.verify.nonuniform.system import Case, Ends, Plant, Time
 from replication.verify.reading import MAX_ENTRIES, fields, integer, rational, sequence, sized, symmetric
@@ -65,7 +65,7 @@ def require_level(plant: Plant, case: Case, level: fmpq, storage: Storage) -> No
     still to come, x+'P_d x+ + w |e|^2 <= x'P_c x + w g^2 |w|^2. Summed from rest, that is the bound.
     """
     for c, matrix in enumerate(storage.P):
-        require_definite(matrix, f"P[{c}]")
+        decide(Positive(matrix, f"P[{c}]"))
     proof = _Inequality(plant, case, level, [arb_mat(matrix) for matrix in storage.P])
     for letter, (a, b) in enumerate(pairwise(storage.shares)):
         require_everywhere(proof.fails, a, b, [(row[letter], d) for d, row in enumerate(storage.before)], HALVINGS)
@@ -123,12 +123,8 @@ class _Inequality:
         """Whether it holds for every step M in balls, at the period h."""
         before, after = (self.P[i] for i in pair)
         paid = self.paid * h if self.case.weight == "duration" else self.paid
-        try:
-            room = self.kept.transpose() * before * self.kept + paid - M.transpose() * after * M
-            require_positive_definite(room, "the storage inequality")
-        except Refused:
-            return False
-        return True
+        room = self.kept.transpose() * before * self.kept + paid - M.transpose() * after * M
+        return holds(Positive(room, "the storage inequality"))
 
 
 def read_pattern(value: Any, path: str, ends: Ends) -> list[Time]:
@@ -189,5 +185,5 @@ def _advance(step: acb_mat, x: acb_mat, drive: acb_mat) -> acb_mat:
 
 def require_ratio(seen: arb, supplied: arb, level: fmpq, what: str) -> None:
     """Refuse unless 0 < level^2 supplied < seen: both are energies, and the gain is then above `level`."""
-    require(supplied > 0, f"{what} must not be zero")
-    require(seen > level**2 * supplied, f"{what} does not attain {level}: {(seen / supplied).sqrt()}")
+    decide(Below(0, supplied, f"{what} must not be zero"))
+    decide(Below(level**2 * supplied, seen, f"{what} does not attain {level}: {(seen / supplied).sqrt()}"))

@@ -11,9 +11,9 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import beside, between, circle_point, energy, hold, require_positive_definite
+from replication.verify.algebra.balls import beside, between, circle_point, energy, hold
 from replication.verify.algebra.linear import identity, solved
-from replication.verify.algebra.linear import require_positive_definite as require_definite
+from replication.verify.kernel import Below, Positive, decide
 from replication.verify.nonuniform.gain import complex_vector, require_ratio
 from replication.verify.nonuniform.system import Plant, seconds
 from replication.verify.reading import fields, positive, rational, symmetric
@@ -102,13 +102,13 @@ def small_gain(A: fmpq_mat, Phi: arb_mat, alpha: Alpha) -> arb:
     response to a rational direction at a point of the unit circle.
     """
     path = alpha.response.path
-    require_definite(alpha.P, f"{path}.P")
+    decide(Positive(alpha.P, f"{path}.P"))
     one, balls, seen = arb_mat(identity(A.nrows())), arb_mat(alpha.P), arb_mat(A) * Phi
     state = balls - seen.transpose() * seen - Phi.transpose() * balls * Phi
     # The sign of the cross term is without effect on definiteness.
     cross, input_ = Phi.transpose() * balls, one * arb(alpha.upper**2) - balls
     rows = beside(state, cross).tolist() + beside(cross.transpose(), input_).tolist()
-    require_positive_definite(arb_mat(rows), f"{path}: the bounded real lemma at {alpha.upper}")
+    decide(Positive(arb_mat(rows), f"{path}: the bounded real lemma at {alpha.upper}"))
     require_response(A, Phi, alpha.lower, alpha.response)
     return between(alpha.lower, alpha.upper)
 
@@ -125,7 +125,7 @@ def covered(h: arb, below: arb, above: arb, printed: arb, gain: arb) -> Interval
     for mu in (below, above):
         require(bool(mu != 0) and bool(mu > -gain), f"(9) is not in case L3 and U3: mu = {mu.str(5)}")
     argument = 1 + printed / gain
-    require(argument > 0, "the logarithm of U3 has no value")
+    decide(Below(0, argument, "the logarithm of U3 has no value"))
     return Interval(h - (1 + below / gain).log() / below, h + argument.log() / above)
 
 
@@ -176,7 +176,7 @@ def before(first: arb, second: arb) -> bool:
     """Whether first < second; refused if the balls do not tell them apart."""
     if first < second:
         return True
-    require(bool(first > second), f"{first.str(8)} and {second.str(8)} are not told apart")
+    decide(Below(second, first, f"{first.str(8)} and {second.str(8)} are not told apart"))
     return False
 
 
@@ -220,7 +220,7 @@ def require_upper_end(plant: Plant) -> str:
     if above > 0:
         require(before(above, below), "the printed end of U3 does not go too far")
         return f"as printed the bound exceeds 1/alpha at the end by a factor in {(below / above).str(6)}"
-    require(bool(above < 0), "neither U3 nor its misprint is decided by these signs")
+    decide(Below(above, 0, "neither U3 nor its misprint is decided by these signs"))
     Phi = state_transition(plant, seconds(plant.middle))
     one = arb_mat(identity(plant.A.nrows()))
     at_one = arb_mat(plant.A) * Phi * solved(one - Phi, one, "I - Phi is not proved invertible")

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from flint import fmpq
 
-from replication.verify.algebra.symbolic import blocks, letters, require_equal, symbols, unit
+from replication.verify.algebra.symbolic import blocks, letters, symbols, unit
 from replication.verify.algebra.words import one
-from replication.verify.theorem import require
+from replication.verify.kernel import Equal, Identity, decide
 
 ONE = (1, 1)
 
@@ -23,8 +23,8 @@ def require_lemma_2() -> None:
     """
     a, p, d, e, b = (symbol.entry for symbol in symbols(dict.fromkeys("apdeb", ONE)).values())
     moved = 1 + a * e
-    require(moved * p == p + e * a * p, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)")
-    require((e + moved * d) * b == d * b + e * (a * d * b + b), "Gamma(h_0 + theta) is not as in Lemma 2")
+    decide(Equal(moved * p, p + e * a * p, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)"))
+    decide(Equal((e + moved * d) * b, d * b + e * (a * d * b + b), "Gamma(h_0 + theta) is not as in Lemma 2"))
 
 
 def require_lemma_3() -> None:
@@ -34,14 +34,16 @@ def require_lemma_3() -> None:
     the matrix mu I - S has the trace r >= 0 and the determinant zero, so it is positive semidefinite.
     """
     A, x = letters("A", "x")
-    require_equal(x.T @ (A @ x) + (A @ x).T @ x, x.T @ ((A + A.T) * fmpq(1, 2)) @ x * 2, "the rate of |x|^2")
+    decide(Identity(x.T @ (A @ x) + (A @ x).T @ x, x.T @ ((A + A.T) * fmpq(1, 2)) @ x * 2, "the rate of |x|^2"))
     s_11, s_12, s_22, r = (
         symbol.entry for symbol in symbols(dict.fromkeys(("s_11", "s_12", "s_22", "r"), ONE)).values()
     )
     mu = (s_11 + s_22 + r) / 2
-    require((mu - s_11) + (mu - s_22) == r, "the trace of mu I - S is not r")
+    decide(Equal((mu - s_11) + (mu - s_22), r, "the trace of mu I - S is not r"))
     determinant = (mu - s_11) * (mu - s_22) - s_12 * s_12
-    require(4 * determinant == r * r - ((s_11 - s_22) * (s_11 - s_22) + 4 * s_12 * s_12), "det(mu I - S) is not zero")
+    decide(
+        Equal(4 * determinant, r * r - ((s_11 - s_22) * (s_11 - s_22) + 4 * s_12 * s_12), "det(mu I - S) is not zero")
+    )
 
 
 def require_map() -> None:
@@ -54,11 +56,11 @@ def require_map() -> None:
     W, R, B_1, C_1, Delta, B, C, D, v, w, eta = letters("W", "R", "B_1", "C_1", "Delta", "B", "C", "D", "v", "w", "eta")
     residual = W @ v - B_1 @ Delta @ (C_1 @ v + D @ w) - B @ w
     there = (W - B_1 @ Delta @ C_1) @ v - (B + B_1 @ Delta @ D) @ w
-    require_equal(residual, there, "the loop (7)")
+    decide(Identity(residual, there, "the loop (7)"))
     S_11, S_12, S_21, S_22 = C_1 @ R @ B_1, D + C_1 @ R @ B, C @ R @ B_1, C @ R @ B
     reached = R @ (B_1 @ Delta @ eta + B @ w)
-    require_equal(eta - C_1 @ reached - D @ w, eta - S_11 @ Delta @ eta - S_12 @ w, "the equation of eta")
-    require_equal(C @ reached, S_21 @ Delta @ eta + S_22 @ w, "the output e")
+    decide(Identity(eta - C_1 @ reached - D @ w, eta - S_11 @ Delta @ eta - S_12 @ w, "the equation of eta"))
+    decide(Identity(C @ reached, S_21 @ Delta @ eta + S_22 @ w, "the output e"))
 
 
 def require_congruence() -> None:
@@ -76,11 +78,11 @@ def require_congruence() -> None:
     J_1, T = blocks([[Z, zero], [Y, V]]), blocks([[same, same], [below, zero]])
     A_bar = blocks([[Phi, zero], [B_f @ C, A_f]])
     B_bar = blocks([[Gamma], [B_f @ D]])
-    require_equal(J_1 @ T, blocks([[Z, Z], [Z, Y]]), "J_1'PJ_1 = [Z Z; Z Y]")
+    decide(Identity(J_1 @ T, blocks([[Z, Z], [Z, Y]]), "J_1'PJ_1 = [Z Z; Z Y]"))
     moved = blocks([[Z @ Phi, Z @ Phi], [Y @ Phi + F @ C + Q, Y @ Phi + F @ C]])
-    require_equal(J_1 @ A_bar @ T, moved, "J_1'APJ_1 in (10)")
-    require_equal(J_1 @ B_bar, blocks([[Z @ Gamma], [Y @ Gamma + F @ D]]), "J_1'B in (10)")
-    require_equal(blocks([[L, -C_f]]) @ T, blocks([[L - G, L]]), "CPJ_1 = [L - G, L]")
+    decide(Identity(J_1 @ A_bar @ T, moved, "J_1'APJ_1 in (10)"))
+    decide(Identity(J_1 @ B_bar, blocks([[Z @ Gamma], [Y @ Gamma + F @ D]]), "J_1'B in (10)"))
+    decide(Identity(blocks([[L, -C_f]]) @ T, blocks([[L - G, L]]), "CPJ_1 = [L - G, L]"))
 
 
 def require_recovery() -> None:
@@ -92,9 +94,9 @@ def require_recovery() -> None:
     Y, S, W, A_f, B_f = letters("Y", "S", "W", "A_f", "B_f")
     V = -(Y @ S)
     Z = Y + V @ W
-    require_equal(Y - Z, Y @ S @ W, "Y (I - Y^{-1}Z) = Y S W")
-    require_equal(-(V @ A_f @ W), Y @ S @ A_f @ W, "-Q = Y S A_f W")
-    require_equal(-(V @ B_f), Y @ S @ B_f, "-F = Y S B_f")
+    decide(Identity(Y - Z, Y @ S @ W, "Y (I - Y^{-1}Z) = Y S W"))
+    decide(Identity(-(V @ A_f @ W), Y @ S @ A_f @ W, "-Q = Y S A_f W"))
+    decide(Identity(-(V @ B_f), Y @ S @ B_f, "-F = Y S B_f"))
 
 
 def require_sharp_ends() -> None:
@@ -105,5 +107,5 @@ def require_sharp_ends() -> None:
     """
     alpha, m, E, f = (symbol.entry for symbol in symbols(dict.fromkeys(("alpha", "m", "E", "f"), ONE)).values())
     m_f, inside = alpha * (E - 1), alpha + m * f
-    require(m_f.derivative(2) * m * E == m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate")
-    require(inside.derivative(3) == m, "the logarithm of (9) is not the time to reach a level at this rate")
+    decide(Equal(m_f.derivative(2) * m * E, m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate"))
+    decide(Equal(inside.derivative(3), m, "the logarithm of (9) is not the time to reach a level at this rate"))

@@ -8,14 +8,16 @@ from typing import Any
 from flint import acb_mat, fmpq
 
 from replication.verify.algebra.balls import circle_point
+from replication.verify.kernel import AtMost, decide
 from replication.verify.nonuniform import gain, system
 from replication.verify.nonuniform.floor import require_no_filter_below
 from replication.verify.nonuniform.gain import Storage, require_attained, require_level
 from replication.verify.nonuniform.system import PERIODS, Case, Filter, Plant, Time, on_filtered, on_plant
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import positive, rational, sequence, sized, text
-from replication.verify.statement import LOWER, UPPER, Depends, Found, Says, Table
-from replication.verify.theorem import require
+from replication.verify.says import Says
+from replication.verify.statement import LOWER, UPPER, Depends, Table
+from replication.verify.theorem import Found
 
 GAIN, LEAST, GIVEN, EVERY = (
     "gain over sequences",
@@ -24,7 +26,7 @@ GAIN, LEAST, GIVEN, EVERY = (
     "filters of form (4)",
 )
 SEQUENCES = {"samples": "every sequence, samples", "duration": "every sequence, seconds"}
-"""Readings of the paper: what its norms count."""
+"""What the norms count: samples, a reading of the paper, or seconds, beyond its text."""
 AT_ONE_PERIOD = (NO_READING, "least nominal level", "periods of the grid")
 
 
@@ -32,7 +34,8 @@ def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     """At one constant period both norms count alike, and the text speaks of it as nominal."""
     if parameters["from"] == parameters["to"]:
         return (*AT_ONE_PERIOD, "level of the filter found")
-    return (SEQUENCES[parameters["weight"]],)
+    some = ("a level, whichever",) if parameters["weight"] == "samples" else ()
+    return (SEQUENCES[parameters["weight"]], *some)
 
 
 def _range(parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -82,7 +85,7 @@ def gain_upper(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) ->
 def keeps_level(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -> None:
     """The given filter has the level {parameters.level:up} {parameters.scope}."""
     require_level(plant, parameters, upper, storage)
-    require(upper <= parameters.level, f"the bound {upper} exceeds the level {parameters.level}")
+    decide(AtMost(upper, parameters.level, f"the bound {upper} exceeds the level {parameters.level}"))
 
 
 @on_filtered("nonuniform.gain-lower", parameters=CASE, bound=LOWER, witness=ATTAINED, says=OF_FILTER)
@@ -99,7 +102,7 @@ def breaks_level(
     {lower:down}.
     """
     require_attained(plant, parameters, lower, pattern, circle_point(turn), w)
-    require(lower >= parameters.level, f"the bound {lower} is below the level {parameters.level}")
+    decide(AtMost(parameters.level, lower, f"the bound {lower} is below the level {parameters.level}"))
 
 
 @on_plant(
@@ -159,7 +162,7 @@ def no_filter_keeps_level(plant: Plant, period: str, level: fmpq, lower: fmpq, s
     """
     constant = plant.period(period, "parameters.period")
     require_no_filter_below(plant, constant, lower, start)
-    require(lower >= level, f"the bound {lower} is below the level {level}")
+    decide(AtMost(level, lower, f"the bound {lower} is below the level {level}"))
     return Found(words={"period": system.in_words(constant)})
 
 

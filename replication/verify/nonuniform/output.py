@@ -18,15 +18,17 @@ from typing import Any
 
 from flint import acb, acb_mat, arb, fmpq
 
-from replication.verify.algebra.balls import circle_point, complex_of, is_less, largest
+from replication.verify.algebra.balls import circle_point, complex_of, largest
 from replication.verify.algebra.decimals import above as above_
 from replication.verify.algebra.decimals import below as below_
 from replication.verify.algebra.linear import identity, solved
 from replication.verify.algebra.work import BALL, spend
+from replication.verify.kernel import Below, decide
 from replication.verify.nonuniform.system import Filter, Plant, in_words, on_filtered, seconds, step_at
 from replication.verify.reading import MAX_ENTRIES, fields, positive, rational, sequence, sized
-from replication.verify.statement import Depends, Found, Says
-from replication.verify.theorem import Refused, require
+from replication.verify.says import Says
+from replication.verify.statement import Depends
+from replication.verify.theorem import Found, Refused, require
 
 BITS = 40
 
@@ -86,7 +88,7 @@ def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: li
         for i, (normal, _) in enumerate(side)
     ]
     tilt, most = largest(tilts), largest([limit for side in sides for _, limit in side]).max(arb(0))
-    require(is_less(tilt, 1), "the half-spaces do not bound C_f")
+    decide(Below(tilt, 1, "the half-spaces do not bound C_f"))
     spare = tilt * most / (1 - tilt)
     upper, lower = ([limit + spare for _, limit in side] for side in sides)
     items = tuple((_floor(-low), -_floor(-high)) for low, high in zip(lower, upper, strict=True))

@@ -11,15 +11,16 @@ from itertools import pairwise
 
 from flint import acb, arb, arb_mat, fmpq, fmpq_mat
 
-from replication.verify.algebra.balls import beside, hold, is_less, require_positive_definite
+from replication.verify.algebra.balls import beside, hold
 from replication.verify.algebra.linear import identity
-from replication.verify.algebra.roots import require_hurwitz
 from replication.verify.algebra.work import BALL, spend
+from replication.verify.kernel import Below, Hurwitz, Positive, decide, holds
 from replication.verify.nonuniform.gain import require_everywhere
 from replication.verify.nonuniform.system import PERIODS, Plant, along, in_words, on_plant, seconds
 from replication.verify.reading import sequence, sized, symmetric, text
-from replication.verify.statement import Depends, Found, Says
-from replication.verify.theorem import Refused, require
+from replication.verify.says import Says
+from replication.verify.statement import Depends
+from replication.verify.theorem import Found, require
 
 CONDITION = Says(quantity="condition (8)", setting={}, readings=("constant change", "any change"))
 HALVINGS = 12
@@ -49,11 +50,11 @@ def breaks_condition(plant: Plant, period: str) -> Found:
     The norm of T(z) is not below the modulus of an eigenvalue, in whatever coordinates. A constant change is one of the
     sequences, so that the gain for every sequence is no less.
     """
-    require_hurwitz(plant.A, "the plant")
+    decide(Hurwitz(plant.A, "the plant"))
     changed = plant.period(period, "parameters.period")
     h_0, h = seconds(plant.middle), seconds(changed)
     found = [modal(a, h_0, h) for a in eigenvalues(plant.A)]
-    reached = [size for size in found if is_less(1, size)]
+    reached = [size for size in found if holds(Below(1, size, "one"))]
     require(reached != [], f"the eigenvalues give {found[0].str(5)} and {found[1].str(5)} there, not more than one")
     return Found(words={"period": in_words(changed), "least": reached[0]})
 
@@ -74,14 +75,15 @@ def meets_condition(plant: Plant, P: list[fmpq_mat]) -> Found:
     coordinates the factors are diagonal, so that the gain is the largest r(a, h); for real a < 0 the modulus in r is
     largest at an end of the range.
     """
-    require_hurwitz(plant.A, "the plant")
+    decide(Hurwitz(plant.A, "the plant"))
     require(0 < len(P) <= MOST_PIECES, f"witness.P must have 1 to {MOST_PIECES} matrices")
     values = eigenvalues(plant.A)
     trace, determinant = plant.A[0, 0] + plant.A[1, 1], plant.A.det()
-    require(trace * trace > 4 * determinant, "the eigenvalues of A are not real and different")
+    decide(Below(4 * determinant, trace * trace, "the eigenvalues of A are not real and different"))
     h_0, ends = seconds(plant.middle), [seconds(plant.period(name, "period")) for name in (PERIODS[0], PERIODS[-1])]
     sizes = [modal(a, h_0, h) for a in values for h in ends]
-    require(all(is_less(size, 1) for size in sizes), "in modal coordinates the norm is not proved to be below one")
+    for size in sizes:
+        decide(Below(size, 1, "in modal coordinates the norm is not proved to be below one"))
     for k, (first, last) in enumerate(pairwise([fmpq(i, len(P)) for i in range(len(P) + 1)])):
         require_everywhere(_Gain(plant, P[k]).fails, first, last, [(k, k)], HALVINGS)
     return Found(words={"most": max(sizes, key=lambda size: float(size.upper()))})
@@ -94,7 +96,7 @@ class _Gain:
         self.plant, self.P = plant, arb_mat(P)
         self.Phi = hold(plant.A, plant.B, seconds(plant.middle))[0]
         seen = arb_mat(plant.A) * self.Phi
-        require_positive_definite(self.P, "witness.P")
+        decide(Positive(self.P, "witness.P"))
         self.state = self.P - seen.transpose() * seen - self.Phi.transpose() * self.P * self.Phi
 
     def fails(self, a: fmpq, b: fmpq, transitions: list[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -107,8 +109,4 @@ class _Gain:
         cross = -(self.Phi.transpose() * self.P * D)
         rows = beside(self.state, cross).tolist()
         rows += beside(cross.transpose(), one - D.transpose() * self.P * D).tolist()
-        try:
-            require_positive_definite(arb_mat(rows), "the bounded real lemma")
-        except Refused:
-            return transitions
-        return []
+        return [] if holds(Positive(arb_mat(rows), "the bounded real lemma")) else transitions

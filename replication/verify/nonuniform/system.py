@@ -12,9 +12,8 @@ from typing import Any
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.balls import beside, generator, hold
-from replication.verify.algebra.linear import block
-from replication.verify.algebra.roots import is_schur, require_hurwitz
-from replication.verify.algebra.work import characteristic_polynomial
+from replication.verify.algebra.linear import block, characteristic_polynomial
+from replication.verify.kernel import Hurwitz, Within, decide
 from replication.verify.reading import fields, known_fields, matrix, positive, rational, sequence, states, text
 from replication.verify.statement import statement
 from replication.verify.theorem import require
@@ -207,5 +206,5 @@ def require_stable(plant: Plant, filter_: Filter) -> None:
 
     A-bar(h) is block triangular; a product of the Phi(h_k) is e^{A t} with t the sum of the h_k >= h_l > 0, and decays.
     """
-    require_hurwitz(plant.A, "the plant")
-    require(is_schur(characteristic_polynomial(filter_.A)), "the filter is not Schur stable")
+    decide(Hurwitz(plant.A, "the plant"))
+    decide(Within(characteristic_polynomial(filter_.A), "the poles of the filter"))

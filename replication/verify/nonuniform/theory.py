@@ -7,7 +7,7 @@ from typing import Any
 
 from flint import arb, arb_mat, fmpq
 
-from replication.verify.algebra.roots import require_hurwitz
+from replication.verify.kernel import Below, Hurwitz, decide
 from replication.verify.nonuniform import grid, identities
 from replication.verify.nonuniform.gain import read_storage, require_level
 from replication.verify.nonuniform.system import (
@@ -22,8 +22,9 @@ from replication.verify.nonuniform.system import (
     seconds,
 )
 from replication.verify.reading import integer, matrix, positive, sequence, sized
-from replication.verify.statement import BOTH, Depends, Found, Says, statement
-from replication.verify.theorem import Refused, require
+from replication.verify.says import Says
+from replication.verify.statement import BOTH, Depends, statement
+from replication.verify.theorem import Found, Refused, require
 
 DIGITS = 40
 """Bits of the bounds of entries."""
@@ -123,7 +124,7 @@ def one_interval(plant: Plant, passes: list[list[grid.Alpha]]) -> Found:
     system of every filter with A_f Schur is stable on all of it; {size} elements cover the range.
     """
     covering = grid.run_algorithm(plant, passes)
-    require_hurwitz(plant.A, "the plant")
+    decide(Hurwitz(plant.A, "the plant"))
     grid.require_one_interval_is_not_enough(plant, covering)
     return Found(words={"size": covering.size})
 
@@ -176,7 +177,7 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level)
     require_level(plant, case, level, proof["storage"])
     forced = min(alpha, alpha * radius)
-    require(level < forced, f"the level {level} of the filter is not below {forced}")
+    decide(Below(level, forced, f"the level {level} of the filter is not below {forced}"))
     return Found(words={"forced": forced})
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 from flint import acb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.balls import circle_point
-from replication.verify.algebra.linear import require_positive_definite
+from replication.verify.kernel import Positive, decide
 from replication.verify.nonuniform import gain, grid, system
 from replication.verify.nonuniform.gain import require_at, require_attained
 from replication.verify.nonuniform.system import Case, Filter, Plant, Time, on_plant
 from replication.verify.nonuniform.theory import PASSES
 from replication.verify.reading import positive, rational, sequence, sized, symmetric
-from replication.verify.statement import Depends, Found, Says
+from replication.verify.says import Says
+from replication.verify.statement import Depends
+from replication.verify.theorem import Found
 
 
 @on_plant(
@@ -48,7 +50,7 @@ def grid_solution_fails(
     With P the inverse of P-bar, (6) is [P - C-bar' C-bar, 0; 0, g^2 I] - M'P M > 0 (Schur complements); at all periods
     it would give the level to every sequence (Lemma 1).
     """
-    require_positive_definite(P, "witness.P")
+    decide(Positive(P, "witness.P"))
     case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=filter, level=level)
     elements = grid.run_algorithm(plant, passes).elements
     for h in elements:

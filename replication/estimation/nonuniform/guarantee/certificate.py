@@ -56,14 +56,14 @@ def certify(system: ErrorSystem, cells: Cells, tree: ContextTree, P: Array, targ
     for letter, ends in enumerate(pairwise(cells.edges)):
         chosen = steps[:, 1] == letter
         pairs = P[steps[chosen, 0]], P[steps[chosen, 2]]
-        needs[chosen], periods[chosen] = _cell_needs(system, *pairs, ends, (target / system.level) ** 2)
+        needs[chosen], periods[chosen] = cell_needs(system, *pairs, ends, (target / system.level) ** 2)
     worst = float(np.max(needs))
     # Above UNPROVED the need is only a measure of how far P is from proving anything.
     proved = np.linalg.eigvalsh(P).min() > 0 and worst < UNPROVED
     return Certificate(system.level * float(np.sqrt(worst * (1 + 1e-9))) if proved else float("inf"), needs, periods)
 
 
-def _cell_needs(
+def cell_needs(
     system: ErrorSystem, P: Array, P_next: Array, ends: tuple[float, float], target: float
 ) -> tuple[Array, Array]:
     """For each transition the largest squared level that a piece of the cell asks for, and the period where."""
@@ -132,12 +132,11 @@ def _missed(system: ErrorSystem, hull: Enclosure) -> Array:
 
     With T = [T_1, T_2] and T_1 = Q S, what is missed of x is measured in the coordinates S x, and Q changes no norm.
     """
-    n, inverse = system.plant.order, np.linalg.inv(system.T)
-    plain = hull.remainder() * np.linalg.norm(system.T, 2) * max(float(np.linalg.norm(inverse, 2)), 1.0)
+    n, entry = system.plant.order, system.entry
+    plain = hull.remainder() * np.linalg.norm(system.T, 2) * np.linalg.norm(entry, 2)
     frame = np.eye(len(hull.generator))
     frame[:n, :n] = np.linalg.qr(system.T[:, :n], mode="r")
-    reached = max(float(np.linalg.norm(frame[:n, :n] @ inverse[:n], 2)), 1.0)
-    return np.minimum(plain, hull.remainder(frame) * reached)
+    return np.asarray(np.minimum(plain, hull.remainder(frame) * np.linalg.norm(frame @ entry, 2)))
 
 
 def _allowance(system: ErrorSystem, steps: Array, P: Array, missed: Array) -> Array:

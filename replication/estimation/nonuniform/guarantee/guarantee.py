@@ -13,7 +13,7 @@ import scipy.linalg
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.conic.clarabel import ALMOST
 from replication.estimation.conic.solvers import SolverReport
-from replication.estimation.nonuniform.filters import Filter, error_system, gramian, periodic_gain, require_settling
+from replication.estimation.nonuniform.filters import Estimator, error_system, gramian, periodic_gain
 from replication.estimation.nonuniform.guarantee.certificate import Certificate, certify
 from replication.estimation.nonuniform.guarantee.context_tree import ContextTree
 from replication.estimation.nonuniform.guarantee.path_lyapunov import (
@@ -64,7 +64,7 @@ class Guarantee:
 
 def guaranteed_level(
     plant: SampledPlant,
-    filter_: Filter,
+    filter_: Estimator,
     periods: PeriodRange,
     *,
     max_leaves: int = 128,
@@ -80,8 +80,9 @@ def guaranteed_level(
     """
     limit = positive_integer("max_leaves", max_leaves)
     edges = _edges(periods, cuts)
-    require_settling(plant, filter_)
-    system, best = _common(plant, filter_, periods, per_duration)
+    filter_.require_settling(plant)
+    natural = _natural(plant, filter_, periods.middle, per_duration)
+    system, best = _common(natural, periods)
     history = [(1, best.level)]
     # With one cell there is nothing to tell apart.
     if len(edges) == 2 or limit < len(edges) - 1:
@@ -123,11 +124,9 @@ def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, .
     return edges
 
 
-def _common(
-    plant: SampledPlant, filter_: Filter, periods: PeriodRange, per_duration: bool
-) -> tuple[ErrorSystem, Guarantee]:
+def _common(natural: ErrorSystem, periods: PeriodRange) -> tuple[ErrorSystem, Guarantee]:
     """The common Lyapunov function, and the error system in the coordinates and units in which it is the identity."""
-    natural, tree = _natural(plant, filter_, periods.middle, per_duration), ContextTree.one_step(1)
+    tree = ContextTree.one_step(1)
     for roundings in ROUNDINGS:
         system, samples, best = replace(natural, roundings=roundings), Samples(Cells((periods.h_l, periods.h_u))), None
         # Each solution gives the coordinates of the next, which is more accurate where the plant's are badly scaled.
@@ -149,13 +148,13 @@ def _common(
     )
 
 
-def _natural(plant: SampledPlant, filter_: Filter, h: float, per_duration: bool) -> ErrorSystem:
+def _natural(plant: SampledPlant, filter_: Estimator, h: float, per_duration: bool) -> ErrorSystem:
     """The error system with its Gramian at period h about the identity, e in units of its own gain there.
 
     The units of w, y, z and of the states then matter neither to the solver nor to the hulls.
     """
-    balancing = _balancing(plant)
-    plant = plant.in_coordinates(balancing)
+    balanced = balancing(plant)
+    plant, filter_ = plant.in_coordinates(balanced), filter_.in_coordinates(balanced)
     stage = error_system(plant, filter_, h, per_duration=per_duration)
     reached = gramian(stage.A, stage.B)
     # Each state in its own unit first, so that the small number added means the same to all of them.
@@ -164,15 +163,15 @@ def _natural(plant: SampledPlant, filter_: Filter, h: float, per_duration: bool)
     scaled = reached / np.outer(units, units) + REGULAR * np.eye(len(units))
     # The filter's states are measured so too, since the certificate pays for the condition of T.
     own = np.exp2(np.round(np.log2(units[plant.order :])))
-    filter_ = Filter(filter_.A / own[:, None] * own, filter_.B / own[:, None], filter_.C * own)
+    filter_ = filter_.in_units(own)
     T = np.linalg.inv(np.linalg.cholesky(scaled)) / units
     T[:, plant.order :] *= own
     level = periodic_gain(plant, filter_, [h], per_duration=per_duration).upper
-    original = np.concatenate([1 / np.diag(balancing), own])
+    original = np.concatenate([1 / np.diag(balanced), own])
     return ErrorSystem(plant, filter_, T, level if level > 0 else 1.0, per_duration, original)
 
 
-def _balancing(plant: SampledPlant) -> Array:
+def balancing(plant: SampledPlant) -> Array:
     """Units of the states (powers of two, which change no digit) in which A, B, C, L are balanced and |B| is |A|."""
     A, B = plant.A, plant.B
     n, m = B.shape
@@ -186,7 +185,8 @@ def _balancing(plant: SampledPlant) -> Array:
     )
     _, (units, _) = scipy.linalg.matrix_balance(whole, permute=False, separate=True)
     units = units[:n]
-    ratio = np.linalg.norm(B / units[:, None]) / np.linalg.norm(A / units[:, None] * units)
+    rate = np.linalg.norm(A / units[:, None] * units)
+    ratio = np.linalg.norm(B / units[:, None]) / rate if rate > 0 else 1.0
     return np.diag(1 / (units * np.exp2(np.round(np.log2(ratio)))))
 
 

@@ -14,11 +14,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy.linalg
 
 from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
 from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
 from replication.estimation.conic.solvers import SolverReport
-from replication.estimation.nonuniform.filters import Filter, error_output, error_step
+from replication.estimation.nonuniform.filters import Estimator, error_output, error_step
 from replication.estimation.nonuniform.guarantee.context_tree import ContextTree, Word
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
@@ -41,7 +42,7 @@ class ErrorSystem:
     """
 
     plant: SampledPlant
-    filter: Filter
+    filter: Estimator
     T: Array
     level: float
     per_duration: bool
@@ -58,6 +59,13 @@ class ErrorSystem:
         n = self.plant.order
         state, drive = error_step(self.plant, self.filter, transitions[:, :n, :n], transitions[:, :n, n:])
         return np.asarray(self.T @ np.concatenate([state @ np.linalg.inv(self.T), drive], axis=-1))
+
+    @property
+    def entry(self) -> Array:
+        """What transition matrices are multiplied by from the right in `steps`, (n + m, N + m)."""
+        inputs = self.plant.B.shape[1]
+        inverse = scipy.linalg.block_diag(np.linalg.inv(self.T), np.eye(inputs))
+        return np.asarray(self.filter.entry(self.plant) @ inverse)
 
     def storage(self, P: Array) -> Array:
         """The storage matrices P (leaves, N, N) for the error e and the states that were asked about."""

@@ -1,0 +1,226 @@
+"""A plant with slow sensors and inputs, sampled at the fast period T: what a design at the slow rate is made for.
+
+Sensor i delivers y_i = C_i x + noise at every ratio_i-th instant; input j changes at every ratio_j-th and is held. The
+process noise w acts in continuous time; over one period it is G d with G G' = int e^{As} W e^{A's} ds, which has the
+same covariance and, as a map from square-integrable w, the same gain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import lcm
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode
+from replication.estimation.dualrate.sampled import Held, held
+from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.validation import Array, hidden_modes, positive_integer, positive_scalar, undetectable_mode
+
+BOUNDARY = 1e-9
+"""Real parts up to so much, in 1/s or of the largest eigenvalue, count as zero."""
+LONGEST = 10_000
+"""Fast periods after which the rates must repeat: a design takes minutes then."""
+CANCELLED = 1e-12
+"""The effect of a held input, as a share of what it could be, below which it is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class SlowProblem:
+    """Plant, fast period (s), schedules, and the weights of z = (Q^(1/2) x, R^(1/2) u) and of the noise.
+
+    state_weight: Q (n, n). input_weight: R (m, m). process_noise: intensity W (n, n). sensor_noise: covariance V (p, p)
+    of one reading. Sizes and definiteness of the weights are checked by whoever makes one.
+    """
+
+    plant: Plant
+    period: float
+    sensors: SensingSchedule
+    actuators: SensingSchedule
+    state_weight: Array
+    input_weight: Array
+    process_noise: Array
+    sensor_noise: Array
+
+    @property
+    def instants(self) -> int:
+        """N, after which everything repeats, in fast periods."""
+        return lcm(self.sensors.period, self.actuators.period)
+
+    @cached_property
+    def sampled(self) -> Held:
+        """The plant over one fast period."""
+        return held(self.plant.state, self.plant.input, self.period)
+
+    @cached_property
+    def noise(self) -> Array:
+        """G (n, n) of the process noise over one fast period."""
+        return root(_accumulated(self.plant.state, self.process_noise, self.period))
+
+    def measured(self) -> list[list[int]]:
+        """For each instant of the period, the sensors that deliver."""
+        return [list(self.sensors.measured(k)) for k in range(self.instants)]
+
+    def changed(self) -> list[Array]:
+        """For each instant of the period, the matrix (m, m) with ones for the inputs that change."""
+        return [self.actuators.selection(k) for k in range(self.instants)]
+
+    @property
+    def decays(self) -> bool:
+        """Whether the plant is stable when it is left alone."""
+        return bool(np.max(np.linalg.eigvals(self.plant.state).real) < -BOUNDARY)
+
+    def lost(self) -> str:
+        """What to say where rounding spoils a design."""
+        whole = self.period * self.instants
+        growth = np.exp(max(0.0, float(np.max(np.linalg.eigvals(self.plant.state).real))) * whole)
+        return (
+            f"the design at the slow rate was lost in rounding: the fastest mode grows by a factor of {growth:.3g} "
+            f"over the {whole:g} s after which the rates repeat; measure more often, or bring the weights nearer to "
+            "each other"
+        )
+
+
+def slow_problem(plant: Plant, *, period: Any, ratio: Any, hold: Any, weights: tuple[Array, ...]) -> SlowProblem:
+    """Check and assemble; weights: Q, R, W, V.
+
+    Raises InvalidInputError: a period or ratio that does not fit, a mode on the boundary of stability that the weights
+    leave out. InfeasibleError: no controller stabilises the plant at these rates, with the mode that it leaves alone.
+    """
+    T = positive_scalar("period T", period, unit="seconds")
+    sensors = _schedule("ratio", ratio, len(plant.output), "sensor")
+    actuators = _schedule("hold", hold, plant.input.shape[1], "input")
+    if (instants := lcm(sensors.period, actuators.period)) > LONGEST:
+        raise InvalidInputError(
+            f"ratio and hold repeat together only after {instants} fast periods, more than {LONGEST}; choose ratios "
+            "with common factors, or a longer fast period"
+        )
+    problem = SlowProblem(plant, T, sensors, actuators, *weights)
+    _require_stabilisable(problem)
+    for name, A, weight in (("state_weight", plant.state, weights[0]), ("process_noise", plant.state.T, weights[2])):
+        _require_weighted(name, A, weight)
+    return problem
+
+
+def in_natural_units(problem: SlowProblem) -> tuple[SlowProblem, Array, Array]:
+    """The same problem with x = t x~ and u = r u~, and the units t (n,) and r (m,), which keep rounding small.
+
+    Inputs are in units of their weights, states in those in which A, what drives it and what looks at it are balanced.
+    """
+    plant, n = problem.plant, problem.plant.size
+    r = np.diag(problem.input_weight) ** -0.5
+    drive = np.hstack([plant.input * r, root(problem.process_noise)])
+    whitened = np.linalg.solve(np.linalg.cholesky(problem.sensor_noise), plant.output)
+    sight = np.vstack([root(problem.state_weight).T, whitened])
+    square = np.zeros((n + max(len(sight), drive.shape[1]),) * 2)
+    square[:n, :n], square[:n, n : n + drive.shape[1]], square[n : n + len(sight), :n] = plant.state, drive, sight
+    t = scipy.linalg.matrix_balance(square, permute=False, separate=True)[1][0][:n]
+    scaled = replace(
+        problem,
+        plant=Plant(plant.state * t / t[:, None], plant.input * r / t[:, None], plant.output * t),
+        state_weight=problem.state_weight * np.outer(t, t),
+        input_weight=problem.input_weight * np.outer(r, r),
+        process_noise=problem.process_noise / np.outer(t, t),
+    )
+    return scaled, t, r
+
+
+def root(matrix: Array) -> Array:
+    """G (n, n) with G G' = `matrix`, symmetric and semidefinite; in the units of its diagonal, so that none is lost."""
+    units = np.sqrt(np.diag(matrix))
+    units[units == 0] = 1.0
+    values, vectors = np.linalg.eigh(matrix / np.outer(units, units))
+    return np.asarray(units[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _accumulated(A: Array, W: Array, time: float) -> Array:
+    """int_0^time e^{As} W e^{A's} ds: of a short time by one exponential, then doubled; no term cancels another."""
+    n = len(A)
+    halvings = int(np.ceil(np.log2(max(float(np.linalg.norm(A, 2)) * time, 1.0))))
+    block = np.block([[-A, W], [np.zeros((n, n)), A.T]]) * (time / 2**halvings)
+    power = scipy.linalg.expm(block)
+    step = power[n:, n:].T
+    total = step @ power[:n, n:]
+    for _ in range(halvings):
+        total = total + step @ total @ step.T
+        step = step @ step
+    return np.asarray((total + total.T) / 2)
+
+
+def _schedule(name: str, value: Any, count: int, what: str) -> SensingSchedule:
+    """One ratio for all, or one for each."""
+    given = [value] * count if np.ndim(value) == 0 else list(value)
+    if len(given) == 1:
+        given = given * count
+    if len(given) != count:
+        raise InvalidInputError(f"{name} must be one number, or one for each of the {count} {what}s, got {value!r}")
+    ratios = tuple(positive_integer(f"{name}[{i}]" if np.ndim(value) else name, M) for i, M in enumerate(given))
+    if (largest := max(ratios)) > MAX_RATIO:
+        raise InvalidInputError(f"{name} must be at most {MAX_RATIO}, got {largest}; choose a longer fast period T")
+    return SensingSchedule(ratios)
+
+
+def _require_stabilisable(problem: SlowProblem) -> None:
+    """Popov, Belevitch and Hautus, in continuous time and over a whole period of the schedules."""
+    A, B, C = problem.plant.state, problem.plant.input, problem.plant.output
+    if (mode := undetectable_mode(A.T, B.T, discrete=False)) is not None:
+        raise InfeasibleError(_proof(f"no input moves the unstable mode {mode:.6g}", "[A - s I, B] loses rank there"))
+    if (mode := undetectable_mode(A, C, discrete=False)) is not None:
+        raise InfeasibleError(_proof(f"no sensor sees the unstable mode {mode:.6g}", "[A - s I; C] loses rank there"))
+    whole = problem.period * problem.instants
+    if (mode := folded_mode(A, np.vstack(list(_seen(problem))), whole)) is not None:
+        proof = f"the lifted pair over {whole:g} s fails the rank test there; change a ratio or the period"
+        raise InfeasibleError(_proof(f"the sensors, at their instants, do not see the unstable mode {mode:.6g}", proof))
+    if (mode := folded_mode(A.T, np.vstack(list(_moved(problem))), whole)) is not None:
+        proof = f"the lifted pair over {whole:g} s fails the rank test there; change hold or the period"
+        raise InfeasibleError(_proof(f"the inputs, as they are held, do not move the unstable mode {mode:.6g}", proof))
+
+
+def _proof(what: str, why: str) -> str:
+    return f"no controller stabilises the loop: {what} ({why})"
+
+
+def _seen(problem: SlowProblem) -> Iterator[Array]:
+    """C_i e^{(A - s I) t} for each reading of a period; the shift s keeps growing modes from hiding the slow ones."""
+    A, step = problem.plant.state, problem.period
+    still = _shifted(A)
+    for row, ratio in zip(problem.plant.output, problem.sensors.periods, strict=True):
+        power, transition = row[None, :], scipy.linalg.expm(still * ratio * step)
+        for _ in range(min(problem.instants // ratio, len(A) ** 2 + 1)):
+            yield power
+            power = power @ transition
+
+
+def _moved(problem: SlowProblem) -> Iterator[Array]:
+    """The same of the inputs, from the last one of a period back; each row is transposed."""
+    A, step = problem.plant.state, problem.period
+    still = _shifted(A)
+    for j, ratio in enumerate(problem.actuators.periods):
+        column = problem.plant.input[:, [j]]
+        effect = held(A, column, ratio * step).input
+        # Over whole turns of an oscillation nothing is left but rounding.
+        effect = effect * (np.linalg.norm(effect) > CANCELLED * ratio * step * np.linalg.norm(column))
+        transition = scipy.linalg.expm(still * ratio * step)
+        for _ in range(min(problem.instants // ratio, len(A) ** 2 + 1)):
+            yield effect.T
+            effect = transition @ effect
+
+
+def _shifted(A: Array) -> Array:
+    return A - max(0.0, float(np.max(np.linalg.eigvals(A).real))) * np.eye(len(A))
+
+
+def _require_weighted(name: str, A: Array, weight: Array) -> None:
+    """Refuse a mode on the boundary of stability that the weight leaves out: gains tend to zero there, never settle."""
+    scale = 1.0 + float(np.linalg.norm(A, 2))
+    for mode in hidden_modes(A, weight, tolerance=BOUNDARY):
+        if abs(mode.real) <= BOUNDARY * scale:
+            raise InvalidInputError(
+                f"{name} leaves out the mode {mode:.6g} on the boundary of stability, so no optimal gain settles; add "
+                "a little weight on it"
+            )

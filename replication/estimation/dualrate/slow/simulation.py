@@ -1,0 +1,41 @@
+"""The closed loop of a slow-rate controller from given starts, between the fast instants too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from replication.estimation.api.simulation import Simulation, simulated
+from replication.estimation.dualrate.problem import row_of_output
+from replication.estimation.dualrate.sampled import held
+from replication.estimation.dualrate.slow.result import SlowRateResult
+from replication.estimation.validation import finite_vector, positive_integer
+
+
+def simulate_slow(
+    result: SlowRateResult, start: Any, *, periods: int, estimate: Any, output: int, substeps: int
+) -> Simulation:
+    """Without noise, over `periods` of the schedules; raises InvalidInputError for bad starts, counts or outputs."""
+    problem, plant = result.problem, result.problem.plant
+    n, m = plant.input.shape
+    row = plant.output[row_of_output(plant, output)]
+    count = positive_integer("number of slow periods", periods) * problem.instants
+    state = np.zeros(2 * n + m)
+    state[:n], state[n : 2 * n] = finite_vector("x(0)", start, n), finite_vector("ζ(0)", estimate, n)
+    stages, K = result.loop.stages, result.controller.K
+    states, inputs = np.empty((count, 2 * n + m)), np.empty((count, m))
+    for k in range(count):
+        states[k], inputs[k] = state, K[k % problem.instants] @ state[n:]
+        state = stages[k % problem.instants].A @ state
+    width = problem.period / substeps
+    between = [held(plant.state, plant.input, i * width) for i in range(substeps)]
+    outputs = [states[:, :n] @ part.state.T @ row + inputs @ part.input.T @ row for part in between]
+    time = problem.period * np.arange(count)[:, None] + width * np.arange(substeps)
+    errors = np.repeat(states[:, :n] - states[:, n : 2 * n], substeps, axis=0)
+    signals = {
+        "output": np.stack(outputs, axis=1).reshape(-1, 1),
+        "input": np.repeat(inputs, substeps, axis=0),
+        "estimation error": errors,
+    }
+    return simulated(result.method, time.ravel(), signals, ratio=None, steps=False)

@@ -1,0 +1,198 @@
+"""A continuous-time plant as a Kalman filter with time stamps sees it: dynamics, sensors by name, and their noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from replication.errors import InvalidInputError
+from replication.estimation.api.signals import numbered
+from replication.estimation.linear.riccati import symmetric
+from replication.estimation.validation import Array, as_matrix, undetectable_mode
+
+if TYPE_CHECKING:
+    import control
+
+NOT_GIVEN: Any = None
+ROUNDING = 1e-12
+"""Asymmetry and negative eigenvalues, relative to the largest entry, that count as rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class NoisyPlant:
+    """x' = Ax + Bu + w between the samples y = Cx + v, whose instants are known; u is held from sample to sample.
+
+    Without S the noise w is white with intensity Q. With S it is held: w keeps one value, of covariance Q, from each
+    sample to the next, and S is its covariance with the noise v of the sample at which it starts. The plant may be
+    unstable or integrate.
+
+    Parameters
+    ----------
+    A : array (n, n)
+        Dynamics, in 1/s.
+    C : array (q, n)
+        One row for each sensor.
+    Q : array (n, n)
+        Intensity of the white process noise, in squared units of the states per second; covariance if it is held.
+    R : array (q, q) or (q,)
+        Covariance of the sensors' noise, positive definite; a vector holds the variances of independent sensors.
+    B : array (n, m), optional
+        Effect of known inputs.
+    S : array (n, q), optional
+        Covariance of the held process noise with the sensors' noise.
+    P0 : array (n, n), optional
+        Covariance of x^(0) - x(0); the identity unless given.
+    sensors : sequence of str, optional
+        Names of the q sensors; y[0], y[1] and so on unless given.
+
+    Raises
+    ------
+    InvalidInputError
+        A shape does not fit, Q, R or P0 is no covariance, S does not fit to Q and R, a name stands twice, or an
+        unstable mode is not seen by any sensor.
+
+    Examples
+    --------
+    >>> cart = NoisyPlant([[0, 1], [0, 0]], [[1, 0]], Q=[[0, 0], [0, 0.1]], R=[0.01], sensors=["camera"])
+    >>> cart.sensors
+    ('camera',)
+    """
+
+    A: Array
+    C: Array
+    Q: Array
+    R: Array
+    B: Array = NOT_GIVEN
+    S: Array | None = None
+    P0: Array = NOT_GIVEN
+    sensors: Sequence[str] = NOT_GIVEN
+
+    if TYPE_CHECKING:
+        # Type checkers see that lists do; the fields themselves are arrays.
+        def __init__(
+            self,
+            A: npt.ArrayLike,
+            C: npt.ArrayLike,
+            Q: npt.ArrayLike,
+            R: npt.ArrayLike,
+            B: npt.ArrayLike | None = None,
+            S: npt.ArrayLike | None = None,
+            P0: npt.ArrayLike | None = None,
+            sensors: Sequence[str] | None = None,
+        ) -> None: ...
+
+    def __post_init__(self) -> None:
+        """Check and freeze."""
+        A = as_matrix("A", self.A)
+        A = as_matrix("A", A, rows=len(A), columns=len(A))
+        C = as_matrix("C", self.C, columns=len(A))
+        n, q = len(A), len(C)
+        if n == 0 or q == 0:
+            raise InvalidInputError(f"A and C must not be empty, got shapes {A.shape} and {C.shape}")
+        B = as_matrix("B", np.zeros((n, 0)) if self.B is None else self.B, rows=n)
+        Q = covariance("Q", self.Q, n)
+        R = covariance("R", np.diag(self.R) if np.ndim(self.R) == 1 else self.R, q)
+        if np.linalg.eigvalsh(_correlation("R", R))[0] <= ROUNDING:
+            raise InvalidInputError("R must be positive definite: give every sensor noise of its own")
+        P0 = covariance("P0", np.eye(n) if self.P0 is None else self.P0, n)
+        S = None if self.S is None else _cross(self.S, Q, R)
+        for name, value in (("A", A), ("C", C), ("Q", Q), ("R", R), ("B", B), ("S", S), ("P0", P0)):
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "sensors", _names(self.sensors, q))
+        if (mode := undetectable_mode(A, C, discrete=False)) is not None:
+            raise InvalidInputError(
+                f"no sensor sees the mode {mode:.6g}, which does not decay: its error would grow for ever; measure it, "
+                "or leave it out of the plant"
+            )
+
+    @staticmethod
+    def from_statespace(
+        system: control.StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any | None = None
+    ) -> NoisyPlant:
+        """From a continuous-time `control.StateSpace` with known inputs u and outputs y, whose labels name the sensors.
+
+        Parameters
+        ----------
+        system : control.StateSpace
+            Continuous-time, without feedthrough.
+        Q : array (n, n)
+            As in `NoisyPlant`.
+        R : array (q, q) or (q,)
+            As in `NoisyPlant`.
+        S : array (n, q), optional
+            As in `NoisyPlant`.
+        P0 : array (n, n), optional
+            As in `NoisyPlant`.
+
+        Returns
+        -------
+        NoisyPlant
+            The same matrices.
+
+        Raises
+        ------
+        InvalidInputError
+            The system is not continuous-time or has feedthrough; or as `NoisyPlant`.
+        """
+        if not system.isctime(strict=True):
+            raise InvalidInputError(f"the plant must be continuous-time, got dt = {system.dt}; pass it before sampling")
+        if np.any(system.D):
+            raise InvalidInputError("the plant must have no feedthrough from u to y: set D to zero, and take y - D u")
+        return NoisyPlant(system.A, system.C, Q, R, system.B, S, P0, tuple(system.output_labels))
+
+    @property
+    def order(self) -> int:
+        """n, the number of states."""
+        return len(self.A)
+
+
+def covariance(name: str, value: Any, size: int) -> Array:
+    """`value` as a covariance (size, size); raises InvalidInputError unless it is symmetric and has no negative
+    eigenvalue, in units in which its diagonal is one."""
+    matrix = as_matrix(name, value, rows=size, columns=size)
+    if np.max(np.abs(matrix - matrix.T)) > ROUNDING * np.max(np.abs(matrix)):
+        raise InvalidInputError(f"{name} must be symmetric; take ({name} + {name}') / 2 if that is meant")
+    least = float(np.linalg.eigvalsh(_correlation(name, matrix))[0])
+    if least < -ROUNDING * size:
+        raise InvalidInputError(
+            f"{name} must be positive semidefinite, but has a negative eigenvalue ({least:.3g} in units in which its "
+            "diagonal is one); a variance is never negative, nor a correlation above one"
+        )
+    matrix = symmetric(matrix)
+    matrix.flags.writeable = False
+    return matrix
+
+
+def _correlation(name: str, matrix: Array) -> Array:
+    """The matrix in units in which its diagonal is one, or zero; so units of the states cannot hide a sign."""
+    diagonal = np.diag(matrix)
+    if np.any(diagonal < 0):
+        raise InvalidInputError(f"{name} must have no negative variance on its diagonal, got {float(diagonal.min())}")
+    lost = (diagonal == 0) & np.any(matrix != 0, axis=1)
+    if np.any(lost):
+        raise InvalidInputError(f"{name} has a zero variance with a covariance beside it: a variance belongs there")
+    size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    return np.asarray(matrix / np.outer(size, size))
+
+
+def _cross(S: Any, Q: Array, R: Array) -> Array:
+    """S (n, q); raises InvalidInputError unless [[Q, S], [S', R]] is a covariance."""
+    checked = as_matrix("S", S, rows=len(Q), columns=len(R))
+    try:
+        covariance("[[Q, S], [S', R]]", np.block([[Q, checked], [checked.T, R]]), len(Q) + len(R))
+    except InvalidInputError as error:
+        raise InvalidInputError(f"S does not fit to Q and R: {error}; make S smaller") from None
+    return checked
+
+
+def _names(given: Sequence[str] | None, count: int) -> tuple[str, ...]:
+    if given is None:
+        return numbered("y", count)
+    names = () if isinstance(given, str) else tuple(given)
+    if len(names) != count or len(set(names)) < count or not all(isinstance(name, str) for name in names):
+        raise InvalidInputError(f"sensors must be {count} different names, one for each row of C, got {given!r}")
+    return names

@@ -1,0 +1,180 @@
+"""The filter with time stamps as it runs: `step(y, t=...)` for each sample."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from replication.errors import InvalidInputError
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.stamped.c_form import c_form
+from replication.estimation.nonuniform.stamped.samples import as_input, as_sample, as_time
+from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter
+from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.validation import Array, as_array
+
+
+class StampedObserver:
+    """One sample after the other, all sensors at once; `outside` counts the periods for which no level is known.
+
+    The level is that of z^ at the time of a sample, from the samples before it: `predict(t)`.
+
+    Parameters
+    ----------
+    plant : SampledPlant
+        The plant of the design.
+    filter_ : StampedFilter
+        Its gain.
+    periods : PeriodRange
+        The periods for which the level holds, s.
+    known : array (n, p)
+        Effect of known inputs, held from sample to sample.
+    sensors : sequence of str
+        Names of the measurements.
+    """
+
+    def __init__(
+        self,
+        plant: SampledPlant,
+        filter_: StampedFilter,
+        periods: PeriodRange,
+        known: Array,
+        sensors: Sequence[str],
+    ) -> None:
+        self.plant, self.filter, self.periods, self.sensors = plant, filter_, periods, tuple(sensors)
+        self.inputs = known.shape[1]
+        n = plant.order
+        self.transition = Transition.of(plant.A, np.hstack([known, plant.B]), np.zeros((n, n)))
+        self.reset()
+
+    def reset(self, estimate: Any = None) -> None:
+        """Forget all samples.
+
+        Parameters
+        ----------
+        estimate : array (n,), optional
+            x^ at the first sample; zero unless given.
+
+        Raises
+        ------
+        InvalidInputError
+            `estimate` has another length, or is not finite.
+        """
+        n = self.plant.order
+        start = np.zeros(n) if estimate is None else as_array("estimate", estimate, (n,))
+        # The estimates of state and held disturbance after the newest sample, and the input since then.
+        self._mean = np.concatenate([start, np.zeros(self.plant.B.shape[1])])
+        self._input, self._time = np.zeros(self.inputs), None
+        self.outside = 0
+
+    _time: float | None
+
+    def step(self, y: Any, *, t: float, u: Any = None, now: float | None = None) -> Array:
+        """Take a sample.
+
+        Parameters
+        ----------
+        y : mapping of str to float, or array (r,)
+            What the sensors measured, by name or in order; all of them.
+        t : float
+            When, s; later than the sample before.
+        u : array (p,), optional
+            Known input from t on; the one before goes on unless given.
+        now : float, optional
+            The present time, s, if time stamps that lie after it are to be refused.
+
+        Returns
+        -------
+        array (n,)
+            x^(k|k), the estimate of the state at t.
+
+        Raises
+        ------
+        InvalidInputError
+            A sensor is not known or did not measure, a number is not finite, or the time stamp does not increase or
+            lies in the future; the estimate is then as before.
+        """
+        sample = as_sample(y, self.sensors, complete=True)
+        time = as_time("t", t)
+        if now is not None and time > as_time("now", now):
+            raise InvalidInputError(
+                f"t = {time:.9g} s lies in the future, now is {now:.9g} s; check the sensor's clock"
+            )
+        if self._time is not None and time <= self._time:
+            raise InvalidInputError(
+                f"t = {time:.9g} s is not after the sample before, {self._time:.9g} s: time stamps must increase; "
+                "samples that come late need a `StampedKalman`"
+            )
+        given = self._input if u is None else as_input(u, self.inputs)
+        n = self.plant.order
+        before = self._mean[:n] if self._time is None else self.predict(time)
+        h = None if self._time is None else time - self._time
+        if h is not None:
+            rounding = 4 * np.finfo(float).eps * max(abs(time), abs(time - h))
+            self.outside += not self.periods.h_l - rounding <= h <= self.periods.h_u + rounding
+        corrected = self.filter.gain(h) @ (sample - self.plant.C @ before)
+        corrected[:n] += before
+        self._mean, self._input, self._time = corrected, given, time
+        return self.estimate
+
+    def predict(self, t: float) -> Array:
+        """The estimate of the state at a time that is not before the newest sample; L times it is z^.
+
+        Parameters
+        ----------
+        t : float
+            When, s.
+
+        Returns
+        -------
+        array (n,)
+            x^(t) from all samples until now; x^(k+1) at the time of the next sample.
+
+        Raises
+        ------
+        InvalidInputError
+            There is no sample yet, or t lies before the newest one.
+        """
+        time = as_time("t", t)
+        if self._time is None or time < self._time:
+            newest = "there is none yet" if self._time is None else f"{self._time:.9g} s"
+            raise InvalidInputError(f"t = {time:.9g} s must not be before the newest sample ({newest})")
+        Phi, Gamma, _ = self.transition.at(time - self._time)
+        n = self.plant.order
+        return np.asarray(Phi @ self._mean[:n] + Gamma @ np.concatenate([self._input, self._mean[n:]]))
+
+    @property
+    def estimate(self) -> Array:
+        """x^(k|k), (n,); the start before any sample."""
+        return np.array(self._mean[: self.plant.order])
+
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """The filter as one C99 file that compiles by itself.
+
+        Parameters
+        ----------
+        name : str
+            C identifier of at most 31 characters with which every name begins.
+        comment : str
+            What it is, for the top of the file.
+
+        Returns
+        -------
+        str
+            `NAME_init`, `NAME_step` and `NAME_predict`, which do what `reset`, `step` and `predict` do.
+
+        Raises
+        ------
+        InvalidInputError
+            `name` is no C identifier.
+        """
+        return c_form(
+            name,
+            comment,
+            self.transition,
+            self.plant.C,
+            self.inputs,
+            {"gain": self.filter.G, "edges": np.array([*self.filter.edges, self.periods.h_u])},
+        )

@@ -1,0 +1,199 @@
+"""What a filter with time stamps guarantees for every sampling sequence, as a result."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from replication.drawing.panel import Panel
+from replication.errors import InvalidInputError, SolverError
+from replication.estimation.api.results import Bracket, Evidence, GainResult
+from replication.estimation.api.shown import frozen
+from replication.estimation.api.signals import Signals
+from replication.estimation.nonuniform.baselines import constant_baselines, without_sensors
+from replication.estimation.nonuniform.filters import Estimator, periodic_gain
+from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.nominal import riccati_filter
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.result import BOTH_ENDS, NODES, QUANTITY, ends_found, searched
+from replication.estimation.nonuniform.stamped.observer import StampedObserver
+from replication.estimation.nonuniform.stamped.proof import StampedProof
+from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, kalman_filter
+from replication.estimation.nonuniform.worst_case import BadSequence, worst_sequence
+from replication.estimation.validation import Array, positive_scalar
+
+if TYPE_CHECKING:
+    import control
+
+AXES = {
+    "G_x": "(cell of the period before, state, measurement)",
+    "G_w": "(cell of the period before, disturbance, measurement)",
+    "edges": "(edge of a cell, s)",
+}
+"""What the axes of the gains are."""
+LEAVES = 16
+"""Lyapunov matrices for the level of no sensor."""
+FLOOR = 1e-4
+"""Relative distance at which the search for the level of no filter ends."""
+HALVINGS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class StampedGain:
+    """attack: a sequence and a disturbance at hand; proof: of a level that no sequence exceeds."""
+
+    attack: BadSequence
+    proof: StampedProof
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class StampedResult(GainResult):
+    """A filter that takes time stamps (gains G_x, G_w) with both ends of its worst-case gain.
+
+    Attributes
+    ----------
+    plant : SampledPlant
+        The plant for which the level holds.
+    filter : StampedFilter
+        x^(k|k) = x^(k) + G_x v, w^(k) = G_w v with v = y(k) - C x^(k), and G of the cell in which the period before
+        lies; then the plant's own dynamics over h_k.
+    periods : PeriodRange
+        The sampling periods for which it holds, s.
+    known : array (n, p)
+        Effect of known inputs.
+    gain : StampedGain
+        `gain.attack` attains the lower end of the bracket, `gain.proof` proves the upper one.
+    """
+
+    method: str = "nonuniform with time stamps"
+    quantity: str = QUANTITY
+    axes: Mapping[str, str] = field(default_factory=AXES.copy)
+    plant: SampledPlant
+    filter: StampedFilter
+    periods: PeriodRange
+    known: Array
+    gain: StampedGain
+
+    def observer(self) -> StampedObserver:
+        """The filter, to run in a loop: `step(y, t=...)`.
+
+        Returns
+        -------
+        StampedObserver
+            One step for each sample.
+        """
+        return StampedObserver(self.plant, self.filter, self.periods, self.known, self.signals.measurements)
+
+    def to_statespace(self, h: float | None = None) -> control.StateSpace:
+        """The filter from y to z^ at one constant period.
+
+        Parameters
+        ----------
+        h : float, optional
+            The period, s; the middle of the range unless given.
+
+        Returns
+        -------
+        control.StateSpace
+            Discrete-time, without known inputs.
+
+        Raises
+        ------
+        InvalidInputError
+            h is not positive.
+        """
+        import control
+
+        period = self.periods.middle if h is None else positive_scalar("h", h, unit="s")
+        K = self.plant.transition(period)[: self.plant.order] @ self.filter.gain(period)
+        Phi, _ = self.plant.discretise(period)
+        feedthrough = np.zeros((len(self.plant.L), len(self.plant.C)))
+        system = control.StateSpace(Phi - K @ self.plant.C, K, self.plant.L, feedthrough, period)
+        system.set_inputs(list(self.signals.measurements))
+        system.set_outputs([f"estimate of {name}" for name in self.signals.outputs])
+        return system
+
+    def panels(self) -> tuple[Panel, ...]:
+        """The gain at constant periods over the range, of this filter and of Kalman filters made for each."""
+        periods = self.periods.nodes(NODES if self.periods.h_l < self.periods.h_u else 2)
+        curves = {"constant period": self._gains([self.filter] * len(periods), periods)}
+        made = [kalman_filter(self.plant, float(h)) for h in periods]
+        known = [one for one in made if one is not None]
+        if len(known) == len(periods):
+            curves["Kalman filters"] = self._gains(known, periods)
+        lower = self.bracket.lower
+        return self._panel(periods, "sampling period (s)", "gain to the error", curves, worst_sequence_found=lower)
+
+    def _gains(self, filters: Sequence[Estimator], periods: Array) -> Array:
+        pairs = zip(filters, periods, strict=True)
+        return np.array([periodic_gain(self.plant, one.at(float(h)), [float(h)]).value for one, h in pairs])
+
+
+def stamped_result(
+    plant: SampledPlant,
+    signals: Signals,
+    filter_: StampedFilter,
+    proof: StampedProof,
+    periods: PeriodRange,
+    known: Array,
+    evidence: tuple[Evidence, ...],
+    horizon: int,
+) -> StampedResult:
+    """Both ends of the filter's worst-case gain, and what else is known of it, after the `evidence` of its design.
+
+    Where the level of no sensor is less, the filter is that of gain zero.
+    """
+    without = without_sensors(plant, periods.nodes(3).tolist())
+    if without is not None and proof.level > without:
+        filter_, proof = _better(plant, filter_, proof, periods)
+    with searched(horizon):
+        attack = worst_sequence(plant, filter_, periods, horizon=horizon)
+    facts = [*evidence, *ends_found(attack, len(proof.storage))]
+    if (least := floor_of_any_filter(plant, periods, proof.level)) is not None:
+        facts.append(Evidence("least level of any filter", least, "Riccati recursion, the worst constant period"))
+    facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
+    n = plant.order
+    return StampedResult(
+        bracket=Bracket(attack.level, proof.level, BOTH_ENDS),
+        gains=frozen({"G_x": filter_.G[:, :n], "G_w": filter_.G[:, n:], "edges": np.array(proof.edges)}),
+        evidence=(*facts, *constant_baselines(plant, filter_, periods, stamped=True)),
+        signals=signals,
+        plant=plant,
+        filter=filter_,
+        periods=periods,
+        known=known,
+        gain=StampedGain(attack, proof),
+    )
+
+
+def _better(
+    plant: SampledPlant, filter_: StampedFilter, proof: StampedProof, periods: PeriodRange
+) -> tuple[StampedFilter, StampedProof]:
+    """The filter, or that of gain zero if its level is less."""
+    zero = StampedFilter(np.zeros_like(filter_.G[:1]))
+    found = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
+    if found.level > proof.level:
+        return filter_, proof
+    edges = (periods.h_l, periods.h_u)
+    return zero, StampedProof(found.level, found.system.storage(found.P), edges)
+
+
+def floor_of_any_filter(plant: SampledPlant, periods: PeriodRange, level: float) -> float | None:
+    """A level below `level` that no filter has, whatever it knows: the period may be constant, at either end or in the
+    middle. None where the Riccati recursion does not tell."""
+    floors = []
+    for h in sorted(set(periods.nodes(3).tolist())):
+        low, high = 0.0, level
+        try:
+            for _ in range(HALVINGS):
+                if high - low <= FLOOR * level:
+                    break
+                middle = (low + high) / 2
+                low, high = (middle, high) if riccati_filter(plant, h, middle) is None else (low, middle)
+        except (InvalidInputError, SolverError):
+            continue
+        floors.append(low)
+    return max(floors, default=None)

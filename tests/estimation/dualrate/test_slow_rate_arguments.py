@@ -1,0 +1,150 @@
+"""What a design at the slow rate refuses, before anything is solved, and the modes that prove that there is none."""
+
+from __future__ import annotations
+
+from typing import Any
+from unittest.mock import patch
+
+import control
+import numpy as np
+import pytest
+
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation import dualrate
+from replication.estimation.dualrate.slow import design as slow
+from replication.estimation.dualrate.slow.problem import slow_problem
+
+SERVO = dualrate.make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])
+TWO = dualrate.make_plant([[0, 1], [0, -1]], [[0, 1], [1, 0]], np.eye(2))
+OSCILLATOR = dualrate.make_plant([[0, 1], [-1, 0]], [[0], [1]], [[1, 0]])
+GIVEN: dict[str, Any] = {"period": 0.1, "ratio": 2, "at": "slow"}
+
+
+def weights(plant: Any, **given: Any) -> tuple[Any, ...]:
+    n, m, p = plant.size, plant.input.shape[1], len(plant.output)
+    return tuple(
+        np.asarray(given.get(name, np.eye(size)), dtype=float) for name, size in zip("QRWV", (n, m, n, p), strict=True)
+    )
+
+
+REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
+    "at": (SERVO, {"at": "fast"}, "at must be one of 'continuous', 'slow', got 'fast'"),
+    "goal": (SERVO, {"goal": "best"}, "goal must be one of 'h2', 'hinf', got 'best'"),
+    "level of h2": (SERVO, {"level": 2.0}, 'level belongs to goal="hinf"'),
+    "level": (SERVO, {"goal": "hinf", "level": -1}, "level must be positive"),
+    "period": (SERVO, {"period": 0}, "period T must be positive"),
+    "ratio": (SERVO, {"ratio": 1.5}, "ratio must be a whole number"),
+    "no ratio": (SERVO, {"ratio": []}, "ratio must be one number, or one for each of the 1 sensors"),
+    "text": (SERVO, {"ratio": "ab"}, "ratio must be a whole number"),
+    "one ratio of two": (TWO, {"ratio": [2, 0]}, r"ratio\[1\] must be at least 1"),
+    "ratios": (TWO, {"ratio": [1, 2, 3]}, "one for each of the 2 sensors"),
+    "holds": (TWO, {"hold": [1, 2, 3]}, "hold must be one number, or one for each of the 2 inputs"),
+    "hold": (SERVO, {"hold": 0}, "hold must be at least 1"),
+    "huge": (SERVO, {"ratio": 10**9}, "ratio must be at most 100000"),
+    "primes": (TWO, {"ratio": [99991, 99989]}, "repeat together only"),
+    "observer": (SERVO, {"observer": "kalman"}, "observer must be one of"),
+    "state_weight": (SERVO, {"state_weight": [[1, 2], [0, 1]]}, "state_weight must be symmetric"),
+    "input_weight": (SERVO, {"input_weight": [[0]]}, "input_weight must be symmetric and positive definite"),
+    "sensor_noise": (SERVO, {"sensor_noise": [[0]]}, "sensor_noise must be symmetric and positive definite"),
+    "nan": (SERVO, {"process_noise": [[np.nan, 0], [0, 1]]}, "process_noise must be finite"),
+    "unweighted": (SERVO, {"state_weight": [[0, 0], [0, 1]]}, "state_weight leaves out the mode"),
+    "undisturbed": (OSCILLATOR, {"process_noise": np.zeros((2, 2))}, "process_noise leaves out the mode"),
+    "discrete": (control.ss([[0.5]], [[1]], [[1]], 0, 0.1), {}, "continuous in time"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_input_is_named_before_anything_is_solved(case: str) -> None:
+    plant, changed, told = REFUSED[case]
+    with (
+        patch.object(slow, "kalman", side_effect=AssertionError("solved")),
+        pytest.raises(InvalidInputError, match=told),
+    ):
+        dualrate.design(plant, **{**GIVEN, **changed})
+
+
+@pytest.mark.parametrize("changed", [{"ratio": [2]}, {"hold": 2}, {"goal": "hinf"}])
+def test_what_belongs_to_the_slow_rate_is_refused_elsewhere(changed: dict[str, Any]) -> None:
+    with pytest.raises(InvalidInputError, match='belong to designs at the slow rate: at="slow"'):
+        dualrate.design(SERVO, **{"period": 0.1, "ratio": 2, **changed})
+
+
+def test_the_mode_that_proves_that_there_is_none_is_named() -> None:
+    loose = dualrate.make_plant([[0.5, 0], [0, -1]], [[0], [1]], [[1, 1]])
+    with pytest.raises(InfeasibleError, match=r"no input moves the unstable mode 0\.5.*\[A - s I, B\] loses rank"):
+        dualrate.design(loose, **GIVEN)
+    blind = dualrate.make_plant([[0.5, 0], [0, -1]], [[1], [1]], [[0, 1]])
+    with pytest.raises(InfeasibleError, match=r"no sensor sees the unstable mode 0\.5.*\[A - s I; C\] loses rank"):
+        dualrate.design(blind, **GIVEN)
+
+
+def turning(period: float, **changed: Any) -> Any:
+    return dualrate.design(OSCILLATOR, **{"period": period, "ratio": 1, "at": "slow", **changed})
+
+
+def test_sampling_that_folds_a_mode_is_infeasible_and_next_to_it_is_not() -> None:
+    with pytest.raises(InfeasibleError, match=r"sensors, at their instants, do not see the unstable mode .*1j"):
+        turning(np.pi / 4, ratio=4)
+    assert turning(np.pi / 4, ratio=3).fact("monodromy radius").value < 1
+    assert turning(1.001 * np.pi / 4, ratio=4).fact("monodromy radius").value < 1
+
+
+def test_holding_that_loses_a_mode_is_infeasible_and_next_to_it_is_not() -> None:
+    with pytest.raises(InfeasibleError, match=r"inputs, as they are held, do not move the unstable mode .*1j"):
+        turning(np.pi / 4, hold=8)
+    assert turning(np.pi / 4, hold=3).fact("monodromy radius").value < 1
+    # Two inputs that move both coordinates still do nothing over a whole turn.
+    both = dualrate.make_plant([[0, 1], [-1, 0]], np.eye(2), np.eye(2))
+    with pytest.raises(InfeasibleError, match="as they are held"):
+        dualrate.design(both, period=np.pi / 4, ratio=1, hold=8, at="slow")
+
+
+def test_two_sensors_see_together_what_each_alone_folds() -> None:
+    """One turn in six ticks: every third tick shows one sign pattern only; every second and third together do not."""
+    plant = dualrate.make_plant([[0, 1], [-1, 0]], [[0], [1]], [[1, 0], [1, 0]])
+    given: dict[str, Any] = {"period": np.pi / 3, "at": "slow"}
+    with pytest.raises(InfeasibleError, match="do not see"):
+        dualrate.design(plant, ratio=[3, 3], **given)
+    assert dualrate.design(plant, ratio=[2, 3], **given).fact("monodromy radius").value < 1
+
+
+@pytest.mark.parametrize("growth", [1.0, 8.0, 30.0])
+def test_plants_that_grow_fast_are_not_refused_for_rounding(growth: float) -> None:
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        plant = dualrate.make_plant(growth * rng.normal(size=(4, 4)), rng.normal(size=(4, 2)), rng.normal(size=(2, 4)))
+        slow_problem(plant, period=0.1, ratio=[3, 2], hold=[1, 2], weights=weights(plant))
+
+
+def test_the_continuous_design_advises_the_slow_rate_and_not_another_plant() -> None:
+    plant = dualrate.make_plant([[0.0, 1.0], [22.0, 0.0]], [[0.0], [1.0]], [[1.0, 0.0]])
+    with pytest.raises(InfeasibleError) as told:
+        dualrate.design(plant, period=0.01, ratio=60)
+    assert 'at="slow"' in str(told.value) and "smaller ratio" not in str(told.value)
+    assert dualrate.design(plant, period=0.01, ratio=60, at="slow").fact("monodromy radius").value < 1
+
+
+def test_what_rounding_spoils_says_so() -> None:
+    """A mode that grows by ten orders of magnitude between readings has gains that floating point cannot hold."""
+    wild = dualrate.make_plant([[45.0, 1.0], [0.0, -3.0]], [[1.0], [1.0]], [[1.0, 1.0]])
+    with pytest.raises(SolverError, match=r"lost in rounding: the fastest mode grows by a factor of .* over the 0.9 s"):
+        dualrate.design(wild, period=0.01, ratio=90, at="slow")
+
+
+def test_where_no_noise_reaches_a_weighted_state_the_least_level_is_zero() -> None:
+    stable = dualrate.make_plant([[-1.0]], [[1.0]], [[1.0]])
+    for silent in ({"process_noise": [[0.0]]}, {"state_weight": [[0.0]]}):
+        assert dualrate.design(stable, **GIVEN, **silent).value < 1e-12
+        with pytest.raises(InvalidInputError, match="least worst-case gain is zero"):
+            dualrate.design(stable, **GIVEN, **silent, goal="hinf")
+
+
+def test_an_integrator_has_no_level_without_sensors_and_a_fast_sensor_is_read_at_every_instant() -> None:
+    double = dualrate.make_plant([[0, 1], [0, 0]], [[0], [1]], [[1, 0]])
+    assert dualrate.design(double, **GIVEN).fact("level without sensors").value == "infinite"
+    slow, fast = (
+        dualrate.design(double, period=0.1, ratio=5, observer=name).fact("level from process and sensor noise").value
+        for name in ("running_prediction", "fast_sensor")
+    )
+    one = dualrate.design(double, period=0.1, ratio=1, sensor_noise=[[2.0]])
+    assert slow != fast and one.fact("level from process and sensor noise").value > 0

@@ -1,0 +1,135 @@
+"""The C forms of the estimators with time stamps do what Python does, and compile without a warning."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from replication.errors import InvalidInputError
+from replication.estimation.nonuniform.plant import PeriodRange
+from replication.estimation.nonuniform.stamped.design import stamped_design
+from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
+from replication.estimation.nonuniform.stamped.kalman.running import StampedKalman
+from replication.estimation.nonuniform.stamped.observer import StampedObserver
+from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
+
+STEPS = 10_000
+EXACT = 1e-12
+FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
+SANITIZER = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
+RANGE = PeriodRange(0.02, 0.4)
+KINDS = ("filter", "kalman", "kalman without inputs")
+
+
+def observer_of(kind: str, factor: float = 1.0) -> Any:
+    """An unstable plant of two sensors; factor: a fault in the gain."""
+    A, C = [[0.4, 2.0, 0.0], [-1.0, 0.2, 1.0], [0.0, 0.0, -30.0]], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.5]]
+    known = np.array([[0.0], [1.0], [2.0]])
+    if kind == "filter":
+        plant = StampedPlant(A, [[0, 0, 0], [1, 0, 0], [5, 0, 0]], C, [[0, 0.1, 0], [0, 0.02, 0.2]], np.eye(3))
+        found = stamped_design(plant, RANGE).filter
+        return StampedObserver(plant, StampedFilter(factor * found.G, found.edges), RANGE, known, ("a", "b"))
+    Q, R = np.diag([0.1, 1.0, 25.0]), factor * np.array([[0.04, 0.01], [0.01, 0.09]])
+    return StampedKalman(NoisyPlant(A, C, Q, R, known if kind == "kalman" else None, P0=2 * np.eye(3)))
+
+
+class Compiled:
+    """The C form, called with the arguments of `reset` and `step`."""
+
+    def __init__(self, observer: Any, folder: Path) -> None:
+        if shutil.which("cc") is None and not os.environ.get("CI"):
+            pytest.skip("no C compiler: apt-get install gcc libc6-dev")
+        source, library = folder / "observer.c", folder / "observer.so"
+        source.write_text(observer.to_c("own", "An observer */ of the tests."), encoding="utf-8")
+        subprocess.run(["cc", *FLAGS, *SANITIZER, source, "-o", library, "-lm"], check=True, capture_output=True)
+        self.library = ctypes.CDLL(str(library))
+        self.state = (ctypes.c_double * 512)()
+
+    def reset(self, start: Any) -> None:
+        self.library.own_init(self.state, _doubles(start))
+
+    def step(self, y: Any, t: float, u: Any = None) -> tuple[int, np.ndarray[Any, Any]]:
+        estimate = (ctypes.c_double * 3)(*[math.nan] * 3)
+        given = None if u is None else _doubles(u)
+        answer = self.library.own_step(self.state, ctypes.c_double(t), given, _doubles(y), estimate)
+        return answer, np.array(estimate)
+
+    def predict(self, t: float) -> tuple[int, np.ndarray[Any, Any]]:
+        estimate = (ctypes.c_double * 3)(*[math.nan] * 3)
+        return self.library.own_predict(self.state, ctypes.c_double(t), estimate), np.array(estimate)
+
+
+def _doubles(values: Any) -> Any:
+    return (ctypes.c_double * len(values))(*values)
+
+
+def predicted(observer: Any, t: float) -> Any:
+    found = observer.predict(t)
+    return getattr(found, "x", found)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_it_is_equal_over_many_steps(kind: str, tmp_path: Path) -> None:
+    observer, rng, t = observer_of(kind), np.random.default_rng(9), 0.0
+    compiled = Compiled(observer, tmp_path)
+    observer.reset([1.0, -1.0, 0.5])
+    compiled.reset([1.0, -1.0, 0.5])
+    for k in range(STEPS):
+        t += rng.uniform(RANGE.h_l, RANGE.h_u)
+        lost = kind != "filter" and rng.random() < 0.3
+        y = [float(rng.standard_normal()), None if lost else float(rng.standard_normal())]
+        u = None if kind == "kalman without inputs" or k % 3 else [float(rng.standard_normal())]
+        answer, found = compiled.step([math.nan if value is None else value for value in y], t, u)
+        assert answer == 0
+        assert np.allclose(found, observer.step(y, t=t, u=u), rtol=EXACT, atol=EXACT)
+    answer, found = compiled.predict(t + 0.2)
+    assert answer == 0
+    assert np.allclose(found, predicted(observer, t + 0.2), rtol=EXACT, atol=EXACT)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_another_gain_is_noticed(kind: str, tmp_path: Path) -> None:
+    observer, other = observer_of(kind), observer_of(kind, 1.01)
+    compiled = Compiled(observer, tmp_path)
+    compiled.reset(np.zeros(3))
+    for t in (0.0, 0.1):
+        found = compiled.step([1.0, 2.0], t)[1]
+        assert np.allclose(found, observer.step([1.0, 2.0], t=t), atol=EXACT)
+        assert not np.allclose(found, other.step([1.0, 2.0], t=t), atol=EXACT)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_python_refuses_changes_nothing(kind: str, tmp_path: Path) -> None:
+    compiled = Compiled(observer_of(kind), tmp_path)
+    compiled.reset(np.ones(3))
+    assert compiled.predict(0.0)[0] == 1
+    assert compiled.step([1.0, 1.0], 0.0)[0] == 0
+    kept = bytes(compiled.state)
+    assert compiled.step([1.0, 1.0], 0.0)[0] == 1
+    assert compiled.step([1.0, 1.0], math.nan)[0] == 1
+    assert compiled.step([1.0, math.inf], 0.1)[0] == 1
+    assert compiled.predict(-0.1)[0] == 1
+    if kind == "filter":
+        assert compiled.step([1.0, math.nan], 0.1)[0] == 1
+    if kind != "kalman without inputs":
+        assert compiled.step([1.0, 1.0], 0.1, [math.nan])[0] == 1
+    assert bytes(compiled.state) == kept
+    assert compiled.step([1.0, 1.0], 0.1)[0] == 0
+    assert bytes(compiled.state) != kept
+
+
+def test_a_bad_name_and_held_noise_have_messages() -> None:
+    for kind in KINDS:
+        with pytest.raises(InvalidInputError, match="C identifier"):
+            observer_of(kind).to_c("int")
+    held = NoisyPlant([[-1.0]], [[1.0]], [[1.0]], [1.0], S=[[0.5]])
+    with pytest.raises(InvalidInputError, match="no C form"):
+        StampedKalman(held).to_c()

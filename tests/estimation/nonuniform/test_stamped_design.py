@@ -1,0 +1,342 @@
+"""The filter scheduled over the known period: its levels against the robust filter, Riccati, simulation, no sensor."""
+
+import doctest
+import importlib
+import json
+import time
+from dataclasses import replace
+from itertools import pairwise
+from unittest.mock import patch
+
+import control
+import numpy as np
+import pytest
+import scipy.linalg
+import threadpoolctl
+from hypothesis import given, settings
+from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, some_filter, stable_plants
+
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation import nonuniform
+from replication.estimation.nonuniform import bracket as bracket_module
+from replication.estimation.nonuniform.baselines import smoother_limit, without_sensors
+from replication.estimation.nonuniform.exchange import robust_design
+from replication.estimation.nonuniform.filters import error_output, error_step, periodic_gain
+from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.nominal import riccati_filter, riccati_level
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.stamped import proof as proof_module
+from replication.estimation.nonuniform.stamped import result as stamped_module
+from replication.estimation.nonuniform.stamped.design import Storage, stamped_design, violations
+from replication.estimation.nonuniform.stamped.facade import design_stamped
+from replication.estimation.nonuniform.stamped.proof import prove, proved_design
+from replication.estimation.nonuniform.stamped.result import floor_of_any_filter
+from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
+from replication.estimation.nonuniform.worst_case import sequence_gain, simulate_error, worst_sequence
+
+OMEGA = 2 * np.pi * 0.8
+SWING = SampledPlant([[0, 1], [-(OMEGA**2), -0.6]], [[0, 0], [OMEGA**2, 0]], [[1, 0]], [[0, 0.1]], [[1, 0]])
+"""An oscillator of 0.8 Hz, hardly damped, sampled every 10 to 100 ms."""
+SWING_RANGE = PeriodRange(0.01, 0.1)
+UNSTABLE = StampedPlant([[1.5, 2], [-1, 0.2]], [[1, 0], [1, 0]], [[1, 0]], [[0, 0.1]], [[0, 1], [1, 1]])
+INTEGRATORS = StampedPlant([[0, 1], [0, 0]], [[0, 0], [1, 0]], [[1, 0]], [[0, 0.1]], np.eye(2))
+RANGE = PeriodRange(0.05, 0.4)
+LEVELS = 1e-5
+EFFORT = {"leaves": 4, "horizon": 60}
+SHORT = {"horizon": 60}
+
+
+@pytest.mark.parametrize(
+    ("plant", "periods", "share"),
+    [(OSCILLATOR, OSCILLATOR_RANGE, 1.0), (MOTOR, MOTOR_RANGE, 1.0), (SWING, SWING_RANGE, 0.25)],
+)
+def test_knowing_the_period_is_worth_what_it_should(plant, periods, share):
+    """Its guaranteed level is at most a share of what the robust filter attains, in a few seconds."""
+    began = time.process_time()
+    stamped = design_stamped(plant, periods=periods)
+    assert time.process_time() - began < 5.0
+    robust = nonuniform.design(plant, periods=periods, **EFFORT)
+    assert stamped.value <= share * robust.bracket.lower
+    assert stamped.value <= stamped.fact("level without sensors").value
+    assert stamped.fact("least level of any filter").value <= stamped.bracket.upper
+    assert 0 < stamped.bracket.lower <= stamped.bracket.upper
+
+
+@given(plant=stable_plants())
+@settings(max_examples=10, deadline=None)
+def test_the_level_is_never_above_the_robust_one_and_holds_for_sequences(plant):
+    periods, rng = PeriodRange(0.1, 0.7), np.random.default_rng(1)
+    found = stamped_design(plant, periods)
+    assert found.level <= robust_design(plant, periods).design.level * (1 + LEVELS)
+    proved = prove(plant, found)
+    assert proved.level <= found.level * 1.002
+    for _ in range(3):
+        sequence = rng.choice([periods.h_l, periods.h_u, rng.uniform(0.1, 0.7)], 60)
+        assert sequence_gain(plant, found.filter, sequence)[0] <= proved.level * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("plant", [OSCILLATOR, UNSTABLE, INTEGRATORS, random_plant(np.random.default_rng(5), 4)])
+def test_at_one_period_it_is_the_optimum_of_the_riccati_recursion(plant):
+    h = 0.11
+    found = stamped_design(plant, PeriodRange(h, h))
+    assert riccati_filter(plant, h, found.level * (1 + 1e-4)) is not None
+    assert riccati_filter(plant, h, found.level * (1 - 1e-4)) is None
+    assert periodic_gain(plant, found.filter.at(h), [h]).value == pytest.approx(found.level, rel=1e-4)
+    if plant is OSCILLATOR:
+        assert found.level == pytest.approx(riccati_level(plant, h).level, rel=LEVELS)
+
+
+@pytest.mark.parametrize(("plant", "periods"), [(SWING, SWING_RANGE), (UNSTABLE, RANGE), (INTEGRATORS, RANGE)])
+def test_the_running_observer_has_the_error_whose_gain_is_proved(plant, periods):
+    """Plant and observer side by side, each with its own transitions, under the worst sequence and disturbance."""
+    result = design_stamped(plant, periods=periods, known=[[0.0], [1.0]], horizon=40)
+    attack, observer = result.gain.attack, result.observer()
+    x, t, errors, rng = np.zeros(plant.order), 0.0, [], np.random.default_rng(2)
+    for h, w in zip(attack.periods, attack.w, strict=True):
+        u = rng.standard_normal(1)
+        observer.step(plant.C @ x + plant.D @ w, t=t, u=u)
+        drive = plant.B @ w + np.array([0.0, 1.0]) * u
+        whole = scipy.linalg.expm(h * np.block([[plant.A, drive[:, None]], [np.zeros((1, plant.order + 1))]]))
+        x, t = whole[:-1, :-1] @ x + whole[:-1, -1], t + h
+        errors.append(plant.L @ (x - observer.predict(t)))
+    ratio = np.linalg.norm(errors) / np.linalg.norm(attack.w)
+    assert ratio == pytest.approx(result.bracket.lower, rel=1e-6)
+    assert observer.outside == 0
+    simulated = nonuniform.simulate(result)
+    assert np.allclose(simulated.signals["error"][1:], errors, atol=1e-6 * np.max(np.abs(errors)))
+
+
+@pytest.mark.parametrize(("plant", "periods"), [(SWING, SWING_RANGE), (UNSTABLE, RANGE), (MOTOR, MOTOR_RANGE)])
+def test_the_gains_meet_the_inequality_from_which_they_were_eliminated(plant, periods):
+    """At periods between the nodes, from each cell into each; and not with a gain or a level a little off."""
+    design = stamped_design(plant, periods, cells=3)
+    proof = prove(plant, design)
+    n, m = plant.order, plant.B.shape[1]
+    cells = [plant.transitions(np.linspace(*ends, 101))[:, :n] for ends in pairwise(proof.edges)]
+    kernel = scipy.linalg.null_space(np.hstack([plant.C, plant.D]))
+
+    def misses(factor, level):
+        worst = -np.inf
+        for X, G in zip(proof.storage, factor * design.filter.G, strict=True):
+            given = scipy.linalg.block_diag(X - plant.L.T @ plant.L, level**2 * np.eye(m))
+            units = np.sqrt(np.diag(scipy.linalg.block_diag(X, level**2 * np.eye(m))))
+            for after, upper in zip(proof.storage, cells, strict=True):
+                steps = upper @ StampedFilter(G[None]).entry(plant)
+                left = (given - np.swapaxes(steps, 1, 2) @ after @ steps) / np.outer(units, units)
+                worst = max(worst, -np.linalg.eigvalsh(left)[:, 0].min())
+        return worst
+
+    def eliminated(level):
+        found = Storage(proof.storage, level**2)
+        whole = [plant.transitions(np.linspace(*ends, 101)) for ends in pairwise(proof.edges)]
+        return max(violations(plant, kernel, found, cell, steps).max() for cell, steps in enumerate(whole))
+
+    assert misses(1.0, proof.level) <= 1e-9
+    assert misses(1.0, proof.level * 0.9) > 1e-6
+    assert misses(1.2, proof.level) > 1e-6
+    assert eliminated(proof.level) <= 1e-9 * np.max(proof.storage)
+    assert eliminated(proof.level * 0.9) > 0
+    # A wrong storage proves nothing, or more than the level.
+    wrong = replace(design, storage=Storage(design.storage.X[::-1] * 0.9, design.storage.delta))
+    try:
+        assert prove(plant, wrong).level > proof.level * 1.01
+    except SolverError as error:
+        assert "not for certain" in str(error)
+
+
+def test_more_cells_lower_the_level_towards_that_of_no_filter():
+    """The gain after a long period is another one than after a short one."""
+    for plant, periods in ((UNSTABLE, RANGE), (MOTOR, MOTOR_RANGE)):
+        one, two, eight = (stamped_design(plant, periods, cells=count).level for count in (1, 2, 8))
+        least = floor_of_any_filter(plant, periods, one)
+        assert least < eight < two < one
+    assert eight < 0.7 * one
+
+
+def test_what_enters_the_hulls_is_what_steps_the_error():
+    for plant, subject in (
+        (MOTOR, some_filter(SWING, 0.05)),
+        (UNSTABLE, StampedFilter(np.arange(4.0)[None, :, None])),
+    ):
+        Phi, Gamma = plant.discretise(0.2)
+        state, drive = error_step(plant, subject, Phi, Gamma)
+        n = plant.order
+        assert np.allclose(np.hstack([Phi, Gamma]) @ subject.entry(plant), np.hstack([state, drive])[:n], atol=1e-14)
+        w = np.random.default_rng(0).standard_normal((5, plant.B.shape[1]))
+        e, errors = np.zeros(len(state)), [np.zeros(len(plant.L))]
+        for one in w:
+            e = state @ e + drive @ one
+            errors.append(error_output(plant, subject) @ e)
+        assert np.allclose(simulate_error(plant, subject, np.full(5, 0.2), w), errors, atol=1e-12)
+
+
+def test_units_of_states_time_and_outputs_change_no_level():
+    plain = stamped_design(SWING, SWING_RANGE).level
+    T = np.array([[1e4, 1.0], [0.0, 1e-3]])
+    assert stamped_design(SWING.in_coordinates(T), SWING_RANGE).level == pytest.approx(plain, rel=LEVELS)
+    slow = SampledPlant(SWING.A / 60, SWING.B / 60, 1e3 * SWING.C, 1e3 * SWING.D, SWING.L)
+    assert stamped_design(slow, PeriodRange(0.6, 6.0)).level == pytest.approx(plain, rel=LEVELS)
+
+
+def test_sensors_that_tell_nothing_leave_the_level_of_none_and_are_told():
+    deaf = SampledPlant(SWING.A, SWING.B, SWING.C, [[0, 1e3]], SWING.L)
+    result = design_stamped(deaf, periods=SWING_RANGE, **SHORT)
+    none = guaranteed_level(deaf, StampedFilter(np.zeros((1, 4, 1))), SWING_RANGE, max_leaves=EFFORT["leaves"])
+    assert result.value <= none.level
+    assert result.value >= result.fact("least level of any filter").value
+    assert "level without sensors" in result.fact("advice").value
+    with pytest.raises(KeyError):
+        design_stamped(SWING, periods=SWING_RANGE, **SHORT).fact("advice")
+
+
+def test_baselines_are_those_of_the_frequency_response():
+    plant, h = random_plant(np.random.default_rng(3), 3, m=3, r=2, s=2), 0.4
+    Phi, Gamma = plant.discretise(h)
+    gains = []
+    for angle in np.linspace(0, np.pi, 181):
+        response = np.linalg.solve(np.exp(1j * angle) * np.eye(3) - Phi, Gamma)
+        hidden = scipy.linalg.null_space(plant.C @ response + plant.D)
+        gains.append(np.linalg.norm(plant.L @ response @ hidden, 2))
+    assert smoother_limit(plant, h) == pytest.approx(max(gains), rel=1e-9)
+    assert smoother_limit(plant, h) <= riccati_level(plant, h).level
+    assert smoother_limit(MOTOR, 0.05) == 0.0
+    assert without_sensors(UNSTABLE, [0.1]) is None
+    assert without_sensors(INTEGRATORS, [0.1]) is None
+    assert 0 < smoother_limit(INTEGRATORS, 0.1) < stamped_design(INTEGRATORS, PeriodRange(0.1, 0.1)).level
+
+
+def test_the_robust_result_points_to_time_stamps_where_they_pay():
+    robust = nonuniform.design(SWING, periods=SWING_RANGE, **EFFORT)
+    assert "design_stamped" in robust.fact("advice").method
+    assert robust.fact("limit of any smoother").value < robust.fact("level of the Kalman filter").value
+
+
+def test_the_result_is_shown_and_exported():
+    system = control.ss(
+        UNSTABLE.A,
+        UNSTABLE.B,
+        np.vstack([UNSTABLE.C, UNSTABLE.L]),
+        np.vstack([UNSTABLE.D, np.zeros((2, 2))]),
+        outputs=["gauge", "speed", "sum"],
+    )
+    result = nonuniform.design_stamped(system, periods=(0.05, 0.4), measured=["gauge"], **SHORT)
+    assert result.signals.measurements == ("gauge",)
+    assert result.value == pytest.approx(design_stamped(UNSTABLE, periods=RANGE, **SHORT).value, rel=1e-9)
+    assert result.fact("level without sensors").value == "infinite"
+    kept = json.loads(result.to_json())["gains"]["G_x"]["value"]
+    assert np.array_equal(kept, result.gains["G_x"])
+    assert "G_W" in result.to_c_header().upper()
+    at = result.to_statespace(0.2)
+    assert at.dt == 0.2
+    assert np.max(np.abs(at.poles())) < 1
+    (panel,) = result.panels()
+    assert set(panel.lines) == {"constant period", "Kalman filters"}
+    assert np.max(panel.lines["constant period"]) <= result.value
+    assert "guaranteed level" in str(result)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"periods": (0.4, 0.05)}, "h_l must not exceed"),
+        ({"periods": 0.1}, "periods must be"),
+        ({"plant": "plant"}, "plant must be a SampledPlant"),
+        ({"measured": 1}, "measured belongs"),
+        ({"known": [[1.0]]}, "known must have 2 rows"),
+        ({"cells": 0}, "at least 1"),
+    ],
+)
+def test_what_cannot_be_designed_is_refused(change, message):
+    given_ = {"plant": UNSTABLE, "periods": (0.05, 0.4), **change}
+    with pytest.raises(InvalidInputError, match=message):
+        design_stamped(given_.pop("plant"), **given_)
+
+
+def test_redundant_sensors_and_certificates_that_need_slack():
+    plain = stamped_design(INTEGRATORS, RANGE)
+    copied = StampedPlant(INTEGRATORS.A, INTEGRATORS.B, [[1, 0], [100, 0]], [[0, 0.1], [0, 10]], INTEGRATORS.L)
+    assert stamped_design(copied, RANGE).level == pytest.approx(plain.level, rel=LEVELS)
+    assert plain.level < stamped_design(INTEGRATORS, RANGE, slack=1e-3).level < plain.level * 1.005
+
+    answers = iter([SolverError("no certificate"), prove(INTEGRATORS, plain)])
+    with patch.object(proof_module, "prove", side_effect=answers):
+        assert proved_design(INTEGRATORS, RANGE)[0].level > plain.level
+    assert proved_design(INTEGRATORS, RANGE)[0].level == plain.level
+
+
+def test_a_flat_spectrum_has_a_worst_disturbance_too():
+    """At the optimum of one period all frequencies hurt alike, and Lanczos does not tell them apart."""
+    found = stamped_design(SWING, SWING_RANGE)
+    level, w = sequence_gain(SWING, found.filter, np.full(60, SWING_RANGE.h_u))
+    e = simulate_error(SWING, found.filter, np.full(60, SWING_RANGE.h_u), w)
+    assert np.linalg.norm(e) / np.linalg.norm(w) == pytest.approx(level, rel=1e-9)
+    columns = [simulate_error(SWING, found.filter, np.full(60, 0.1), u.reshape(60, 2))[1:, 0] for u in np.eye(120)]
+    assert level == pytest.approx(np.linalg.norm(np.array(columns), 2), rel=1e-6)
+
+
+def test_plants_without_an_answer_have_a_message():
+    with pytest.raises(InvalidInputError, match="not observable"):
+        StampedPlant([[1, 0], [0, 2]], np.eye(2), [[1, 0]], [[0, 1]], [[1, 0]])
+    assert StampedPlant([[0]], [[1, 0]], [[1]], [[0, 0.1]], [[1]]).in_coordinates(np.eye(1)).A == 0
+    told = StampedPlant([[-1]], [[1]], [[1], [2]], [[0], [1]], [[1]])
+    for plant, periods in ((OSCILLATOR, (0.05, 0.05)), (told, (0.1, 0.2))):
+        with pytest.raises(InfeasibleError, match="cannot be told from zero"):
+            design_stamped(plant, periods=periods)
+    # A rotation that is sampled once a turn stands still in the samples.
+    turning = StampedPlant([[0.1, 1], [-1, 0.1]], [[0, 0], [1, 0]], [[1, 0]], [[0, 0.1]], [[0, 1]])
+    with pytest.raises(InfeasibleError):
+        design_stamped(turning, periods=(np.pi, np.pi))
+
+
+@pytest.mark.parametrize(
+    ("sample", "message"),
+    [
+        ({"y": [np.nan], "t": 0.3}, "sample of y"),
+        ({"y": {"camera": 1.0}, "t": 0.3}, "no sensor 'camera'"),
+        ({"y": [None], "t": 0.3}, "needs all sensors"),
+        ({"y": [1.0, 2.0], "t": 0.3}, "1 entries"),
+        ({"y": [1.0], "t": 0.1}, "must increase"),
+        ({"y": [1.0], "t": 0.05}, "must increase"),
+        ({"y": [1.0], "t": np.inf}, "finite time"),
+        ({"y": [1.0], "t": 0.3, "now": 0.2}, "lies in the future"),
+        ({"y": [1.0], "t": 0.3, "u": [1.0]}, "u must be 0"),
+    ],
+)
+def test_samples_that_make_no_sense_leave_the_estimate_unharmed(sample, message):
+    observer = design_stamped(UNSTABLE, periods=RANGE, horizon=20).observer()
+    with pytest.raises(InvalidInputError, match="there is none yet"):
+        observer.predict(0.0)
+    observer.step([1.0], t=0.0)
+    observer.step([1.2], t=0.1)
+    before = observer.estimate, observer.predict(0.2)
+    with pytest.raises(InvalidInputError, match=message):
+        observer.step(sample.pop("y"), **sample)
+    assert np.array_equal(before[0], observer.estimate)
+    assert np.array_equal(before[1], observer.predict(0.2))
+    observer.step([1.0], t=0.9)
+    assert observer.outside == 1
+
+
+def test_small_matrices_are_multiplied_on_one_thread():
+    """Threads that wait for each other cost most of the time of a design where processors are busy."""
+    importlib.import_module("replication.estimation.conic.sdpa")  # brings a BLAS of its own
+    seen = []
+
+    def spy(*given, **options):
+        pools = threadpoolctl.threadpool_info()
+        seen.append({pool["num_threads"] for pool in pools if pool["user_api"] == "blas"})
+        return worst_sequence(*given, **options)
+
+    ours, theirs = (patch.object(module, "worst_sequence", spy) for module in (stamped_module, bracket_module))
+    with threadpoolctl.threadpool_limits(2), ours, theirs:
+        nonuniform.design(SWING, periods=SWING_RANGE, **EFFORT)
+        design_stamped(SWING, periods=SWING_RANGE, **SHORT)
+        assert 2 in {pool["num_threads"] for pool in threadpoolctl.threadpool_info()}
+    assert seen == [{1}, {1}]
+
+
+@pytest.mark.parametrize("name", ["facade", "kalman.noisy_plant", "kalman.running"])
+def test_doctests(name):
+    module = importlib.import_module(f"replication.estimation.nonuniform.stamped.{name}")
+    failures, tried = doctest.testmod(module)
+    assert (failures, tried > 0) == (0, True)
