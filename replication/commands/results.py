@@ -76,7 +76,7 @@ def check(chosen: argparse.Namespace) -> int:
     found = differences(results, again, chosen.figures or root / "figures")
     problems += [f"{where}: not derived: {message}" for where, message in found]
     if {paper.key for paper in results.papers} == set(papers.KEYS) and is_stale(root / "README.md", results):
-        problems.append("README.md: stale: its results are not those of the file; write it anew with `make readme`")
+        problems.append("README.md: stale: it or its table is not of these results; write both with `make readme`")
     say(problems)
     if note := unfounded(results, again):
         say([f"note: {note}"])

@@ -55,9 +55,13 @@ def replace_block(text: str, block: str, begin: str = BEGIN, end: str = END) -> 
 
 
 def is_stale(readme: Path, results: ResultsFile) -> bool:
-    """Whether the file has a part that comes from a run, and not from these results."""
+    """Whether the file has a part that comes from a run, and it or the table beside it is not of these results."""
     text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
-    return BEGIN in text and replace_block(text, results_block(results)) != text
+    if BEGIN not in text:
+        return False
+    kept = readme.parent / TABLE
+    moved = kept.is_file() and kept.read_text(encoding="utf-8") != table(results)
+    return moved or replace_block(text, results_block(results)) != text
 
 
 def update(root: Path, results: ResultsFile, ran: Ran) -> None:
