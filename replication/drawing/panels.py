@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
-ROW, ROOM = 40, 0.25
-"""Characters of a row of names, and the share of the axes that a row is given."""
+ROW, MARK, ROOM = 58, 9, 0.25
+"""Characters of a row of names, those that the mark of each takes, and the share of the axes that a row is given."""
 
 
 def draw(panels: Sequence[Panel]) -> Figure:
@@ -62,9 +62,9 @@ def _legend(axes: Axes, curves: Sequence[Line2D]) -> None:
 
 
 def _width(names: Sequence[str], columns: int) -> int:
-    """Characters of a row of names, each as wide as the widest of its column."""
+    """Characters of a row of names with their marks, each as wide as the widest of its column."""
     rows = -(-len(names) // columns)
-    return sum(max(map(len, names[i : i + rows])) for i in range(0, len(names), rows))
+    return sum(MARK + max(map(len, names[i : i + rows])) for i in range(0, len(names), rows))
 
 
 def draw_svg(panels: Sequence[Panel], name: str) -> str:

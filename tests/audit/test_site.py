@@ -203,7 +203,7 @@ def test_every_link_leads_to_a_place_that_is_there(site: Path, read: Callable[[s
     places = {path: {node.get("id") for node in page.iter()} for path, page in pages.items()}
     lost = []
     for path, page in pages.items():
-        for link in (link for link in page.iter("a") if link.get("class") != "report"):
+        for link in (link for link in page.iter("a") if link.get("href") and link.get("class") != "report"):
             address = urlsplit(str(link.get("href")))
             target = Path(os.path.normpath(path.parent / unquote(address.path))) if address.path else path
             if not address.scheme and (
