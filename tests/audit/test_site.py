@@ -253,11 +253,12 @@ def test_axe_finds_no_violation(site: Path, visit_page: Callable[..., Any]) -> N
 def test_the_pages_of_tutorials_are_for_everyone(scheme: str, tmp_path: Path, window: Callable[..., Any]) -> None:
     """No violation, nothing wider than the window, and a tab stop for each box that scrolls."""
     for built in build_notebooks(ROOT, tmp_path, METHODS if os.environ.get("PAGES") == "all" else METHODS[:1]):
-        page = window(320, scheme)
-        page.get(built.page.as_uri())
-        assert violations(page) == [], built.page
-        assert page.execute_script("return document.documentElement.scrollWidth") == 320, built.page
-        assert page.execute_script(STUCK) == [], built.page
+        for width in (1440, 320):
+            page = window(width, scheme)
+            page.get(built.page.as_uri())
+            assert violations(page) == [], (built.page, width)
+            assert page.execute_script("return document.documentElement.scrollWidth") == width, built.page
+            assert page.execute_script(STUCK) == [], (built.page, width)
         box = page.find_element(By.CSS_SELECTOR, ".input")
         page.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
         assert page.switch_to.active_element == box
@@ -292,6 +293,27 @@ def test_the_list_of_pages_shows_the_one_that_is_open(visit_page: Callable[..., 
       return [at.top >= 0 && at.bottom <= innerHeight, scrollY]"""
     for name in ("index", "changelog"):
         assert visit_page(name).execute_script(seen) == [True, 0], name
+
+
+@pytest.mark.browser
+def test_the_keyboard_opens_the_list_of_pages_and_goes_to_one(visit_page: Callable[..., Any]) -> None:
+    page = visit_page("index", 390)
+    page.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
+    summary = page.find_element(By.CSS_SELECTOR, ".pages summary")
+    for _ in range(6):
+        if page.switch_to.active_element != summary:
+            page.switch_to.active_element.send_keys(Keys.TAB)
+    assert page.switch_to.active_element == summary
+    assert page.find_element(By.CSS_SELECTOR, ".pages details").get_attribute("open") is None
+    summary.send_keys(Keys.ENTER)
+    assert page.find_element(By.CSS_SELECTOR, ".pages details").get_attribute("open")
+    for _ in range(2):  # the page that is open, then the next one
+        page.switch_to.active_element.send_keys(Keys.TAB)
+    link = page.switch_to.active_element
+    target = link.get_attribute("href")
+    assert target != page.current_url
+    link.send_keys(Keys.ENTER)
+    WebDriverWait(page, 10).until(lambda _: page.current_url == target)
 
 
 @pytest.mark.browser
