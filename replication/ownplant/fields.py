@@ -21,6 +21,7 @@ class Kind(StrEnum):
 
     TIME = "a positive number, such as 0.1"
     TIMES = "a list of positive numbers, such as [0.1, 0.2]"
+    AGES = "a list of numbers from 0 on, such as [0, 0.15]"
     MATRIX = "a list of rows, such as [[1, 0], [0, 1]]"
     WORD = 'a word in quotes, such as "h2"'
     MATRICES = "a list of matrices, such as [[[1, 0], [0, 1]]]"
@@ -98,6 +99,18 @@ def two(one: Callable[[str], T]) -> Callable[[str], list[T]]:
 def offsets(text: str) -> list[int] | str:
     """A list of whole numbers from zero on, or the word `best`."""
     return text if text == "best" else listed(natural)(text)
+
+
+def age(text: str) -> float:
+    """A number from zero on."""
+    return 0.0 if text.strip("0.") == "" and "0" in text else positive(text)
+
+
+def probability(text: str) -> float:
+    """A number from zero to one."""
+    if age(text) > 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a probability from 0 to 1")
+    return age(text)
 
 
 def natural(text: str) -> int:

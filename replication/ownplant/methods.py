@@ -13,7 +13,22 @@ from typing import TYPE_CHECKING, Any
 
 from replication.errors import InvalidInputError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.ownplant.fields import Field, Kind, Option, listed, matrix, offsets, positive, two, up_to, whole
+from replication.estimation.multirate import losses
+from replication.ownplant.fields import (
+    Field,
+    Kind,
+    Option,
+    age,
+    listed,
+    matrix,
+    natural,
+    offsets,
+    positive,
+    probability,
+    two,
+    up_to,
+    whole,
+)
 from replication.ownplant.searching import every_core
 
 if TYPE_CHECKING:
@@ -46,19 +61,55 @@ COVARIANCES = {"Q", "R", "S"}
 """Keys of a plant whose noise is given by covariances."""
 
 
+LOSSES = ("misses", "lost", "burst", "packets")
+"""Options that make a model of losses, for which `multirate.losses.design` finds gains."""
+
+
 def _multirate(values: Values, *, timings: Any = None, **options: Any) -> GainResult:
     """All timings are searched on every core, and kept in the directory `timings`."""
-    matrices = {name: value for name, value in values.items() if name not in ("P0", "goal")}
-    if COVARIANCES.isdisjoint(values) and {"B_d", "D"} <= values.keys():
-        plant = multirate.MultiratePlant(**matrices)
-    else:
-        plant = multirate.MultiratePlant.from_covariances(**matrices)
+    model = _losses(options)
+    options = {name: value for name, value in options.items() if name not in LOSSES}
+    plant = _sampled(values)
     # What the command line says counts more than the file.
     options = {name: values[name] for name in ("P0", "goal") if name in values} | options
-    if options.get("offsets") == "best" and options.get("goal") != "h2":
+    if "latency" in values:
+        options.setdefault("latency", [age / values.get("dt", 1.0) for age in values["latency"]])
+    if options.get("offsets") == "best" and options.get("goal") != "h2" and "latency" not in options:
         apply = partial(every_core, store=timings)
         options["offsets"] = multirate.search_timing(plant, options["periods"], apply=apply).best
-    return multirate.design(plant, **options)
+    best = multirate.design(plant, **options)
+    return best if model is None else losses.design(best, model)
+
+
+def _sampled(values: Values) -> Any:
+    """The plant of the file, in discrete time or, with A_c, in continuous time."""
+    given = {name: value for name, value in values.items() if name not in ("P0", "goal", "latency")}
+    if "A_c" in given:
+        if "A" in given or "dt" not in given or "S" in given:
+            raise InvalidInputError("A_c needs the base period dt (s), and takes the place of A; S goes with A alone")
+        return multirate.ContinuousPlant(A=given.pop("A_c"), **given)
+    if COVARIANCES.isdisjoint(values) and {"B_d", "D"} <= values.keys():
+        return multirate.MultiratePlant(**given)
+    return multirate.MultiratePlant.from_covariances(**given)
+
+
+def _losses(options: Values) -> Any:
+    """The model of losses that the options give; None without one."""
+    misses, lost, burst = (options.get(name) for name in LOSSES[:3])
+    together = options.get("packets") == "together"
+    if misses is not None and (lost is not None or burst is not None):
+        raise InvalidInputError("give misses, for the worst case, or lost, for the mean error, but not both")
+    if burst is not None and lost is None:
+        raise InvalidInputError(
+            "burst is the probability of a loss after a loss; give lost, that after an arrival, too"
+        )
+    if misses is not None:
+        return losses.InARow(misses, together=together)
+    if lost is None:
+        return None
+    return (
+        losses.Independent(lost, together=together) if burst is None else losses.Markov(lost, burst, together=together)
+    )
 
 
 def _nonuniform(values: Values, **options: Any) -> GainResult:
@@ -105,9 +156,12 @@ METHODS: Mapping[str, Method] = {
             "multirate",
             "sensors with different periods, in discrete time",
             (
-                matrix("A", "n", "n", "x+ = A x + B_u u + B_d d"),
+                matrix("A", "n", "n", "x+ = A x + B_u u + B_d d", instead="A_c"),
+                matrix(
+                    "A_c", "n", "n", "x' = A_c x + B_u u + B_d d, in place of A: inputs held over dt", required=False
+                ),
                 matrix("B_d", "n", "m", "process noise d (the identity if Q is given)", instead="Q"),
-                matrix("C", "q", "n", "sensors, y = C x + D w"),
+                matrix("C", "q", "n", "sensors, y = C x + D_u u + D w"),
                 matrix("D", "q", "w", "sensor noise w, or give R", instead="R"),
                 matrix("Q", "m", "m", "covariance of d (the identity)", required=False),
                 matrix("R", "q", "q", "covariance of the sensor noise, in place of D", required=False),
@@ -115,6 +169,8 @@ METHODS: Mapping[str, Method] = {
                 matrix("P0", "n", "n", "covariance of the error of the start, for the goal h2", required=False),
                 matrix("W", "z", "n", "weight of the error (identity)", required=False),
                 matrix("B_u", "n", "u", "known inputs (none)", required=False),
+                matrix("D_u", "q", "u", "known inputs in the measurements (zero)", required=False),
+                Field("latency", Kind.AGES, ("q",), False, "age of a sample when it is used, in s (zeros)"),
                 Field("dt", Kind.TIME, (), required=False, meaning="base period in s (1)"),
                 Field("goal", Kind.WORD, (), required=False, meaning="hinf, h2 or mixed (hinf); as the option"),
             ),
@@ -129,6 +185,11 @@ METHODS: Mapping[str, Method] = {
                     "least worst-case gain, least mean error (Kalman), or between both (hinf)",
                     choices=("hinf", "h2", "mixed"),
                 ),
+                Option("latency", listed(age), "L,L", "age of the samples of each sensor when used, in base periods"),
+                Option("misses", listed(natural), "M,M", "samples lost in a row at most: gains and level for them"),
+                Option("lost", listed(probability), "P,P", "probability of a loss (after an arrival, with --burst)"),
+                Option("burst", listed(probability), "P,P", "probability of a loss after a loss"),
+                Option("packets", str, None, "how samples of one instant travel", choices=("separate", "together")),
             ),
             _multirate,
         ),

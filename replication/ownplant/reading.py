@@ -132,6 +132,10 @@ def _value(field: Field, given: Any, problems: list[str]) -> Any:
     if field.kind is Kind.TIMES:
         times = _numbers(field.name, given, problems)
         return [_positive(f"{field.name}[{i}]", time, problems) for i, time in enumerate(times)]
+    if field.kind is Kind.AGES:
+        ages = _numbers(field.name, given, problems)
+        problems += [f"{field.name}[{i}]: must be at least 0, got {age:g}" for i, age in enumerate(ages) if age < 0]
+        return ages
     if field.kind is Kind.MATRIX:
         return _matrix(field.name, given, problems)
     if not isinstance(given, list):
@@ -209,7 +213,7 @@ def _shapes(field: Field, value: Any) -> list[tuple[str, tuple[int, ...], tuple[
     """(path, sizes, letters) of each part of a value that is whole."""
     if value is None or field.kind in (Kind.TIME, Kind.WORD):
         return []
-    if field.kind is Kind.TIMES:
+    if field.kind in (Kind.TIMES, Kind.AGES):
         return [(field.name, (len(value),), field.shape)]
     if field.kind is Kind.MATRIX:
         return [(field.name, (len(value), len(value[0])), field.shape)]

@@ -56,7 +56,10 @@ def with_names(result: GainResult, given: Mapping[str, tuple[str, ...]]) -> Gain
     """The result with the names that the file gives; estimated outputs that are the states are called like them."""
     own = result.signals
     names: dict[str, Any] = dict(given)
-    if "states" in given and own.outputs == own.states:
+    if "states" in given:
+        # A design may add states of its own.
+        names["states"] = (*given["states"], *own.states[len(given["states"]) :])
+    if "states" in given and own.outputs == own.states[: len(given["states"])]:
         names = {"outputs": given["states"], **names}
     return replace(result, signals=replace(own, **names))
 

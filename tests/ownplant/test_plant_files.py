@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from replication.errors import InvalidInputError
-from replication.ownplant.methods import METHODS
+from replication.ownplant.methods import LOSSES, METHODS
 from replication.ownplant.reading import MAX_BYTES, MAX_ENTRIES, read_plant
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
@@ -210,7 +210,7 @@ def test_the_help_names_every_key(method: str) -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_every_option_is_an_argument_of_the_design_in_the_library(method: str) -> None:
     taken = inspect.signature(importlib.import_module(f"replication.estimation.{method}").design).parameters
-    assert {option.name for option in METHODS[method].options} <= set(taken)
+    assert {option.name for option in METHODS[method].options} - set(LOSSES) <= set(taken)
     required = {name for name, argument in taken.items() if argument.default is argument.empty} - {"plant"}
     assert {option.name for option in METHODS[method].options if option.required} == required
 
@@ -225,3 +225,39 @@ def test_examples_are_good_plants() -> None:
         ("echo", "delay"),
     ):
         assert read_plant(EXAMPLES / f"{name}.toml", method).name == name
+
+
+MOVING = {"A_c": [[0, 1], [-4, -0.3]], "B_d": [[0], [1]], "C": [[1, 0], [0, 1]], "D": [[0.1, 0], [0, 0.2]], "dt": 0.2}
+
+
+def test_the_latency_of_a_file_is_in_seconds_and_that_of_the_command_line_in_base_periods() -> None:
+    make = METHODS["multirate"].design
+    plain, late = make(MOVING, periods=[1, 3]), make({**MOVING, "latency": [0.0, 0.3]}, periods=[1, 3])
+    assert plain.value < late.value
+    assert make(MOVING, periods=[1, 3], latency=[0, 1.5]).value == pytest.approx(late.value, rel=1e-9)
+
+
+def test_options_of_losses_make_a_design_for_them() -> None:
+    make = METHODS["multirate"].design
+    plain, row = make(MOVING, periods=[1, 3]), make(MOVING, periods=[1, 3], misses=[0, 1])
+    assert row.value > plain.value and "at most 0, 1 lost in a row" in str(row)
+    drawn, bursts = (make(MOVING, periods=[1, 3], lost=[0.1], **more) for more in ({}, {"burst": [0.5]}))
+    assert drawn.value < bursts.value
+    packets = make(MOVING, periods=[1, 3], lost=[0.1], packets="together")
+    assert "in one packet" in str(packets)
+    with pytest.raises(InvalidInputError, match="not both"):
+        make(MOVING, periods=[1, 3], lost=[0.1], misses=[1])
+    with pytest.raises(InvalidInputError, match="burst is"):
+        make(MOVING, periods=[1, 3], burst=[0.1])
+    with pytest.raises(InvalidInputError, match="A_c needs"):
+        make({**MOVING, "A": [[1, 0], [0, 1]]}, periods=[1, 3])
+
+
+def test_bad_latencies_of_a_file_are_told(tmp_path: Path) -> None:
+    text = "\n".join(f"{name} = {value}" for name, value in MOVING.items())
+    (tmp_path / "late.toml").write_text(text + "\nlatency = [0, -0.1]\n", encoding="utf-8")
+    with pytest.raises(InvalidInputError, match=r"latency\[1\]: must be at least 0"):
+        read_plant(tmp_path / "late.toml", "multirate")
+    (tmp_path / "late.toml").write_text(text + "\nlatency = [0, 0.1, 0.2]\n", encoding="utf-8")
+    with pytest.raises(InvalidInputError, match="latency: has 3 entries"):
+        read_plant(tmp_path / "late.toml", "multirate")

@@ -127,13 +127,21 @@ def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:
     assert all(sizes["proposed"] <= float(stated) * sizes[name] for name in "ABC")
 
 
-def test_the_print_beside_our_curve_is_read_off_between_its_points() -> None:
-    """On a power law the points of a table that follow it have the factor one, wherever they lie."""
-    power = {name: tuple(2 * f**1.5 for f in data("shao-error-frequency").columns["frequency_rad_s"]) for name in
-             ("model_interpolation", "alternating_predictive")}  # fmt: skip
-    table = tuple(2 * f**1.5 for f in data("shao-error-frequency").columns["table_frequency_rad_s"])
-    drawn = changed("shao-error-frequency", **power, table_pmi=table, table_apo=tuple(3 * x for x in table))
+def test_the_print_is_compared_with_the_errors_at_the_frequencies_of_the_table() -> None:
+    """The extreme factors are the quotients themselves, as in the claims, whatever lies between the drawn points."""
+    drawn = data("shao-error-frequency")
+    errors = {name: drawn.columns[f"literal_{name}"] for name in ("pmi", "apo")}
+    drawn = changed("shao-error-frequency", table_pmi=errors["pmi"], table_apo=tuple(3 * x for x in errors["apo"]))
     assert "1.00 to 3.00 times" in tracking.say_error_curves(drawn)
+    last = (*drawn.columns["table_apo"][:-1], 4 * errors["apo"][-1])
+    assert "1.00 to 4.00 times" in tracking.say_error_curves(changed("shao-error-frequency", **(
+        {f"table_{name}": drawn.columns[f"table_{name}"] for name in errors} | {"table_apo": last})))  # fmt: skip
+
+
+def test_the_frequencies_of_the_table_lie_above_the_slowest_rate_of_the_printed_predictor() -> None:
+    """What the caption on the lag says."""
+    (rate,) = data("shao-lag").columns["rate_at_printed_ratio"]
+    assert 0 < rate < min(data("shao-error-frequency").columns["table_frequency_rad_s"])
 
 
 def test_extremes_keep_every_peak() -> None:

@@ -317,6 +317,9 @@ def test_a_bound_is_conservative_under_the_rules_whose_level_misses_the_digits_o
     assert held == {name: name != "z2-outer" for name in READINGS}
     assert verdict(claim, results) is claim.expected is Verdict.UNDETERMINED
     assert conservative({name.removeprefix("peet2019."): value for name, value in results.items()}) == ("z2-outer",)
+    assert PAPER.findings(results)[0].endswith("; z2-outer misses printed digits in some example.")
+    results["peet2019.rules"]["z2-inner"]["3"]["3"] *= 1.001
+    assert "z2-outer and z2-inner miss printed digits in some" in PAPER.findings(results)[0]
 
 
 def test_without_the_corrected_signs_there_is_no_level() -> None:

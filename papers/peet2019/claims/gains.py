@@ -195,7 +195,7 @@ def reaches(example: str, results: Results) -> Evidence:
         outcomes=tuple(Outcome(reading=name, holds=margin > 0.0, margin=margin) for name, margin in margins.items()),
         quantities={
             "least gain of any observer": optimum,
-            **{f"relative excess at most, {name}": level / optimum - 1.0 for name, level in levels.items()},
+            **{f"relative excess of the level found, {name}": level / optimum - 1.0 for name, level in levels.items()},
         },
         note=(
             "The text compares with Padé and gives no measure of what is conservative: taken are its printed digits. "

@@ -177,7 +177,7 @@ def say_rates(drawn: FigureData) -> str:
     """The message: the sign of the rate."""
     least = min(drawn.columns[APO])
     said = "unstable at every T shown" if least > 0 else "not always unstable"
-    return f"The counter-example's slowest rate is at least {least:.2f} 1/s: {said}"
+    return f"Under (6) the counter-example's rate is at least {least:.2f} 1/s: {said}"
 
 
 def describe_rates(drawn: FigureData) -> str:
@@ -195,8 +195,7 @@ FIGURES = (
         name="stable-sets",
         place="Sec. V",
         title=say_stable_sets,
-        caption="Bars cover the periods with a stable motor loop. Sampling folds the motor's fast mode, so the stable "
-        "set is not an interval; gaps narrower than the grid of T may be missed.",
+        caption="Bars cover the periods with a stable motor loop; gaps narrower than the grid of T may be missed.",
         uses=("stable-sets",),
         data=stable_sets,
         plot=plot_stable_sets,

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
 from papers.shao.figures.looks import NAMES, columns_of, look, ours
 from papers.shao.printed import table_1
-from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, HELD, PMI, REPAIRED, SINGLE, STATE
+from papers.shao.problem import APO, COLUMNS, DESIGN, FAST, FREQUENCIES, HELD, PMI, REPAIRED, SINGLE, STATE
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.labels import name_axes, name_end, name_line
@@ -23,6 +22,7 @@ def error_curves(results: Results) -> FigureData:
     found = results["frequencies"]
     columns = {"frequency_rad_s": found["frequencies"]} | {name: found["ratios"][name] for name in SWEPT}
     columns["table_frequency_rad_s"] = FREQUENCIES
+    columns |= {f"literal_{short}": results["table"]["ratios"][loop] for short, loop in COLUMNS.items()}
     return columns_of(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
 
 
@@ -57,15 +57,10 @@ def plot_error_curves(drawn: FigureData) -> Any:
 
 
 def _print_over_ours(drawn: FigureData) -> Iterator[float]:
-    """Each printed error as a multiple of that of the literal reading, between whose points the curve is a power."""
-    c = drawn.columns
-    x = [math.log(frequency) for frequency in c["frequency_rad_s"]]
-    for short, loop in COLUMNS.items():
-        y = [math.log(error) for error in c[loop]]
-        for frequency, printed in zip(c["table_frequency_rad_s"], c[f"table_{short}"], strict=True):
-            at = math.log(frequency)
-            k = max(i for i in range(len(x) - 1) if x[i] <= at)
-            yield printed / math.exp(y[k] + (y[k + 1] - y[k]) * (at - x[k]) / (x[k + 1] - x[k]))
+    """Each printed error as a multiple of that of the literal reading at its frequency."""
+    for short in COLUMNS:
+        for printed, own in zip(drawn.columns[f"table_{short}"], drawn.columns[f"literal_{short}"], strict=True):
+            yield printed / own
 
 
 def say_error_curves(drawn: FigureData) -> str:
@@ -85,10 +80,11 @@ def describe_error_curves(drawn: FigureData) -> str:
 
 
 def lag_curves(results: Results) -> FigureData:
-    """Mean lag of the estimate against M, with half the hold beside it."""
+    """Mean lag of the estimate against M, with half the hold beside it, and the slowest rate under (6) at one M."""
     found = results["lags"]
     halves = [ratio * found["period"] / 2 for ratio in found["ratios"]]
-    return columns_of({"ratio": found["ratios"]} | dict(found["lags"]) | {"half_slow_period_s": halves})
+    columns = {"ratio": found["ratios"]} | dict(found["lags"]) | {"half_slow_period_s": halves}
+    return columns_of(columns | {"rate_at_printed_ratio": [1 / results["transients"]["time_constants"][APO]]})
 
 
 LIFTS = {PMI: 3.0, APO: -5.0, HELD: -12.0, REPAIRED: 0.0}
@@ -122,7 +118,9 @@ def describe_lag_curves(drawn: FigureData) -> str:
         f"At M = {c['ratio'][-1]:.0f} a slow reference is estimated {c[HELD][-1]:.3f} s late with a held measurement, "
         f"{c[PMI][-1]:.3f} s if the model alone carries the estimate between the slow instants, "
         f"{c[APO][-1]:.3f} s with the virtual one as printed and {c[REPAIRED][-1]:.3f} s with the repaired predictor; "
-        f"half the slow period is {c['half_slow_period_s'][-1]:.3f} s."
+        f"half the slow period is {c['half_slow_period_s'][-1]:.3f} s. At M = {DESIGN.ratio} the slowest mode with (6) "
+        f"has the rate {c['rate_at_printed_ratio'][0]:.3f} 1/s; the lowest frequency of Table I is "
+        f"{min(FREQUENCIES):g} rad/s."
     )
 
 
@@ -133,7 +131,7 @@ FIGURES = (
         title=say_error_curves,
         caption="Steady state, largest error over all times, with the points of Table I. The text leaves open which "
         "DRC-PMI is meant; three are drawn.",
-        uses=("frequencies",),
+        uses=("frequencies", "table"),
         data=error_curves,
         plot=plot_error_curves,
         alt=describe_error_curves,
@@ -143,9 +141,9 @@ FIGURES = (
         place="eqs. (2) and (6)",
         title=say_lag_curves,
         caption="Mean lag of the position estimate for a very slow reference. A held measurement makes the estimate "
-        "late by about half the hold, and so does (6), for references far below its slow rate. The frequencies of "
-        "Table I lie above that rate: the lag shown here does not tell its columns apart.",
-        uses=("lags",),
+        "late by about half the hold, and so does (6), for references far below the rate of its slowest mode. The "
+        "frequencies of Table I lie above that rate: the lag shown here does not tell its columns apart.",
+        uses=("lags", "transients"),
         data=lag_curves,
         plot=plot_lag_curves,
         alt=describe_lag_curves,

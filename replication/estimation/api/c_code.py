@@ -16,19 +16,23 @@ COMPLETED = """\
         completed[i] = isnan(y[i]) ? 0.0 : y[i];
         if (${n}_due[k][i] && isnan(y[i])) {
             missed++;
-            for (j = 0; j < ${M}_ESTIMATES; j++)
-                completed[i] += ${n}_output[i][j] * before[j];
-        }
+            for (j = 0; j < ${M}_ORDER; j++)
+                completed[i] += ${n}_expected[k][i][j] * s->state[j];
+$direct        }
     }
 """
 """A measurement that should be there and is not is replaced by the one that is expected."""
+DIRECT = """\
+            for (j = 0; j < ${M}_INPUTS; j++)
+                completed[i] += ${n}_direct[i][j] * u[j];
+"""
 WAITING = """\
     for (i = 0; i < ${M}_MEASUREMENTS; i++) {
         completed[i] = y[i];
         missed += isnan(y[i]) ? 1u : 0u;
     }
     if (missed == ${M}_MEASUREMENTS) {
-        memcpy(estimate, before, sizeof before);
+        ${n}_estimate(s, estimate);
         s->missed += missed;
         s->instant++;
         return 0;
@@ -82,13 +86,12 @@ void ${n}_estimate(const ${n}_t *s, double *estimate)
 int ${n}_step(${n}_t *s, const double *u, const double *y, double *estimate)
 {
     const unsigned long k = s->instant % ${M}_PHASES;
-    double before[${M}_ESTIMATES], completed[${M}_MEASUREMENTS], next[${M}_ORDER];
+    double completed[${M}_MEASUREMENTS], next[${M}_ORDER];
     unsigned long missed = 0;
     int i, j;
 $checks    for (i = 0; i < ${M}_MEASUREMENTS; i++)
         if (isinf(y[i]))
             return 1;
-    ${n}_estimate(s, before);
 $measured    for (i = 0; i < ${M}_ORDER; i++) {
         next[i] = 0.0;
         for (j = 0; j < ${M}_ORDER; j++)
@@ -116,7 +119,14 @@ KNOWN = """\
 """
 
 
-def c_source(name: str, comment: str, phases: Sequence[Phase], output: Array | None, starts: int) -> str:
+def c_source(
+    name: str,
+    comment: str,
+    phases: Sequence[Phase],
+    expected: Sequence[Array] | None,
+    starts: int,
+    direct: Array | None = None,
+) -> str:
     """The recursion o+ = transition o + input u + injection y, x^ = readout o, phase after phase.
 
     Parameters
@@ -127,10 +137,13 @@ def c_source(name: str, comment: str, phases: Sequence[Phase], output: Array | N
         What it is, for the top of the file.
     phases : sequence of Phase
         One for each instant of the period.
-    output : array (q, n), optional
-        C, which says what a missing measurement is replaced by; without it the observer waits for the next sample.
+    expected : sequence of array (q, N), optional
+        At each instant, what a missing measurement is replaced by: expected o + direct u; without it the observer waits
+        for the next sample.
     starts : int
         Length of the start; the other entries of o begin at zero.
+    direct : array (q, m), optional
+        Effect of the known inputs on the measurements.
 
     Raises
     ------
@@ -144,9 +157,12 @@ def c_source(name: str, comment: str, phases: Sequence[Phase], output: Array | N
     inputs, due = arrays["input"].shape[2], np.stack([phase.due for phase in phases])
     if not inputs:
         del arrays["input"]
-    tables: Mapping[str, Array] = arrays if output is None else {**arrays, "output": output}
+    tables: Mapping[str, Array] = arrays if expected is None else {**arrays, "expected": np.stack(expected)}
+    through = direct is not None and bool(np.any(direct))
+    if through and direct is not None:
+        tables = {**tables, "direct": direct}
     written = [c_array(f"{name}_{key}", array) for key, array in tables.items()]
-    if output is not None:
+    if expected is not None:
         written.append(c_array(f"{name}_due", due, "unsigned char"))
     names = {"n": c_name(name), "M": name.upper()}
     return SOURCE.substitute(
@@ -161,5 +177,7 @@ def c_source(name: str, comment: str, phases: Sequence[Phase], output: Array | N
         arrays="\n".join(written),
         checks=Template(CHECKS if inputs else NO_INPUTS).substitute(names),
         known=Template(KNOWN if inputs else "").substitute(names),
-        measured=Template(WAITING if output is None else COMPLETED).substitute(names),
+        measured=Template(WAITING if expected is None else COMPLETED).substitute(
+            names, direct=Template(DIRECT if through else "").substitute(names)
+        ),
     )

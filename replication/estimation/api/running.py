@@ -133,19 +133,23 @@ class RunningObserver(ABC):
 
 
 class PeriodicObserver(RunningObserver):
-    """A periodic recursion; a missing measurement is replaced by C x^(k).
+    """A periodic recursion; a missing measurement is replaced by the one that is expected.
 
     Parameters
     ----------
     phases : sequence of Phase
         One for each instant of the period.
-    output : array (q, n)
-        C.
+    expected : sequence of array (q, N)
+        Measurements at each instant as the observer's own state o says: y = expected o + direct u.
+    direct : array (q, m), optional
+        Effect of the known inputs on the measurements; none unless given.
     """
 
-    def __init__(self, phases: Sequence[Phase], output: Array) -> None:
-        self.phases, self.output = tuple(phases), output
-        super().__init__(output.shape[1], phases[0].input.shape[1], output.shape[0])
+    def __init__(self, phases: Sequence[Phase], expected: Sequence[Array], direct: Array | None = None) -> None:
+        self.phases, self.expected = tuple(phases), tuple(expected)
+        sensors, inputs = len(self.expected[0]), phases[0].input.shape[1]
+        self.direct = np.zeros((sensors, inputs)) if direct is None else direct
+        super().__init__(len(phases[0].readout), inputs, sensors)
 
     @property
     def estimate(self) -> Array:
@@ -154,7 +158,7 @@ class PeriodicObserver(RunningObserver):
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """As in `RunningObserver`; a missing measurement is replaced there, too."""
-        return c_source(name, comment, self.phases, self.output, self.states)
+        return c_source(name, comment, self.phases, self.expected, self.states, self.direct)
 
     def _begin(self, start: Array) -> None:
         # The observer's own state comes first; what it holds or has predicted so far is nothing.
@@ -162,8 +166,9 @@ class PeriodicObserver(RunningObserver):
         self._state[: self.states] = start
 
     def _advance(self, u: Array, y: Array) -> None:
-        phase = self.phases[self.instant % len(self.phases)]
-        y = self._completed(y, self.output @ self.estimate, phase.due)
+        now = self.instant % len(self.phases)
+        phase, expected = self.phases[now], self.expected[now] @ self._state + self.direct @ u
+        y = self._completed(y, expected, phase.due)
         self._state = phase.transition @ self._state + phase.input @ u + phase.injection @ y
 
 

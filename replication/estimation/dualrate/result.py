@@ -69,7 +69,7 @@ class DualRateResult(GainResult):
             Phase(s.transition, s.input, s.injection, s.readout, np.full(count, every or k == 0))
             for k, s in enumerate(built.steps)
         ]
-        return PeriodicObserver(phases, problem.model.output)
+        return PeriodicObserver(phases, [problem.model.output @ phase.readout for phase in phases])
 
     def to_statespace(self) -> control.StateSpace:
         """The closed loop over one slow period M T.

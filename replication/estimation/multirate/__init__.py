@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from replication.estimation.multirate.facade import analyse, design, simulate
     from replication.estimation.multirate.h2.result import KalmanResult
+    from replication.estimation.multirate.latency.continuous import ContinuousPlant
     from replication.estimation.multirate.plant import MultiratePlant
     from replication.estimation.multirate.result import MultirateResult
     from replication.estimation.multirate.timing import search_timing
@@ -16,10 +17,14 @@ else:
         {
             "facade": "analyse design simulate",
             "h2.result": "KalmanResult",
+            "latency.continuous": "ContinuousPlant",
             "plant": "MultiratePlant",
             "result": "MultirateResult",
             "timing": "search_timing",
         },
     )
 
-__all__ = ["KalmanResult", "MultiratePlant", "MultirateResult", "analyse", "design", "search_timing", "simulate"]
+__all__ = [
+    "ContinuousPlant", "KalmanResult", "MultiratePlant", "MultirateResult", "analyse", "design", "search_timing",
+    "simulate",
+]  # fmt: skip

@@ -8,6 +8,7 @@ periodic gains with the smallest worst-case gain from process and sensor noise t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -22,6 +23,8 @@ from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.multirate.h2.covariances import covariance
 from replication.estimation.multirate.h2.result import kalman_result, mean_error_facts
 from replication.estimation.multirate.h2.tradeoff import balanced
+from replication.estimation.multirate.latency.continuous import ContinuousPlant, is_continuous, sampled_statespace
+from replication.estimation.multirate.latency.delivered import delivered
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, kalman_design, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
@@ -30,7 +33,7 @@ from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import simulate as simulate_system
 from replication.estimation.multirate.simulation import worst_case_response
 from replication.estimation.multirate.timing import least_error_offsets, search_timing
-from replication.estimation.validation import Array, one_of, positive_integer, positive_scalar
+from replication.estimation.validation import Array, as_array, one_of, positive_integer, positive_scalar
 
 if TYPE_CHECKING:
     import control
@@ -83,15 +86,17 @@ class MultirateReader(PlantReader[MultiratePlant]):
     def _signals(
         self, plant: MultiratePlant, states: tuple[str, ...], inputs: tuple[str, ...], measurements: tuple[str, ...]
     ) -> Signals:
-        whole = np.array_equal(plant.W, np.eye(plant.order))
-        return Signals(states, inputs, measurements, states if whole else numbered("z", len(plant.W)), plant.dt)
+        present = plant.order - plant.under_way
+        whole = np.array_equal(plant.W, np.eye(present, plant.order))
+        outputs = states[:present] if whole else numbered("z", len(plant.W))
+        return Signals(states, inputs, measurements, outputs, plant.dt)
 
 
 read_plant = MultirateReader()
 
 
 def design(
-    plant: MultiratePlant | control.StateSpace,
+    plant: MultiratePlant | ContinuousPlant | control.StateSpace,
     *,
     periods: Sequence[int],
     offsets: Sequence[int] | Literal["best"] = (),
@@ -104,14 +109,16 @@ def design(
     R: Any = None,
     S: Any = None,
     P0: Any = None,
+    latency: Sequence[float] = (),
+    dt: float | None = None,
 ) -> MultirateResult:
     """The observer with the smallest worst-case gain, with a gain below `level`, or with the smallest mean error.
 
     Parameters
     ----------
-    plant : MultiratePlant or control.StateSpace
-        Plant of arrays, or a discrete-time system without feedthrough; `noise`, `disturbances`, `weight`, `Q`, `R` and
-        `S` belong to the latter.
+    plant : MultiratePlant, ContinuousPlant or control.StateSpace
+        Plant of arrays, or a system, in discrete time or with `dt`; `noise`, `disturbances`, `weight`, `Q`, `R` and `S`
+        belong to the latter.
     periods : sequence of int, one per sensor
         Sensing periods N_i, in base periods.
     offsets : sequence of int, one per sensor, or "best"
@@ -137,6 +144,11 @@ def design(
         Covariance of disturbances and sensor noise; zero unless given.
     P0 : array (n, n), optional
         With "h2": covariance of the error of the start, for the running filter; the steady state unless given.
+    latency : sequence of float, one per sensor, optional
+        How old a sample is at the instant at which it is used, in base periods; zeros unless given. Periods and offsets
+        say when samples are used. A latency that is not whole needs a plant in continuous time.
+    dt : float, optional
+        Base period in s, at which a `control.StateSpace` in continuous time is sampled; inputs are held.
 
     Returns
     -------
@@ -173,7 +185,9 @@ def design(
     if goal is not Goal.H2 and P0 is not None:
         raise InvalidInputError("P0 belongs to the goal h2; the level of hinf and mixed is that from rest")
     given = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
-    problem, signals = _problem(plant, periods, offsets, goal, **given)
+    problem, signals = _problem(plant, periods, offsets, goal, latency, dt, **given)
+    if P0 is not None and problem.plant.under_way:
+        raise InvalidInputError("P0 and latency do not go together: it does not say what is known of samples under way")
     if P0 is not None:
         covariance("P0", P0, problem.plant.order)
     best = optimum(problem)
@@ -194,7 +208,7 @@ def design(
 
 
 def analyse(
-    plant: MultiratePlant | control.StateSpace,
+    plant: MultiratePlant | ContinuousPlant | control.StateSpace,
     gains: Any,
     *,
     periods: Sequence[int],
@@ -205,12 +219,14 @@ def analyse(
     Q: Any = None,
     R: Any = None,
     S: Any = None,
+    latency: Sequence[float] = (),
+    dt: float | None = None,
 ) -> MultirateResult:
     """What given gains guarantee.
 
     Parameters
     ----------
-    plant : MultiratePlant or control.StateSpace
+    plant : MultiratePlant, ContinuousPlant or control.StateSpace
         As in `design`.
     gains : array (N, n, q)
         L_k for each instant of the schedule; columns of sensors that do not measure then have no effect.
@@ -230,6 +246,10 @@ def analyse(
         As in `design`.
     S : array (m_d, q), optional
         As in `design`.
+    latency : sequence of float, optional
+        As in `design`.
+    dt : float, optional
+        As in `design`.
 
     Returns
     -------
@@ -244,7 +264,7 @@ def analyse(
         The gains do not stabilise the error.
     """
     given = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
-    problem, signals = _problem(plant, periods, offsets, Goal.HINF, **given)
+    problem, signals = _problem(plant, periods, offsets, Goal.HINF, latency, dt, **given)
     return result_of(problem, signals, gains, optimum(problem))
 
 
@@ -268,7 +288,7 @@ def simulate(
         Process and sensor noise (d, w); "white" draws unit white noise from `rng`; "worst" is the one of unit norm
         that hurts most from rest.
     initial_error : array (n,), optional
-        e(0), in the units of the states; zero unless given.
+        e(0), in the units of the states; zero unless given. Late samples that are under way then tell the truth.
     rng : numpy.random.Generator, optional
         Where white noise is drawn from.
 
@@ -286,6 +306,10 @@ def simulate(
     count = positive_integer("steps", steps)
     error = result.problem.error_system(result.gains["L"])
     inputs = _drawn(disturbance, error, count, rng) if isinstance(disturbance, str) else np.asarray(disturbance)
+    late = result.problem.plant.under_way
+    if late and initial_error is not None:
+        start = as_array("initial_error", initial_error, (error.order - late,))
+        initial_error = np.append(start, np.zeros(late))
     outputs = simulate_system(error, inputs, initial_error)
     if len(outputs) != count:
         raise InvalidInputError(f"disturbance must have {count} rows, got {len(outputs)}")
@@ -312,8 +336,33 @@ def _drawn(kind: str, error: PeriodicSystem, steps: int, rng: np.random.Generato
     raise InvalidInputError(f'disturbance must be "none", "white", "worst" or an array, got {kind!r}')
 
 
-def _problem(plant: Any, periods: Any, offsets: Any, goal: Goal, **given: Any) -> tuple[MultirateProblem, Signals]:
-    checked, signals = read_plant(plant, **given)
+def _problem(
+    plant: Any, periods: Any, offsets: Any, goal: Goal, latency: Any, dt: Any, **given: Any
+) -> tuple[MultirateProblem, Signals]:
+    checked, signals = _with_latency(plant, latency, dt, given)
     if isinstance(offsets, str) and offsets == "best":
         offsets = least_error_offsets(checked, periods) if goal is Goal.H2 else search_timing(checked, periods).best
     return MultirateProblem(checked, SensingSchedule(periods, offsets)), signals
+
+
+def _with_latency(plant: Any, latency: Any, dt: Any, given: dict[str, Any]) -> tuple[MultiratePlant, Signals]:
+    """The plant at its base period, with the samples that are under way as states, and its names."""
+    between, whole = None, plant
+    if isinstance(plant, ContinuousPlant):
+        between, whole = plant.after, plant.after(plant.dt)
+    if dt is not None:
+        if not is_continuous(plant):
+            raise InvalidInputError(
+                "dt belongs to a control.StateSpace in continuous time; other plants have their own"
+            )
+        step = positive_scalar("dt", dt, unit="seconds")
+        whole = sampled_statespace(plant, step, step)
+
+        def between(time: float) -> MultiratePlant:
+            return read_plant(sampled_statespace(plant, time, step), **given)[0]
+
+    checked, signals = read_plant(whole, **given)
+    if not np.size(latency):
+        return checked, signals
+    late = delivered(checked, latency, between)
+    return late, replace(signals, states=(*signals.states, *numbered("under way", late.under_way)))

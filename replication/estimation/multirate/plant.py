@@ -1,6 +1,8 @@
-"""The plant of a multi-rate observer, eqs. (2), (3), (18): x+ = A x + B_u u + B_d d + B_w w, y_r = C x + D w, z = W e.
+"""The plant of a multi-rate observer, eqs. (2), (3), (18): z = W e, and with known inputs u
 
-The papers have no B_w: it makes the noise of plant and sensors correlated, with covariance B_w D'.
+    x+ = A x + B_u u + B_d d + B_w w,  y_r = C x + D_u u + D w.
+
+The papers have no B_w and D_u: B_w makes the noise of plant and sensors correlated, with covariance B_w D'.
 """
 
 from __future__ import annotations
@@ -46,8 +48,12 @@ class MultiratePlant:
         Effect of the known inputs u; none unless given.
     B_w : array (n, q_w), optional
         Effect of the sensor noise w on the state, which correlates the two; none unless given.
+    D_u : array (q, m_u), optional
+        Effect of the known inputs on the measurements; none unless given.
     dt : float
         Base period in s; 1 if it does not matter.
+    under_way : int
+        How many of the last states are samples on their way (`latency.delivered` adds them); not estimated for use.
 
     Raises
     ------
@@ -62,7 +68,9 @@ class MultiratePlant:
     W: Array = field(default_factory=_not_given)
     B_u: Array = field(default_factory=_not_given)
     B_w: Array = field(default_factory=_not_given)
+    D_u: Array = field(default_factory=_not_given)
     dt: float = 1.0
+    under_way: int = 0
 
     if TYPE_CHECKING:
         # Type checkers see that lists do; the fields themselves are arrays.
@@ -76,7 +84,9 @@ class MultiratePlant:
             W: npt.ArrayLike | None = None,
             B_u: npt.ArrayLike | None = None,
             B_w: npt.ArrayLike | None = None,
+            D_u: npt.ArrayLike | None = None,
             dt: float = 1.0,
+            under_way: int = 0,
         ) -> None: ...
 
     def __post_init__(self) -> None:
@@ -89,7 +99,8 @@ class MultiratePlant:
         C = as_matrix("C", self.C, columns=n)
         if not C.shape[0]:
             raise InvalidInputError("C must have at least one row: a plant without sensors cannot be observed")
-        W, B_u, B_w = (None if given is _NOT_GIVEN else given for given in (self.W, self.B_u, self.B_w))
+        optional = (self.W, self.B_u, self.B_w, self.D_u)
+        W, B_u, B_w, D_u = (None if given is _NOT_GIVEN else given for given in optional)
         D = as_matrix("D", self.D, rows=C.shape[0])
         checked: dict[str, Any] = {
             "A": A,
@@ -106,6 +117,10 @@ class MultiratePlant:
                 f"B_w must have as many columns as D, {D.shape[1]}, for both belong to w; got shape "
                 f"{checked['B_w'].shape}"
             )
+        shape = (len(C), checked["B_u"].shape[1])
+        # Zeros are those of a plant with other sensors or inputs, where `dataclasses.replace` made this one.
+        given = D_u is not None and np.any(as_matrix("D_u", D_u))
+        checked["D_u"] = as_matrix("D_u", D_u if given else np.zeros(shape), rows=shape[0], columns=shape[1])
         if not checked["B_d"].shape[1] or not checked["W"].shape[0]:
             raise InvalidInputError(
                 "B_d needs a column and W a row; write zeros where there is no disturbance or weight"
@@ -146,6 +161,7 @@ class MultiratePlant:
         S: npt.ArrayLike | None = None,
         W: npt.ArrayLike | None = None,
         B_u: npt.ArrayLike | None = None,
+        D_u: npt.ArrayLike | None = None,
         dt: float = 1.0,
     ) -> MultiratePlant:
         """The plant whose noise has given covariances: x+ = A x + B_u u + B_d d, y = C x + n.
@@ -170,6 +186,8 @@ class MultiratePlant:
             Weight of the estimation error; the identity unless given.
         B_u : array (n, m_u), optional
             Effect of the known inputs u; none unless given.
+        D_u : array (q, m_u), optional
+            Effect of the known inputs on the measurements; none unless given.
         dt : float
             Base period in s.
 
@@ -201,8 +219,8 @@ class MultiratePlant:
             R = factor @ factor.T
         Q = np.eye(B.shape[1]) if Q is None else Q
         noise = noise_factors(Q, R, S, disturbances=B.shape[1], sensors=len(C))
-        given = {"W": W, "B_u": B_u}
-        shaped = {name: value for name, value in given.items() if value is not None}
+        given = {"W": W, "B_u": B_u, "D_u": D_u}
+        shaped: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
         return cls(A=A, C=C, B_d=B @ noise.F, B_w=B @ noise.E, D=noise.D, dt=dt, **shaped)
 
     @classmethod
@@ -214,7 +232,7 @@ class MultiratePlant:
         Parameters
         ----------
         system : control.StateSpace
-            Discrete-time, without feedthrough.
+            Discrete-time, without feedthrough from process noise.
         D : array (q, q_w)
             Effect of the sensor noise w.
         disturbances : sequence of int or str, optional
@@ -230,18 +248,15 @@ class MultiratePlant:
         Raises
         ------
         InvalidInputError
-            A continuous-time system, a feedthrough from an input to a sensor (the observer has no place for one), or
-            an unknown input.
+            A continuous-time system, a feedthrough from process noise to a sensor (it is sensor noise, too), or an
+            unknown input.
         """
         if not is_statespace(system):
             raise InvalidInputError(f"system must be a control.StateSpace, got {type(system).__name__}")
         if not system.isdtime(strict=True):
             raise InvalidInputError(
-                f"system must be discrete-time, its dt is {system.dt}; sample it first (control.sample_system)"
-            )
-        if np.any(system.D):
-            raise InvalidInputError(
-                "system must have no feedthrough: set its D to zero, or move the input into the state"
+                f"system must be discrete-time, its dt is {system.dt}; sample it first (control.sample_system), "
+                "or give dt"
             )
         labels = list(system.input_labels)
         if isinstance(disturbances, str) or (disturbances is not None and not np.iterable(disturbances)):
@@ -252,7 +267,12 @@ class MultiratePlant:
         if len(set(chosen)) < len(chosen):
             raise InvalidInputError(f"disturbances must name each input once, got {disturbances!r}")
         others = [i for i in range(len(labels)) if i not in chosen]
-        B = np.asarray(system.B, dtype=float)
+        B, direct = np.asarray(system.B, dtype=float), np.asarray(system.D, dtype=float)
+        if np.any(direct[:, chosen]):
+            raise InvalidInputError(
+                "system must have no feedthrough from its disturbances: set its D to zero there, move the input into "
+                "the state, or name the inputs that are disturbances"
+            )
         return cls(
             A=system.A,
             B_d=B[:, chosen],
@@ -260,5 +280,6 @@ class MultiratePlant:
             D=D,
             W=W,
             B_u=B[:, others],
+            D_u=direct[:, others],
             dt=1.0 if system.dt is True else float(system.dt),
         )

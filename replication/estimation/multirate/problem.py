@@ -91,8 +91,9 @@ def require_problem(problem: Any) -> None:
 
 
 def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> PeriodicSystem:
-    """The observer, eq. (15): x^+ = A x^ + B_u u + L_k S_k (y - C x^), from (u, y) to z^ = W x^; gains (N, n, q).
+    """The observer, eq. (15): x^+ = A x^ + B_u u + L_k S_k (y - C x^ - D_u u), from (u, y) to z^ = W x^.
 
+    gains (N, n, q).
     y has all q sensors at every instant; entries of those that do not measure have no effect. Raises InvalidInputError
     for what is not a problem, or gains of another shape.
     """
@@ -101,7 +102,7 @@ def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> Periodic
     stages = []
     for k, L in enumerate(problem.checked(gains)):
         used = L @ problem.schedule.selection(k)
-        inputs = np.hstack([plant.B_u, used])
+        inputs = np.hstack([plant.B_u - used @ plant.D_u, used])
         stages.append(Stage(plant.A - used @ plant.C, inputs, plant.W, np.zeros((len(plant.W), inputs.shape[1]))))
     return PeriodicSystem(tuple(stages))
 

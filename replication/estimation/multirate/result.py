@@ -48,20 +48,22 @@ class MultirateResult(GainResult):
     problem: MultirateProblem
 
     def observer(self) -> PeriodicObserver:
-        """The observer of eq. (15), x^(k+1) = A x^ + B_u u + L_k S_k (y - C x^), to run in a loop.
+        """The observer of eq. (15), x^(k+1) = A x^ + B_u u + L_k S_k (y - C x^ - D_u u), to run in a loop.
 
         Returns
         -------
         PeriodicObserver
-            Its `step` takes y of all q sensors; only those that are due are looked at.
+            Its `step` takes y of all q sensors; only those that are due are looked at. It keeps what late samples
+            need and gives the estimate of the present state.
         """
         plant, schedule = self.problem.plant, self.problem.schedule
         used = [L * due for L, due in zip(self.gains["L"], schedule.mask, strict=True)]
+        shown = np.eye(plant.order - plant.under_way, plant.order)
         phases = [
-            Phase(plant.A - L @ plant.C, plant.B_u, L, np.eye(plant.order), due)
+            Phase(plant.A - L @ plant.C, plant.B_u - L @ plant.D_u, L, shown, due)
             for L, due in zip(used, schedule.mask, strict=True)
         ]
-        return PeriodicObserver(phases, plant.C)
+        return PeriodicObserver(phases, [plant.C] * len(phases), plant.D_u)
 
     def to_statespace(self) -> control.StateSpace:
         """The observer over one period N of the schedule.
@@ -127,6 +129,10 @@ def result_of(
         Evidence("mean error variance", white_noise_variance(error), "periodic Lyapunov equation, white unit noise"),
         Evidence("schedule", f"periods {problem.schedule.periods}, offsets {problem.schedule.offsets}", "as given"),
         Evidence("base period", problem.plant.dt, "as given", "s"),
+        *(
+            [Evidence("samples under way", problem.plant.under_way, "states for the latency")]
+            * bool(problem.plant.under_way)
+        ),
         *baselines(
             exact.upper,
             "exact gain",

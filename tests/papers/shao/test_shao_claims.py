@@ -16,7 +16,7 @@ from computed import result
 
 from papers.shao import PAPER
 from papers.shao.claims.outcomes import by_margin
-from papers.shao.claims.table import described, ordering_counts
+from papers.shao.claims.table import described, ordering_counts, where_larger
 from papers.shao.experiments import motor as motor_experiments
 from papers.shao.experiments.readings import SEARCH, _over_windows, merged, table_columns
 from papers.shao.experiments.tracking import _energy
@@ -31,6 +31,7 @@ from papers.shao.problem import (
     DESIGN,
     FAST,
     PMI,
+    PMI_READINGS,
     READINGS,
     SRC,
     START,
@@ -361,6 +362,25 @@ def test_ties_up_to_rounding_are_counted_apart() -> None:
         assert counts[outcome] == sum(counts.values()) == 1
     mixed = {**entry, **apo, PMI: column, APO: [0.9, 2.2, 2.7]}
     assert ordering_counts([{"ratios": mixed}])["fails"] == 1
+
+
+def test_the_note_names_where_the_error_of_the_alternating_controller_is_the_larger() -> None:
+    """By observer and timing, each once whatever the feedforward; an unstable loop is not named."""
+    low, high = [1.0, 2.0], [1.5, 2.5]
+    entries = [
+        {
+            "structure": [feedforward, timing, False, False],
+            "ratios": dict.fromkeys(PMI_READINGS) | {PMI: high, "held_measurement": own, APO: [1.2, 2.2]},
+        }
+        for feedforward in ("printed", "corrected")
+        for timing, own in (("held", low), ("previewed", [1.0, 2.3]))
+    ]
+    assert where_larger(entries) == (
+        "DRC-APO has the larger error at every frequency of Table I against DRC-PMI, y held, with the reference held. "
+        "DRC-APO has the larger error at some frequencies of Table I against DRC-PMI, y held, with the reference "
+        "previewed. "
+    )
+    assert where_larger([{"structure": ["printed", "held"], "ratios": {**dict.fromkeys(PMI_READINGS), APO: low}}]) == ""
 
 
 USED = {"theorem", "table", "bounds", "transients", "orderings"}

@@ -62,6 +62,7 @@ class RunningKalman(ABC):
         self.problem, self.lag = problem, lag
         self._sizes = plant.order, plant.B_u.shape[1], plant.sensors
         self._A, self._B, self._C, self._mask = plant.A, plant.B_u, plant.C, problem.schedule.mask
+        self._direct = plant.D_u if np.any(plant.D_u) else None
         self._due = [int(due.sum()) for due in self._mask]
         self.reset()
 
@@ -116,6 +117,8 @@ class RunningKalman(ABC):
         measured = vector("y", y, self._sizes[2])
         driven = self._driven(u)
         innovation = measured - self._C.dot(self._past[0])
+        if self._direct is not None and u is not None:
+            innovation -= self._direct @ vector("u", u, self._sizes[1])
         came = self._mask[phase] & (innovation == innovation)  # NaN is not itself
         count = int(np.count_nonzero(came))
         shown = innovation
@@ -217,11 +220,11 @@ class KalmanFilter(RunningKalman):
         n, _, q = self._sizes
         blocks = self.lag + 2
         output = np.hstack([self._C, np.zeros((q, n * (blocks - 1)))])
-        phases = []
+        direct, phases = self.problem.plant.D_u, []
         for K, L, due in zip(self.gains.K, self.gains.L, self._mask, strict=True):
             injection = np.vstack([L, *K])
             transition = np.kron(np.eye(blocks, k=-1), np.eye(n)) - injection @ output
             transition[:n, :n] += self._A
-            known = np.vstack([self._B, np.zeros((n * (blocks - 1), self._B.shape[1]))])
+            known = np.vstack([self._B, np.zeros((n * (blocks - 1), self._B.shape[1]))]) - injection @ direct
             phases.append(Phase(transition, known, injection, np.eye(n * blocks), due))
-        return c_source(name, comment, phases, output, n)
+        return c_source(name, comment, phases, [output] * len(phases), n, direct)

@@ -1,0 +1,132 @@
+"""Simulations under losses: the worst pattern with the noise that hurts most, or many runs with drawn losses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from replication.drawing.panel import Panel
+from replication.estimation.api.shown import Shown
+from replication.estimation.multirate.h2.steady import corrected, sensing
+from replication.estimation.multirate.losses.automaton import Automaton, closed_loop
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.validation import Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class DrawnLosses(Shown):
+    """Mean square errors over runs with drawn losses and noise.
+
+    Attributes
+    ----------
+    mean_square : float
+        Of W e, over runs and instants.
+    standard_error : float
+        Of that mean; runs are independent.
+    exact : float
+        What the covariances say.
+    kalman, kalman_standard_error : float
+        Mean square error, and its standard error, of the time-varying Kalman filter that knows the whole pattern, over
+        the same losses: by its covariance, without drawn noise. No filter has less.
+    time : array (steps,)
+        In s.
+    course : array (steps,)
+        Mean square over the runs at each instant.
+    """
+
+    mean_square: float
+    standard_error: float
+    exact: float
+    kalman: float
+    kalman_standard_error: float
+    time: Array
+    course: Array
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Means with their standard errors."""
+        return [
+            ("mean square error", f"{self.mean_square:.6g} ± {self.standard_error:.2g}", "drawn; standard error"),
+            ("exact", f"{self.exact:.6g}", "covariances of all cases"),
+            (
+                "Kalman filter that knows all losses",
+                f"{self.kalman:.6g} ± {self.kalman_standard_error:.2g}",
+                "its covariance along the same losses; standard error",
+            ),
+        ]
+
+    def panels(self) -> tuple[Panel, ...]:
+        """The mean square error over time."""
+        levels = {"exact": self.exact, "Kalman filter that knows all losses": self.kalman}
+        return (Panel(self.time, "time (s)", "mean square error", {"drawn": self.course}, levels),)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON values."""
+        return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(self).items()}
+
+
+def drawn_nodes(given: Automaton, visited: Array, runs: int, rng: np.random.Generator) -> NDArray[np.intp]:
+    """The node at which each run begins, from the stationary distribution at phase 0."""
+    first = np.flatnonzero(np.array(given.phases) == 0)
+    return np.asarray(rng.choice(first, size=runs, p=visited[first] / visited[first].sum()), dtype=np.intp)
+
+
+def drawn_walks(
+    given: Automaton, nodes: NDArray[np.intp], steps: int, rng: np.random.Generator
+) -> Iterator[NDArray[np.intp]]:
+    """The edge that each run takes from its node on, (runs,), instant by instant."""
+    runs = len(nodes)
+    targets = np.array([edge.target for edge in given.edges])
+    choices = [np.array(out) for out in given.out]
+    shares = [np.cumsum([given.edges[i].probability for i in out]) for out in given.out]
+    for _ in range(steps):
+        taken = np.zeros(runs, dtype=np.intp)
+        numbers = rng.random(runs)
+        for node in np.unique(nodes):
+            here = nodes == node
+            place = np.searchsorted(shares[node], numbers[here] * shares[node][-1], side="right")
+            taken[here] = choices[node][np.minimum(place, len(choices[node]) - 1)]
+        yield taken
+        nodes = targets[taken]
+
+
+def drawn_errors(
+    problem: MultirateProblem, gains: Array, walks: list[NDArray[np.intp]], start: Array, rng: np.random.Generator
+) -> Array:
+    """Squares of W e (steps, runs), from errors of covariances `start` (runs, n, n) on."""
+    plant, runs = problem.plant, len(walks[0])
+    values, vectors = np.linalg.eigh(start)
+    roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+    e = np.einsum("rab,rb->ra", roots, rng.standard_normal((runs, plant.order)))
+    loops = [closed_loop(problem, gain) for gain in gains]
+    squares = []
+    for taken in walks:
+        squares.append(np.sum((e @ plant.W.T) ** 2, axis=1))
+        noise = rng.standard_normal((runs, loops[0][1].shape[1]))
+        following = np.empty_like(e)
+        for edge in np.unique(taken):
+            A, B = loops[edge]
+            here = taken == edge
+            following[here] = e[here] @ A.T + noise[here] @ B.T
+        e = following
+    return np.stack(squares)
+
+
+def kalman_errors(problem: MultirateProblem, given: Automaton, walks: list[NDArray[np.intp]], start: Array) -> Array:
+    """tr W P W' (steps, runs) of the Kalman filter that knows which samples came, from P = `start` on."""
+    plant, P, traces = problem.plant, start, list[Array]()
+    Q = plant.drive @ plant.drive.T
+    arrived = np.array([edge.arrived for edge in given.edges])
+    for taken in walks:
+        traces.append(np.einsum("za,rab,zb->r", plant.W, P, plant.W))
+        P = corrected(plant.A, Q, sensing(problem, arrived[taken]), P).following
+    return np.stack(traces)
+
+
+def mean_and_error(values: Array) -> tuple[float, float]:
+    """The mean of values (steps, runs) and its standard error over the runs."""
+    of_run = values.mean(axis=0)
+    return float(of_run.mean()), float(of_run.std(ddof=1) / np.sqrt(len(of_run)))

@@ -1,0 +1,233 @@
+"""Late samples against plants augmented by hand, the plant run step by step, and the C form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.integrate
+
+from replication.errors import InvalidInputError
+from replication.estimation import multirate
+from replication.estimation.multirate import ContinuousPlant, MultiratePlant
+from replication.estimation.validation import Array
+from tests.estimation.api.test_c_code import EXACT, Compiled
+
+EQUAL = 1e-9
+CART = MultiratePlant(
+    A=[[1, 0.1], [0, 0.98]],
+    B_d=[[0], [0.1]],
+    B_u=[[0], [0.2]],
+    C=[[0, 1], [1, 0]],
+    D=[[0.5, 0], [0, 0.1]],
+    D_u=[[0.3], [-0.2]],
+    dt=0.1,
+)
+MOVING = ContinuousPlant(
+    A=[[0, 1], [-4, -0.3]], B_d=[[0], [1]], B_u=[[0.5], [2]], C=[[1, 0], [0, 1]], D=np.diag([0.1, 0.2]),
+    D_u=[[0.0], [0.7]], dt=0.2,
+)  # fmt: skip
+
+
+def past_states(latency: tuple[int, ...]) -> MultiratePlant:
+    """The cart with all of its past states and inputs as states: another augmentation, larger than needed."""
+    n, m, depth = CART.order, CART.B_u.shape[1], max(latency)
+    size = n * (depth + 1) + m * depth
+    A = np.eye(size, k=-n)
+    A[:n, :n], A[:n, n:] = CART.A, 0.0
+    A[n * (depth + 1) :] = 0.0
+    B_u, B_d = np.zeros((size, m)), np.zeros((size, 1))
+    B_u[:n], B_d[:n] = CART.B_u, CART.B_d
+    inputs = n * (depth + 1)
+    if depth:
+        B_u[inputs : inputs + m] = np.eye(m)
+        A[inputs + m :, inputs : size - m] = np.eye(m * (depth - 1))
+    C, D_u = np.zeros((2, size)), np.zeros((2, m))
+    for i, late in enumerate(latency):
+        C[i, n * late : n * (late + 1)] = CART.C[i]
+        if late:
+            C[i, inputs + m * (late - 1) : inputs + m * late] = CART.D_u[i]
+        else:
+            D_u[i] = CART.D_u[i]
+    return MultiratePlant(A=A, B_d=B_d, B_u=B_u, C=C, D=CART.D, D_u=D_u, W=np.eye(n, size), dt=CART.dt)
+
+
+@pytest.mark.parametrize("latency", [(0, 1), (2, 1), (3, 0)])
+def test_whole_latencies_are_the_augmentation_by_hand(latency: tuple[int, ...]) -> None:
+    ours = multirate.design(CART, periods=(1, 4), latency=latency)
+    by_hand = multirate.design(past_states(latency), periods=(1, 4))
+    assert ours.fact("optimum").value == pytest.approx(by_hand.fact("optimum").value, rel=EQUAL)
+    kalman = multirate.design(CART, periods=(1, 4), latency=latency, goal="h2")
+    other = multirate.design(past_states(latency), periods=(1, 4), goal="h2")
+    assert kalman.fact("rms error").value == pytest.approx(other.fact("rms error").value, rel=EQUAL)
+    assert np.allclose(kalman.gains["P"][:, :2, :2], other.gains["P"][:, :2, :2], rtol=EQUAL, atol=EQUAL)
+    without = multirate.design(CART, periods=(1, 4)).value
+    assert ours.value > without * (1 + 1e-6)
+
+
+def test_both_augmentations_run_alike() -> None:
+    rng, latency = np.random.default_rng(3), (2, 1)
+    ours = multirate.design(CART, periods=(1, 4), latency=latency, goal="h2").observer()
+    other = multirate.design(past_states(latency), periods=(1, 4), goal="h2").observer()
+    for _ in range(60):
+        u, y = rng.standard_normal(1), np.where(rng.random(2) < 0.2, np.nan, rng.standard_normal(2))
+        assert np.allclose(ours.step(u, y), other.step(u, y)[:2], rtol=1e-8, atol=1e-8)
+    assert ours.missed == other.missed > 0
+
+
+def measured(latency: tuple[float, ...], u: Array, d: Array) -> tuple[Array, Array]:
+    """States at the instants and late samples of the moving plant, by an integrator, from rest and zero inputs."""
+    A, B = np.asarray(MOVING.A), np.hstack([MOVING.B_u, MOVING.B_d])
+    x, course = np.zeros(2), []
+    for u_k, d_k in zip(u, d, strict=True):
+        course.append(x)
+        held = np.array([u_k, d_k])
+        x = _after(A, B @ held, x, MOVING.dt)
+    samples = np.zeros((len(u), 2))
+    for k in range(len(u)):
+        for i, age in enumerate(latency):
+            at = k - int(np.ceil(age))
+            if at >= 0:
+                part = (k - age - at) * MOVING.dt
+                then = _after(A, B @ np.array([u[at], d[at]]), course[at], part)
+                samples[k, i] = np.asarray(MOVING.C)[i] @ then + np.asarray(MOVING.D_u)[i, 0] * u[at]
+    return np.array(course), samples
+
+
+def _after(A: Array, drive: Array, x: Array, time: float) -> Array:
+    if time == 0:
+        return x
+    solved = scipy.integrate.solve_ivp(lambda _, z: A @ z + drive, (0, time), x, rtol=1e-12, atol=1e-12)
+    return np.asarray(solved.y[:, -1])
+
+
+@pytest.mark.parametrize("latency", [(0.0, 1.0), (0.4, 1.75), (2.0, 0.0)])
+def test_without_noise_the_estimate_is_the_state(latency: tuple[float, ...]) -> None:
+    """From a known start, with inputs and no disturbances, each sample is what the observer expects."""
+    u = np.random.default_rng(5).standard_normal(30)
+    course, y = measured(latency, u, np.zeros(30))
+    found = multirate.design(MOVING, periods=(1, 3), latency=latency)
+    estimates = runs(found, u, y)
+    assert np.allclose(estimates[:-1], course[1:], rtol=1e-8, atol=1e-8)
+    wrong = runs(multirate.design(MOVING, periods=(1, 3), latency=(latency[0] + 0.25, latency[1])), u, y)
+    assert not np.allclose(wrong[:-1], course[1:], rtol=1e-3, atol=1e-3)
+
+
+@pytest.mark.parametrize("latency", [(0.4, 1.75), (1.0, 0.5)])
+def test_the_error_with_disturbances_is_that_of_the_error_system(latency: tuple[float, ...]) -> None:
+    rng = np.random.default_rng(6)
+    u, d = rng.standard_normal(30), rng.standard_normal(30)
+    course, y = measured(latency, u, d)
+    found = multirate.design(MOVING, periods=(1, 3), latency=latency)
+    noise = np.hstack([d[:, None], np.zeros((30, 2))])
+    error = multirate.simulate(found, 30, disturbance=noise).signals["error"]
+    assert np.allclose(course[1:] - runs(found, u, y)[:-1], error[1:], rtol=1e-8, atol=1e-8)
+
+
+def runs(found: Any, u: Array, y: Array) -> Array:
+    observer = found.observer()
+    return np.array([observer.step([u_k], y_k) for u_k, y_k in zip(u, y, strict=True)])
+
+
+def test_a_state_space_in_continuous_time_is_the_plant_of_arrays() -> None:
+    control = pytest.importorskip("control")
+    B, D = np.hstack([MOVING.B_u, MOVING.B_d]), np.hstack([MOVING.D_u, np.zeros((2, 1))])
+    system = control.ss(MOVING.A, B, MOVING.C, D, inputs=["push", "wind"], states=["place", "speed"])
+    given = {"noise": [0.1, 0.2], "disturbances": ["wind"], "dt": MOVING.dt}
+    found = multirate.design(system, periods=(1, 3), latency=(0.4, 1.75), **given)
+    assert found.value == pytest.approx(multirate.design(MOVING, periods=(1, 3), latency=(0.4, 1.75)).value, rel=EQUAL)
+    assert found.signals.outputs == ("place", "speed")
+    assert len(found.signals.states) == len(found.problem.plant.A)
+    assert found.to_statespace().nstates == found.problem.plant.order
+
+
+def test_older_samples_are_worth_less() -> None:
+    levels = [multirate.design(MOVING, periods=(1, 3), latency=(age, 0)).value for age in range(5)]
+    assert all(a <= b * (1 + 1e-7) for a, b in pairwise(levels))
+    assert levels[0] < levels[-1]
+
+
+def test_analyse_gives_the_level_of_a_design() -> None:
+    found = multirate.design(MOVING, periods=(1, 3), latency=(0.4, 1.75))
+    again = multirate.analyse(MOVING, found.gains["L"], periods=(1, 3), latency=(0.4, 1.75))
+    assert again.value == pytest.approx(found.value, rel=EQUAL)
+    start = multirate.simulate(found, 20, initial_error=[1.0, 0.0]).signals["error"]
+    assert np.array_equal(start[0], [1.0, 0.0]) and np.linalg.norm(start[-1]) < 0.5
+
+
+@pytest.mark.parametrize("goal", ["hinf", "h2"])
+def test_the_c_form_knows_latency_and_feedthrough(goal: str, tmp_path: Path) -> None:
+    observer = multirate.design(MOVING, periods=(1, 3), latency=(0.4, 1.75), goal=goal).observer()
+    compiled, rng = Compiled(observer, tmp_path), np.random.default_rng(8)
+    observer.reset([1.0, 2.0])
+    compiled.reset([1.0, 2.0])
+    for _ in range(2000):
+        u, y = rng.standard_normal(1), np.where(rng.random(2) < 0.2, np.nan, rng.standard_normal(2))
+        answer, found = compiled.step(u, y)
+        assert answer == 0 and np.allclose(found, observer.step(u, y), rtol=EXACT, atol=EXACT)
+    assert observer.missed > 100
+
+
+def test_the_kalman_filter_knows_the_feedthrough() -> None:
+    found: Any = multirate.design(CART, periods=(1, 4), goal="h2")
+    running, predictor = found.filter(), found.observer()
+    rng = np.random.default_rng(2)
+    for _ in range(50):
+        u, y = rng.standard_normal(1), np.where(rng.random(2) < 0.2, np.nan, rng.standard_normal(2))
+        assert np.allclose(running.step(u, y).prediction, predictor.step(u, y), rtol=EQUAL, atol=EQUAL)
+
+
+@pytest.mark.parametrize("plant", [CART, MOVING])
+def test_the_c_form_of_the_kalman_filter_knows_it(plant: Any, tmp_path: Path) -> None:
+    found: Any = multirate.design(plant, periods=(1, 4), goal="h2")
+    running = found.filter()
+    compiled, rng = Compiled(Whole(running), tmp_path), np.random.default_rng(2)  # type: ignore[arg-type]
+    compiled.reset([0.0, 0.0])
+    for _ in range(500):
+        u, y = rng.standard_normal(1), np.where(rng.random(2) < 0.2, np.nan, rng.standard_normal(2))
+        _, values = compiled.step(u, y)
+        step = running.step(u, y)
+        assert np.allclose(values, [*step.prediction, *step.filtered], rtol=EXACT, atol=EXACT)
+
+
+class Whole:
+    """What `Compiled` asks of an observer."""
+
+    def __init__(self, run: Any) -> None:
+        self.to_c, self.estimate = run.to_c, np.zeros(4)
+
+
+def test_a_feedthrough_that_is_left_out_is_noticed() -> None:
+    u = np.random.default_rng(5).standard_normal(30)
+    course, y = measured((0.0, 0.0), u, np.zeros(30))
+    right = runs(multirate.design(MOVING, periods=(1, 1)), u, y)
+    assert np.allclose(right[:-1], course[1:], rtol=1e-8, atol=1e-8)
+    wrong = runs(multirate.design(replace(MOVING, D_u=None), periods=(1, 1)), u, y)
+    assert not np.allclose(wrong[:-1], course[1:], rtol=1e-2, atol=1e-2)
+
+
+BAD = {
+    "latency beyond the horizon": {"latency": (0, 500)},
+    "must be at least 0": {"latency": (0, -1)},
+    "one entry for each": {"latency": (1,)},
+    "must be a number": {"latency": (0, "1")},
+    "in continuous time": {"latency": (0, 0.5)},
+    "dt belongs": {"dt": 0.1},
+}
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_bad_latencies_have_messages(message: str) -> None:
+    with pytest.raises(InvalidInputError, match=message):
+        multirate.design(CART, periods=(1, 4), **BAD[message])
+
+
+def test_correlated_noise_and_a_start_do_not_go_with_latency() -> None:
+    with pytest.raises(InvalidInputError, match="S and latency"):
+        multirate.design(replace(CART, B_w=[[0.1, 0], [0, 0]]), periods=(1, 4), latency=(0, 1))
+    with pytest.raises(InvalidInputError, match="P0 and latency"):
+        multirate.design(CART, periods=(1, 4), latency=(0, 1), goal="h2", P0=np.eye(2))
