@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from runpy import run_path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 from xml.etree.ElementTree import Element
@@ -196,6 +197,9 @@ def test_a_formula_does_not_part_its_sentence(site: Path, read: Callable[[str], 
     for name in names(site):
         (main,) = read(name).iter("main")
         assert not [words(node) for node in main if str(node.tag).endswith("math")], name
+    typeset = run_path(str(ROOT / "docs" / "site" / "formulas.py"))["on_page_markdown"]
+    for text in ("$x$ is", "so that\n$A$ is", "- so that\n  $A - LC$ is"):
+        assert len(re.findall(r"^ *<span><math", typeset(text), re.MULTILINE)) == 1
 
 
 def test_every_link_leads_to_a_place_that_is_there(site: Path, read: Callable[[str], Element]) -> None:
@@ -281,7 +285,8 @@ def test_pages_fit_the_window_and_what_scrolls_has_a_tab_stop(
 @pytest.mark.browser
 def test_what_scrolls_shows_that_there_is_more(visit_page: Callable[..., Any]) -> None:
     page = visit_page("methods/index", 320)
-    wide = "return [...document.querySelectorAll('pre, .scroll')].filter((e) => e.scrollWidth > e.clientWidth + 1)"
+    wide = """return [...document.querySelectorAll('pre, .scroll, .formula')].filter(
+      (e) => e.scrollWidth > e.clientWidth + 1)"""
     boxes = page.execute_script(wide)
     assert boxes
     assert {box.value_of_css_property("background-attachment") for box in boxes} == {"local, local, scroll, scroll"}
