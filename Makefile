@@ -78,7 +78,7 @@ format: $(STAMP) ## put the sources into the common form
 	$(BIN)/ruff format
 
 lock: $(STAMP) ## write requirements.lock anew from pyproject.toml (needs the network)
-	$(BIN)/uv pip compile pyproject.toml --extra dev --extra dask --extra docs --extra notebooks --universal --fork-strategy fewest --generate-hashes \
+	$(BIN)/uv pip compile pyproject.toml --extra estimation --extra proofs --extra dev --extra dask --extra docs --extra notebooks --universal --fork-strategy fewest --generate-hashes \
 	  --no-emit-index-url --no-header --quiet -o requirements.lock
 
 clean: ## remove the environment, caches and all that is built; figures/ and results stay

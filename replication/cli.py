@@ -17,6 +17,7 @@ from pathlib import Path
 from replication import commands
 from replication.commands.shared import BAD_INPUT, FAULT, INTERRUPTED
 from replication.errors import InvalidInputError, ReplicationError
+from replication.extras import missing, told
 
 DESCRIPTION = "Recompute what the papers print and set it beside the print, with a verdict for each claim."
 EXIT_CODES = """exit codes:
@@ -69,8 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:  # noqa: BLE001 - a traceback would end with the code of a changed verdict
         if os.environ.get(TRACEBACK):
             traceback.print_exc()
-        print(f"replication: {_fault(error)}", file=sys.stderr)
-        return FAULT
+        print(f"replication: {told(error) if missing(error) else _fault(error)}", file=sys.stderr)
+        return BAD_INPUT if missing(error) else FAULT
     return code
 
 

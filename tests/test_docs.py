@@ -8,13 +8,15 @@ from typing import Any
 import pytest
 from lab import Lab, make_lab
 
+from benchmarks.boilerplate import measure
+from replication.audit.model import Kind
 from replication.errors import InvalidInputError
 from replication.scaffold.make import scaffold
 
 ROOT = Path(__file__).parents[1]
 GUIDE = (ROOT / "docs" / "adding-a-paper.md").read_text(encoding="utf-8")
 SWEEPS = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
-BLOCK = re.compile(r"```(?:python|toml)\n# (papers/\S+)\n(.*?)```", re.DOTALL)
+BLOCK = re.compile(r'```(?:(?:python|toml)\n# |json title=")(papers/[^\s"]+)"?\n(.*?)```', re.DOTALL)
 
 
 @pytest.fixture
@@ -37,16 +39,24 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     assert lab.cli("new", "randomwalk").returncode == 0
     blocks = BLOCK.findall(GUIDE)
     assert [name.rpartition("/")[2] for name, _ in blocks] == [
-        "printed.toml", "experiments.py", "claims.py", "figures.py", "paper.py", "coverage.toml",
+        "printed.toml", "experiments.py", "claims.py", "text.py", "theorems.json", "statements.py", "certificates.py",
+        "figures.py", "paper.py", "coverage.toml",
     ]  # fmt: skip
     for name, text in blocks:
         (lab.root / name).write_text(text, encoding="utf-8")
+    (certify,) = re.findall(r"^python -m replication (certify .+)$", GUIDE, re.MULTILINE)
+    done = lab.cli(*certify.split())
+    assert done.returncode == 0, done.stdout + done.stderr
     done = lab.cli("run", "randomwalk", "--jobs", "1")
     assert done.returncode == 0, done.stdout + done.stderr
     assert (lab.root / "report" / "randomwalk" / "index.html").is_file()
+    records = json.loads((lab.root / "report" / "randomwalk" / "results.json").read_bytes())["claims"]
+    assert {record["claim"]["kind"] for record in records} == {kind.value for kind in Kind}
+    assert [record["claim"]["id"] for record in records if record["judgement"]["proved"]] == ["randomwalk.variance.n1"]
     (show,) = re.findall(r"^python -m replication (show .+)$", GUIDE, re.MULTILINE)
-    assert "P / (P + 1) = 0.618033989" in lab.cli(*show.split()).stdout
-    assert "5 numerals: 5 bound" in lab.cli("coverage", "randomwalk").stdout
+    assert "closed.gain gives 0.618033989" in lab.cli(*show.split()).stdout
+    assert measure(lab.path("randomwalk")).share <= 0.25
+    assert "0 open" in lab.cli("coverage", "randomwalk").stdout
     assert lab.python("-m", "pytest", "-q", "tests/papers/test_randomwalk.py").returncode == 0
 
 
@@ -97,7 +107,7 @@ def test_a_key_whose_test_or_report_would_lie_on_another_is_refused(lab: Lab, ke
 def test_the_blocks_of_the_guide_keep_to_style_and_types(lab: Lab) -> None:
     scaffold("randomwalk", lab.root)
     for name, text in BLOCK.findall(GUIDE):
-        (lab.root / name).write_text(f"# {name}\n{text}", encoding="utf-8")
+        (lab.root / name).write_text(text if name.endswith("json") else f"# {name}\n{text}", encoding="utf-8")
     config = str(ROOT / "pyproject.toml")
     package = str(lab.root / "papers" / "randomwalk")
     for words in (("ruff", "check"), ("ruff", "format", "--check"), ("mypy",)):

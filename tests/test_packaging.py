@@ -16,13 +16,16 @@ from email.parser import Parser
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 import papers
+from replication.audit.project import read_settings
 from replication.audit.publish.software import read_software
+from replication.extras import EXTRAS
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-PARTS = ("papers", "replication", "tests", "docs", "report", "certificates", "benchmarks", "figures", ".ci")
+PARTS = ("papers", "replication", "tests", "docs", "certificates", "benchmarks", "figures", ".ci")
 NOT_COPIED = shutil.ignore_patterns("__pycache__", "results.json", "index.html")
 PYTHONS = ("3.11", "3.12", "3.13")
 
@@ -60,12 +63,11 @@ def test_the_wheel_holds_the_packages_and_their_data_and_nothing_else(built: Bui
         )
     expected = {
         path.relative_to(ROOT).as_posix()
-        for package in ("replication", "papers")
-        for path in (ROOT / package).rglob("*")
+        for path in (ROOT / "replication").rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
     assert {name for name in names if ".dist-info/" not in name} == expected
-    assert {"replication/py.typed", "papers/py.typed"} <= expected
+    assert {"replication/py.typed", "replication/audit/report/html/template.html.j2"} <= expected
     assert metadata["License-Expression"] == "MIT"
     assert metadata["Requires-Python"] == ">=3.11"
     assert set(PROJECT["optional-dependencies"]) == set(metadata.get_all("Provides-Extra") or ())
@@ -75,9 +77,24 @@ def test_the_wheel_holds_the_packages_and_their_data_and_nothing_else(built: Bui
 def test_the_source_distribution_holds_what_make_needs(built: Built) -> None:
     with tarfile.open(built.sdist) as sdist:
         names = {name.partition("/")[2] for name in sdist.getnames()}
-    for name in ("Makefile", "requirements.lock", ".zenodo.json", "CITATION.cff", "verify.py", ".ci/run"):
+    for name in (
+        "Makefile",
+        "requirements.lock",
+        ".zenodo.json",
+        "CITATION.cff",
+        "verify.py",
+        "replication.toml",
+        ".ci/run",
+    ):
         assert name in names
-    parts = {"tests": "*.py", "report": "*.j2", "certificates": "*.json", "docs": "*.md", "figures": "*.svg"}
+    parts = {
+        "tests": "*.py",
+        "papers": "*.toml",
+        "replication": "*.j2",
+        "certificates": "*.json",
+        "docs": "*.md",
+        "figures": "*.svg",
+    }
     for folder, pattern in parts.items():
         found = [path.relative_to(ROOT).as_posix() for path in (ROOT / folder).rglob(pattern)]
         assert found and set(found) <= names
@@ -101,19 +118,25 @@ def test_a_clean_environment_runs_the_installed_wheel(built: Built) -> None:
         assert done.returncode == 0, done.stderr
         return done.stdout
 
-    assert str(site) in run("python", "-c", "import replication, papers; print(replication.__file__)")
+    assert str(site) in run("python", "-c", "import replication; print(replication.__file__)")
     plant = ROOT / "docs" / "examples" / "cart.toml"
     assert "guaranteed level" in run("replication", "design", "multirate", str(plant), "--periods", "1,4")
     assert (work / "cart-multirate" / "index.html").is_file()
-    assert "okajima2023" in run("replication", "list")
     before = sorted(site.rglob("*"))
-    for words in (["run", "shao"], ["new", "fresh2030"], ["certify"], ["verify"], ["notebooks"], ["artifact"]):
+    for words in (["run"], ["list"], ["check"], ["certify"], ["verify"], ["notebooks"], ["artifact"]):
         done = subprocess.run([clean / "bin" / "replication", *words], cwd=work, capture_output=True, text=True)
         assert done.returncode == 2
-        assert f"{site} holds the installed package only; unpack the source distribution" in done.stderr
+        assert f"there is no replication.toml in {work} or above it" in done.stderr
     assert [path for path in sorted(site.rglob("*")) if path.suffix != ".pyc"] == [
         path for path in before if path.suffix != ".pyc"
     ]
+
+
+def test_each_extra_for_computing_is_named_with_its_modules() -> None:
+    modules = {"python-flint": "flint", "sdpa-python": "sdpap"}
+    for extra in set(EXTRAS.values()):
+        declared = [Requirement(text).name for text in PROJECT["optional-dependencies"][extra]]
+        assert {modules.get(name, name) for name in declared} == {name for name, of in EXTRAS.items() if of == extra}
 
 
 def test_the_python_versions_are_named() -> None:
@@ -136,5 +159,8 @@ def test_zenodo_says_what_the_citation_says() -> None:
     assert tuple(zenodo["keywords"]) == citation.keywords == tuple(PROJECT["keywords"])
     assert [creator["name"] for creator in zenodo["creators"]] == [person.full_name for person in citation.authors]
     assert zenodo["version"] == PROJECT["version"]
+    settings = read_settings(ROOT)
+    assert list(settings.authors) == [person.full_name for person in citation.authors]
+    assert settings.title.partition(":")[0] == citation.title.partition(":")[0] == PROJECT["name"]
     related = {entry["identifier"] for entry in zenodo["related_identifiers"]}
     assert related == {paper.doi for paper in papers.load() if paper.doi}

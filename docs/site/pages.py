@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.audit.publish.notebooks import colours
+from replication.audit.report.templates import source
 
 HEADINGS = ("h1", "h2", "h3", "h4")
 PERMALINK = "#"
@@ -50,6 +51,7 @@ def on_post_build(config: Any) -> None:
     found = [asdict(section) | {"text": " ".join(section.text.split())} for section in _sections]
     (site / "index.js").write_text(f"window.searchIndex = {json.dumps(found, ensure_ascii=False)};\n", encoding="utf-8")
     (site / "palette.css").write_text(colours(), encoding="utf-8")
+    (site / "site.css").write_text(source("site.css"), encoding="utf-8")
 
 
 class _Reader(HTMLParser):

@@ -6,6 +6,7 @@
     [gamma.value]
     A = "1.67"
     B = "1.68"
+    [gamma.claim]              # optional: a claim on each value, as `audit.numbers` reads it
 
 A value is a string, an integer that counts, or a list or table of values; `{key}` in a place stands for the keys that
 lead to an entry. The verifier reads the same file by itself.
@@ -21,7 +22,7 @@ from typing import Any
 
 from replication.errors import AuditError
 
-FIELDS = ("place", "value", "unit", "note")
+FIELDS = ("place", "value", "unit", "note", "claim")
 
 
 class PrintedValue(str):

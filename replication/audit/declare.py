@@ -2,6 +2,8 @@
 
 Names of claims, errata, experiments and figures are short where they are declared and used; `paper` puts the key of the
 paper in front of all of them, and gives each function its results under the short names.
+
+All that the modules of a paper are written with can be imported from here.
 """
 
 from __future__ import annotations
@@ -16,10 +18,20 @@ import msgspec
 
 from replication.audit.brief import Consequence
 from replication.audit.data import PrintedValue
-from replication.audit.model import Claim, Erratum, Evidence, Experiment, Kind, Results, Verdict
-from replication.audit.parts import CommonLevel, Figure, Paper, ScopeItem, Sensitivity, Table
+from replication.audit.model import Claim, Experiment, Kind, Verdict
+from replication.audit.model import Erratum as Erratum
+from replication.audit.model import Evidence as Evidence
+from replication.audit.model import Proof as Proof
+from replication.audit.model import Reading as Reading
+from replication.audit.model import Results as Results
+from replication.audit.parts import CommonLevel, Paper, ScopeItem, Sensitivity
+from replication.audit.parts import Figure as Figure
+from replication.audit.parts import FigureData as FigureData
+from replication.audit.parts import Formula as Formula
+from replication.audit.parts import Table as Table
 from replication.errors import AuditError
 from replication.verify.predicate import Predicate, Relation, Term
+from replication.verify.predicate import term as term
 from replication.verify.quantities import unit_of
 
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
@@ -56,7 +68,7 @@ class Part:
     """One part of a paper, as its scope calls it, with the claims declared on it and the figures that belong to it.
 
     A part without claims and figures says by `reason` why it is left out. also: claims of other parts on it.
-    reading: that of its claims, unless one of them names another.
+    reading, uses: those of its claims, unless one of them names others.
     """
 
     def __init__(
@@ -64,12 +76,13 @@ class Part:
         title: str,
         *,
         reading: str = "",
+        uses: str | Iterable[str] = (),
         figures: str | Iterable[str] = (),
         also: str | Iterable[str] = (),
         reason: str = "",
     ) -> None:
         self.title, self.reading, self.reason = title, reading, reason
-        self.figures, self.also = _names(figures), _names(also)
+        self.uses, self.figures, self.also = _names(uses), _names(figures), _names(also)
         self.claims: list[Claim] = []
 
     def claim(
@@ -83,6 +96,7 @@ class Part:
         pinned: Verdict | str = "",
         uses: str | Iterable[str] = (),
         erratum: str | None = None,
+        meant: str = "",
         tolerance: str | None = None,
         tolerance_reason: str = "",
         reading: str = "",
@@ -116,11 +130,12 @@ class Part:
                     statement=said,
                     expected=_verdict(name, pinned or usual(kind, str(printed))),
                     answer=answer,
-                    uses=_names(uses),
+                    uses=_names(uses) or self.uses,
                     printed=str(printed),
                     tolerance=tolerance,
                     tolerance_reason=tolerance_reason,
                     erratum=erratum,
+                    meant=_plain(meant),
                     reading=reading or self.reading,
                     optimum=optimum,
                     repeats=repeats,
@@ -230,7 +245,15 @@ def paper(
         ),
         experiments=tuple(replace(entry, name=one(entry.name)) for entry in experiments),
         errata=tuple(
-            replace(entry, id=one(entry.id), uses=full(entry.uses), prove=own(entry.prove)) for entry in errata
+            replace(
+                entry,
+                id=one(entry.id),
+                printed=_plain(entry.printed),
+                meant=_plain(entry.meant),
+                uses=full(entry.uses),
+                prove=own(entry.prove),
+            )
+            for entry in errata
         ),
         figures=tuple(
             replace(figure, name=one(figure.name, "-"), uses=full(figure.uses), data=own(figure.data))

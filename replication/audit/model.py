@@ -182,6 +182,7 @@ class Claim:
     uses: names of the experiments whose results `answer` receives. expected: the pinned verdict.
     tolerance: half-width other than half a unit in the last printed place; needs `tolerance_reason`.
     erratum: id of the erratum under which the claim is reproduced, if it is one of those.
+    meant: what must be printed instead, if that erratum corrects the printed result and not what it follows from.
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.
     optimum: whether the printed number is the least level that any design reaches.
     repeats: id of the claim whose number or statement this one prints again; totals count it once.
@@ -200,6 +201,7 @@ class Claim:
     tolerance: str | None = None
     tolerance_reason: str = ""
     erratum: str | None = None
+    meant: str = ""
     reading: str = ""
     optimum: bool = False
     repeats: str = ""

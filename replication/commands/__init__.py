@@ -29,6 +29,7 @@ MODULES = {
     "coq": "coq",
     "export": "publish",
     "artifact": "publish",
+    "register": "publish",
     "design": "design",
 }
 """The module of each command."""

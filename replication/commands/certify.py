@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from replication.commands.shared import DIFFERENT, FINE, checkout, jobs, say
+from replication.commands.shared import DIFFERENT, FINE, jobs, project_root, say
 
 TEXT = "make the certificates that the papers want and that are not there, or no longer proved"
 NOTES = """What is wanted stands in papers/PAPER/theorems.json. A certificate that is proved is left alone unless
@@ -24,7 +24,7 @@ def command(chosen: argparse.Namespace) -> int:
     """Print one line for each certificate made, or the reason why it was not."""
     from replication.audit.run.certify import certify
 
-    made = certify(checkout(), chosen.names, again=chosen.again, jobs=chosen.jobs)
+    made = certify(project_root(), chosen.names, again=chosen.again, jobs=chosen.jobs)
     failed = 0
     for certificate in made:
         failed += bool(certificate.error)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from replication.commands.shared import DIFFERENT, FINE, checkout, say
+from replication.commands.shared import DIFFERENT, FINE, project_root, say
 
 TEXT = "let Coq check the theorems on the levels of multi-rate observers"
 NOTES = """Coq and its Mathematical Components must be there; on Debian: apt-get install coq libcoq-mathcomp-algebra.
@@ -23,7 +23,7 @@ def command(chosen: argparse.Namespace) -> int:
     """Print one line for each theorem: proved, or the reason why not."""
     from replication.machine.run import check
 
-    root = checkout()
+    root = project_root()
     found = check(root, root / "build" / "coq", chosen.names, lambda line: say([line]), again=chosen.again)
     done = [one for all_of_paper in found.values() for one in all_of_paper]
     failed = sum(bool(one.reason) for one in done)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.commands.shared import DIFFERENT, FINE, project_root, say
+from replication.commands.shared import DIFFERENT, FINE, here, say
 from replication.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Print counts, what is open, and faults of the lists; with a text, where it and its list differ."""
-    import papers
     from replication.audit.inspect.coverage import faults, read_coverage
 
     if (chosen.text is None) != (chosen.paper is None):
@@ -41,8 +40,9 @@ def command(chosen: argparse.Namespace) -> int:
     if chosen.text is not None:
         return _compare(chosen.text, *chosen.paper.partition("/")[::2])
     wrong = []
-    for paper in papers.load(chosen.papers or papers.KEYS):
-        folder = project_root() / "papers" / paper.key
+    project = here()
+    for paper in project.load(chosen.papers):
+        folder = project.folder / paper.key
         if not (folder / "coverage.toml").is_file():
             wrong.append(f"{folder / 'coverage.toml'} does not exist; list there what the text of {paper.key} prints")
             continue
@@ -68,12 +68,12 @@ def _lines(title: str, name: str, text: Text, only_open: bool) -> Iterator[str]:
 
 
 def _compare(path: Path, key: str, name: str) -> int:
-    import papers
     from replication.audit.inspect.coverage import differences, read_coverage
     from replication.audit.names import one_of
 
-    (paper,) = papers.load([key])
-    texts = read_coverage(project_root() / "papers" / paper.key / "coverage.toml")
+    project = here()
+    (paper,) = project.load([key])
+    texts = read_coverage(project.folder / paper.key / "coverage.toml")
     text = texts[one_of("text of the list", name or next(iter(texts), ""), texts)]
     try:
         found = list(differences(text, path.read_text(encoding="utf-8")))

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
-from replication.commands.shared import FINE, checkout, say
+from replication.commands.shared import FINE, say
 
 TEXT = "make the package of a new paper with claims, a figure, a table and tests, ready to run"
-NOTES = """What it writes runs as it is; docs/adding-a-paper.md walks through making it yours.
+NOTES = """What it writes runs as it is; docs/adding-a-paper.md walks through making it yours. In a folder that
+belongs to no project it begins one: replication.toml says what it is called, and where its papers lie.
 
 """
 
@@ -19,8 +21,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Write the files and name them."""
+    from replication.audit.project import root_above
     from replication.scaffold.make import scaffold
 
-    say(map(str, scaffold(chosen.key, checkout())))
-    say([f"next: python -m replication run {chosen.key}"])
+    say(map(str, scaffold(chosen.key, root_above(Path.cwd()) or Path.cwd())))
+    say([f"next: replication run {chosen.key}"])
     return FINE

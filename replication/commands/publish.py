@@ -1,4 +1,4 @@
-"""`replication report`, `notebooks`, `export` and `artifact`: what is written of results for others to read."""
+"""`replication report`, `notebooks`, `export`, `artifact`, `register`: what is written of results for readers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from replication.commands.shared import (
     FINE,
     add_figures,
     add_output,
-    checkout,
     project_root,
     results_path,
     say,
@@ -33,7 +32,7 @@ def notebooks(chosen: argparse.Namespace) -> int:
     """Write the pages and say which notebooks had to be executed."""
     from replication.audit.publish.notebooks import build_notebooks
 
-    root = checkout()
+    root = project_root()
     for built in build_notebooks(root, chosen.to or root / "report" / "notebooks", chosen.names):
         say([f"{'executed' if built.executed else 'unchanged'}: {built.page}"])
     return FINE
@@ -58,9 +57,17 @@ def artifact(chosen: argparse.Namespace) -> int:
         changed = changed_files(chosen.check)
         say([*changed, f"{len(changed)} files changed"])
         return DIFFERENT if changed else FINE
-    root = checkout()
+    root = project_root()
     path = chosen.to or root / "dist" / f"slow-sensor-replication-{__version__}-artifact.zip"
     say([f"{path}: {write_archive(root, path)} files"])
+    return FINE
+
+
+def register(chosen: argparse.Namespace) -> int:
+    """Write the page on several projects."""
+    from replication.audit.publish.register import build_register
+
+    say([f"register: {build_register(chosen.results, chosen.to)}"])
     return FINE
 
 
@@ -85,6 +92,14 @@ def _for_artifact(parser: argparse.ArgumentParser) -> None:
     which.add_argument("--check", type=Path, metavar="DIR", help="compare an unpacked archive with its checksums")
 
 
+def _for_register(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("results", nargs="+", type=Path, metavar="RESULTS", help="results.json, or its folder")
+    default = Path("register.html")
+    parser.add_argument(
+        "--to", type=Path, default=default, metavar="FILE", help="the page (default: register.html here)"
+    )
+
+
 _ARTIFACT_NOTES = """\
 The same commit and results give the same bytes. Unpacked, the archive is a project again: `make report`
 rebuilds it and `make test` runs its tests.
@@ -104,5 +119,8 @@ COMMANDS = {
         _for_artifact,
         artifact,
         _ARTIFACT_NOTES,
+    ),
+    "register": Command(
+        "set the results of several projects, of any field, side by side on a page", _for_register, register
     ),
 }

@@ -7,28 +7,18 @@ import sys
 from pathlib import Path
 
 from replication.commands import Command
-from replication.commands.shared import (
-    DIFFERENT,
-    FINE,
-    add_figures,
-    add_output,
-    checkout,
-    project_root,
-    results_path,
-    say,
-)
+from replication.commands.shared import DIFFERENT, FINE, add_figures, add_output, here, results_path, say
 
 
 def list_claims(chosen: argparse.Namespace) -> int:
     """Print one line for each claim; without a run there are no verdicts yet."""
-    import papers
     from replication.audit.publish.terminal import list_lines
     from replication.audit.store.records import read_results
 
     path = results_path(chosen)
     # In a directory that was asked for the results must be there.
     claims = read_results(path).claims if chosen.output or path.is_file() else ()
-    say(list_lines(papers.load(chosen.papers or papers.KEYS), {claim.id: claim for claim in claims}))
+    say(list_lines(here().load(chosen.papers), {claim.id: claim for claim in claims}))
     return FINE
 
 
@@ -58,7 +48,6 @@ def show(chosen: argparse.Namespace) -> int:
 
 def check(chosen: argparse.Namespace) -> int:
     """Print each problem found."""
-    import papers
     from replication.audit.inspect.check import check
     from replication.audit.inspect.coverage import faults
     from replication.audit.inspect.derive import differences, kept, unfounded
@@ -67,22 +56,23 @@ def check(chosen: argparse.Namespace) -> int:
     from replication.audit.store.records import read_results
     from replication.audit.store.sources import kept_at
 
-    results, root = read_results(results_path(chosen)), project_root()
-    problems = [str(problem) for problem in check(results, papers.load(), root)]
-    here = [paper.key for paper in results.papers if paper.key in papers.KEYS]
+    project = here()
+    results, root, papers = read_results(results_path(chosen)), project.root, project.load()
+    problems = [str(problem) for problem in check(results, papers, root)]
+    held = {paper.key for paper in results.papers}
     directory = root / ".cache" / "replication"
     with kept_at(directory / "sources.json"):
-        again = kept(papers.load(here), root, Cache(directory))
+        again = kept([paper for paper in papers if paper.key in held], root, Cache(directory))
     found = differences(results, again, chosen.figures or root / "figures")
     problems += [f"{where}: not derived: {message}" for where, message in found]
-    if {paper.key for paper in results.papers} == set(papers.KEYS) and is_stale(root / "README.md", results):
+    if held == set(project.keys) and is_stale(root / "README.md", results):
         problems.append("README.md: stale: it or its table is not of these results; write both with `make readme`")
     say(problems)
     if note := unfounded(results, again):
         say([f"note: {note}"])
     say([f"{len(problems)} problems in {len(results.claims)} claims"])
-    folder = root / "papers"
-    listed = [paper for paper in papers.load() if (folder / paper.key / "coverage.toml").is_file()]
+    folder = project.folder
+    listed = [paper for paper in papers if (folder / paper.key / "coverage.toml").is_file()]
     wrong = [fault for paper in listed for fault in faults(folder / paper.key, paper)]
     say(f"coverage: {fault}" for fault in wrong)
     return DIFFERENT if problems or wrong else FINE
@@ -112,7 +102,7 @@ def history(chosen: argparse.Namespace) -> int:
     """Print one line for each verdict that changed between committed results."""
     from replication.audit.publish.history import steps
 
-    found = [step for step in steps(checkout()) if step.claim.startswith(chosen.claim)]
+    found = [step for step in steps(here().root) if step.claim.startswith(chosen.claim)]
     say([*map(str, found), f"{len(found)} changes"])
     return FINE
 

@@ -15,7 +15,7 @@ from replication.commands.shared import (
     FINE,
     add_figures,
     add_output,
-    checkout,
+    here,
     jobs,
     say,
     say_report,
@@ -66,15 +66,14 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 
 def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
-    import papers
     from replication.audit.run.unchanged import LastRun
     from replication.audit.store.sources import kept_at
     from replication.files import require_writable
 
     executor = _executor(chosen)
-    root = checkout()
-    wanted = sorted(set(chosen.papers or papers.KEYS))
-    output = chosen.output or root / "report" / ("" if wanted == sorted(papers.KEYS) else "+".join(wanted))
+    project = here()
+    root, wanted = project.root, sorted(set(chosen.papers or project.keys))
+    output = chosen.output or root / "report" / ("" if wanted == list(project.keys) else "+".join(wanted))
     figures = chosen.figures or root / "figures"
     directory = root / ".cache" / "replication"
     last = LastRun(root, [figures, output / "results.json", output / "index.html"], wanted, directory)
@@ -82,7 +81,7 @@ def command(chosen: argparse.Namespace) -> int:
         say(said.lines)
         say_tutorials(said.tutorials)
         return said.code
-    selected = papers.load(wanted)
+    selected = project.load(wanted)
     require_writable(output, "--output")
     require_writable(figures, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)

@@ -8,30 +8,23 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.errors import AuditError
-
 if TYPE_CHECKING:
+    from replication.audit.project import Project
     from replication.audit.store.records import ResultsFile
 
 FINE, DIFFERENT, BAD_INPUT, FAILED, FAULT, INTERRUPTED = 0, 1, 2, 3, 70, 130
 
 
+def here() -> Project:
+    """The project in which the command was given; AuditError if there is none."""
+    from replication.audit.project import find_project
+
+    return find_project(Path.cwd())
+
+
 def project_root() -> Path:
-    """The directory that holds `papers`, the lock, the cache and the report."""
-    import papers
-
-    return Path(next(iter(papers.__path__))).resolve().parent
-
-
-def checkout() -> Path:
-    """`project_root` for the commands that write there; AuditError where only the package is installed."""
-    root = project_root()
-    if not (root / "pyproject.toml").is_file():
-        raise AuditError(
-            f"this command works on a copy of the project's sources, and {root} holds the installed package only; "
-            "unpack the source distribution, or clone the repository, and run it there"
-        )
-    return root
+    """The folder of that project, which holds papers, lock, cache and report."""
+    return here().root
 
 
 def results_path(chosen: argparse.Namespace) -> Path:
@@ -51,7 +44,7 @@ def say_report(results: ResultsFile, figures: Path, output: Path) -> None:
     """Build the report at `output` and say where it is, and which of the tutorials that it links to are not built."""
     from replication.audit.report.page import build_report
 
-    say([f"report: {build_report(results, figures, output)}"])
+    say([f"report: {build_report(results, figures, output, project_root())}"])
     say_tutorials(tutorials(results))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from replication.commands.shared import checkout, project_root
+from replication.commands.shared import project_root
 
 TEXT = "check certificates in exact and ball arithmetic, and say what each proves"
 NOTES = """Only python-flint computes here; `python verify.py` of the project does the same in an environment that
@@ -27,4 +27,4 @@ def command(chosen: argparse.Namespace) -> int:
     else:
         from replication.verify.run import report
 
-    return report(chosen.paths, project_root() if chosen.paths else checkout())
+    return report(chosen.paths, project_root())

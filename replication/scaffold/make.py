@@ -10,6 +10,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from replication.audit.project import CONFIGURATION, read_settings
 from replication.errors import InvalidInputError
 from replication.files import write_atomically
 
@@ -27,6 +28,7 @@ REPORT_FOLDERS = ("exports", "notebooks")
 def scaffold(key: str, root: Path) -> tuple[Path, ...]:
     """Write papers/KEY/ and tests/papers/test_KEY.py of the project at `root`, whole or not at all; returns the files.
 
+    A folder without a configuration becomes a project by what its papers lack: replication.toml and papers/__init__.py.
     Raises InvalidInputError if `key` is no name of a module in lower case, or what it would name exists.
     """
     if not re.fullmatch(r"[a-z][a-z0-9_]*", key) or keyword.iskeyword(key) or len(key) > LONGEST:
@@ -34,7 +36,8 @@ def scaffold(key: str, root: Path) -> tuple[Path, ...]:
             f"the key of a paper is a Python name in lower case of at most {LONGEST} characters, "
             f"for example okajima2023; got {key[: 2 * LONGEST]!r}"
         )
-    package, test = root / "papers" / key, root / "tests" / "papers" / f"test_{key}.py"
+    folder = read_settings(root).papers
+    package, test = root / folder / key, root / "tests" / "papers" / f"test_{key}.py"
     if key in REPORT_FOLDERS:
         raise InvalidInputError(f"report/{key}/ holds something else than a paper, so its key cannot be {key!r}")
     # pytest takes the names of test modules for unique, whatever folders they lie in.
@@ -44,22 +47,24 @@ def scaffold(key: str, root: Path) -> tuple[Path, ...]:
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, keep_trailing_newline=True
     )
-    texts = {name: _rendered(environment, template, key) for name, template in FILES.items()}
-    tested = _rendered(environment, "test.py", key)
+
+    def rendered(template: str) -> str:
+        return environment.get_template(f"{template}.j2").render(key=key, folder=folder)
+
+    texts = {name: rendered(template) for name, template in FILES.items()}
+    around = {root / CONFIGURATION: "replication.toml", package.parent / "__init__.py": "papers.py", test: "test.py"}
+    begun = {path: rendered(template) for path, template in around.items() if not path.exists()}
     package.parent.mkdir(parents=True, exist_ok=True)
     # A dot in front keeps a half-written package from being found as a paper.
     unfinished = Path(tempfile.mkdtemp(dir=package.parent, prefix=f".{key}."))
     try:
         for name, text in texts.items():
             (unfinished / name).write_text(text, encoding="utf-8")
-        write_atomically(test, tested.encode())
+        for path, text in begun.items():
+            write_atomically(path, text.encode())
         unfinished.chmod(0o755)
         unfinished.rename(package)
     except BaseException:
         shutil.rmtree(unfinished, ignore_errors=True)
         raise
-    return (*(package / name for name in FILES), test)
-
-
-def _rendered(environment: Environment, template: str, key: str) -> str:
-    return environment.get_template(f"{template}.j2").render(key=key)
+    return (*(package / name for name in FILES), *begun)

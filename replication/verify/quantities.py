@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -93,6 +94,8 @@ QUANTITIES: Mapping[str, tuple[str, str]] = {
     "error vanishes with w": (YES_NO, "that the error tends to zero with the disturbance"),
 }
 """Unit and words of each quantity that can be spoken of."""
+OWN = re.compile(r"[^\[\]]+ \[([^\[\]]+)\]")
+"""A quantity of a paper's own statements: words with the unit behind them, such as `final size [1]`."""
 
 ESTIMATORS: Mapping[str, str] = {
     "periodic one-step observers": "observer that predicts one step",
@@ -106,8 +109,9 @@ ESTIMATORS: Mapping[str, str] = {
 
 
 def unit_of(quantity: str) -> str:
-    """The unit of a quantity; empty for one that is not known."""
-    return QUANTITIES.get(quantity, ("", ""))[0]
+    """The unit of a quantity: that of the table, or the one in brackets behind a paper's own; empty if not known."""
+    own = OWN.fullmatch(quantity)
+    return own[1] if own else QUANTITIES.get(quantity, ("", ""))[0]
 
 
 def in_words(predicate: Predicate) -> str:
@@ -154,7 +158,7 @@ def differences(wanted: Term, reading: str, proved: Exported) -> list[str]:
 
 
 def _words(quantity: str) -> str:
-    return QUANTITIES.get(quantity, ("", quantity))[1]
+    return QUANTITIES.get(quantity, ("", quantity.partition(" [")[0]))[1]
 
 
 def _shown(value: Any) -> str:

@@ -10,12 +10,13 @@ import re
 import stat
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
-
-from flint import fmpq, fmpq_mat, fmpz
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from replication.verify.algebra.work import limit_denominator
 from replication.verify.theorem import Refused, require
+
+if TYPE_CHECKING:  # imported where a number is read, so that lists of theorems can be read without it
+    from flint import fmpq, fmpq_mat
 
 T = TypeVar("T")
 Reader = Callable[[Any, str], Any]
@@ -134,6 +135,8 @@ def rational(value: Any, path: str) -> fmpq:
     if match is None:
         shape = f'a rational as a string, such as "-3" or "1/3", of at most {MAX_DIGITS} digits each'
         raise Refused(f"{path} must be {shape}, got {_shown(value)}")
+    from flint import fmpq, fmpz
+
     return fmpq(fmpz(match[1]), fmpz(match[2] or 1))
 
 
@@ -161,6 +164,8 @@ def several(value: Any, path: str, reader: Callable[[Any, str], T], most: int = 
 
 def matrix(value: Any, path: str, rows: int | None = None, columns: int | None = None) -> fmpq_mat:
     """A matrix from a list of rows of rationals, of the given shape where that is given."""
+    from flint import fmpq_mat
+
     read = sequence(value, path, lambda row, where: sequence(row, where, rational), rows)
     widths = sorted({len(row) for row in read})
     require(len(widths) == 1 and widths != [0], f"{path} must have rows of one length, at least 1, got {widths}")
@@ -200,6 +205,8 @@ def matrices(value: Any, path: str, rows: int, columns: int, length: int | None 
 
 def written(value: Any) -> Any:
     """The JSON form of rationals, matrices, and of lists and objects of them: the inverse of the readers above."""
+    from flint import fmpq, fmpq_mat, fmpz
+
     if isinstance(value, fmpq_mat):
         value = value.tolist()
     if isinstance(value, Mapping):

@@ -14,8 +14,8 @@ from replication.verify import delay, dualrate, multirate, nonuniform
 from replication.verify.place import require_file, require_form, wanted_at
 from replication.verify.predicate import same
 from replication.verify.reading import content, fields, parse, rational, text
-from replication.verify.statement import collected
-from replication.verify.subjects import ROOT, papers, subject, theorems
+from replication.verify.statement import Statement, collected
+from replication.verify.subjects import ROOT, folder_of, loaded, papers, subject, theorems
 from replication.verify.theorem import Refused, Theorem, require
 
 STATEMENTS = collected(delay, dualrate, multirate, nonuniform)
@@ -71,12 +71,26 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
     values = dict(zip(FIELDS, fields(certificate, "certificate", *FIELDS), strict=True))
     require_form(values, place)
     stated = {side: rational(number, f"bound.{side}") for side, number in sides(values["bound"]).items()}
+    known = STATEMENTS
     if values["paper"] is not None:
         for field, wanted in subject(values["paper"], values["name"], root).items():
             require(same(values[field], wanted), f"{field} is not that of the wanted theorem {values['name']}")
+        known = {**STATEMENTS, **own_statements(values["paper"], root)}
     statement = text(values["statement"], "statement")
-    require(statement in STATEMENTS, f"there is no statement {statement!r:.60}")
-    return STATEMENTS[statement](certificate, stated)
+    require(statement in known, f"there is no statement {statement!r:.60}")
+    return known[statement](certificate, stated)
+
+
+def own_statements(paper: str, root: Path) -> dict[str, Statement]:
+    """The statements of a paper's statements.py, which begin with its key, and stand with its certificates alone."""
+    module = loaded(folder_of(root) / paper / "statements.py")
+    declared = [value for value in vars(module).values() if isinstance(value, Statement)] if module else []
+    for one in declared:
+        require(
+            one.name.startswith(f"{paper}."),
+            f"{paper}/statements.py declares {one.name}, which must begin with {paper}.",
+        )
+    return {one.name: one for one in declared}
 
 
 def sides(bound: Any) -> dict[str, Any]:

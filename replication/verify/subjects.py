@@ -52,6 +52,18 @@ class Unproved:
     reason: str
 
 
+def folder_of(root: Path) -> Path:
+    """Where the papers of the project at `root` lie, by its configuration; in `papers` if that does not say."""
+    path = root / "replication.toml"
+    try:
+        settings = tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    except ValueError as error:
+        raise Refused(f"{path.name} is not valid TOML: {error}") from None
+    name = name_of(settings.get("papers", "papers"), f"{path.name}: papers")
+    require(name.isidentifier(), f"{path.name}: papers must be a name of Python, got {name}")
+    return root / name
+
+
 def _texts(value: Any, path: str) -> tuple[str, ...]:
     return tuple(sequence(value, path, text))
 
@@ -69,10 +81,10 @@ WANTED: Mapping[str, Reader] = {
 
 def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Unproved, ...]]:
     """The wanted theorems of a paper by name, and its claims without one; raises Refused for a malformed list."""
-    path = root / "papers" / paper / "theorems.json"
+    path = folder_of(root) / paper / "theorems.json"
     wanted: dict[str, Wanted] = {}
     unproved = []
-    listed = f"papers/{paper}/{path.name}"
+    listed = path.relative_to(root).as_posix()
     entries = sequence(parse(path.read_bytes()), listed, as_written) if path.is_file() else []
     for i, entry in enumerate(entries):
         where = f"{listed}[{i}]"
@@ -87,14 +99,15 @@ def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Un
 
 def papers(root: Path = ROOT) -> tuple[str, ...]:
     """The papers that list theorems."""
-    return tuple(sorted(path.parent.name for path in (root / "papers").glob("*/theorems.json")))
+    return tuple(sorted(path.parent.name for path in folder_of(root).glob("*/theorems.json")))
 
 
 def subject(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     """What the certificate of a wanted theorem must say of itself: all its fields but `bound` and `witness`."""
     require(paper in papers(root), f"there is no paper {paper!r:.60} that lists theorems")
-    listed = f"papers/{paper}/theorems.json"
-    found = [entry for entry in parse((root / listed).read_bytes()) if entry.get("name") == name]
+    path = folder_of(root) / paper / "theorems.json"
+    listed = path.relative_to(root).as_posix()
+    found = [entry for entry in parse(path.read_bytes()) if entry.get("name") == name]
     require(len(found) == 1, f"{listed} wants no theorem named {name}, or more than one")
     entry = dict(zip(WANTED, fields(found[0], f"{listed}: {name}", *WANTED), strict=True))
     return {"format": FORMAT, "paper": paper, **entry, "plant": plant(paper, entry["plant"], root)}
@@ -104,7 +117,7 @@ def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     """A plant of a paper as certificates write it; the name "" stands for no plant."""
     if not name:
         return {"name": ""}
-    folder = root / "papers" / paper
+    folder = folder_of(root) / paper
     plants = plants_of(folder / "plants.py")(printed(folder / "printed.toml"))
     require(name in plants, f"the paper {paper} has no plant named {name!r}; there are {', '.join(plants) or 'none'}")
     return {"name": name, **written(plants[name])}
@@ -125,7 +138,17 @@ def printed(path: Path) -> dict[str, Any]:
 
 def plants_of(path: Path) -> Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]]:
     """The function `plants` of a paper's plants.py, loaded from its file alone: no package of papers is imported."""
-    loader = SourceFileLoader(f"plants of {path.parent.name}", str(path))
+    module = loaded(path)
+    if module is None:
+        return lambda printed: {}
+    return cast(Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]], module.plants)
+
+
+def loaded(path: Path) -> ModuleType | None:
+    """A module of a paper, from its file alone; None if there is no such file."""
+    if not path.is_file():
+        return None
+    loader = SourceFileLoader(f"{path.stem} of {path.parent.name}", str(path))
     module = ModuleType(loader.name)
     loader.exec_module(module)
-    return cast(Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]], module.plants)
+    return module

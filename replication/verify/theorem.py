@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
-
-from flint import fmpq
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from replication.verify.predicate import Exported
 
-Side = fmpq | None
+if TYPE_CHECKING:  # what a paper wants can be read without it
+    from flint import fmpq
+
+Side: TypeAlias = "fmpq | None"
 """One end of a proved interval; None if the certificate says nothing on that side."""
 
 

@@ -82,6 +82,7 @@ def make_lab(root: Path) -> Lab:
     """Copy the toy project to `root`; the module that finds papers is the real one."""
     shutil.copytree(TOY, root, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(Path(papers.__file__), root / "papers" / "__init__.py")
+    (root / "replication.toml").write_text('title = "Toy"\n', encoding="utf-8")
     (root / "requirements.lock").write_text("numpy==1\n", encoding="utf-8")
     (root / "pyproject.toml").write_text('[project]\nname = "toy"\ndependencies = ["numpy>=2"]\n', encoding="utf-8")
     return Lab(root)

@@ -238,3 +238,21 @@ def test_reasons_hold_no_raw_exponents(printed: str, value: float, words: str) -
     reason = judge(value_case(printed, value)).reason
     assert words in reason
     assert re.search(r"[0-9]e[+-]?[0-9]", reason) is None
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "verdict"),
+    [
+        ("1.23(4)", 1.2699, Verdict.REPRODUCED),
+        ("1.23(4)", 1.2701, Verdict.DIFFERS),
+        ("1.23 ± 0.04", 1.1901, Verdict.REPRODUCED),
+        ("1.23 ± 0.001", 1.232, Verdict.DIFFERS),
+    ],
+)
+def test_a_printed_uncertainty_is_what_is_allowed(printed: str, value: float, verdict: Verdict) -> None:
+    assert judge(value_case(printed, value)).verdict is verdict
+
+
+def test_a_print_has_its_uncertainty_or_the_claim_a_tolerance() -> None:
+    both = judge(value_case("1.23(4)", 1.23, tolerance="0.1", tolerance_reason="why"))
+    assert both.verdict is Verdict.ERROR and "leave the tolerance out" in both.reason

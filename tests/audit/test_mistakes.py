@@ -60,7 +60,7 @@ def test_fields_of_another_type_are_told_together_before_anything_is_computed(la
 def test_what_fails_while_a_run_goes_on_is_told_with_its_line(lab: Lab) -> None:
     lab.edit(CLAIMS, '.plot(data.columns["x"], data', '.plot(data.columns["X"], data')
     lab.edit(CLAIMS, 'Evidence(method="waiting", holds', 'Evidence(methd="waiting", holds')
-    lab.edit(CLAIMS, 'printed="4.1"', 'printed="4,1"')
+    lab.edit(CLAIMS, 'printed="4.1"', 'printed="~4.1"')
     lab.edit("toy2020/arithmetic.py", "left * right", "left * rihgt")
     lab.edit("other2021.py", "value / 2", "'x' * 24_000_000")
     done = lab.cli("run")
@@ -72,7 +72,7 @@ def test_what_fails_while_a_run_goes_on_is_told_with_its_line(lab: Lab) -> None:
     done = lab.cli("run")
     told = rf"error: figure toy2020-fig1: AuditError: there is no column 'X'; the data has 'x', 'square'{AT}"
     assert re.search(told, done.stdout), done.stdout
-    assert "error: claim toy2020.square.wrong: printed value '4,1'" in done.stdout and "decimal comma" in done.stdout
+    assert "error: claim toy2020.square.wrong: printed value '~4.1'" in done.stdout and "approximate" in done.stdout
     assert "Traceback" not in done.stdout + done.stderr
 
 

@@ -35,7 +35,7 @@ def made(figures: Path) -> ResultsFile:
 def sources_copied_to(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A copy of the report's templates that is used from now on."""
     files = shutil.ignore_patterns("index.html", "results.json", "*-*")
-    copied = shutil.copytree(templates.SOURCES, directory / "report", ignore=files)
+    copied = shutil.copytree(templates.SOURCES, directory / "html", ignore=files)
     monkeypatch.setattr(templates, "SOURCES", copied)
     return copied
 

@@ -36,6 +36,7 @@ def a_run(root: Path) -> None:
     watched = last(root)
     write(root / "report" / "results.json", "{}")
     write(root / "figures" / "one.svg", "<svg/>")
+    write(root / ".cache" / "replication" / "one.json", "a result")
     watched.keep(SAID)
 
 
@@ -45,6 +46,8 @@ def test_what_was_left_alone_says_the_same(project: Path) -> None:
     assert last(project).said() == SAID
     write(project / ".venv" / "thing.py", "installed")
     write(project / "papers" / "__pycache__" / "one.pyc", "compiled")
+    write(project / "env" / "pyvenv.cfg", "home = /usr")
+    write(project / "env" / "lib" / "thing.py", "installed")
     assert last(project).said() == SAID
 
 
@@ -60,6 +63,8 @@ def test_what_was_left_alone_says_the_same(project: Path) -> None:
         lambda root: write(root / "report" / "results.json", "[]"),
         lambda root: write(root / "figures" / "one.svg", "<svg></svg>"),
         lambda root: (root / "figures" / "one.svg").unlink(),
+        lambda root: (root / ".cache" / "replication" / "one.json").unlink(),
+        lambda root: write(root / ".cache" / "replication" / "one.json", "damaged"),
         lambda root: write(root / ".cache" / "replication" / "last-run.json", "{"),
         lambda root: write(root / ".cache" / "replication" / "last-run.json", '{"said": 1, "sha256": ""}'),
     ],
@@ -97,11 +102,14 @@ def test_the_second_run_after_a_run_reads_no_result(tmp_path: Path) -> None:
     lab = make_lab(tmp_path / "lab")
     assert lab.cli("run").returncode == 0
     first = lab.cli("run")
-    for kept in (lab.root / ".cache" / "replication").glob("[!l]*.json"):
-        kept.unlink()
-    again = lab.cli("run")
+    again = lab.python("-X", "importtime", "-m", "replication", "run")
     assert (again.stdout, again.returncode) == (first.stdout, first.returncode)
-    assert "0 computed" in again.stdout
+    assert "0 computed" in again.stdout and "papers.toy2020" not in again.stderr
+    kept = next((lab.root / ".cache" / "replication").glob("toy2020.*.json"))
+    kept.unlink()
+    assert "1 computed" in lab.cli("run").stdout
+    assert "0 computed" in lab.cli("run").stdout
     source = lab.root / "papers" / "other2021.py"
     source.write_text(source.read_text() + "\n# edited\n")
-    assert "0 computed" not in lab.cli("run").stdout
+    edited = lab.python("-X", "importtime", "-m", "replication", "run")
+    assert "1 computed" in edited.stdout and "papers.toy2020" in edited.stderr

@@ -122,6 +122,31 @@ def test_statement_with_an_erratum(kind: Kind, before: bool, after: bool, verdic
     assert judge(both).verdict is verdict
 
 
+@pytest.mark.parametrize(
+    ("value", "proof", "verdict"),
+    [
+        (0.8926, True, Verdict.REPRODUCED_AFTER_ERRATUM),
+        (0.8926, False, Verdict.DIFFERS),
+        (0.8926, None, Verdict.ERROR),
+        (0.8296, True, Verdict.REPRODUCED),
+        (0.9, True, Verdict.DIFFERS),
+    ],
+)
+def test_a_misprinted_result_is_compared_with_what_is_meant(value: float, proof: bool | None, verdict: Verdict) -> None:
+    misprinted = value_case("0.8296", value, erratum="toy.e1", meant="0.8926", proof_holds=proof)
+    judgement = judge(misprinted)
+    assert judgement.verdict is verdict
+    assert ("As printed: " in judgement.reason) == (verdict in (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.DIFFERS))
+    assert judge(misprinted, inferred=True).verdict is (
+        Verdict.COMPATIBLE if verdict is Verdict.REPRODUCED_AFTER_ERRATUM else verdict
+    )
+
+
+def test_a_misprinted_result_has_one_answer() -> None:
+    twice = value_case("1", 2.0, as_printed=Evidence(method="m", value=1.4), erratum="e", meant="2", proof_holds=True)
+    assert "leave out as_printed" in judge(twice).reason
+
+
 def test_printed_reading_without_an_erratum_is_an_error() -> None:
     assert judge(value_case("1.33", 1.33, as_printed=Evidence(method="m", value=1.33))).verdict is Verdict.ERROR
 

@@ -78,9 +78,10 @@ def _alterations(
     """What can be altered of a claim: the kind, the record, and the errata to judge it with."""
     claim, evidence, erratum = record.claim, record.evidence, record.claim.erratum
     if record.verdict in AGREES:
-        # Agreement under one reading of several, or over rounded inputs, is wider than the rounding of the print.
-        narrow = not evidence.outcomes and evidence.over_inputs is None
-        if narrow and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
+        # Agreement under one reading of several, over rounded inputs, or within a printed uncertainty is wider than the
+        # rounding of the print.
+        wide = evidence.outcomes or evidence.over_inputs or (printed and any(entry.spread for entry in printed.entries))
+        if not wide and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
             for text in moved(printed):
                 yield _MOVED, replace(record, claim=replace(claim, printed=text)), errata
         if evidence.holds is not None and evidence.margin is not None:
@@ -103,7 +104,7 @@ def moved(printed: Printed) -> Iterator[str]:
 
     A number that would change its sign is moved up only: its printed form has another length then.
     """
-    text = printed.text.replace("−", "-")
+    text = printed.plain
     begin = 0
     for entry in printed.entries:
         digits = entry.text.lstrip("+-")

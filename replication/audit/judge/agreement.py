@@ -66,7 +66,7 @@ class Target:
 
     @classmethod
     def of(cls, claim: StatedClaim) -> Target:
-        """Each printed number ± half a unit of its last place, or ± the tolerance of the claim.
+        """Each printed number ± half a unit of its last place, its printed uncertainty, or the tolerance of the claim.
 
         Raises AuditError if the print cannot be read or the tolerance is not a positive number.
         """
@@ -74,7 +74,9 @@ class Target:
         if tolerance is not None and tolerance <= 0:
             raise AuditError(f"the tolerance must be positive, got {claim.tolerance}")
         printed = parse(claim.printed)
-        halves = [(entry, entry.unit / 2 if tolerance is None else tolerance) for entry in printed.entries]
+        if tolerance is not None and any(entry.spread for entry in printed.entries):
+            raise AuditError(f"the print {claim.printed!r} states its own uncertainty; leave the tolerance out")
+        halves = [(entry, tolerance or entry.spread or entry.unit / 2) for entry in printed.entries]
         intervals = (Interval(entry.value - half, entry.value + half) for entry, half in halves)
         return cls(printed, () if printed.relation else tuple(intervals))
 

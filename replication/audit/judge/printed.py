@@ -3,8 +3,11 @@
 The digits are the tolerance: a printed number stands for the closed interval of half a unit in its last place on
 either side. All arithmetic is exact (`Fraction`), so no rounding of ours decides a verdict. Written forms:
 
-- numbers `1.33`, `-0.0000`, `.580`, `1.2e-3`, `1.2×10⁻³`, and outside lists thousands, `66,033` or `66 033`, with a
-  hyphen or the minus sign;
+- numbers `1.33`, `-0.0000`, `.580`, `1.2e-3`, `1.2×10⁻³`, with a hyphen or the minus sign, and outside lists thousands,
+  `66,033` or `66 033`, and a decimal comma that is none of these, `1,33` or `0,333`;
+- a number of per cent, `4.72 %`, which is computed in per cent;
+- a number with the uncertainty that the text states, `1.23(4)` or `1.23 ± 0.04`, which stands for all within that;
+- an interval as the list of its ends, `1.2–1.4` or `1.2 to 1.4`;
 - complex numbers `1.0+0.2i`, and conjugate pairs `1.085±0.240i`, of which the imaginary part is compared in size;
 - lists in parentheses, `(1.031, 1.085±0.240i)`, and matrices in square brackets, `[0.228 0.294; -0.125 0.267]`,
   always with rows and columns, so that `[1 2]` is one row;
@@ -32,9 +35,16 @@ _GROUPED = r"[1-9][0-9]{0,2}(?:,[0-9]{3})+"
 _THOUSANDS = re.compile(rf"([+-]?)({_GROUPED})(\.[0-9]*)?")
 _SPACED = re.compile(r"([+-]?)([1-9][0-9]{0,2}(?:[ \u00a0\u2009\u202f'’][0-9]{3})+)(\.[0-9]*)?")
 _POWER = re.compile(
-    r"(?<=[0-9.])\s*[×·x*]\s*10\s*(?:\^\s*\{?\s*([+-]?[0-9]{1,2})\s*\}?|([⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]{1,2}))(?![0-9⁰-⁹])"
+    r"(?<=[0-9.)])\s*[×·x*]\s*10\s*(?:\^\s*\{?\s*([+-]?[0-9]{1,2})\s*\}?|([⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]{1,2}))(?![0-9⁰-⁹])"
 )
 _RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
+_COMMA = re.compile(r"([+-]?[0-9]+),([0-9]+(?:e[+-]?[0-9]{1,2})?)")
+_PER_CENT = re.compile(r"(?<=[0-9.)])\s*(?:%|per ?cent)$")
+_RANGE = re.compile(rf"({_REAL.pattern})\s*(?:–|—|…|\.\.\.|\bto\b)\s*({_REAL.pattern})")
+_SPREAD = re.compile(rf"({_REAL.pattern})\s*(?:±|\+/-)\s*({_UNSIGNED})")
+_LAST = re.compile(r"([+-]?[0-9]+(?:\.[0-9]*)?|[+-]?\.[0-9]+)\(([0-9]{1,3})\)((?:[eE][+-]?[0-9]{1,2})?)")
+UNCERTAINTY = re.compile(r"[0-9]\([0-9]+\)|(?:±|\+/-)\s*[0-9.]+(?:e-?[0-9]+)?$")
+"""What only a print with an uncertainty holds."""
 _TOLERANCE = "write the number alone, and what is allowed as its tolerance, with tolerance_reason"
 _ADVICE = (
     (
@@ -58,12 +68,14 @@ class Entry:
     """One printed real number: its text, exact value and unit of the last place.
 
     absolute: it is the imaginary part of a conjugate pair, so only its size is compared.
+    spread: the uncertainty that is printed with it.
     """
 
     text: str
     value: Fraction
     unit: Fraction
     absolute: bool = False
+    spread: Fraction | None = None
 
 
 @dataclass(frozen=True)
@@ -72,12 +84,14 @@ class Printed:
 
     cells: the printed cells row by row; one entry for a real cell, two (real, imaginary) for a complex one.
     shape: () for a single number, (n,) for a list, (rows, columns) for a matrix. relation: "", "<", "≤", ">" or "≥".
+    plain: the same print in the simplest of its forms, in which each entry stands as in its text.
     """
 
     text: str
     relation: str
     cells: tuple[tuple[Entry, ...], ...]
     shape: tuple[int, ...]
+    plain: str
 
     @property
     def entries(self) -> tuple[Entry, ...]:
@@ -154,6 +168,9 @@ def parse(text: str) -> Printed:
     match = re.match(r"<=|>=|[<>≤≥]", body)
     if match:
         relation, body = RELATIONS[match.group()], body[match.end() :].strip()
+    body = _PER_CENT.sub("", body)
+    if (ends := _RANGE.fullmatch(body)) is not None:
+        body = f"({ends[1]}, {ends[2]})"
     if body.startswith(("(", "[")):
         closing = ")" if body[0] == "(" else "]"
         if not body.endswith(closing):
@@ -161,10 +178,13 @@ def parse(text: str) -> Printed:
         _refuse_ambiguous(text, body)
         cells, shape = _list(text, body[1:-1]) if closing == ")" else _matrix(text, body[1:-1])
     else:
-        cells, shape = (_cell(text, _without_thousands(body)),), ()
+        body = _without_commas(body)
+        entry = _with_spread(text, body)
+        cells, shape = ((entry,) if entry else _cell(text, body),), ()
+        body = entry.text if entry else body
     if relation and (shape != () or len(cells[0]) != 1):
         raise AuditError(f"printed value {text!r}: a relation stands before one real number only")
-    return Printed(text, relation, cells, shape)
+    return Printed(text, relation, cells, shape, f"{relation}{body}")
 
 
 def decimal_fraction(text: str) -> Fraction:
@@ -211,9 +231,28 @@ def _entry(text: str, part: str) -> Entry:
     return Entry(part, Fraction(number), Fraction(10) ** exponent)
 
 
-def _without_thousands(body: str) -> str:
+def _with_spread(text: str, body: str) -> Entry | None:
+    """A number with its uncertainty in units of its last place, or behind ±; None for any other print."""
+    last, beside = _LAST.fullmatch(body), _SPREAD.fullmatch(body)
+    if last is not None:
+        entry = _entry(text, last[1] + last[3])
+        spread = int(last[2]) * entry.unit
+    elif beside is not None:
+        entry, spread = _entry(text, beside[1]), Fraction(Decimal(beside[2]))
+    else:
+        return None
+    if spread == 0:
+        raise AuditError(f"printed value {text!r} states an uncertainty of zero; leave it out")
+    return Entry(entry.text, entry.value, entry.unit, spread=spread)
+
+
+def _without_commas(body: str) -> str:
+    """A number without the marks between thousands, or with a point for a decimal comma."""
     match = _THOUSANDS.fullmatch(body) or _SPACED.fullmatch(body)
-    return body if match is None else match[1] + re.sub(r"[^0-9]", "", match[2]) + (match[3] or "")
+    if match is not None:
+        return match[1] + re.sub(r"[^0-9]", "", match[2]) + (match[3] or "")
+    comma = _COMMA.fullmatch(body)
+    return body if comma is None else f"{comma[1]}.{comma[2]}"
 
 
 def _exponent(power: re.Match[str]) -> str:

@@ -15,6 +15,7 @@ import msgspec
 from replication.audit.judge.checkers import checked_twice, machine_checked
 from replication.audit.judge.match import Match, match
 from replication.audit.model import Claim, Evidence, Kind, Numbers
+from replication.audit.project import read_settings
 from replication.audit.store.records import CertificateRecord, StatedClaim
 from replication.errors import AuditError
 from replication.verify.predicate import Exported
@@ -23,7 +24,7 @@ from replication.verify.theorem import Refused
 
 ROUNDING = 1e-9
 """A proved bracket may be narrower than floating point is exact: a value this near, relatively, is moved to its end."""
-SUBJECT = ("printed.toml", "plants.py", "theorems.json")
+SUBJECT = ("printed.toml", "plants.py", "statements.py", "theorems.json")
 """Files of a paper that say what its certificates are about."""
 NUMERIC = (Kind.VALUE, Kind.MATRIX, Kind.BOUND)
 OPEN = "It holds under one reading of the text and fails under another."
@@ -63,6 +64,7 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
 
     Raises AuditError if a list of theorems is malformed.
     """
+    package = read_settings(root).papers
     found: list[Wanted] = []
     reasons: dict[str, str] = {}
     for paper in papers:
@@ -70,8 +72,8 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
             listed, unproved = theorems(paper, root)
         except Refused as refusal:
             raise AuditError(str(refusal)) from None
-        folder = root / "papers" / paper
-        shared = {f"papers/{paper}/{name}": sha256(folder / name) for name in SUBJECT if (folder / name).is_file()}
+        folder = root / package / paper
+        shared = {f"{package}/{paper}/{name}": sha256(folder / name) for name in SUBJECT if (folder / name).is_file()}
         (statement, sums), twice = machine_checked(folder), checked_twice(folder)
         for entry in listed.values():
             path = f"certificates/{paper}/{entry.name}.json"

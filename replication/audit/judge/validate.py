@@ -116,6 +116,8 @@ def _pins(paper: Paper) -> Iterator[str]:
             yield f"claim {claim.id!r} pins the verdict error, which is no finding; pin what the evidence shows"
         if claim.expected is Verdict.REPRODUCED_AFTER_ERRATUM and claim.erratum is None:
             yield f"claim {claim.id!r} pins {str(claim.expected)!r} and names no erratum"
+        if claim.meant and (claim.erratum is None or not claim.printed):
+            yield f"claim {claim.id!r} means {claim.meant!r} in place of a print; it needs that print, and its erratum"
         if claim.optimum and claim.kind is not Kind.VALUE:
             yield f"claim {claim.id!r} of kind {claim.kind} is said to be an optimum; only a value can be one"
         if (claim.tolerance is None) != (not claim.tolerance_reason):
@@ -154,7 +156,10 @@ def _terms(predicate: Predicate) -> Iterator[str]:
     for term in predicate.terms:
         unit = unit_of(term.quantity)
         if not unit:
-            yield f"speaks of {term.quantity!r}, which is no known quantity; add it to {where} with its unit"
+            yield (
+                f"speaks of {term.quantity!r}, which is no known quantity; give one of the paper's own statements its "
+                f"unit in brackets, such as 'final size [1]', or add it to {where}"
+            )
         elif not predicate.unit:
             yield f"says something of {term.quantity!r} without a unit; it has the unit {unit!r}"
         elif predicate.unit != unit:

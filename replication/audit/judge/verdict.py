@@ -104,12 +104,15 @@ def _judge(case: Case) -> Judgement:
 
 def _with_erratum(case: Case, erratum: str) -> Judgement:
     """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds."""
-    evidence = case.evidence
+    evidence, meant = case.evidence, case.claim.meant
     verdict = Verdict.DIFFERS if _compares_numbers(case.claim) else Verdict.UNDETERMINED
-    if evidence.as_printed is not None and evidence.as_printed.not_checkable:
-        before = f"As printed: {evidence.as_printed.not_checkable}"
-    elif evidence.as_printed is not None:
-        printed = _found(replace(case, evidence=evidence.as_printed, printed=True))
+    if meant and evidence.as_printed is not None:
+        raise AuditError(f"one answer is compared with the print and with {meant!r}; leave out as_printed")
+    as_printed = evidence if meant else evidence.as_printed
+    if as_printed is not None and as_printed.not_checkable and not meant:
+        before = f"As printed: {as_printed.not_checkable}"
+    elif as_printed is not None:
+        printed = _found(replace(case, evidence=as_printed, printed=True))
         before, verdict = f"As printed: {printed.reason}", printed.verdict
         if printed.verdict in AGREES:
             return printed
@@ -117,7 +120,7 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
         before = f"As printed: {evidence.note}"
     else:
         raise AuditError(f"erratum {erratum}: the evidence has no as_printed, and no note that says why")
-    corrected = _found(case)
+    corrected = _found(_corrected(case) if meant else case)
     reason = f"With erratum {erratum}: {corrected.reason} {before}"
     if corrected.verdict not in AGREES:
         return msgspec.structs.replace(corrected, reason=reason)
@@ -131,6 +134,12 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
         chosen = corrected.verdict is Verdict.COMPATIBLE
         verdict = Verdict.COMPATIBLE if chosen else Verdict.REPRODUCED_AFTER_ERRATUM
     return msgspec.structs.replace(corrected, verdict=verdict, reason=reason)
+
+
+def _corrected(case: Case) -> Case:
+    """The case with what must be meant in the place of a misprinted result."""
+    claim = msgspec.structs.replace(case.claim, printed=case.claim.meant)
+    return replace(case, claim=claim, target=_target(claim))
 
 
 def _compares_numbers(claim: StatedClaim) -> bool:

@@ -16,14 +16,14 @@ from typing import Any
 from markupsafe import Markup
 
 from replication.audit.names import one_of
+from replication.audit.project import read_settings
 from replication.audit.report.formulas import set_inline
-from replication.audit.report.templates import SOURCES, environment, source
+from replication.audit.report.templates import environment, source
 from replication.audit.store.provenance import LOCK
 from replication.errors import AuditError
 from replication.files import made_from, write_atomically, write_page
 
 FOLDER, CACHE = "docs/notebooks", ".cache/notebooks"
-SITE_STYLE = SOURCES.parent / "docs" / "site" / "site.css"
 KEY = "made_from"
 """Entry of a kept notebook: the checksum of all that it was made from."""
 SECONDS = 600
@@ -151,7 +151,7 @@ def _page(notebook: Any) -> str:
 
 
 def _style() -> str:
-    return colours() + SITE_STYLE.read_text(encoding="utf-8") + source("notebook.css")
+    return colours() + source("site.css") + source("notebook.css")
 
 
 def colours() -> str:
@@ -159,7 +159,9 @@ def colours() -> str:
     style = source("style.css")
     rules = re.findall(r"^:root \{.*?^\}\n|^@media [^{]*\{\s*:root \{.*?^\}\n", style, re.DOTALL | re.MULTILINE)
     if len(rules) < 2 or "--paper:" not in rules[0]:
-        raise AuditError("report/style.css no longer begins with the palette in two colour schemes; keep it in :root")
+        raise AuditError(
+            "html/style.css of the report no longer begins with the palette in two colour schemes; keep it in :root"
+        )
     return "".join(rules) + source("code.css")
 
 
@@ -173,7 +175,8 @@ def _drawing_lines(notebook: Any) -> Iterator[str]:
 
 def _sources(root: Path) -> bytes:
     """What a notebook may depend on: the lock, all Python files of package and papers, and what the papers print."""
-    folders = (("replication", "*.py"), ("papers", "*.py"), ("papers", "*.toml"))
+    papers = read_settings(root).papers
+    folders = (("replication", "*.py"), (papers, "*.py"), (papers, "*.toml"))
     files = [root / LOCK, *(path for name, kind in folders for path in sorted((root / name).rglob(kind)))]
     digest = hashlib.sha256()
     for path in files:

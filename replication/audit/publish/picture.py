@@ -12,6 +12,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from replication.audit.project import find_project
 from replication.audit.store.records import ResultsFile, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
@@ -99,5 +100,5 @@ def _screenshot(report: Path) -> bytes:
 
 
 if __name__ == "__main__":
-    root = Path(__file__).resolve().parents[3]
+    root = find_project(Path.cwd()).root
     take(root / "report" / "index.html", read_results(root / "report" / "results.json"), root / "docs" / "claims.png")

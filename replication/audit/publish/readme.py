@@ -9,6 +9,7 @@ from pathlib import Path
 from replication.audit.inspect.headline import theorems
 from replication.audit.inspect.sentences import LINK
 from replication.audit.judge.policies import once
+from replication.audit.project import find_project
 from replication.audit.publish.examples import Ran, run_example
 from replication.audit.publish.exports import badge
 from replication.audit.publish.history import TABLE, table
@@ -93,5 +94,5 @@ def _line(paper: PaperRecord) -> str:
 
 
 if __name__ == "__main__":
-    project = Path(__file__).resolve().parents[3]
+    project = find_project(Path.cwd()).root
     update(project, read_results(project / "report" / "results.json"), run_example(project / EXAMPLE))

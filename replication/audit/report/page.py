@@ -34,15 +34,16 @@ from replication.errors import AuditError
 from replication.files import made_from, write_page
 
 
-def build_report(results: ResultsFile, figures: Path, output: Path) -> Path:
+def build_report(results: ResultsFile, figures: Path, output: Path, root: Path | None = None) -> Path:
     """Write the report of `results` with the files in `figures` at `output` and return `output`.
 
+    root: of the project, for the links to code; the folder above that of the page, unless given.
     A page that was made from the same results, figures, templates and code is left as it is. Raises AuditError if a
     figure file is missing or belongs to other results, a formula cannot be set, a table names an unknown claim, a part
     of the template is missing, or the page shows a number that does not come from the results.
     """
     place = output.resolve()
-    depth = len(place.relative_to(SOURCES.parent).parts) - 1 if place.is_relative_to(SOURCES.parent) else 1
+    depth = len(place.relative_to(root).parts) - 1 if root is not None and place.is_relative_to(root) else 1
     key = _key(results, figures, depth)
     if made_from(output) == key:
         return output

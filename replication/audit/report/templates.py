@@ -1,4 +1,4 @@
-"""The templates of the report: one file `report/<name>.html.j2` for each section, with the words and no number."""
+"""The templates of the report: one file `html/<name>.html.j2` for each section, with the words and no number."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from replication.audit.report.formulas import prose
 from replication.errors import AuditError
 from replication.verify.quantities import in_words
 
-SOURCES = Path(__file__).resolve().parents[3] / "report"
-"""Templates, style sheet and script; they lie beside the report that they make."""
+SOURCES = Path(__file__).resolve().parent / "html"
+"""Templates, style sheet and script."""
 
 CLAIM_CELL = "claim:"
 """How the cell of a table begins that stands for a claim."""
@@ -31,7 +31,7 @@ def source(name: str) -> str:
     try:
         return (SOURCES / name).read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise AuditError(f"{SOURCES / name} is missing; the report is built from a checkout of the project") from None
+        raise AuditError(f"{SOURCES / name} is missing; install the package again") from None
 
 
 def style_sheet() -> str:

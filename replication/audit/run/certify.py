@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from replication.audit.names import one_of
+from replication.audit.project import read_settings
 from replication.audit.run.pool import Processes
 from replication.audit.run.worker import Answer, Task
 from replication.audit.store.sources import default_packages
@@ -38,8 +39,14 @@ def certify(root: Path, names: Sequence[str], *, again: bool, jobs: int) -> Iter
     known = [*dict.fromkeys(paper for paper, _ in wanted), *(name for _, name in wanted)]
     asked = {one_of("paper or theorem", name, known) for name in names}
     chosen = [(paper, name) for paper, name in wanted if not asked or asked & {paper, name}]
+    package = read_settings(root).papers
     tasks = [
-        Task(f"{paper}/{name}", f"papers.{paper}.certificates:make", json.dumps({"name": name}), default_packages(root))
+        Task(
+            f"{paper}/{name}",
+            f"{package}.{paper}.certificates:make",
+            json.dumps({"name": name}),
+            default_packages(root),
+        )
         for paper, name in chosen
         if again or verify(file_of(paper, name, root), root).theorem is None
     ]

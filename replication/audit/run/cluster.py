@@ -21,7 +21,7 @@ import msgspec
 from replication.audit.run.pool import KILLED, end_with
 from replication.audit.run.worker import Answer, Task, compute
 from replication.audit.store.provenance import kernel, read_environment, read_packages
-from replication.audit.store.sources import SourceTree, default_packages
+from replication.audit.store.sources import SourceTree, default_packages, project_of
 from replication.errors import AuditError
 
 KERNEL = "instruction set of the linear algebra (OPENBLAS_CORETYPE chooses it)"
@@ -74,7 +74,8 @@ class Cluster:
 
 def orders_of(tasks: Sequence[Task]) -> Iterator[Order]:
     """What each of the tasks, all of one project, needs of the machine that computes it, as it is here."""
-    environment, sources = read_environment(tasks[0].packages["papers"].parent), SourceTree(tasks[0].packages)
+    packages = tasks[0].packages
+    environment, sources = read_environment(project_of(packages) or Path()), SourceTree(packages)
     for task in tasks:
         yield Order(
             name=task.name,

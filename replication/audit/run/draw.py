@@ -19,6 +19,7 @@ import msgspec
 
 from replication.audit.inspect.sentences import require_title
 from replication.audit.parts import Figure, FigureData, Paper
+from replication.audit.project import read_settings
 from replication.audit.run.settled import settled
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Cache, Dependencies, Entry
@@ -150,10 +151,15 @@ class _Columns(dict[str, Any]):
 
 
 def _dependencies(
-    figure: Figure, paper: Paper, checksum: Callable[[str], str], sources: SourceTree, environment: Environment
+    package: str,
+    figure: Figure,
+    paper: Paper,
+    checksum: Callable[[str], str],
+    sources: SourceTree,
+    environment: Environment,
 ) -> Dependencies:
     # The functions of a figure may hold values of the module that made them, so all files of the paper count.
-    files = {**sources.files_of(f"papers.{paper.key}"), **sources.files_of(__name__)}
+    files = {**sources.files_of(f"{package}.{paper.key}"), **sources.files_of(__name__)}
     used = {name: found for name in figure.uses if (found := checksum(name))}
     inputs = encode(figure.name, used, sort=True)
     return Dependencies.on(environment, dict(sorted(files.items())), __name__, inputs)
@@ -163,6 +169,7 @@ def _asked(
     papers: Sequence[Paper], results: Mapping[str, Any], root: Path, packages: Mapping[str, Path] | None
 ) -> Iterator[tuple[Paper, Figure, Dependencies]]:
     sources, environment = SourceTree(packages or default_packages(root)), read_environment(root)
+    package = read_settings(root).papers
 
     @functools.cache
     def checksum(name: str) -> str:
@@ -170,7 +177,7 @@ def _asked(
 
     for paper in papers:
         for figure in paper.figures:
-            yield paper, figure, _dependencies(figure, paper, checksum, sources, environment)
+            yield paper, figure, _dependencies(package, figure, paper, checksum, sources, environment)
 
 
 def _entry(figure: Figure) -> str:

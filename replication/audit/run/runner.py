@@ -11,11 +11,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from replication.audit.judge.proofs import Wanted, record, wanted
 from replication.audit.judge.typed import require_typed
 from replication.audit.judge.validate import validate_claims, validate_theorems
 from replication.audit.model import Experiment
 from replication.audit.parts import Paper
+from replication.audit.project import read_settings
 from replication.audit.run.assemble import Computed, assemble
 from replication.audit.run.pool import Executor, Processes
 from replication.audit.run.progress import Action, Silent, Step
@@ -95,6 +98,7 @@ def run(
     values = {name: done.entry.result for name in plans if (done := computed[name]).entry is not None}
     proofs = [record(entry, values.pop(entry.task, None), computed[entry.task].error) for entry in certificates]
     results, failures, unused = assemble(papers, computed, run_record(root), sources, proofs, unproved)
+    results = msgspec.structs.replace(results, project=read_settings(root))
     return Outcome(values, results, tuple(steps[name] for name in plans), failures, unused)
 
 

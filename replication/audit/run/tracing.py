@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from replication.audit.store.sources import SourceTree
+from replication.audit.store.sources import SourceTree, project_of
 
 CODE = (".py", ".pyc", ".so")
 _opened: list[str] | None = None
@@ -22,8 +22,8 @@ _opened: list[str] | None = None
 
 def data_tree(packages: Mapping[str, Path]) -> SourceTree:
     """The files that count as data: those of the packages, and of the project in which the papers lie."""
-    around = {".": packages["papers"].parent} if "papers" in packages else {}
-    return SourceTree({**packages, **around})
+    root = project_of(packages)
+    return SourceTree({**packages, **({} if root is None else {".": root})})
 
 
 @contextlib.contextmanager

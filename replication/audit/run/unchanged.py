@@ -1,8 +1,8 @@
 """A run of which nothing has changed since is not repeated: its words are said again, and its files are left alone.
 
-What may matter to a run is every file of the project that is not hidden, the package itself, the results and figures
-that it left, the machine and its packages. If all that is as it was when the last run ended, so is what a run would
-write. Whatever is in doubt is run again, from results that are kept one by one.
+What may matter to a run is every file of the project that is not hidden, the package itself, the results, figures and
+entries of the cache that it left, the machine and its packages. If all that is as it was when the last run ended, so is
+what a run would write. Whatever is in doubt is run again, from results that are kept one by one.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ from replication.files import write_atomically
 NAME = "last-run"
 APART = ("__pycache__", "notebooks", "build", "dist")
 """Folders with what Python, the tutorials and the packaging make of the sources."""
+INDEX = (f"{NAME}.json", "sources.json")
+"""Files of the cache that hold no result."""
 
 
 class Said(msgspec.Struct, frozen=True, kw_only=True):
@@ -41,8 +43,8 @@ class LastRun:
     """
 
     def __init__(self, root: Path, written: Sequence[Path], asked: Sequence[str], directory: Path) -> None:
-        self._places = [root, Path(replication.__file__).parent, *written]
-        self._written = [path.resolve() for path in written]
+        self._places = [root, Path(replication.__file__).parent, *written, directory]
+        self._written = [path.resolve() for path in (*written, directory)]
         self._asked, self._root, self._path = list(asked), root, directory / f"{NAME}.json"
         self._before = self._files()
 
@@ -79,6 +81,9 @@ def _visible(place: Path) -> Iterator[Path]:
     if place.is_file():
         yield place
     for folder, inner, names in os.walk(place):
+        if "pyvenv.cfg" in names:  # an environment, which the versions of its packages stand for
+            inner.clear()
+            continue
         inner[:] = [name for name in inner if not name.startswith(".") and name not in APART]
-        paths = (Path(folder, name) for name in names if not name.startswith("."))
+        paths = (Path(folder, name) for name in names if not name.startswith(".") and name not in INDEX)
         yield from (path for path in paths if path.is_file())

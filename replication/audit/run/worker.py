@@ -18,6 +18,7 @@ from replication.audit.store.jsonvalues import encode
 from replication.audit.store.provenance import THREADS
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
+from replication.extras import told
 
 LARGEST = 20_000_000
 """Characters of a result; ten times those of the largest one of this project."""
@@ -89,7 +90,7 @@ def _encoded(name: str, value: Any) -> str:
 
 def describe(failure: BaseException, sources: SourceTree) -> str:
     """Type, message and the innermost line of the project of an exception, on one line."""
-    message = " ".join(str(failure).split())
+    message = told(failure)
     where = sources.last_line(failure.__traceback__)
     return f"{type(failure).__name__}{message and f': {message}'}{where and f' [{where}]'}"
 

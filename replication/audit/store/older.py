@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.model import NO_READING
+from replication.audit.project import Settings
 
 VERSION = 2
 _CLAIM = ("id", "place", "kind", "statement", "printed", "tolerance", "tolerance_reason", "erratum")
@@ -39,7 +40,14 @@ def converted(content: dict[str, Any]) -> dict[str, Any]:
         raise msgspec.ValidationError(f"a field of schema {VERSION} is missing or malformed: {error!r}") from None
     certificates = [{**record, "says": [], "second": False} for record in content["certificates"]]
     figures = [{**record, "code": ""} for record in content["figures"]]
-    return {**content, "claims": claims, "papers": papers, "certificates": certificates, "figures": figures}
+    return {
+        **content,
+        "project": msgspec.to_builtins(Settings()),
+        "claims": claims,
+        "papers": papers,
+        "certificates": certificates,
+        "figures": figures,
+    }
 
 
 def _paper(paper: dict[str, Any]) -> dict[str, Any]:
@@ -70,6 +78,7 @@ def _claim(record: dict[str, Any], inferred: set[str]) -> dict[str, Any]:
             "repeats": "",
             "consequence": None,
             "says": [],
+            "meant": "",
         },
         "evidence": {
             **{name: record[name] for name in _EVIDENCE},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import importlib.metadata
 import os
@@ -21,6 +22,8 @@ from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
 
 DISTRIBUTION = "slow-sensor-replication"
+COMPUTING = ("estimation", "proofs")
+"""The extras of this package with which papers compute."""
 LOCK, COMMIT_FILE = "requirements.lock", "COMMIT"
 THREADS = 1
 """Threads of the linear algebra in each process; one, so that sums are always taken in the same order."""
@@ -109,14 +112,29 @@ def git(root: Path, *arguments: str) -> str | None:
 
 
 def _package_versions(root: Path) -> dict[str, str]:
-    """Installed versions of the packages that pyproject.toml declares; without it, of those that this one needs."""
-    project = root / "pyproject.toml"
-    if project.is_file():
-        declared = tomllib.loads(project.read_text(encoding="utf-8")).get("project", {}).get("dependencies", [])
-    else:
-        declared = [text for text in _required() if "extra ==" not in text]
-    names = sorted(re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0] for requirement in declared)
-    return read_packages(names)
+    """Installed versions of what pyproject.toml declares; without that, of what this package needs.
+
+    Of the extras of this package with which papers compute, those that are there.
+    """
+    path = root / "pyproject.toml"
+    project = tomllib.loads(path.read_text(encoding="utf-8")).get("project", {}) if path.is_file() else {}
+    extras = project.get("optional-dependencies", {})
+    declared = project.get("dependencies")
+    optional = [text for extra in COMPUTING for text in extras.get(extra, ())]
+    if declared is None:
+        required = _required()
+        declared = [text for text in required if "extra ==" not in text]
+        optional = [text for text in required if text.partition("extra == ")[2].strip("\"'") in COMPUTING]
+    there = {_name(text) for text in optional if _is_installed(_name(text))}
+    return read_packages(sorted({*map(_name, declared), *there}))
+
+
+def _name(requirement: str) -> str:
+    return re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0]
+
+
+def _is_installed(name: str) -> bool:
+    return next(iter(importlib.metadata.distributions(name=name)), None) is not None
 
 
 def _required() -> list[str]:
@@ -132,7 +150,9 @@ def read_packages(names: Iterable[str]) -> dict[str, str]:
     try:
         return {name: importlib.metadata.version(name) for name in names}
     except importlib.metadata.PackageNotFoundError as error:
-        raise AuditError(f"package {error.name} is not installed; set up the environment with `make .venv`") from None
+        raise AuditError(
+            f"package {error.name} is not installed; install it with pip, or this project with `make`"
+        ) from None
 
 
 def _blas() -> str:
@@ -149,8 +169,11 @@ def kernel() -> str:
 
 def _pools() -> list[dict[str, Any]]:
     """The linear algebra libraries that are loaded, numpy's and scipy's among them."""
-    import scipy.linalg  # noqa: F401 - loads the library that is then looked at
+    import numpy as np  # noqa: F401 - loads the library that is then looked at
     import threadpoolctl
+
+    with contextlib.suppress(ModuleNotFoundError):
+        import scipy.linalg  # noqa: F401 - its own library
 
     return [pool for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"]
 

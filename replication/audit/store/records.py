@@ -11,6 +11,7 @@ import msgspec
 from replication.audit.brief import Brief, Consequence
 from replication.audit.model import Evidence, Judgement, Kind, Reading, SolverRecord, Verdict
 from replication.audit.parts import CommonLevel, Coverage, Formula, ScopeItem, Sensitivity, Table
+from replication.audit.project import Settings
 from replication.audit.store import older
 from replication.errors import AuditError
 from replication.files import write_atomically
@@ -52,6 +53,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     repeats: str
     consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
+    meant: str = ""
 
 
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -216,6 +218,7 @@ class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     """The whole of `report/results.json`."""
 
     schema_version: int
+    project: Settings = Settings()
     run: RunRecord
     papers: tuple[PaperRecord, ...]
     claims: tuple[ClaimRecord, ...]

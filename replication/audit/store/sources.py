@@ -16,6 +16,7 @@ from typing import Any
 import msgspec
 
 import replication
+from replication.audit.project import read_settings
 from replication.errors import AuditError
 from replication.files import write_atomically
 
@@ -157,7 +158,13 @@ class SourceTree:
 
 def default_packages(root: Path) -> dict[str, Path]:
     """The packages whose files count as sources: this one, wherever it is installed, and the papers at `root`."""
-    return {"replication": Path(replication.__file__).parent, "papers": root / "papers"}
+    package = read_settings(root).papers
+    return {"replication": Path(replication.__file__).parent, package: root / package}
+
+
+def project_of(packages: Mapping[str, Path]) -> Path | None:
+    """The folder in which the papers lie, of the packages that count as sources; None if there are none."""
+    return next((folder.parent for name, folder in packages.items() if name != "replication"), None)
 
 
 def _parents(module: str) -> Iterator[str]:

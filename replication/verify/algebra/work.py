@@ -11,11 +11,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any
-
-from flint import fmpq, fmpq_mat, fmpq_poly, fmpz
+from math import lcm
+from typing import TYPE_CHECKING, Any
 
 from replication.verify.theorem import require
+
+if TYPE_CHECKING:  # what a paper wants can be read without it
+    from flint import fmpq, fmpq_mat, fmpq_poly
 
 MOST = 12 * 10**9
 """Of one certificate."""
@@ -73,6 +75,8 @@ def spend_elimination(rows: int, columns: int, length: int, what: str) -> None:
 
 def spend_solution(M: Any, right: Any) -> None:
     """Of a linear equation, in rationals or balls."""
+    from flint import fmpq_mat
+
     order = M.nrows()
     if isinstance(M, fmpq_mat):
         spend_elimination(order, order + right.ncols(), bits(M, right), "a linear equation")
@@ -100,7 +104,7 @@ def spend_characteristic(M: fmpq_mat) -> None:
 
 def limit_denominator(numbers: Iterable[fmpq], digits: int, path: str) -> None:
     """Refuse a matrix whose common denominator is too long: exact arithmetic soon writes all entries over it."""
-    common = fmpz(1)
-    for denominator in {number.q for number in numbers}:
-        common = common.lcm(denominator)
+    common = 1
+    for denominator in {int(number.q) for number in numbers}:
+        common = lcm(common, denominator)
         require(common < 10**digits, f"{path} has a common denominator of more than {digits} digits")

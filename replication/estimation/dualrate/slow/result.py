@@ -49,7 +49,8 @@ class RunningController(PeriodicObserver):
                 Phase(transition, np.zeros((n + m, 0)), np.vstack([L, np.zeros((m, len(due)))]), readout, due)
             )
         self._count = m
-        super().__init__(phases, np.hstack([problem.plant.output, np.zeros((len(problem.plant.output), m))]))
+        output = np.hstack([problem.plant.output, np.zeros((len(problem.plant.output), m))])
+        super().__init__(phases, [output @ phase.readout for phase in phases])
 
     @property
     def command(self) -> Array:
@@ -138,7 +139,7 @@ def _observer(problem: SlowProblem, controller: Controller) -> PeriodicObserver:
     phases = [
         Phase(A, B, L, np.eye(n), due) for A, L, due in zip(controller.A, controller.L, _due(problem), strict=True)
     ]
-    return PeriodicObserver(phases, problem.plant.output)
+    return PeriodicObserver(phases, [problem.plant.output] * len(phases))
 
 
 def _due(problem: SlowProblem) -> Array:

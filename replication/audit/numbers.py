@@ -1,0 +1,141 @@
+"""Claims on numbers, declared in the file of printed data, without a function for each.
+
+    [doubling]
+    place = "Sec. 3, the time"
+    value = "1.85"
+    [doubling.claim]
+    statement = "The infected double in this time."
+    result = "epidemic.doubling"     # experiment, then keys and indices of what it returns
+    method = "Slope of the logarithm of the course."
+    check = "closed.doubling"        # the same number by another method
+    part = "Sec. 3"                  # optional, as are reading, pinned, erratum, meant and id
+
+Where the value is a table or a list, `{key}` in these texts stands for the name of each entry.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from replication.audit.data import read_printed
+from replication.audit.declare import Part
+from replication.audit.judge.printed import parse
+from replication.audit.model import NO_READING, Evidence, Kind, Results
+from replication.errors import AuditError
+
+
+class Declared(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A claim as the file declares it; id: without the key of the paper, by default the name of the entry."""
+
+    statement: str
+    result: str
+    method: str
+    check: str = ""
+    part: str = ""
+    reading: str = NO_READING
+    pinned: str = ""
+    erratum: str | None = None
+    meant: str = ""
+    id: str = ""
+
+
+def numbers(file: str | Path) -> tuple[Part, ...]:
+    """The parts of a paper with the claims that its file of printed data declares, in the order of the file.
+
+    file: as for `read_printed`. A part is called as `part` says, or as the place up to its first comma.
+    Raises AuditError that names file, entry and field for what is no such claim.
+    """
+    path = Path(file).with_suffix(".toml")
+    data = read_printed(path)
+    tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    parts: dict[str, Part] = {}
+    for name, table in tables.items():
+        if "claim" in table:
+            where = f"{path}: [{name}.claim]"
+            try:
+                declared = msgspec.convert(table["claim"], Declared)
+            except msgspec.ValidationError as error:
+                raise AuditError(f"{where}: {error}; correct it") from None
+            title = declared.part or table["place"].partition(",")[0]
+            part = parts.setdefault(title, Part(title))
+            for keys, printed in _entries(data[name], ()):
+                _declare(part, name, declared, keys, printed, where)
+    return tuple(parts.values())
+
+
+def _entries(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
+    inner = value.items() if isinstance(value, Mapping) else enumerate(value, 1) if isinstance(value, list) else ()
+    if not isinstance(value, Mapping | list):
+        yield keys, value
+    for key, entry in inner:
+        yield from _entries(entry, (*keys, str(key)))
+
+
+def _declare(part: Part, name: str, declared: Declared, keys: tuple[str, ...], printed: str, where: str) -> None:
+    if not isinstance(printed, str):
+        raise AuditError(f"{where}: a claim is on a printed number, and {printed!r} is none; write it as a string")
+
+    def filled(text: str) -> str:
+        return text.replace("{key}", ".".join(keys))
+
+    found = parse(printed)
+    kind = Kind.BOUND if found.relation else Kind.MATRIX if found.shape else Kind.VALUE
+    answer = partial(_answer, where, str(printed), filled(declared.result), declared.method, filled(declared.check))
+    part.claim(
+        kind,
+        filled(declared.id) or ".".join([name.replace("_", "-"), *keys]),
+        printed,
+        statement=filled(declared.statement),
+        pinned=declared.pinned or ("reproduced after erratum" if declared.meant else ""),
+        uses=dict.fromkeys(path.partition(".")[0] for path in (answer.args[2], answer.args[4]) if path),
+        erratum=declared.erratum,
+        meant=declared.meant,
+        reading=declared.reading,
+    )(answer)
+
+
+def _answer(where: str, printed: str, result: str, method: str, check: str, results: Results) -> Evidence:
+    value = _at(where, result, results)
+    if not check:
+        return Evidence(method=method, value=value)
+    other, print_ = _at(where, check, results), parse(printed)
+    pairs = zip(print_.entries, print_.align("value", value), print_.align("second value", other), strict=True)
+    for entry, first, second in pairs:
+        if abs(first - second) > entry.unit / 2:
+            raise AuditError(
+                f"{where}: {result} is {first!r} and {check} is {second!r}, more than half a printed place apart; find "
+                "out which of the two is wrong"
+            )
+    return Evidence(method=method, cross_check=f"{check} gives {_told(other)}.", value=value)
+
+
+def _told(value: Any) -> str:
+    return f"[{', '.join(map(_told, value))}]" if isinstance(value, tuple) else f"{value:.9g}"
+
+
+def _at(where: str, path: str, results: Results) -> Any:
+    """What stands at `experiment.key.0` in the results, lists as tuples; AuditError says where the way ends."""
+    value: Any = results
+    for depth, step in enumerate(path.split(".")):
+        inside = value if isinstance(value, Mapping) else dict(enumerate(value)) if isinstance(value, list) else {}
+        key: Any = int(step) if isinstance(value, list) and step.isdecimal() else step
+        if key not in inside:
+            so_far = ".".join(path.split(".")[:depth]) or "the results"
+            there = ", ".join(map(str, list(inside)[:8])) or f"only {value!r:.40}"
+            raise AuditError(f"{where}: {path!r} leads nowhere: in {so_far} there is {there}")
+        value = inside[key]
+    return _tupled(where, path, value)
+
+
+def _tupled(where: str, path: str, value: Any) -> Any:
+    if isinstance(value, list):
+        return tuple(_tupled(where, path, entry) for entry in value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise AuditError(f"{where}: at {path!r} there is {value!r:.60}, which is no number")
+    return float(value)

@@ -1,0 +1,147 @@
+"""A project: the folder that holds `replication.toml`, which says what is audited there, by whom, and where it lies.
+
+title = "Replication of three papers on epidemics"
+subject = "the growth of epidemics"    # optional: what the papers are on, in the answer and the title of the report
+authors = ["A. Author"]                # optional: of the audit, for its citation
+common = "One plant for all papers."   # optional: what the papers' `common` levels are of, for the table across them
+papers = "papers"                      # optional: the package in this folder that holds a package for each paper
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import pkgutil
+import sys
+import traceback
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from replication.audit.names import one_of
+from replication.audit.parts import Paper
+from replication.errors import AuditError, ReplicationError
+from replication.extras import told
+
+CONFIGURATION = "replication.toml"
+PACKAGE = "papers"
+
+
+class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the configuration says; the results repeat it, so that a report needs nothing else."""
+
+    title: str = "Replication"
+    subject: str = ""
+    authors: tuple[str, ...] = ()
+    common: str = ""
+    papers: str = PACKAGE
+
+
+@dataclass(frozen=True)
+class Project:
+    """The folder of a project, and its settings."""
+
+    root: Path
+    settings: Settings
+
+    @property
+    def folder(self) -> Path:
+        """Where the papers lie."""
+        return self.root / self.settings.papers
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The papers there are, by module name, which is also `Paper.key`."""
+        found = (module.name for module in pkgutil.iter_modules([str(self.folder)]))
+        return tuple(sorted(name for name in found if not name.startswith("_")))
+
+    def load(self, keys: Iterable[str] = ()) -> tuple[Paper, ...]:
+        """The papers of these keys, or all, in the order of `keys`.
+
+        Raises AuditError for an unknown key, naming the nearest, for a paper that cannot be imported, and if there is
+        none at all.
+        """
+        if not self.keys:
+            raise AuditError(f"there is no paper in {self.folder} yet; begin one with `replication new KEY`")
+        wanted = {one_of("paper", key, self.keys) for key in keys} or set(self.keys)
+        self._let_import()
+        return tuple(self._paper(key) for key in self.keys if key in wanted)
+
+    def _let_import(self) -> None:
+        """Python finds the papers here, and no package of the same name elsewhere."""
+        if str(self.root) not in sys.path:
+            sys.path.insert(0, str(self.root))
+        package = self.settings.papers
+        places = [Path(place).resolve() for place in getattr(sys.modules.get(package), "__path__", ())]
+        if package in sys.modules and self.folder.resolve() not in places:
+            taken = ", ".join(map(str, places)) or "a module of Python"
+            raise AuditError(
+                f"the name {package} stands for {taken} already; give the folder another name, and say so in "
+                f'{self.root / CONFIGURATION}: papers = "..."'
+            )
+
+    def _paper(self, key: str) -> Paper:
+        package = self.settings.papers
+        try:
+            paper = getattr(importlib.import_module(f"{package}.{key}"), "PAPER", None)
+        except Exception as error:  # noqa: BLE001 - a paper's modules may fail in any way; whose mistake it is must be said
+            raise AuditError(f"{package}/{key} cannot be loaded: {self._told(error)}; correct it there") from None
+        if not isinstance(paper, Paper) or paper.key != key:
+            raise AuditError(f"{package}/{key} must define PAPER, a Paper whose key is {key!r}, got {paper!r:.80}")
+        return paper
+
+    def _told(self, error: Exception) -> str:
+        """An error with file and line of the papers; its type only where no sentence of ours explains it."""
+        here = self.folder
+        lines = [part for part in traceback.extract_tb(error.__traceback__) if Path(part.filename).is_relative_to(here)]
+        at = [(Path(part.filename), part.lineno) for part in lines if Path(part.filename) != here / "__init__.py"]
+        if isinstance(error, SyntaxError) and error.filename:
+            at.append((Path(error.filename), error.lineno))
+        where = f" [{at[-1][0].relative_to(self.root).as_posix()}:{at[-1][1]}]" if at else ""
+        said = error.msg if isinstance(error, SyntaxError) else told(error)
+        return f"{'' if isinstance(error, ReplicationError) else f'{type(error).__name__}: '}{said}{where}"
+
+
+def find_project(start: Path) -> Project:
+    """The project in which `start` lies; raises AuditError if no folder above it holds a configuration."""
+    root = root_above(start)
+    if root is None:
+        raise AuditError(
+            f"there is no {CONFIGURATION} in {start} or above it; change to the folder of a project, or begin one here "
+            "with `replication new KEY`"
+        )
+    return Project(root, read_settings(root))
+
+
+def root_above(start: Path) -> Path | None:
+    """The nearest folder that holds a configuration, `start` or one above it; None if there is none."""
+    folders = (start.resolve(), *start.resolve().parents)
+    return next((folder for folder in folders if (folder / CONFIGURATION).is_file()), None)
+
+
+def read_settings(root: Path) -> Settings:
+    """The settings of the project at `root`, those by default where it has no configuration.
+
+    Raises AuditError that names the file and the wrong or unknown field.
+    """
+    path = root / CONFIGURATION
+    return _settings(path, path.read_bytes()) if path.is_file() else Settings()
+
+
+@functools.cache
+def _settings(path: Path, content: bytes) -> Settings:
+    try:
+        found = msgspec.toml.decode(content, type=Settings)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise AuditError(f"{path} cannot be used: {error}; correct it") from None
+    name = found.papers
+    if not name.isidentifier() or name in {"replication", "tests", *sys.stdlib_module_names}:
+        raise AuditError(
+            f"{path}: papers = {name!r} cannot name a package of papers; give the name of a folder beside the file "
+            f"that is a Python name and no module of Python, such as {PACKAGE!r}"
+        )
+    if not found.title.strip():
+        raise AuditError(f"{path}: the title is empty; say what is audited here")
+    return found

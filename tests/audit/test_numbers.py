@@ -1,0 +1,90 @@
+"""Claims that the file of printed data declares: what they answer, and which mistakes are told."""
+
+from pathlib import Path
+
+import pytest
+
+from replication.audit.model import Kind, Verdict
+from replication.audit.numbers import numbers
+from replication.errors import AuditError
+
+FILE = """
+[rate]
+place = "Sec. 1, the rate"
+value = {{ slow = "0.25", fast = "1.50" }}
+[rate.claim]
+statement = "The {{key}} rate."
+result = "model.rates.{{key}}"
+method = "By the model."
+check = "closed.{{key}}.0"
+{more}
+[size]
+place = "Table 2"
+value = "{printed}"
+[size.claim]
+statement = "The size."
+result = "model.size"
+method = "By the model."
+"""
+RESULTS = {
+    "model": {"rates": {"slow": 0.25, "fast": 1.5}, "size": [1.0, 2.5]},
+    "closed": {"slow": [0.2501], "fast": [1.5]},
+}
+
+
+def written(tmp_path: Path, printed: str = "(1.0, 2.5)", more: str = "") -> Path:
+    path = tmp_path / "printed.toml"
+    path.write_text(FILE.format(printed=printed, more=more), encoding="utf-8")
+    return path
+
+
+def test_each_entry_is_a_claim_of_the_part_that_its_place_begins_with(tmp_path: Path) -> None:
+    rates, size = numbers(written(tmp_path))
+    assert (rates.title, size.title) == ("Sec. 1", "Table 2")
+    assert [claim.id for claim in rates.claims] == ["rate.slow", "rate.fast"]
+    slow = rates.claims[0]
+    assert (slow.statement, slow.printed, slow.place) == ("The slow rate.", "0.25", "Sec. 1, the rate")
+    assert slow.kind is Kind.VALUE and slow.uses == ("model", "closed") and slow.expected is Verdict.REPRODUCED
+    evidence = slow.answer(RESULTS)
+    assert evidence.value == 0.25 and "0.2501" in evidence.cross_check
+
+
+@pytest.mark.parametrize(("printed", "kind"), [("(1.0, 2.5)", Kind.MATRIX), (">1", Kind.BOUND), ("1.0", Kind.VALUE)])
+def test_the_kind_follows_from_the_print(tmp_path: Path, printed: str, kind: Kind) -> None:
+    assert numbers(written(tmp_path, printed))[1].claims[0].kind is kind
+
+
+def test_a_list_is_answered_in_its_layout(tmp_path: Path) -> None:
+    assert numbers(written(tmp_path))[1].claims[0].answer(RESULTS).value == (1.0, 2.5)
+
+
+def test_what_is_meant_pins_its_verdict(tmp_path: Path) -> None:
+    claim = numbers(written(tmp_path, more='erratum = "digits"\nmeant = "0.26"'))[0].claims[0]
+    assert (claim.erratum, claim.meant, claim.expected) == ("digits", "0.26", Verdict.REPRODUCED_AFTER_ERRATUM)
+
+
+def test_two_methods_that_differ_in_print_are_an_error(tmp_path: Path) -> None:
+    claim = numbers(written(tmp_path))[0].claims[0]
+    with pytest.raises(AuditError, match=r"\[rate.claim\].*0.25 and closed.slow.0 is 0.26, more than half"):
+        claim.answer({**RESULTS, "closed": {"slow": [0.26]}})
+
+
+@pytest.mark.parametrize(
+    ("results", "said"),
+    [
+        ({"model": {"rates": {"quick": 1.0}}}, "in model.rates there is quick"),
+        ({"model": {"rates": {"slow": "much"}}}, "'much', which is no number"),
+        ({"model": 3.0}, "in model there is only 3.0"),
+    ],
+)
+def test_a_way_that_ends_is_told_with_what_is_there(tmp_path: Path, results: dict[str, object], said: str) -> None:
+    with pytest.raises(AuditError, match=said):
+        numbers(written(tmp_path))[0].claims[0].answer(results)
+
+
+@pytest.mark.parametrize(
+    ("more", "said"), [("colour = 1", "unknown field `colour`"), ("meant = 3", r"Expected `str`, got `int`")]
+)
+def test_a_field_that_does_not_do_names_file_and_entry(tmp_path: Path, more: str, said: str) -> None:
+    with pytest.raises(AuditError, match=rf"printed.toml: \[rate.claim\]: .*{said}"):
+        numbers(written(tmp_path, more=more))
