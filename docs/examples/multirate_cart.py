@@ -10,4 +10,4 @@ print(f"guaranteed level: {best.value:.4f}, bracket: [{best.bracket.lower:.4f}, 
 print(f"level of a Kalman filter: {best.fact('level of the Kalman filter').value:.4f}")
 observer = best.observer()  # runs in a loop
 print("estimate:", observer.step(None, [0.2, None]).round(3))  # None: no camera picture at this step
-figure = multirate.simulate(best, 60, disturbance="worst").plot()  # the noise that hurts most, and its error
+figure = multirate.simulate(best, 60, disturbance="worst").plot()  # what hurts most

@@ -9,6 +9,7 @@ from replication.audit.report.formulas import mathml, set_inline
 
 _CODE = re.compile(r"(^```.*?^```|`[^`\n]+`)", re.DOTALL | re.MULTILINE)
 _DISPLAY = re.compile(r"\$\$(.+?)\$\$", re.DOTALL)
+_AT_START = re.compile(r"^( *)(<math\b.*?</math>)", re.DOTALL | re.MULTILINE)
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
@@ -19,4 +20,5 @@ def on_page_markdown(markdown: str, **_: Any) -> str:
 
 def _typeset(text: str) -> str:
     text = _DISPLAY.sub(lambda found: f'<div class="formula">{mathml(found[1].strip())}</div>', text)
-    return set_inline(text)
+    # A line that begins with <math> would be taken for a block of its own, and part the sentence.
+    return _AT_START.sub(r"\1<span>\2</span>", set_inline(text))

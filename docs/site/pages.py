@@ -41,7 +41,7 @@ def on_page_content(html: str, page: Any, **_: Any) -> str:
     reader = _Reader(str(page.title), str(page.url))
     reader.feed(html)
     _sections.extend(reader.sections)
-    html = html.replace("<th></th>", "<td></td>")  # a corner that heads nothing
+    html = re.sub(r"<th( [^>]*)?></th>", "<td></td>", html)  # a corner that heads nothing
     return re.sub(r"(<table\b.*?</table>)", r'<div class="scroll">\1</div>', html, flags=re.DOTALL)
 
 

@@ -86,5 +86,9 @@ const narrow = matchMedia("(max-width: 52rem)");
 const fold = () => { document.querySelector(".pages details").open = !narrow.matches; };
 narrow.addEventListener("change", fold);
 fold();
+
+/* The list of pages may be longer than the window: the page that is open stands in its middle. */
+const pages = document.querySelector(".pages details"), current = pages.querySelector("[aria-current]");
+if (current) pages.scrollTop = current.offsetTop - pages.clientHeight / 2;
 addEventListener("resize", stops);
 stops();

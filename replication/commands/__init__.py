@@ -21,6 +21,7 @@ MODULES = {
     "coverage": "coverage",
     "report": "publish",
     "diff": "results",
+    "history": "results",
     "new": "new",
     "notebooks": "publish",
     "certify": "certify",

@@ -1,4 +1,4 @@
-"""`replication list`, `show`, `check` and `diff`: what results.json says, whether it follows, and what changed."""
+"""`replication list`, `show`, `check`, `diff` and `history`: what the results say, whether it follows, what changed."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def check(chosen: argparse.Namespace) -> int:
     found = differences(results, again, chosen.figures or root / "figures")
     problems += [f"{where}: not derived: {message}" for where, message in found]
     if held == set(project.keys) and is_stale(root / "README.md", results):
-        problems.append("README.md: stale: its results are not those of the file; write it anew with `make readme`")
+        problems.append("README.md: stale: it or its table is not of these results; write both with `make readme`")
     say(problems)
     if note := unfounded(results, again):
         say([f"note: {note}"])
@@ -98,6 +98,15 @@ def diff(chosen: argparse.Namespace) -> int:
     return DIFFERENT if changes or others else FINE
 
 
+def history(chosen: argparse.Namespace) -> int:
+    """Print one line for each verdict that changed between committed results."""
+    from replication.audit.publish.history import steps
+
+    found = [step for step in steps(here().root) if step.claim.startswith(chosen.claim)]
+    say([*map(str, found), f"{len(found)} changes"])
+    return FINE
+
+
 def _for_list(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("papers", nargs="*", metavar="PAPER", help="papers to list (default: all)")
     add_output(parser, "where results.json is")
@@ -127,6 +136,11 @@ for a new run: `replication run --no-cache`, then `replication diff`.
 
 """
 
+
+def _for_history(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("claim", nargs="?", default="", metavar="CLAIM", help="id, or its start (default: all)")
+
+
 COMMANDS = {
     "list": Command("list papers and claims with their verdicts", _for_list, list_claims),
     "show": Command("show all the evidence for one claim", _for_show, show),
@@ -137,4 +151,5 @@ COMMANDS = {
         _CHECK_NOTES,
     ),
     "diff": Command("compare two results files, claim by claim, with the cause of each change", _for_diff, diff),
+    "history": Command("list when verdicts changed between the results that git has", _for_history, history),
 }

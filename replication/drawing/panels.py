@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
-ROW, ROOM = 40, 0.25
-"""Characters of a row of names, and the share of the axes that a row is given."""
+ROW, MARK, ROOM = 58, 9, 0.25
+"""Characters of a row of names, those that the mark of each takes, and the share of the axes that a row is given."""
 
 
 def draw(panels: Sequence[Panel]) -> Figure:
@@ -54,11 +54,17 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
 def _legend(axes: Axes, curves: Sequence[Line2D]) -> None:
     """The names in rows above the curves, with room made for them: no curve runs through a name."""
     names = [str(curve.get_label()) for curve in curves]
-    columns = len(names) if sum(map(len, names)) <= ROW else 2
+    columns = next(count for count in (len(names), 2, 1) if count == 1 or _width(names, count) <= ROW)
     low, high = axes.get_ylim()
     rows = -(-len(names) // columns)
     axes.set_ylim(low, high + rows * ROOM * (high - low))
     axes.legend(handles=curves, loc="upper left", ncols=columns)
+
+
+def _width(names: Sequence[str], columns: int) -> int:
+    """Characters of a row of names with their marks, each as wide as the widest of its column."""
+    rows = -(-len(names) // columns)
+    return sum(MARK + max(map(len, names[i : i + rows])) for i in range(0, len(names), rows))
 
 
 def draw_svg(panels: Sequence[Panel], name: str) -> str:

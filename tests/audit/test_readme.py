@@ -13,8 +13,9 @@ from msgspec.structs import replace
 from sample import paper_record
 
 from replication.audit.model import Evidence
+from replication.audit.publish.history import TABLE, table
 from replication.audit.publish.picture import notes, verdicts
-from replication.audit.publish.readme import results_block
+from replication.audit.publish.readme import is_stale, results_block
 from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -78,3 +79,16 @@ def test_a_paper_is_told_by_its_card_or_else_by_its_first_finding() -> None:
     found = told(brief=None, findings=("The level holds.", "More."))
     assert "The level holds." in found and "More." not in found
     assert "toy: 1 of 1 agree" in told(brief=None, findings=())
+
+
+def test_it_is_stale_if_its_text_or_its_table_is_of_another_run(tmp_path: Path) -> None:
+    now = results_file(recorded(Evidence(method="m", value=1.33)))
+    before = results_file(recorded(Evidence(method="m", value=2.0)))
+    readme, verdicts_kept = tmp_path / "README.md", tmp_path / TABLE
+    readme.write_text(results_block(now), encoding="utf-8")
+    assert not is_stale(readme, now) and is_stale(readme, before)
+    verdicts_kept.parent.mkdir()
+    verdicts_kept.write_text(table(now), encoding="utf-8")
+    assert not is_stale(readme, now)
+    verdicts_kept.write_text(table(before), encoding="utf-8")
+    assert is_stale(readme, now)

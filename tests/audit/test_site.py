@@ -10,7 +10,9 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from runpy import run_path
 from typing import Any
+from urllib.parse import unquote, urlsplit
 from xml.etree.ElementTree import Element
 
 import html5lib
@@ -39,6 +41,12 @@ PAGES = ("index", "methods/index", "methods/costs", "reference/multirate", "tuto
 STUCK = """return [...document.querySelectorAll('main *')].filter((e) => getComputedStyle(e).overflowX === 'auto'
   && e.scrollWidth > e.clientWidth && e.tabIndex < 0).map((e) => e.outerHTML.slice(0, 80))"""
 """What scrolls and cannot be reached by Tab."""
+
+CUT = """return [...document.querySelectorAll('figure svg text')].filter((e) => {
+  const text = e.getBoundingClientRect(), drawing = e.ownerSVGElement.getBoundingClientRect();
+  return text.left < drawing.left - 1 || text.right > drawing.right + 1;
+}).map((e) => e.textContent)"""
+"""Words that a drawing does not hold."""
 
 pytestmark = pytest.mark.slow
 
@@ -185,6 +193,30 @@ def test_formulas_are_mathml(site: Path) -> None:
     assert "$" not in re.sub(r"<(pre|code|annotation).*?</\1>", "", page, flags=re.DOTALL)
 
 
+def test_a_formula_does_not_part_its_sentence(site: Path, read: Callable[[str], Element]) -> None:
+    for name in names(site):
+        (main,) = read(name).iter("main")
+        assert not [words(node) for node in main if str(node.tag).endswith("math")], name
+    typeset = run_path(str(ROOT / "docs" / "site" / "formulas.py"))["on_page_markdown"]
+    for text in ("$x$ is", "so that\n$A$ is", "- so that\n  $A - LC$ is"):
+        assert len(re.findall(r"^ *<span><math", typeset(text), re.MULTILINE)) == 1
+
+
+def test_every_link_leads_to_a_place_that_is_there(site: Path, read: Callable[[str], Element]) -> None:
+    pages = {site / f"{name}.html": read(name) for name in names(site)}
+    places = {path: {node.get("id") for node in page.iter()} for path, page in pages.items()}
+    lost = []
+    for path, page in pages.items():
+        for link in (link for link in page.iter("a") if link.get("href") and link.get("class") != "report"):
+            address = urlsplit(str(link.get("href")))
+            target = Path(os.path.normpath(path.parent / unquote(address.path))) if address.path else path
+            if not address.scheme and (
+                not target.is_file() or (address.fragment and address.fragment not in places.get(target, ()))
+            ):
+                lost.append((path.name, link.get("href")))
+    assert lost == []
+
+
 def test_the_index_knows_every_page_and_leads_to_places_that_are_there(site: Path) -> None:
     script = (site / "index.js").read_text(encoding="utf-8")
     sections = json.loads(script.removeprefix("window.searchIndex = ").removesuffix(";\n"))
@@ -225,11 +257,12 @@ def test_axe_finds_no_violation(site: Path, visit_page: Callable[..., Any]) -> N
 def test_the_pages_of_tutorials_are_for_everyone(scheme: str, tmp_path: Path, window: Callable[..., Any]) -> None:
     """No violation, nothing wider than the window, and a tab stop for each box that scrolls."""
     for built in build_notebooks(ROOT, tmp_path, METHODS if os.environ.get("PAGES") == "all" else METHODS[:1]):
-        page = window(320, scheme)
-        page.get(built.page.as_uri())
-        assert violations(page) == [], built.page
-        assert page.execute_script("return document.documentElement.scrollWidth") == 320, built.page
-        assert page.execute_script(STUCK) == [], built.page
+        for width in (1440, 320):
+            page = window(width, scheme)
+            page.get(built.page.as_uri())
+            assert violations(page) == [], (built.page, width)
+            assert page.execute_script("return document.documentElement.scrollWidth") == width, built.page
+            assert page.execute_script(STUCK) == [], (built.page, width)
         box = page.find_element(By.CSS_SELECTOR, ".input")
         page.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
         assert page.switch_to.active_element == box
@@ -246,6 +279,46 @@ def test_pages_fit_the_window_and_what_scrolls_has_a_tab_stop(
         page = visit_page(name, width)
         assert page.execute_script("return document.documentElement.scrollWidth") == width, name
         assert page.execute_script(STUCK) == [], name
+        assert page.execute_script(CUT) == [], name
+
+
+@pytest.mark.browser
+def test_what_scrolls_shows_that_there_is_more(visit_page: Callable[..., Any]) -> None:
+    page = visit_page("methods/index", 320)
+    wide = """return [...document.querySelectorAll('pre, .scroll, .formula')].filter(
+      (e) => e.scrollWidth > e.clientWidth + 1)"""
+    boxes = page.execute_script(wide)
+    assert boxes
+    assert {box.value_of_css_property("background-attachment") for box in boxes} == {"local, local, scroll, scroll"}
+
+
+@pytest.mark.browser
+def test_the_list_of_pages_shows_the_one_that_is_open(visit_page: Callable[..., Any]) -> None:
+    seen = """const at = document.querySelector('.pages [aria-current]').getBoundingClientRect();
+      return [at.top >= 0 && at.bottom <= innerHeight, scrollY]"""
+    for name in ("index", "changelog"):
+        assert visit_page(name).execute_script(seen) == [True, 0], name
+
+
+@pytest.mark.browser
+def test_the_keyboard_opens_the_list_of_pages_and_goes_to_one(visit_page: Callable[..., Any]) -> None:
+    page = visit_page("index", 390)
+    page.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
+    summary = page.find_element(By.CSS_SELECTOR, ".pages summary")
+    for _ in range(6):
+        if page.switch_to.active_element != summary:
+            page.switch_to.active_element.send_keys(Keys.TAB)
+    assert page.switch_to.active_element == summary
+    assert page.find_element(By.CSS_SELECTOR, ".pages details").get_attribute("open") is None
+    summary.send_keys(Keys.ENTER)
+    assert page.find_element(By.CSS_SELECTOR, ".pages details").get_attribute("open")
+    for _ in range(2):  # the page that is open, then the next one
+        page.switch_to.active_element.send_keys(Keys.TAB)
+    link = page.switch_to.active_element
+    target = link.get_attribute("href")
+    assert target != page.current_url
+    link.send_keys(Keys.ENTER)
+    WebDriverWait(page, 10).until(lambda _: page.current_url == target)
 
 
 @pytest.mark.browser
