@@ -87,7 +87,8 @@ def repeated_row(results: Results) -> Proof:
 
 
 def steps_of_algorithm(results: Results) -> Proof:
-    """Root and union in step 4: the run as printed stalls in both examples, its union cut to the range, the correct one covers."""
+    """Root and union in step 4: as printed, its union cut to the range, the run stalls in both examples; the correct
+    one covers."""
     ends = {e: results[f"grids.{e}"]["algorithm"] for e in EXAMPLES}
     return Proof(
         holds=all(

@@ -83,8 +83,8 @@ ANY_CHANGE = Reading(
 BOUND_9 = Reading(
     name="bound (9)",
     place="Algorithm 1, step 3; eq. (9)",
-    text="An element covers the interval (9) with alpha as step 3 defines it; U3 corrected (erratum u3), and alpha and a set-minus "
-    "in step 4, which is an inference (erratum algorithm).",
+    text="An element covers the interval (9) with alpha as step 3 defines it; U3 corrected (erratum u3), and alpha and "
+    "a set-minus in step 4, which is an inference (erratum algorithm).",
 )
 UNION = Reading(
     name="no set-minus",

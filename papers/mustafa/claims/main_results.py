@@ -120,7 +120,8 @@ def one_interval_is_conservative(results: Results) -> Evidence:
         as_printed=several_as_printed(results),
         note="The text lays this to the condition (8). In Example 2 it is the bound (9): the norm in (8), evaluated "
         f"directly for constant changes of the period, is at most {up(results['condition.2']['constant_bound'])} on "
-        "the whole range with one element.",
+        "the whole range with one element. The elements are those of our run of Algorithm 1; that their intervals "
+        "cover the range needs U3 alone corrected. How many the algorithm makes is no part of what decides.",
         quantities={
             **{f"left out by one element (s), Example {e}": length for e, length in left_out.items()},
             **{f"elements shown to cover, Example {e}": float(size) for e, size in elements.items()},
