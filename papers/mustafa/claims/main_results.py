@@ -116,6 +116,7 @@ def one_interval_is_conservative(results: Results) -> Evidence:
         f"(9) as printed is empty around the elements in Example {e}, so that several do not help. "
         for e in empty_as_printed(results)
     )
+    largest = up(results["condition.2"]["constant_bound"])
     stable = all(results[name]["plant_abscissa"] < 0 and results[name]["filter_radius"] < 1 for name in BRACKETS)
     return Evidence(
         method="Part of the range outside (9) around its middle, U3 corrected; exact stability test; whether the "
@@ -123,8 +124,8 @@ def one_interval_is_conservative(results: Results) -> Evidence:
         holds=stable and covered and min(left_out.values()) > 0,
         as_printed=several_as_printed(results),
         note=f"{without}The text lays this to the condition (8). In Example 2 it is the bound (9): the norm in (8), "
-        f"evaluated directly for constant changes of the period, is at most {up(results['condition.2']['constant_bound'])} on "
-        "the whole range with one element. The elements are those of our run of Algorithm 1; that their intervals "
+        f"evaluated directly for constant changes of the period, is at most {largest} "
+        "on the whole range with one element. The elements are those of our run of Algorithm 1; that their intervals "
         "cover the range needs U3 alone corrected. How many the algorithm makes is no part of what decides.",
         quantities={
             **{f"left out by one element (s), Example {e}": length for e, length in left_out.items()},
