@@ -41,8 +41,8 @@ def findings(results: Results) -> tuple[str, ...]:
         ),
         *(
             (
-                "As the text at hand reads, the algorithm covers the range in neither example, with a set-minus in "
-                "step 4 as without.",
+                "As the text at hand reads, the union cut to the range, the algorithm covers neither example's range, "
+                "with a set-minus as without.",
             )
             if ends == {"STALLED"}
             else ()
