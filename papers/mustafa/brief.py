@@ -36,8 +36,9 @@ BRIEF = Brief(
     topic="Samples at irregular instants",
     card="The levels [come out](+gamma.1) at each grid's [one period](+filter.norm); Sec. V-A calls such levels "
     "nominal. Over all sequences the gain is larger, [in](?robust-level.1) [both examples](?robust-level.2).",
-    holds="At the grid's period [each](gamma.1) [level](filter.norm) comes out; both examples (our filter in the "
-    "first) are [stable](stable.1) [throughout](stable.2); [one element](condition-8.2) satisfies (8) in the second.",
+    holds="At grid periods [levels](gamma.1) [come out](filter.norm); both examples (first: our filter) are "
+    "[stable](stable.1) [throughout](stable.2); the second's [element](condition-8.2) satisfies (8) for constant "
+    "changes, motor constant corrected.",
     correct="[One](grid.1) [element](condition-8.1) does not cover the range of Example 1; [case U3](u3) and [two "
     "maps](map) are misprinted.",
     guess="Whether abstract and Sec. VII mean [the printed level](robust-level.1), and for which periods; what "

@@ -75,8 +75,8 @@ def repeated_row(results: Results) -> Proof:
     return Proof(
         holds=len(left) == columns == len(right) - 1 == len(set(right)) and residual <= EXACT,
         text="A matrix inequality is about a square matrix. The left half has as many rows as (10) has columns, the "
-        "right half one more, and one row twice. Without the repetition (10) is the congruence of (6) that the proof "
-        "asks for.",
+        "right half one more, and one row twice. Without the repetition, and with F of size n × r, (10) is the "
+        "congruence of (6) that the proof asks for.",
         quantities={
             "columns": float(columns),
             "rows, left": float(len(left)),
@@ -87,7 +87,8 @@ def repeated_row(results: Results) -> Proof:
 
 
 def steps_of_algorithm(results: Results) -> Proof:
-    """Root and union in step 4: the literal run stalls in both examples, the correct one covers."""
+    """Root and union in step 4: as printed, its union cut to the range, the run stalls in both examples; the correct
+    one covers."""
     ends = {e: results[f"grids.{e}"]["algorithm"] for e in EXAMPLES}
     return Proof(
         holds=all(

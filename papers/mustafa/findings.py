@@ -41,8 +41,8 @@ def findings(results: Results) -> tuple[str, ...]:
         ),
         *(
             (
-                "As the text at hand reads, the algorithm covers the range in neither example, with a set-minus in "
-                "step 4 as without.",
+                "As the text at hand reads, the union cut to the range, the algorithm covers neither example's range, "
+                "with a set-minus as without.",
             )
             if ends == {"STALLED"}
             else ()
@@ -58,10 +58,10 @@ def findings(results: Results) -> tuple[str, ...]:
 def _covers(e: int, found: Mapping[str, float]) -> str:
     if found["constant_bound"] < 1:
         return (
-            f"With its motor constant corrected, the {WORDS[e]} example's grid satisfies (8) over the range, for "
-            "constant changes and all in modal coordinates; only (9) fails."
+            f"Motor constant corrected, one element satisfies (8) over the {WORDS[e]} example's range, for constant "
+            "changes and all in modal coordinates; (9) does not cover it."
         )
     return (
-        f"In the {WORDS[e]} example one element does not satisfy (8); with (8) for (9) the corrected algorithm ends "
-        f"with {found['elements']:g}, or {found['modal_elements']:g} in modal coordinates."
+        f"The {WORDS[e]} example's one element fails (8); by (8) itself the corrected algorithm ends with "
+        f"{found['elements']:g} for constant changes, {found['modal_elements']:g} for all in modal coordinates."
     )

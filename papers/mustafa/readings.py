@@ -28,8 +28,8 @@ GRID_PERIODS = Reading(
 NOMINAL = Reading(
     name="least nominal level",
     place="Secs. VI-A and VI-B; Algorithm 1, step 2; Sec. V-A",
-    text="The level is the least one of step 2, which minimises subject to (10), without its repeated row (erratum "
-    "row), on the grid of one element, the middle of the range.",
+    text="The level is the least one of step 2, which minimises subject to (10), without its repeated row and "
+    "with F of size n × r (errata row, size-of-F), on the grid of one element, the middle of the range.",
 )
 FOUND = Reading(
     name="level of the filter found",
@@ -59,8 +59,8 @@ ONE_ELEMENT = Reading(
 CORRECTED_GRID = Reading(
     name="grid by (9), corrected",
     place="Secs. I and III; eq. (9), case U3; Algorithm 1, steps 3 and 4",
-    text="The grid is that of Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4; "
-    "step 4 is corrected by an inference (erratum algorithm).",
+    text="The grid is that of Algorithm 1 with U3 corrected (erratum u3), alpha in both steps and a set-minus in step "
+    "4; step 4 is corrected by an inference (erratum algorithm).",
 )
 STABLE_ONLY = Reading(
     name="valid as stable",
@@ -83,8 +83,8 @@ ANY_CHANGE = Reading(
 BOUND_9 = Reading(
     name="bound (9)",
     place="Algorithm 1, step 3; eq. (9)",
-    text="An element covers the interval (9) with alpha as step 3 defines it; U3 corrected, and alpha and a set-minus "
-    "in step 4, which is an inference (erratum algorithm).",
+    text="An element covers the interval (9) with alpha as step 3 defines it; U3 corrected (erratum u3), and alpha and "
+    "a set-minus in step 4, which is an inference (erratum algorithm).",
 )
 UNION = Reading(
     name="no set-minus",

@@ -7,7 +7,7 @@ from typing import Any
 
 from papers.mustafa.claims.extensions import solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
-from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, WITHOUT_CONSTANT, down, of_example, up
+from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, WITH_SIZE, WITHOUT_CONSTANT, down, of_example, up
 from papers.mustafa.experiments.draws import DRAWS, LAWS, merged
 from papers.mustafa.printed import DATA, GAMMA, matrix
 from papers.mustafa.readings import DRAWN, FOUND, NOMINAL, OBSERVER_FORM, OUR_FILTER
@@ -93,7 +93,7 @@ def nominal_level(e: int, results: Results) -> Evidence:
         },
         solvers=solvers(r),
         as_printed={1: NOT_SQUARE, 2: WITHOUT_CONSTANT}[e],
-        note=f"{where_it_holds(e, results)} {MORE[e]}",
+        note=f"{where_it_holds(e, results)} {MORE[e]} {WITH_SIZE}",
     )
 
 

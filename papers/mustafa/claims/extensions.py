@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from papers.mustafa.claims.preliminaries import for_both, reordered_map
+from papers.mustafa.claims.preliminaries import for_both, on_motor, reordered_map
 from papers.mustafa.experiments.declared import CELLS
 from papers.mustafa.printed import EXAMPLES
 from papers.mustafa.readings import MULTIPLIERS
@@ -46,6 +46,7 @@ def map_12(results: Results) -> Evidence:
     reading=MULTIPLIERS.name,
     says=term("conservative level", "example-1", cells=CELLS),
 )
+@on_motor
 def same_level_for_both(results: Results) -> Evidence:
     """What one level for both channels forces at least, against free multipliers on the same cells."""
     # With one level gamma for both channels, gamma is at least the norm of the uncertainty channel: alpha_i, or

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace as replace_form
+
 from msgspec.structs import replace
 
 from papers.mustafa.claims.guarantees import FILTERED, RANGE
 from papers.mustafa.claims.preliminaries import (
     FILTER,
     MISNAMED,
+    WITH_SIZE,
+    WITH_U3,
     WITHOUT_CONSTANT,
     for_both,
     identity,
+    no_grid,
     of_example,
     on_motor,
     up,
     up_to_rounding,
+    without_constant,
 )
 from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.method.stability import UpperEnd
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, sizes
 from papers.mustafa.readings import (
     ANY_CHANGE,
@@ -38,6 +45,8 @@ ALGORITHM_1 = Part("Algorithm 1; condition (8) for the grids of Sec. VI")
 
 CONDITIONS = tuple(f"condition.{e}" for e in EXAMPLES)
 GRIDS = tuple(f"grids.{e}" for e in EXAMPLES)
+PRINTED_U3 = replace_form(CORRECT, upper=UpperEnd.PRINTED)
+"""The algorithm with nothing but case U3 as printed."""
 BRACKETS = tuple(f"bracket.{e}" for e in EXAMPLES)
 
 
@@ -55,11 +64,18 @@ def reached(results: Results, end: str) -> Evidence:
     )
 
 
-@THEOREM_1.feasible("l3", place="Theorem 1, case L3", uses=CONDITIONS, says=for_both("sharp lower end (9)"))
+@THEOREM_1.feasible(
+    "l3",
+    place="Theorem 1, case L3",
+    uses=CONDITIONS,
+    erratum=MISNAMED,
+    pinned="reproduced after erratum",
+    says=for_both("sharp lower end (9)"),
+)
 @on_motor
 def lower_end_is_sharp(results: Results) -> Evidence:
     """In both examples, down to the lower end in case L3, and no further, the bound of Lemma 3 gives (8)."""
-    return reached(results, "lower")
+    return replace(reached(results, "lower"), as_printed=WITHOUT_CONSTANT)
 
 
 @THEOREM_1.feasible(
@@ -81,31 +97,58 @@ def u3_covers(results: Results) -> Evidence:
     "conservative",
     place="Sec. IV-A, after Theorem 1",
     uses=(*GRIDS, *BRACKETS, *CONDITIONS),
+    erratum="u3",
+    pinned="reproduced after erratum",
     says=for_both("conservative element"),
 )
 @on_motor
 def one_interval_is_conservative(results: Results) -> Evidence:
     """A direct use of Theorem 1 could be conservative, and several elements reduce that."""
     # (9) around the middle leaves part of the range out in both examples, although all of it is stable.
-    left_out, elements, several = {}, {}, True
+    left_out, elements, covered = {}, {}, True
     for e in EXAMPLES:
         (h_l, h_u), found = example(e)["periods"], results[f"grids.{e}"]["intervals"]["corrected, alpha"]
         left_out[e] = max(found["lower"] - h_l, 0.0) + max(h_u - found["upper"], 0.0)
         run = results[f"grids.{e}"]["algorithm"][CORRECT.name]
         elements[e] = run["size"]
-        several &= run["end"] == "COVERED" and run["size"] > 1
+        covered &= run["end"] == "COVERED"
+    without = "".join(
+        f"(9) as printed is empty around the elements in Example {e}, so that several do not help. "
+        for e in empty_as_printed(results)
+    )
+    largest = up(results["condition.2"]["constant_bound"])
     stable = all(results[name]["plant_abscissa"] < 0 and results[name]["filter_radius"] < 1 for name in BRACKETS)
     return Evidence(
-        method="Part of the range outside (9) around its middle, U3 corrected; exact stability test; Algorithm 1.",
-        holds=stable and several and min(left_out.values()) > 0,
-        note="The text lays this to the condition (8). In Example 2 it is the bound (9): the norm in (8), evaluated "
-        f"directly for constant changes of the period, is at most {up(results['condition.2']['constant_bound'])} on "
-        "the whole range with one element.",
+        method="Part of the range outside (9) around its middle, U3 corrected; exact stability test; whether the "
+        "intervals (9) of several elements cover the range.",
+        holds=stable and covered and min(left_out.values()) > 0,
+        as_printed=several_as_printed(results),
+        note=f"{without}The text lays this to the condition (8). In Example 2 it is the bound (9): the norm in (8), "
+        f"evaluated directly for constant changes of the period, is at most {largest} "
+        "on the whole range with one element. The elements are those of our run of Algorithm 1; that their intervals "
+        "cover the range needs U3 alone corrected. How many the algorithm makes is no part of what decides.",
         quantities={
             **{f"left out by one element (s), Example {e}": length for e, length in left_out.items()},
-            **{f"elements that cover, Example {e}": float(size) for e, size in elements.items()},
+            **{f"elements shown to cover, Example {e}": float(size) for e, size in elements.items()},
         },
     )
+
+
+def several_as_printed(results: Results) -> Evidence:
+    """Whether several elements cover the range of both examples by (9) with U3 as printed."""
+    ends = [results[f"grids.{e}"]["algorithm"][PRINTED_U3.name]["end"] for e in EXAMPLES]
+    return Evidence(
+        method="The same with U3 as printed.",
+        holds=not empty_as_printed(results) and all(end == "COVERED" for end in ends),
+    )
+
+
+def empty_as_printed(results: Results) -> list[int]:
+    """Examples in which (9) with U3 as printed is empty around every element."""
+    # With mu(A) < 0 < mu(-A) the printed upper end lies below h_0 by more than the lower one, whatever alpha is.
+    found = {e: results[f"grids.{e}"] for e in EXAMPLES}
+    ends = {e: r["intervals"]["printed, alpha"] for e, r in found.items()}
+    return [e for e, r in found.items() if r["mu"] < 0 < r["mu_minus"] and ends[e]["upper"] <= ends[e]["lower"]]
 
 
 def robustly_stable(e: int, results: Results) -> Evidence:
@@ -117,6 +160,7 @@ def robustly_stable(e: int, results: Results) -> Evidence:
         holds=margin > 0,
         margin=margin,
         quantities={"abscissa of A": r["plant_abscissa"], "spectral radius of A_f": r["filter_radius"]},
+        as_printed=without_constant(e),
         note=f"For {FILTER[e]}. As A is Hurwitz, the same holds for every range of sampling periods and every filter "
         "with A_f Schur; a grid is not needed for stability.",
     )
@@ -128,6 +172,8 @@ for e in EXAMPLES:
         place=GAMMA[e].place,
         statement=f"The error system of Example {e} is robustly stable over the whole range.",
         uses=f"bracket.{e}",
+        erratum={1: None, 2: MISNAMED}[e],
+        pinned={1: "consistent", 2: "reproduced after erratum"}[e],
         reading={1: OUR_FILTER.name, 2: NO_READING}[e],
         says=term("stable for every sequence", FILTERED[e], "the given filter", **RANGE),
     )(of_example(robustly_stable, e))
@@ -187,6 +233,7 @@ def congruence(results: Results) -> Evidence:
     return replace(
         identity(results, "congruence", "J'(6)J against (10) for random storage matrices and filters."),
         as_printed=Evidence(method="Rows of both printed halves of (10), which must be as many.", holds=square),
+        note=WITH_SIZE,
     )
 
 
@@ -213,7 +260,8 @@ def ends_covered(e: int, results: Results) -> Evidence:
             "as printed, passes until it stalls": float(literal["rounds"]),
             "as printed with a set-minus, passes until it stalls": float(restored["rounds"]),
         },
-        note="As printed the run stalls: step 4 leaves the grid as it is although step 3 fails.",
+        note="As printed, its union cut to the range, the run stalls: step 4 leaves the grid as it is although step 3 "
+        f"fails; with a set-minus too. {WITH_U3}",
     )
 
 
@@ -233,13 +281,14 @@ def grid_size(e: int, results: Results) -> Evidence:
             "elements with (8) for (9), constant changes": float(c["elements"]),
             "elements with (8) for (9), any change, modal coordinates": float(c["modal_elements"]),
         },
+        as_printed=no_grid(e, results),
         note="Step 3 says what an element covers: the interval (9). Forms of (9), by case U3 and by alpha or its root, "
         f"in which the middle alone covers the range: {covering}. The algorithm stops at one element if step 3 takes "
         "the root of alpha that step 4 prints, against the print of step 3 and against the small-gain condition: a "
         "conjecture about the program behind the paper, an inference, and no reading of the text. (9) bounds (8) and "
         "is not needed for it: by (8) itself, and a new element in the middle of each gap, the algorithm ends with "
         f"{c['elements']:g} elements for changes held constant, and with {c['modal_elements']:g} for any change in "
-        "modal coordinates.",
+        f"modal coordinates. {WITH_U3}",
     )
 
 
@@ -267,7 +316,7 @@ def condition_8(e: int, results: Results) -> Evidence:
             "largest left side, any change, modal coordinates: bound between the nodes": r["modal_bound"],
             "largest left side, any change, modal coordinates: least over other single elements": r["best"],
         },
-        as_printed={1: None, 2: WITHOUT_CONSTANT}[e],
+        as_printed=without_constant(e),
         not_checkable="" if not undecided else "The bound between the nodes does not decide; take more of them.",
         note="In modal coordinates the left side is the least that any coordinates give for a constant change: where "
         "it exceeds one, no change of coordinates helps. Its gain for every sequence in the coordinates of the plant "
@@ -291,6 +340,7 @@ for e in EXAMPLES:
         DATA[f"grid-size-{e}"],
         statement=f"Algorithm 1 ends with one element in the grid in Example {e}.",
         uses=(f"grids.{e}", f"condition.{e}", "identities"),
+        erratum="algorithm",
         pinned="differs",
         reading=BOUND_9.name,
         says=term("elements of the grid", f"example-{e}"),

@@ -10,6 +10,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from papers.mustafa.experiments.identities import EXACT
+from papers.mustafa.method.algorithm1 import AS_PRINTED, WITH_SET_MINUS
 from papers.mustafa.printed import EXAMPLES
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Results
@@ -29,6 +30,8 @@ WITHOUT_CONSTANT = Evidence(
     not_checkable="K_theta in A has no printed value, so that nothing comes out.",
 )
 MOTOR_CONSTANT = "A of Example 2 is formed with K_theta = K_q (erratum motor-constant)."
+WITH_U3 = "(9) is used with case U3 corrected (erratum u3)."
+WITH_SIZE = "(10) is used with F of size n × r too (erratum size-of-F)."
 
 
 def on_motor(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evidence]:
@@ -40,6 +43,25 @@ def on_motor(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evide
         return replace(found, note=f"{found.note} {MOTOR_CONSTANT}".strip())
 
     return noted
+
+
+def without_constant(e: int) -> Evidence | None:
+    """What the text as printed gives for an example, where nothing else is corrected."""
+    return WITHOUT_CONSTANT if e == 2 else None
+
+
+def no_grid(e: int, results: Results) -> Evidence:
+    """What Algorithm 1 as printed gives for what needs the grid that it ends with: the number of its elements."""
+    runs = [results[f"grids.{e}"]["algorithm"][form.name] for form in (AS_PRINTED, WITH_SET_MINUS)]
+    method = "Algorithm 1 as the text at hand reads, and with a set-minus in step 4."
+    ended = [run for run in runs if run["end"] == "COVERED"]
+    if ended:
+        return Evidence(method=method, value=float(ended[0]["size"]))
+    return Evidence(
+        method=method,
+        not_checkable="Its union cut to the range, the run stalls, with a set-minus as without, so that no grid comes "
+        "out.",
+    )
 
 
 def of_example(answer: Callable[[int, Results], Evidence], e: int) -> Callable[[Results], Evidence]:
