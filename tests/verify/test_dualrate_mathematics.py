@@ -363,6 +363,20 @@ def test_error_is_bounded_where_it_is_largest_and_no_lower() -> None:
             dualrate_response.require_error_below(growing(), acb_mat([[2]]), fmpq(2), fmpq(7))
 
 
+def test_a_peak_between_the_ends_of_a_piece_is_found() -> None:
+    """cos(t - c) on [0, 2] with c in the middle of the first piece: below the bound at the ends of all pieces."""
+    length = fmpq(2)
+    half = length / (2 * dualrate_response.PIECES)
+    swinging = dualrate_response.Motion(
+        N=acb_mat([[acb(0, 1), 0], [0, acb(0, -1)]]), row=acb_mat([[fmpq(1, 2), fmpq(1, 2)]]), scales=[fmpq(1)] * 2
+    )
+    start = acb_mat([[acb(0, -arb(half)).exp()], [acb(0, arb(half)).exp()]])
+    dualrate_response.require_error_below(swinging, start, length, fmpq(10001, 10000))
+    assert abs(dualrate_response.error_at(swinging, start, 2 * half)) < fmpq(9998, 10000)
+    with pytest.raises(Refused, match="not proved to be below"):
+        dualrate_response.require_error_below(swinging, start, length, fmpq(9998, 10000))
+
+
 def test_identities_that_are_checked() -> None:
     with patch.object(dualrate_identities, "decide") as decided:
         dualrate_identities.require_error_equations()

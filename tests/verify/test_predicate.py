@@ -139,6 +139,11 @@ def test_a_quantity_has_a_unit_and_one_that_is_not_known_none() -> None:
     ]
 
 
+def test_a_quantity_of_a_paper_has_its_unit_behind_it() -> None:
+    assert unit_of("final size [percent]") == "percent"
+    assert in_words(Predicate(of=term("final size [percent]"))) == "final size holds"
+
+
 def test_json_is_the_same_in_any_order_and_of_one_type_only() -> None:
     assert same({"a": 1, "b": [2]}, {"b": [2], "a": 1})
     assert not same({"a": 1}, {"a": True})

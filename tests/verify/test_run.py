@@ -17,7 +17,7 @@ from replication.verify.algebra.decimals import above, below, decimal, half_unit
 from replication.verify.predicate import same
 from replication.verify.reading import MAX_BYTES
 from replication.verify.run import STATEMENTS, check, committed, printable, report, verify
-from replication.verify.subjects import papers, plant, printed, subject, theorems
+from replication.verify.subjects import folder_of, papers, plant, printed, subject, theorems
 from replication.verify.theorem import Refused
 
 ROOT = Path(__file__).parents[2]
@@ -318,3 +318,14 @@ def test_numbers_in_sentences_are_rounded_to_their_side() -> None:
     assert (below(fmpq(2, 3), 3), above(fmpq(2, 3), 3)) == ("0.666", "0.667")
     assert (below(fmpq(-2, 3), 3), above(fmpq(-2, 3), 3)) == ("-0.667", "-0.666")
     assert (below(fmpq(1, 2)), above(fmpq(5))) == ("0.500000000", "5.000000000")
+
+
+def test_the_folder_of_papers_is_a_name_of_python(tmp_path: Path) -> None:
+    assert folder_of(tmp_path) == tmp_path / "papers"
+    settings = tmp_path / "replication.toml"
+    settings.write_text('papers = "studies"')
+    assert folder_of(tmp_path) == tmp_path / "studies"
+    for wrong, message in (('papers = "my-papers"', "must be a name of Python, got my-papers"), ("papers", "TOML")):
+        settings.write_text(wrong)
+        with pytest.raises(Refused, match=message):
+            folder_of(tmp_path)
