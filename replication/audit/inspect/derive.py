@@ -73,6 +73,7 @@ def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Kept:
 
 def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[tuple[str, str]]:
     """Where the file, or a file of a figure, is not what the cache gives, and what is different there."""
+    yield from (("project", text) for text in _moved("", _plain(results.project), _plain(again.results.project)))
     yield from _environment(results.run, again.environment, trusted=_here(results, again))
     if not _here(results, again):
         return
