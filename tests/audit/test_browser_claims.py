@@ -179,7 +179,21 @@ def test_everything_is_done_with_the_keyboard_alone(visit: Any) -> None:
     claim = tab_to(".claim > summary").find_element(By.XPATH, "..")
     press(page, Keys.ENTER)
     assert claim.get_attribute("open") is not None
+    place = claim.find_element(By.CSS_SELECTOR, ":scope > .evidence")
+    WebDriverWait(page, 5).until(lambda _: place.get_attribute("data-drawn"))
     tab_to(".claim > .evidence a")
+
+
+def test_drawing_the_evidence_does_not_lose_the_place_of_the_keyboard(visit: Any) -> None:
+    page = visit(fragment=PAPER)
+    held = page.execute_async_script("""const done = arguments[0];
+      const claim = document.querySelector('.claim:not([open])'), place = claim.querySelector(':scope > .evidence');
+      place.innerHTML = '<a href="#answer">what stands there before</a>';
+      claim.open = true;
+      place.firstChild.focus();
+      const wait = () => place.dataset.drawn ? done(place.contains(document.activeElement)) : setTimeout(wait, 10);
+      wait();""")
+    assert held
 
 
 STOPS = """return [...document.querySelectorAll('a[href], button, input, summary, [tabindex="0"]')]

@@ -19,9 +19,11 @@
     const place = one(":scope > .evidence, :scope > .drawn", details);
     const html = evidence?.[details.dataset.draw ?? details.id];
     if (!place || !html || place.dataset.drawn) return;
+    const held = place.contains(document.activeElement);
     place.dataset.drawn = "yes";
     place.innerHTML = html;
     watch(place);
+    if (held) one("a, button, summary", place)?.focus();
   }
 
   document.addEventListener("toggle", ({ target }) => {
