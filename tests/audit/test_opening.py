@@ -114,14 +114,14 @@ def lane(broken: bool, corrected: bool = False, sound: bool = True, unsettled: b
     [
         ([lane(True)], "In the paper a central guarantee fails."),
         ([lane(False)], "Every theorem passes our tests in the paper."),
-        ([lane(False), lane(False, sound=False)], "No central guarantee is refuted in the papers."),
+        ([lane(False), lane(False, sound=False)], "In the papers no central guarantee is refuted."),
         (
             [lane(False, sound=False, corrected=True, unsettled=True)],
-            "Once corrected, no central guarantee is refuted in the paper; that of Doe et al. depends on the reading.",
+            "In the paper no central guarantee is refuted once corrected; that of Doe et al. depends on the reading.",
         ),
         (
             [lane(True, unsettled=True), lane(False, unsettled=True), lane(False, sound=False, unsettled=True)],
-            "In Doe et al. a central guarantee fails; none is refuted in the others; that of two of them depends on "
+            "In Doe et al. a central guarantee fails; in the others none is refuted; that of two of them depends on "
             "the reading.",
         ),
         ([lane(True), lane(True)], "In both papers a central guarantee fails."),
@@ -149,7 +149,7 @@ def paper_of(records: Any) -> Any:
 def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
-    assert field([paper_of([remark])]).answer == "No central guarantee is refuted in the paper."
+    assert field([paper_of([remark])]).answer == "In the paper no central guarantee is refuted."
     assert field([paper_of([theorem])]).answer == "In the paper a central guarantee fails."
     assert field([paper_of([theorem, remark])]).failing == 2
     failing = sum(record.verdict in FAILS for record in made.claims)

@@ -116,7 +116,7 @@ def answer(lanes: Sequence[Lane]) -> str:
 def _said_of(lanes: Sequence[Lane], none: str, where: str) -> str:
     """What is true of papers of which no guarantee fails; that none is refuted does not say that all hold."""
     corrected, unsettled = any(lane.corrected for lane in lanes), [lane.paper.record for lane in lanes if lane.open]
-    said = f"{'once corrected, ' if corrected else ''}{none} is refuted {where}"
+    said = f"{where} {none} is refuted{' once corrected' if corrected else ''}"
     if all(lane.sound for lane in lanes):
         said = (
             f"every theorem passes our tests {where}{', some only once misprints are corrected' if corrected else ''}"
