@@ -46,12 +46,21 @@ def read_printed(file: str | Path) -> Mapping[str, Any]:
     a number that is not written as a string.
     """
     path = Path(file).with_suffix(".toml")
+    return printed_values(path, read_tables(path))
+
+
+def read_tables(path: Path) -> Mapping[str, Any]:
+    """The tables of a file of printed data as they stand there; raises AuditError if it cannot be read."""
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
+        return tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal)
     except OSError as error:
         raise AuditError(f"{path} cannot be read: {error.strerror}") from None
     except (ValueError, ArithmeticError) as error:
         raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
+
+
+def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The values of the tables of `path` by name; raises as `read_printed`."""
     return {name: _entry(f"{path}: [{name}]", table) for name, table in tables.items()}
 
 

@@ -15,7 +15,6 @@ Where the value is a table or a list, `{key}` in these texts stands for the name
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -23,7 +22,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.data import read_printed
+from replication.audit.data import printed_values, read_tables
 from replication.audit.declare import Part
 from replication.audit.judge.printed import parse
 from replication.audit.model import NO_READING, Evidence, Kind, Results
@@ -52,8 +51,8 @@ def numbers(file: str | Path) -> tuple[Part, ...]:
     Raises AuditError that names file, entry and field for what is no such claim.
     """
     path = Path(file).with_suffix(".toml")
-    data = read_printed(path)
-    tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    tables = read_tables(path)
+    data = printed_values(path, tables)
     parts: dict[str, Part] = {}
     for name, table in tables.items():
         if "claim" in table:

@@ -9,7 +9,7 @@ import numpy as np
 from papers.mustafa.method.stability import delta_block
 from replication.estimation.linear.periodic import block_diagonal
 from replication.estimation.nonuniform.filter_lmi import LmiVariables, lmi10
-from replication.estimation.nonuniform.filters import Filter, error_output, error_step
+from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
 
@@ -67,14 +67,14 @@ def _maps(plant: SampledPlant, filter_: Filter, h: float, theta: float) -> dict[
     """
     n, nf, z = plant.order, len(filter_.A), 1.1
     Phi, Gamma = plant.discretise(h)
-    A, B = error_step(plant, filter_, Phi, Gamma)
-    C = error_output(plant, filter_)
+    A, B = filter_.error_step(plant, Phi, Gamma)
+    C = filter_.error_output(plant)
     B1, C1 = np.eye(n + nf, n), np.hstack([plant.A @ Phi, np.zeros((n, nf))])
     resolvent = np.linalg.inv(z * np.eye(n + nf) - A)
     S11, S12 = C1 @ resolvent @ B1, plant.A @ Gamma + plant.B + C1 @ resolvent @ B
     S21, S22 = C @ resolvent @ B1, C @ resolvent @ B
     Delta, identity = delta_block(plant, theta), np.eye(n)
-    A_h, B_h = error_step(plant, filter_, *plant.discretise(h + theta))
+    A_h, B_h = filter_.error_step(plant, *plant.discretise(h + theta))
     truth = C @ np.linalg.solve(z * np.eye(n + nf) - A_h, B_h)
     reordered = S22 + S21 @ Delta @ np.linalg.solve(identity - S11 @ Delta, S12)
     inner = identity - S11 @ Delta
@@ -100,8 +100,8 @@ def _theorem_3(rng: np.random.Generator, plant: SampledPlant, filter_: Filter, h
     P = root @ root.T + np.eye(2 * n)
     inverse = np.linalg.inv(P)
     X, U, Y, V = P[:n, :n], P[:n, n:], np.asarray(inverse[:n, :n]), inverse[:n, n:]
-    A, B = error_step(plant, filter_, *plant.discretise(h))
-    C = error_output(plant, filter_)
+    A, B = filter_.error_step(plant, *plant.discretise(h))
+    C = filter_.error_output(plant)
     corner = np.block([[A @ P, B], [C @ P, np.zeros((s, m))]])
     six = np.block([[-block_diagonal([P, np.eye(s)]), corner], [corner.T, -block_diagonal([P, delta * np.eye(m)])]])
     Z = np.asarray(np.linalg.inv(X))

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.linalg
 
 from replication.estimation.linear.norms import hinf_norm
-from replication.estimation.nonuniform.filters import Filter, error_output
+from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
 
@@ -100,5 +100,5 @@ class StabilityTest:
 
 def stability(plant: SampledPlant, filter_: Filter) -> StabilityTest:
     """The two numbers that decide it; raises InvalidInputError if the filter does not fit the plant."""
-    error_output(plant, filter_)
+    filter_.error_output(plant)
     return StabilityTest(float(np.max(np.linalg.eigvals(plant.A).real)), filter_.spectral_radius())

@@ -92,10 +92,7 @@ class RunningObserver(Portable, ABC):
         """
         if y is NOT_GIVEN or isinstance(u, dict) or isinstance(y, dict):
             u, y = self._by_name(u, y)
-        known = vector("u", u, self.inputs) if u is not None or self.inputs else np.zeros(0)
-        if np.any(np.isnan(known)):
-            raise InvalidInputError(f"u must be {self.inputs} numbers, got {u!r}; an input is known at every instant")
-        self._advance(known, vector("y", y, self.measurements))
+        self._advance(known_inputs(u, self.inputs), vector("y", y, self.measurements))
         self.instant += 1
         return self.estimate
 
@@ -193,6 +190,16 @@ class PeriodicObserver(RunningObserver):
         phase, expected = self.phases[now], self.expected[now] @ self._state + self.direct @ u
         y = self._completed(y, expected, phase.due)
         self._state = phase.transition @ self._state + phase.input @ u + phase.injection @ y
+
+
+def known_inputs(u: Any, size: int) -> Array:
+    """`u` as (size,) floats; raises InvalidInputError if one is missing."""
+    if u is None and not size:
+        return np.zeros(0)
+    known = vector("u", u, size)
+    if np.isnan(known).any():
+        raise InvalidInputError(f"u must be {size} numbers, got {u!r}; an input is known at every instant")
+    return known
 
 
 def vector(name: str, value: Any, size: int) -> Array:

@@ -35,7 +35,7 @@ class Estimator(ABC):
 
     @abstractmethod
     def error_step(self, plant: SampledPlant, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
-        """State and input matrices of the error, for stacks of Phi and Gamma."""
+        """State and input matrices of the error, for Phi (..., n, n) and Gamma (..., n, m)."""
 
     @abstractmethod
     def entry(self, plant: SampledPlant) -> Array:
@@ -191,20 +191,10 @@ def observer(plant: SampledPlant, h: float, K: Array) -> Filter:
     return Filter(Phi - gain @ plant.C, gain, plant.L)
 
 
-def error_output(plant: SampledPlant, filter_: Estimator) -> Array:
-    """[L, -C_f] of eq. (5), of shape (s, n + nf); raises InvalidInputError if filter and plant do not fit."""
-    return filter_.error_output(plant)
-
-
-def error_step(plant: SampledPlant, filter_: Estimator, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
-    """The state and input matrices of the error system (5) for given Phi (..., n, n) and Gamma (..., n, m)."""
-    return filter_.error_step(plant, Phi, Gamma)
-
-
 def error_system(plant: SampledPlant, filter_: Estimator, h: float, *, per_duration: bool = False) -> Stage:
     """One stage of eq. (5) with period h, state [x; x^]; per_duration scales e by sqrt(h) and w by 1/sqrt(h)."""
-    output = error_output(plant, filter_)
-    state, drive = error_step(plant, filter_, *plant.discretise(h))
+    output = filter_.error_output(plant)
+    state, drive = filter_.error_step(plant, *plant.discretise(h))
     root = np.sqrt(h) if per_duration else 1.0
     return Stage(state, drive / root, root * output, np.zeros((len(output), drive.shape[1])))
 

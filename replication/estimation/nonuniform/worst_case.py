@@ -18,7 +18,7 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from replication.errors import InvalidInputError
-from replication.estimation.nonuniform.filters import Estimator, error_output
+from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.validation import Array, as_array, positive_integer
 
@@ -78,7 +78,7 @@ def sequence_gain(
     periods = as_periods("periods", periods)
     if len(periods) < 2:
         raise InvalidInputError(f"periods must have at least two entries, got {len(periods)}; repeat the period")
-    error_output(plant, filter_)
+    filter_.error_output(plant)
     steps, drives, output = _error_steps(plant, filter_, periods)
     count, size, inputs = drives.shape
     root = np.sqrt(periods)[:, None] if per_duration else np.ones((count, 1))
@@ -118,7 +118,7 @@ def _error_steps(plant: SampledPlant, filter_: Estimator, periods: Array) -> tup
     distinct, which = np.unique(periods, return_inverse=True)
     upper = plant.transitions(distinct)[which][:, : plant.order]
     steps, drives = filter_.steps_along(plant, periods, upper)
-    return steps, drives, error_output(plant, filter_)
+    return steps, drives, filter_.error_output(plant)
 
 
 def _triangular(steps: Array) -> scipy.sparse.csc_matrix:

@@ -18,7 +18,7 @@ from replication.estimation.nonuniform.filter_lmi import (
     recover,
     variable_basis,
 )
-from replication.estimation.nonuniform.filters import Filter, error_output, error_step, periodic_gain
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 
@@ -44,8 +44,8 @@ def test_lmi_10_is_the_congruence_of_6(n, m, r, s):
     some = Filter(rng.standard_normal((n, n)), rng.standard_normal((n, r)), rng.standard_normal((s, n)))
     delta = 1.7
     Phi, Gamma = plant.discretise(0.4)
-    A, B = error_step(plant, some, Phi, Gamma)
-    C = error_output(plant, some)
+    A, B = some.error_step(plant, Phi, Gamma)
+    C = some.error_output(plant)
     zeros = np.zeros
     six = np.block(
         [

@@ -21,7 +21,7 @@ from replication.estimation import nonuniform
 from replication.estimation.nonuniform import bracket as bracket_module
 from replication.estimation.nonuniform.baselines import smoother_limit, without_sensors
 from replication.estimation.nonuniform.exchange import robust_design
-from replication.estimation.nonuniform.filters import error_output, error_step, periodic_gain
+from replication.estimation.nonuniform.filters import periodic_gain
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
@@ -159,14 +159,14 @@ def test_what_enters_the_hulls_is_what_steps_the_error():
         (UNSTABLE, StampedFilter(np.arange(4.0)[None, :, None])),
     ):
         Phi, Gamma = plant.discretise(0.2)
-        state, drive = error_step(plant, subject, Phi, Gamma)
+        state, drive = subject.error_step(plant, Phi, Gamma)
         n = plant.order
         assert np.allclose(np.hstack([Phi, Gamma]) @ subject.entry(plant), np.hstack([state, drive])[:n], atol=1e-14)
         w = np.random.default_rng(0).standard_normal((5, plant.B.shape[1]))
         e, errors = np.zeros(len(state)), [np.zeros(len(plant.L))]
         for one in w:
             e = state @ e + drive @ one
-            errors.append(error_output(plant, subject) @ e)
+            errors.append(subject.error_output(plant) @ e)
         assert np.allclose(simulate_error(plant, subject, np.full(5, 0.2), w), errors, atol=1e-12)
 
 

@@ -13,12 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from replication.errors import InvalidInputError
 from replication.estimation.api.c_code import c_source
 from replication.estimation.api.forms.matlab import matlab_source
 from replication.estimation.api.forms.portable import NOT_GIVEN, Portable
 from replication.estimation.api.phase import Phase
-from replication.estimation.api.running import vector
+from replication.estimation.api.running import known_inputs, vector
 from replication.estimation.multirate.h2.filtering import FilterGains, read_only
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array, as_array
@@ -119,10 +118,11 @@ class RunningKalman(Portable, ABC):
             u, y = self._by_name(u, y)
         phase = self.instant % len(self._mask)
         measured = vector("y", y, self._sizes[2])
-        driven = self._driven(u)
+        known = known_inputs(u, self._sizes[1])
+        driven = self._B @ known if len(known) else 0.0
         innovation = measured - self._C.dot(self._past[0])
-        if self._direct is not None and u is not None:
-            innovation -= self._direct @ vector("u", u, self._sizes[1])
+        if self._direct is not None:
+            innovation -= self._direct @ known
         came = self._mask[phase] & (innovation == innovation)  # NaN is not itself
         count = int(np.count_nonzero(came))
         shown = innovation
@@ -138,17 +138,6 @@ class RunningKalman(Portable, ABC):
     def estimate(self) -> Array:
         """x^(k|k-1), the estimate of the state at the present instant from what came before, (n,)."""
         return np.array(self._past[0])
-
-    def _driven(self, u: Any) -> Array | float:
-        """B_u u."""
-        if u is None and not self._sizes[1]:
-            return 0.0
-        known = vector("u", u, self._sizes[1])
-        if np.isnan(known).any():
-            raise InvalidInputError(
-                f"u must be {self._sizes[1]} numbers, got {u!r}; an input is known at every instant"
-            )
-        return np.asarray(self._B @ known)
 
     @abstractmethod
     def _begin(self) -> None: ...

@@ -19,7 +19,7 @@ import scipy.linalg
 from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
 from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis
 from replication.estimation.conic.solvers import SolverReport
-from replication.estimation.nonuniform.filters import Estimator, error_output, error_step
+from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.guarantee.context_tree import ContextTree, Word
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
@@ -52,12 +52,12 @@ class ErrorSystem:
     @property
     def output(self) -> Array:
         """C-bar (s, n + nf) in these coordinates."""
-        return np.asarray(error_output(self.plant, self.filter) @ np.linalg.inv(self.T) / self.level)
+        return np.asarray(self.filter.error_output(self.plant) @ np.linalg.inv(self.T) / self.level)
 
     def steps(self, transitions: Array) -> Array:
         """[A-bar, B-bar] for a stack (V, n + m, n + m), of shape (V, n + nf, n + nf + m)."""
         n = self.plant.order
-        state, drive = error_step(self.plant, self.filter, transitions[:, :n, :n], transitions[:, :n, n:])
+        state, drive = self.filter.error_step(self.plant, transitions[:, :n, :n], transitions[:, :n, n:])
         return np.asarray(self.T @ np.concatenate([state @ np.linalg.inv(self.T), drive], axis=-1))
 
     @property
