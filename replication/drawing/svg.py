@@ -94,10 +94,15 @@ def _refuse_foreign(body: str) -> None:
 
 
 def _with_prefix(body: str, prefix: str) -> str:
-    """Two figures inlined into one page share a name space: ids get the name of their figure, unused ones go."""
+    """Two figures inlined into one page share a name space: ids get the name of their figure, unused ones go.
+
+    matplotlib hashes coordinates into its ids, with digits that differ between processors: they are counted instead.
+    """
     used = set(re.findall(r'(?:href="|url\()#([^")]+)', body))
-    body = re.sub(r' id="([^"]*)"', lambda match: f' id="{prefix}-{match[1]}"' if match[1] in used else "", body)
-    return re.sub(r'(href="|url\()#', rf"\1#{prefix}-", body)
+    defined = [name for name in dict.fromkeys(re.findall(r' id="([^"]*)"', body)) if name in used]
+    names = {name: f"{prefix}-{k}" for k, name in enumerate(defined, start=1)}
+    body = re.sub(r' id="([^"]*)"', lambda match: f' id="{names[match[1]]}"' if match[1] in used else "", body)
+    return re.sub(r'(href="|url\()#([^")]+)', lambda match: f"{match[1]}#{names.get(match[2], match[2])}", body)
 
 
 def _without_bare_groups(body: str) -> str:
