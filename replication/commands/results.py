@@ -54,14 +54,14 @@ def check(chosen: argparse.Namespace) -> int:
     from replication.audit.publish.readme import is_stale
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
-    from replication.audit.store.sources import kept_at
+    from replication.audit.store.sources import KEPT, kept_at
 
     project = here()
     results, root, papers = read_results(results_path(chosen)), project.root, project.load()
     problems = [str(problem) for problem in check(results, papers, root)]
     held = {paper.key for paper in results.papers}
-    directory = root / ".cache" / "replication"
-    with kept_at(directory / "sources.json"):
+    directory = project.cache
+    with kept_at(directory / KEPT):
         again = kept([paper for paper in papers if paper.key in held], root, Cache(directory))
     found = differences(results, again, chosen.figures or root / "figures")
     problems += [f"{where}: not derived: {message}" for where, message in found]

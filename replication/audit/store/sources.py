@@ -178,6 +178,10 @@ _known: dict[str, _Module] = {}
 _asked: set[str] = set()
 
 
+KEPT = "sources.json"
+"""File of the cache for `kept_at`."""
+
+
 @contextlib.contextmanager
 def kept_at(path: Path) -> Iterator[None]:
     """Take what files import from what an earlier command kept at `path`, and keep there what was asked for.
