@@ -50,7 +50,7 @@ class Functional:
             start, end = (point.transpose() * W.P * point for point in (at.start, at.end))
             return (start * 0**c - end * (-1) ** c - W.S[max(c - 1, 0)] * c) * at.rates
 
-        def kernel(a: int, b: int) -> fmpq_mat:
+        def kernel(a: int, b: int) -> Any:
             slope = W.R[max(a - 1, 0), b] + W.R[b, max(a - 1, 0)].transpose()
             return at.rates * (ends(a).transpose() * W.Q[b] - slope * a)
 
