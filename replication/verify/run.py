@@ -73,26 +73,26 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
     values = dict(zip(FIELDS, fields(certificate, "certificate", *FIELDS), strict=True))
     require_form(values, place)
     stated = {side: rational(number, f"bound.{side}") for side, number in sides(values["bound"]).items()}
-    known = STATEMENTS
     if values["paper"] is not None:
         for field, wanted in subject(values["paper"], values["name"], root).items():
             require(same(values[field], wanted), f"{field} is not that of the wanted theorem {values['name']}")
-        known = {**STATEMENTS, **own_statements(values["paper"], root)}
-    statement = text(values["statement"], "statement")
-    require(statement in known, f"there is no statement {statement!r:.60}")
-    return known[statement](certificate, stated)
+    name = text(values["statement"], "statement")
+    statement = STATEMENTS[name] if name in STATEMENTS else own_statement(name, values["paper"], root)
+    return statement(certificate, stated)
 
 
-def own_statements(paper: str, root: Path) -> dict[str, Statement]:
-    """The statements of a paper's statements.py, which begin with its key, and stand with its certificates alone."""
-    module = loaded(folder_of(root) / paper / "statements.py")
+def own_statement(name: str, paper: str | None, root: Path) -> Statement:
+    """A statement of a paper's statements.py, which begins with its key, and stands with its certificates alone."""
+    module = None if paper is None else loaded(folder_of(root) / paper / "statements.py")
     declared = [value for value in vars(module).values() if isinstance(value, Statement)] if module else []
     for one in declared:
         require(
             one.name.startswith(f"{paper}."),
             f"{paper}/statements.py declares {one.name}, which must begin with {paper}.",
         )
-    return {one.name: one for one in declared}
+    found = [one for one in declared if one.name == name]
+    require(found != [], f"there is no statement {name!r:.60}")
+    return found[0]
 
 
 def sides(bound: Any) -> dict[str, Any]:
