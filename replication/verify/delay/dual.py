@@ -42,21 +42,17 @@ class Functional:
         spend(len(W.R) * plant.points * width**2 * 2 * multiplying(_length(W), 60), "the functional on rates")
         drift, error, both = at.drift.transpose(), at.error.transpose(), W.P + W.P.transpose()
 
-        def ends(power: int) -> Any:
-            """f s^power at 0, less that at -1."""
-            return at.start * 0**power - at.end * (-1) ** power
-
         def within(c: int) -> Any:
             start, end = (point.transpose() * W.P * point for point in (at.start, at.end))
             return (start * 0**c - end * (-1) ** c - W.S[max(c - 1, 0)] * c) * at.rates
 
         def kernel(a: int, b: int) -> Any:
             slope = W.R[max(a - 1, 0), b] + W.R[b, max(a - 1, 0)].transpose()
-            return at.rates * (ends(a).transpose() * W.Q[b] - slope * a)
+            return at.rates * (at.ends(a).transpose() * W.Q[b] - slope * a)
 
         return Form(
             drift * both * at.error,
-            {c: drift * Q + error * (both * ends(c) - W.Q[max(c - 1, 0)] * c) * at.rates for c, Q in W.Q.items()},
+            {c: drift * Q + error * (both * at.ends(c) - W.Q[max(c - 1, 0)] * c) * at.rates for c, Q in W.Q.items()},
             {c: _mask(within(c), n, inside=True) + _mask(self.coupling[c], n, inside=False) for c in W.S},
             {(a, b): kernel(a, b) for a, b in W.R},
         )

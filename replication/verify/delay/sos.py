@@ -98,6 +98,10 @@ class Motion:
     end: fmpq_mat
     rates: fmpq_mat
 
+    def ends(self, power: int) -> Any:
+        """s^power f(s) at 0, less that at -1."""
+        return self.start * 0**power - self.end * (-1) ** power
+
 
 def motion(plant: DelayPlant) -> Motion:
     """e' = A0 e + [A_1 ..] l - B w, and rates = 1/delay."""
@@ -131,24 +135,28 @@ def supplied(plant: DelayPlant, gamma: fmpq) -> fmpq_mat:
 
 
 def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
-    """dV/dt + 2 v'z - gamma(|w|^2 + |v|^2) on (w, v, e, l) and the histories f, integrated by parts."""
-    at, (n, width) = motion(plant), (plant.states, plant.late.ncols())
-    crossing = at.drift * V.P * at.error.transpose()
-    P = supplied(plant, gamma)
-    Q: Polynomial = {power: at.drift * part for power, part in V.Q.items()}
+    """dV/dt + 2 v'z - gamma(|w|^2 + |v|^2) on (w, v, e, l) and the histories f, integrated by parts.
+
+    The derivative of a power of zero has the factor zero, wherever it is added.
+    """
+    at = motion(plant)
+    P, crossing = supplied(plant, gamma), at.drift * V.P * at.error.transpose()
+    Q: Polynomial = {}
+    S: Polynomial = {}
     R: Kernel = {}
-    for power, part in forms.slope(V.Q).items():
-        add_to(Q, power, -(at.error * part * at.rates))
-    for where, point, sign in ((at.start, 0, 1), (at.end, -1, -1)):
-        crossing += at.error * forms.at(V.Q, point, (n, width)) * at.rates * where.transpose() * sign
-        P += where * forms.at(V.S, point, (width, width)) * at.rates * where.transpose() * sign
-        for power, part in forms.row_at(V.R, point).items():
-            add_to(Q, power, where * at.rates * part * sign)
-    for (first, second), part in forms.slope_first(V.R).items():
-        moved = -(at.rates * part)
-        add_to(R, (first, second), moved)
-        add_to(R, (second, first), moved.transpose())
-    S = {power: -(part * at.rates) for power, part in forms.slope(V.S).items()}
+    for power, part in V.Q.items():
+        crossing += at.error * part * at.rates * at.ends(power).transpose()
+        add_to(Q, power, at.drift * part)
+        add_to(Q, max(power - 1, 0), at.error * part * at.rates * -power)
+    for power, part in V.S.items():
+        P += at.start * part * at.rates * at.start.transpose() * 0**power
+        P -= at.end * part * at.rates * at.end.transpose() * (-1) ** power
+        add_to(S, max(power - 1, 0), part * at.rates * -power)
+    for (first, second), part in V.R.items():
+        moved, lower = at.rates * part * -first, max(first - 1, 0)
+        add_to(Q, second, at.ends(first) * at.rates * part)
+        add_to(R, (lower, second), moved)
+        add_to(R, (second, lower), moved.transpose())
     return Form(P + crossing + crossing.transpose(), Q, S, R)
 
 
