@@ -271,7 +271,7 @@ def test_the_matrix_on_squares_gives_the_functional_of_every_square(rule: str) -
     weights = functional(points, functions, 2 * degree + 1).weights
     for weight, order in ((delay_forms.UNIFORM, degree), (delay_forms.BUMP, degree - 1)):
         powers = delay_forms.kernels(order, rule)
-        G = delay_dual._on_squares(weights, weight, order, powers)
+        G = delay_dual._on_squares(weights, functions, weight, order, powers)
         size = delay_forms.basis_size(points, functions, order, powers)
         half = full(size, size, random.Random(1))
         M = half + half.transpose()

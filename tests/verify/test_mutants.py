@@ -71,6 +71,12 @@ EQUIVALENT = [
     ("dualrate.response", "TERMS, PIECES, PARTS = 24, 32, 2000", "became 2001", "more parts than are needed"),
     (
         "run",
+        "def report(paths: Sequence[Path], root: Path = ROOT, jobs: int | None = 1) -> int:",
+        "became 2",
+        "the lines are the same in several processes",
+    ),
+    (
+        "run",
         'print(printable(words, sys.stdout.encoding or "ascii"), flush=True)',
         "became False",
         "seen in a process of its own only, by a test with a reader that leaves",
@@ -81,6 +87,12 @@ EQUIVALENT = [
         "Gt became GtE",
         "the root of zero is zero",
     ),
+    (
+        "nonuniform.gain",
+        'share = system.seconds(time) if case.weight == "duration" else arb(1)',
+        "became 2",
+        "a common factor of both energies",
+    ),
     ("nonuniform.output", "BITS = 40", "became 41", "more bits than are needed"),
     ("nonuniform.smallgain", "HALVINGS = 12", "became 13", "more halvings than are needed"),
     (
@@ -89,6 +101,12 @@ EQUIVALENT = [
         '[seconds(plant.period(name, "period")) for name in (PERIODS[0], PERIODS[-1])]',
         "lost its sign or negation",
         "e^{ah} is convex and falls, so that it changes most from the middle to the lower end",
+    ),
+    (
+        "nonuniform.system",
+        'level=positive(given["level"], f"{path}.level") if level else fmpq(0),',
+        "became 1",
+        "a level that is not asked for is not read",
     ),
     ("nonuniform.theory", "DIGITS = 40", "became 41", "more bits than are needed"),
 ]

@@ -161,6 +161,37 @@ def test_the_curve_is_its_chord_less_a_part_of_its_bend() -> None:
     assert 0 < widest < 1 / 2
 
 
+def test_a_piece_fails_where_the_inequality_holds_at_its_ends_alone() -> None:
+    """An oscillator, whose held input moves it most after half a turn, between the ends."""
+    zero, one = fmpq_mat([[0]]), fmpq_mat([[1, 0]])
+    ends = (fmpq(13, 5), ZERO), (fmpq(18, 5), ZERO)
+    plant = system.Plant(fmpq_mat([[0, 1], [-1, 0]]), fmpq_mat([[0], [1]]), one, zero, one, *ends)
+    case = system.Case(ends=ends, weight="samples", filter=system.Filter(zero, zero, zero), level=ZERO)
+    small = fmpq_mat([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    for level, holding, left in ((fmpq(21, 10), [True, False, True], [(0, 1)]), (fmpq(11, 5), [True] * 3, [])):
+        inequality = gain._Inequality(plant, case, level, [arb_mat(small * 10), arb_mat(small)])
+        found = []
+        for share in (ZERO, fmpq(1, 2), ONE):
+            h = system.seconds(system.along(*ends, share))
+            M = system.error_step(plant, case.filter, system.step_at(plant, h))
+            found.append(inequality.holds((0, 1), M, h))
+        assert found == holding
+        assert inequality.fails(ZERO, ONE, [(0, 1)]) == [(0, 1)]
+        assert inequality.fails(ZERO, fmpq(1, 2), [(0, 1)]) == left
+
+
+def test_a_plant_has_no_other_fields() -> None:
+    with pytest.raises(Refused, match="plant has the unknown field extra"):
+        system.read_plant({**load("floor-1")["plant"], "extra": "1"})
+
+
+def test_the_shortest_period_is_that_of_the_lower_end() -> None:
+    filter_ = system.Filter(fmpq_mat([[0]]), fmpq_mat([[0]]), fmpq_mat([[0]]))
+    case = system.Case(ends=((ONE, ZERO), (TWO, ONE)), weight="samples", filter=filter_, level=ZERO)
+    assert case.least == "1"
+    assert case.scope == "over all periods from 1 to 2 + 1 pi s"
+
+
 def test_error_system_by_blocks() -> None:
     plant = integrator([[7]])
     filter_ = system.Filter(fmpq_mat([[2]]), fmpq_mat([[3]]), fmpq_mat([[5]]))

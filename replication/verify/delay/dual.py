@@ -121,7 +121,7 @@ def _require_functional(
     on_cones = {"N": functional.weights, "dV/dt": functional.of_rate(plant)}
     for weight, order, powers in squares:
         for name, weights in on_cones.items():
-            gram = _on_squares(weights, weight, order, powers)
+            gram = _on_squares(weights, plant.late.ncols(), weight, order, powers)
             decide(Nonnegative(gram, f"the functional on {name} of degree {order}"))
 
 
@@ -154,9 +154,9 @@ def _mask(M: fmpq_mat, n: int, *, inside: bool) -> fmpq_mat:
     return fmpq_mat(size, size, entries)
 
 
-def _on_squares(W: Form, weight: Mapping[int, int], degree: int, powers: Powers) -> fmpq_mat:
+def _on_squares(W: Form, functions: int, weight: Mapping[int, int], degree: int, powers: Powers) -> fmpq_mat:
     """The symmetric matrix G with trace(G M) the value of these weights on `square` of M, for every symmetric M."""
-    points, functions = W.Q[0].nrows(), W.Q[0].ncols()
+    points = W.P.nrows()
     size = basis_size(points, functions, degree, powers)
     spend(size**2 * (2_000 + 5 * _length(W)), f"the functional on squares of degree {degree}")
 
