@@ -42,6 +42,7 @@ VERIFIER = {
     "multirate.counts": ("test_multirate", *SAID),
     "multirate.identities": ("test_multirate", *SAID),
     "multirate.levels": ("test_multirate", *SAID),
+    "multirate.losses": ("test_multirate_losses", *SAID),
     "multirate.orders": ("test_multirate", *SAID),
     "multirate.recovered": ("test_multirate", *SAID),
     "multirate.sensing": ("test_multirate", *SAID),

@@ -72,7 +72,7 @@ def gain_under_losses(given: Certificate) -> Proof:
     gains, at, to, stored, word, turn, v = take(given.witness, "witness", "L", "at", "to", "P", "word", "turn", "v")
     steps = _steps(plant, graph, gains)
     lower, upper = given.stated("lower", "upper")
-    need(0 < lower <= upper, "the bounds are not positive, or crossed")
+    need(lower > 0 and upper > 0, "the bounds are not positive")
     _bounded(plant, graph, steps, (at, to, stored), upper)
     walk = several(word, "word", count)
     need(bool(walk) and all(i < len(steps) for i in walk), "a case that is none")
@@ -117,7 +117,7 @@ def _bounded(
     for own, (state, further) in enumerate(zip(states, ends, strict=True)):
         need(is_positive(storage[own]), f"P[{own}] is not positive")
         begun = graph.from_state(state)
-        need(bool(begun) and len(begun) == len(further), f"function {own} does not meet every case of its state")
+        need(len(begun) == len(further), f"function {own} does not meet every case of its state")
         for i, next_ in zip(begun, further, strict=True):
             need(
                 next_ < len(states) and states[next_] == graph.instants[i][1], f"function {own} goes astray in case {i}"

@@ -10,7 +10,7 @@ from typing import Any
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.kernel import AtMost, Positive, decide
+from replication.verify.kernel import Positive, decide
 from replication.verify.multirate.bounds import attained, require_fall
 from replication.verify.multirate.levels import Matrices, require_lower
 from replication.verify.multirate.sensing import CHOSEN, Schedule, Sensing, read_plant, schedule
@@ -129,7 +129,6 @@ def gain_under_losses(
 
     Storage functions on the nodes from above; from below a disturbance in a pattern that repeats.
     """
-    decide(AtMost(lower, upper, "the bounds are crossed"))
     steps = plant.system.error_system(L)
     require_storage(plant, steps, at, to, P, upper)
     require_walk(plant.cases, word)
@@ -150,7 +149,7 @@ def require_storage(
     for i, node in enumerate(at):
         decide(Positive(P[i], f"P_{i}"))
         leaving = [number for number, case in enumerate(plant.cases) if case.before == node]
-        require(0 < len(leaving) == len(to[i]), f"witness.to[{i}] needs an entry for each case of node {node}")
+        require(len(leaving) == len(to[i]), f"witness.to[{i}] needs an entry for each case of node {node}")
         for number, target in zip(leaving, to[i], strict=True):
             fits = target < len(at) and at[target] == plant.cases[number].after
             require(fits, f"case {number} does not lead from storage function {i} to {target}")
