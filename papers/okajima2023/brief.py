@@ -53,8 +53,8 @@ BRIEF = Brief(
     "matrix](?diagonal-of-a).",
     holds="For the stable plant, to one part in a million, [Theorem 1](theory.theorem1) is tight at "
     f"{len(GAIN_SETS)} gain sets, [Theorem 2](theory.theorem2) at Sec. IV's {len(DESIGNS)} designs.",
-    correct="[Table 1](table1.n21) prints 1.14 at (2, 1), where the optimum rounds to 1.13. Eq. (4) "
-    "[counts](sensor-index) states for sensors.",
+    correct="[Table 1](table1.n21), entry (2, 1), exceeds the rounded optimum. Eq. (4) [counts](sensor-index) "
+    "states for sensors.",
     guess="Which noises [eq. (34)](denominator) divides by; which [matrices](unstable.same-setting) Sec. IV-C has; "
     "whether the sentence that [shorter periods](order.shorter-in-general) help is meant beyond Table 1.",
     sketch=Sketch(

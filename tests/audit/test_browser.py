@@ -150,11 +150,6 @@ def test_everything_is_there_without_scripts(visit: Any) -> None:
     assert not reason.is_displayed()
     claim.find_element(By.CSS_SELECTOR, "summary").click()
     assert reason.is_displayed() and reason.text
-    said = page.find_element(By.CSS_SELECTOR, f"[id='{claim_id('column-8-9')}'] .evidence").get_attribute("textContent")
-    for essential in ("Riccati", "Bracket proved", "column-8-9.json", "claims.py:42"):
-        assert essential in said
-    assert "Without a script" in page.find_element(By.CSS_SELECTOR, f"{PAPER} .scriptless").text
-    assert not page.find_element(By.CSS_SELECTOR, ".keyed").is_displayed()
     page.find_element(By.CSS_SELECTOR, f".k[href='#{claim_id('far')}']").send_keys(Keys.ENTER)
     assert page.current_url.endswith(claim_id("far"))
 

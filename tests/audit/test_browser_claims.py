@@ -17,9 +17,6 @@ from replication.audit.report.claim import anchor, targets, views
 
 pytestmark = pytest.mark.browser
 
-FEW = 12
-"""So many hits are shown at first."""
-
 PAPER = f"#paper-{KEY}"
 
 
@@ -154,19 +151,6 @@ def test_search_puts_the_place_before_the_words(visit: Any) -> None:
     field.clear()
     field.send_keys("there is no such word")
     assert "Nothing found" in page.find_element(By.CSS_SELECTOR, ".hits p").text
-
-
-def test_search_shows_some_and_on_demand_all(visit: Any) -> None:
-    page = visit()
-    page.find_element(By.NAME, "find").send_keys("e")
-    found = int(page.find_element(By.CSS_SELECTOR, ".hits p").text.split()[0])
-    assert len(page.find_elements(By.CSS_SELECTOR, "#hits a")) == FEW < found
-    rest = page.find_element(By.CSS_SELECTOR, ".hits button")
-    assert rest.text == f"Show all {found}"
-    press(page, *[Keys.ARROW_DOWN] * (FEW + 1), Keys.ENTER)
-    links = page.find_elements(By.CSS_SELECTOR, "#hits a")
-    assert len(links) == found and not rest.is_displayed()
-    assert page.switch_to.active_element == links[FEW], "the first one that was not there before"
 
 
 def test_everything_is_done_with_the_keyboard_alone(visit: Any) -> None:

@@ -97,9 +97,6 @@
   const form = one(".find");
   const field = one("input", form);
   const box = one(".hits", form);
-  const rest = one("button", box);
-  const FIRST = 12;
-  let most = FIRST;
   let index = null;
   const plain = (text) => text.toLowerCase().replace(/_/g, "").replace(/\s+/g, " ").trim();
   function entries() {
@@ -129,10 +126,8 @@
     const found = words.length ? index.map((entry) => [rank(entry, query, words), entry]).filter(([at]) => at !== null) : [];
     found.sort(([a], [b]) => a - b);
     box.hidden = !words.length;
-    one("p", box).textContent = found.length ? `${found.length} found` : "Nothing found; try a place, such as Table 1.";
-    rest.hidden = found.length <= most;
-    rest.textContent = `Show all ${found.length}`;
-    one("ol", box).replaceChildren(...found.slice(0, most).map(([, entry]) => {
+    one("p", box).textContent = found.length ? `${found.length} found${found.length > 12 ? ", the first ones:" : ""}` : "Nothing found; try a place, such as Table 1.";
+    one("ol", box).replaceChildren(...found.slice(0, 12).map(([, entry]) => {
       const line = document.createElement("li");
       const link = document.createElement("a");
       link.href = `#${entry.link}`;
@@ -145,19 +140,13 @@
     }));
   }
   form.hidden = false;
-  if (innerWidth < 760) field.placeholder = "Find Table 1";
-  field.addEventListener("input", () => { most = FIRST; search(); });
-  rest.addEventListener("click", () => {
-    most = Infinity;
-    field.focus();  // which searches; a button that hides would take the focus with it
-    all("a", box)[FIRST].focus();
-  });
+  field.addEventListener("input", search);
   form.addEventListener("submit", (event) => { event.preventDefault(); one("a", box)?.click(); });
   form.addEventListener("click", (event) => { if (event.target.closest("a")) box.hidden = true; });
   form.addEventListener("focusout", (event) => { if (!form.contains(event.relatedTarget)) box.hidden = true; });
   field.addEventListener("focus", () => { if (field.value) search(); });
   form.addEventListener("keydown", (event) => {
-    const links = [field, ...all("a", box), rest];
+    const links = [field, ...all("a", box)];
     const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
     if (event.key === "Escape") box.hidden = true;
     if (!step) return;
