@@ -198,6 +198,17 @@ def test_prints_every_claim_in_a_line(visit: Any, scripts: bool) -> None:
     assert set(page.execute_script(CODE_LINES)) == {"none"}, "on a screen it stands in the evidence"
 
 
+@pytest.mark.parametrize("width", [320, 390])
+def test_the_text_of_a_figure_is_large_enough_on_a_telephone(visit: Any, width: int) -> None:
+    page = unfold(visit(width))
+    sizes = """return [...document.querySelectorAll('svg.figure text')].map((e) =>
+      parseFloat(getComputedStyle(e).fontSize) * Math.hypot(e.getScreenCTM().a, e.getScreenCTM().b))"""
+    scrolls = "return [...document.querySelectorAll('figure .scroll')].some((e) => e.scrollWidth > e.clientWidth)"
+    assert min(page.execute_script(sizes)) >= 11 and not page.execute_script(scrolls)
+    page.execute_script("document.querySelector('.figures').style.padding = '0 30px'")
+    assert min(page.execute_script(sizes)) < 11 or width > 320, "and smaller text would be found"
+
+
 def test_figures_have_words_with_numbers_and_can_be_saved(visit: Any) -> None:
     page = visit(fragment=PAPER)
     figures = page.find_elements(By.CSS_SELECTOR, "svg.figure")
