@@ -217,7 +217,7 @@ def same_level(given: Certificate) -> Proof:
     spent = modulus2(vector)
     need(spent > 0 and modulus2(times(delta, vector)) > far * far * spent, "Delta is no larger than that")
     need(reached < min(gain, gain * far), "the filter's level is no lower")
-    require_level(Case(plant, read_filter(filter_, plant), plant.low, plant.high, False), reached, storage)
+    require_level(Case(plant, plant.low, plant.high, False, read_filter(filter_, plant)), reached, storage)
     return Proof(holds=True)
 
 

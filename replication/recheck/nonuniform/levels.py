@@ -18,8 +18,9 @@ from replication.recheck.exact import (
 from replication.recheck.interval import BITS, Interval, norm_above
 from replication.recheck.nonuniform.definite import Whole, surely_positive
 from replication.recheck.nonuniform.sampled import (
-    Case,
+    Errors,
     between,
+    cell_of,
     read_case,
     seconds,
 )
@@ -42,24 +43,42 @@ PLACES = 160
 
 @dataclass(frozen=True)
 class Storage:
-    """Shares at which the range is cut into cells; for each state and cell the state before it; the matrices."""
+    """Shares at which the range is cut into cells; for each state and cell the state before it; the matrices, first
+    those of all states for the first step of the error, then for the second, ..; for each cell the step after it."""
 
     cuts: list[Fraction]
     before: list[list[int]]
     P: list[Matrix]
+    after: list[int]
+
+    def step(self, place: int) -> int:
+        """The step of the error to which the matrix at a place belongs."""
+        return place // len(self.before)
+
+    def pairs(self, cell: int) -> list[tuple[int, int]]:
+        """The places of the matrices before and after a period in a cell."""
+        count_, last = len(self.before), self.after[cell] * len(self.before)
+        return [
+            (place - d + row[cell], last + d)
+            for d, row in enumerate(self.before)
+            for place in range(d, len(self.P), count_)
+        ]
 
 
-def read_storage(value: Any, size: int) -> Storage:
-    """An automaton that reads the periods from the last one on, with a positive matrix for each of its states."""
+def read_storage(value: Any, size: int, known: list[Fraction]) -> Storage:
+    """An automaton that reads the periods from the last one on, with a positive matrix for each of its states and each
+    of the cells that a filter tells apart."""
     cells, before, stored = take(value, "storage", "cells", "before", "P")
     cuts = several(cells, "cells", number)
     need(len(cuts) > 1 and cuts[0] == 0 and cuts[-1] == 1, "the cells do not cover the range")
     need(all(a < b for a, b in pairwise(cuts)), "the cells do not follow each other")
     p = several(stored, "P", lambda one, at: symmetric(one, at, size))
-    states = several(before, "before", lambda row, at: several(row, at, count, len(cuts) - 1), len(p))
-    need(bool(p) and all(one < len(p) for row in states for one in row), "a state is none")
+    states = several(before, "before", lambda row, at: several(row, at, count, len(cuts) - 1))
+    need(len(p) == len(states) * (len(known) - 1), "not one matrix for each state and each cell of the filter")
+    need(bool(p) and all(one < len(states) for row in states for one in row), "a state is none")
     need(all(map(is_positive, p)), "a matrix is not positive")
-    return Storage(cuts, states, p)
+    need(set(known) <= set(cuts), "a cell of the filter ends within one of the storage")
+    return Storage(cuts, states, p, [cell_of(known, start) for start in cuts[:-1]])
 
 
 class Inequality:
@@ -69,10 +88,10 @@ class Inequality:
     times a common denominator.
     """
 
-    def __init__(self, case: Case, level: Fraction, storage: Storage) -> None:
+    def __init__(self, case: Errors, level: Fraction, storage: Storage) -> None:
         self.case, self.storage = case, storage
         generator, seen = case.plant.generator, times(turned(case.output), case.output)
-        self.n, self.size = len(case.plant.A), len(seen)
+        self.n, self.size, self.moved = len(case.plant.A), len(seen), case.moved
         self.rate, self.bend = norm_above(generator), times(generator, generator)
         rationals = [entry for block in (*storage.P, seen, [[level * level]]) for row in block for entry in row]
         self.common = lcm(*(entry.denominator for entry in rationals))
@@ -87,15 +106,15 @@ class Inequality:
         h = seconds(between(self.case.start, self.case.stop, share))
         return h, self.case.plant.step(h)
 
-    def _steps(self, share: Fraction) -> tuple[Whole, int, int]:
-        """The columns of M, w, and how far entries of either are off at most."""
+    def _steps(self, share: Fraction) -> tuple[list[Whole], int, int]:
+        """The columns of each M, w, and how far entries of either are off at most."""
         h, step = self.at(share)
-        entries = [[Interval.of(entry) for entry in row] for row in self.case.error_step(step)]
+        all_ = [[[Interval.of(entry) for entry in row] for row in one] for one in self.case.error_steps(step)]
         weight = Interval.of(self.case.weight(h))
-        off = max(max(entry.high - entry.low for row in entries for entry in row), weight.high - weight.low)
+        off = max(*(entry.high - entry.low for one in all_ for row in one for entry in row), weight.high - weight.low)
         spare = BITS - PLACES
-        rows = [[entry.low >> spare for entry in row] for row in entries]
-        return turned(rows), weight.low >> spare, (off >> spare) + 2
+        columns = [turned([[entry.low >> spare for entry in row] for row in one]) for one in all_]
+        return columns, weight.low >> spare, (off >> spare) + 2
 
     def remainder(self, left: Fraction, right: Fraction) -> Fraction | None:
         """At least the largest entry by which [Phi, Gamma] differs from its chord; None on pieces that are too long.
@@ -119,12 +138,13 @@ class Inequality:
 
     def holds(self, end: Fraction, rest: int, c: int, d: int) -> bool:
         """Whether it holds at an end of a chord, with so much in each entry of [Phi, Gamma] beside it."""
-        columns, weight, off = self.steps(end)
-        p, size = self.P[d], self.size
+        steps, weight, off = self.steps(end)
+        which = self.storage.step(c)
+        columns, p, size = steps[which], self.P[d], self.size
         pushed = [[sum(map(mul, column, row)) for row in p] for column in columns]
         n, count_ = self.n, len(columns)
-        # Only the rows of Phi and Gamma are off by more than rounding, and only in the columns of x and w.
-        moved = [rest + off if j < n or j >= size else off for j in range(count_)]
+        # Only the rows of Phi and Gamma are off by more than rounding.
+        moved = [off - int(-rest * one // 1) for one in self.moved[which]]
         sums = [sum(map(abs, one[:n])) for one in pushed]
         others = [off * sum(map(abs, one[n:])) for one in pushed]
         whole = sum(abs(entry) for row in p[:n] for entry in row[:n])
@@ -151,7 +171,7 @@ class Inequality:
         """Refuse unless it holds for all periods, cell by cell."""
         storage = self.storage
         for cell, (left, right) in enumerate(pairwise(storage.cuts)):
-            waiting = [(left, right, [(row[cell], d) for d, row in enumerate(storage.before)], 0)]
+            waiting = [(left, right, storage.pairs(cell), 0)]
             while waiting:
                 start, stop, failed, halvings = waiting.pop()
                 rest = self.remainder(start, stop)
@@ -166,10 +186,10 @@ class Inequality:
                     waiting += [(start, middle, failed, halvings + 1), (middle, stop, failed, halvings + 1)]
 
 
-def require_level(case: Case, level: Fraction, storage: Any) -> None:
+def require_level(case: Errors, level: Fraction, storage: Any) -> None:
     """Refuse unless the storage proves the level for all sequences."""
     need(level > 0, "the level is not positive")
-    Inequality(case, level, read_storage(storage, len(case.plant.A) + len(case.filter.A))).require()
+    Inequality(case, level, read_storage(storage, len(case.output[0]), case.cells)).require()
 
 
 def gain_upper(given: Certificate) -> Proof:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -66,6 +67,11 @@ class Filter:
     C: Matrix
 
 
+def cell_of(cells: list[Fraction], share: Fraction) -> int:
+    """The cell of a share; an end that two of them share belongs to the upper one."""
+    return max(cell for cell, start in enumerate(cells[:-1]) if start <= share)
+
+
 def between(start: Time, stop: Time, share: Fraction) -> Time:
     """The time that divides the way from one to the other."""
     return start[0] + share * (stop[0] - start[0]), start[1] + share * (stop[1] - start[1])
@@ -107,14 +113,52 @@ def read_filter(value: Any, plant: Plant) -> Filter:
 
 
 @dataclass(frozen=True)
-class Case:
-    """A plant with a filter over a range of periods, and the weight of the samples."""
+class Errors(ABC):
+    """The error of a filter for a plant over a range of periods, and the weight of the samples.
+
+    Its step, [A-bar, B-bar], may depend on the cell in which the period before lies.
+    """
 
     plant: Plant
-    filter: Filter
     start: Time
     stop: Time
     by_duration: bool
+
+    @property
+    @abstractmethod
+    def cells(self) -> list[Fraction]:
+        """The shares at which these cells end, from 0 to 1."""
+
+    @property
+    @abstractmethod
+    def output(self) -> Matrix:
+        """C-bar."""
+
+    @abstractmethod
+    def error_steps(self, step: Matrix) -> list[Matrix]:
+        """From [Phi, Gamma], after each cell."""
+
+    @property
+    @abstractmethod
+    def moved(self) -> list[list[Fraction]]:
+        """After each cell, by how much the upper n entries of each column change at most where those of [Phi, Gamma]
+        change by one."""
+
+    def weight(self, h: Any) -> Any:
+        """Of a sample with this period."""
+        return h if self.by_duration else Fraction(1)
+
+
+@dataclass(frozen=True)
+class Case(Errors):
+    """That of a filter (4)."""
+
+    filter: Filter
+
+    @property
+    def cells(self) -> list[Fraction]:
+        """One."""
+        return [Fraction(0), Fraction(1)]
 
     @property
     def output(self) -> Matrix:
@@ -127,9 +171,15 @@ class Case:
         above = [[*row[:n], *([Fraction(0)] * len(own.A)), *row[n:]] for row in step]
         return [*above, *blocks([[times(own.B, self.plant.C), own.A, times(own.B, self.plant.D)]])]
 
-    def weight(self, h: Any) -> Any:
-        """Of a sample with this period."""
-        return h if self.by_duration else Fraction(1)
+    def error_steps(self, step: Matrix) -> list[Matrix]:
+        """It does not depend on the period before."""
+        return [self.error_step(step)]
+
+    @property
+    def moved(self) -> list[list[Fraction]]:
+        """The columns of x and w are those of Phi and Gamma."""
+        n, own, m = len(self.plant.A), len(self.filter.A), len(self.plant.B[0])
+        return [[Fraction(1)] * n + [Fraction(0)] * own + [Fraction(1)] * m]
 
     def require_stable(self) -> None:
         """Refuse unless A is Hurwitz and A_f Schur."""
@@ -149,7 +199,7 @@ def read_case(given: Certificate, *more: str, filter_: Any = None) -> tuple[Case
     need(start == stop or seconds(start) < seconds(stop), "the range is empty")
     weight = one_of(values[2], "weight", "samples", "duration")
     own = read_filter(given.plant["filter"] if filter_ is None else filter_, plant)
-    return Case(plant, own, start, stop, weight == "duration"), values[3:]
+    return Case(plant, start, stop, weight == "duration", own), values[3:]
 
 
 def on_circle(turn: Any) -> Complex:
