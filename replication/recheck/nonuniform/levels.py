@@ -97,14 +97,28 @@ class Inequality:
         self.common = lcm(*(entry.denominator for entry in rationals))
         self.P = [self._whole(one) for one in storage.P]
         self.seen, ((self.level2,),) = self._whole(seen), self._whole([[level * level]])
-        self.at, self.steps = cache(self._at), cache(self._steps)
+        self.at, self.steps, self.over = cache(self._at), cache(self._steps), cache(self._over)
+        self.reached: dict[Fraction, tuple[Fraction, Fraction]] = {}
 
     def _whole(self, matrix_: Matrix) -> Whole:
         return [[int(entry * self.common) for entry in row] for row in matrix_]
 
     def _at(self, share: Fraction) -> tuple[Interval, Matrix]:
+        """The period at a share and [Phi, Gamma] there; from another share and the way between them if one is known."""
         h = seconds(between(self.case.start, self.case.stop, share))
-        return h, self.case.plant.step(h)
+        if share not in self.reached:
+            return h, self.case.plant.step(h)
+        start, way = self.reached[share]
+        return h, times(self.at(start)[1], self.over(way))
+
+    def _over(self, way: Fraction) -> Matrix:
+        """exp(N t) for the time t of a way: all pieces of one length share it."""
+        n, m = self.n, len(self.case.plant.B[0])
+        start, stop = (seconds(between(self.case.start, self.case.stop, share)) for share in (Fraction(0), way))
+        return [
+            *self.case.plant.step(stop - start),
+            *([Fraction(int(i == j - n)) for j in range(n + m)] for i in range(m)),
+        ]
 
     def _steps(self, share: Fraction) -> tuple[list[Whole], int, int]:
         """The columns of each M, w, and how far entries of either are off at most."""
@@ -183,6 +197,7 @@ class Inequality:
                 need(not failed or halvings < HALVINGS, "the inequality fails, or is not decided")
                 if failed:
                     middle = (start + stop) / 2
+                    self.reached[middle] = (start, middle - start)
                     waiting += [(start, middle, failed, halvings + 1), (middle, stop, failed, halvings + 1)]
 
 
