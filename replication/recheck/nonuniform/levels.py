@@ -18,9 +18,8 @@ from replication.recheck.exact import (
 from replication.recheck.interval import BITS, Interval, norm_above
 from replication.recheck.nonuniform.definite import Whole, surely_positive
 from replication.recheck.nonuniform.sampled import (
-    Errors,
+    Case,
     between,
-    cell_of,
     read_case,
     seconds,
 )
@@ -65,13 +64,24 @@ class Storage:
         ]
 
 
+def read_cells(value: Any, where: str) -> list[Fraction]:
+    """The shares at which the cells of a range end."""
+    cuts = several(value, where, number)
+    need(len(cuts) > 1 and cuts[0] == 0 and cuts[-1] == 1, f"{where} do not cover the range")
+    need(all(a < b for a, b in pairwise(cuts)), f"{where} do not follow each other")
+    return cuts
+
+
+def cell_of(cells: list[Fraction], share: Fraction) -> int:
+    """The cell of a share; an end that two of them share belongs to the upper one."""
+    return max(cell for cell, start in enumerate(cells[:-1]) if start <= share)
+
+
 def read_storage(value: Any, size: int, known: list[Fraction]) -> Storage:
     """An automaton that reads the periods from the last one on, with a positive matrix for each of its states and each
     of the cells that a filter tells apart."""
     cells, before, stored = take(value, "storage", "cells", "before", "P")
-    cuts = several(cells, "cells", number)
-    need(len(cuts) > 1 and cuts[0] == 0 and cuts[-1] == 1, "the cells do not cover the range")
-    need(all(a < b for a, b in pairwise(cuts)), "the cells do not follow each other")
+    cuts = read_cells(cells, "the cells")
     p = several(stored, "P", lambda one, at: symmetric(one, at, size))
     states = several(before, "before", lambda row, at: several(row, at, count, len(cuts) - 1))
     need(len(p) == len(states) * (len(known) - 1), "not one matrix for each state and each cell of the filter")
@@ -88,10 +98,12 @@ class Inequality:
     times a common denominator.
     """
 
-    def __init__(self, case: Errors, level: Fraction, storage: Storage) -> None:
+    def __init__(self, case: Case, level: Fraction, storage: Storage) -> None:
         self.case, self.storage = case, storage
         generator, seen = case.plant.generator, times(turned(case.output), case.output)
-        self.n, self.size, self.moved = len(case.plant.A), len(seen), case.moved
+        self.n, self.size = len(case.plant.A), len(seen)
+        # By how much the entries of the columns of M change where those of [Phi, Gamma] change by one.
+        self.moved = [[sum(map(abs, column)) for column in turned(one)] for one in case.F]
         self.rate, self.bend = norm_above(generator), times(generator, generator)
         rationals = [entry for block in (*storage.P, seen, [[level * level]]) for row in block for entry in row]
         self.common = lcm(*(entry.denominator for entry in rationals))
@@ -123,7 +135,7 @@ class Inequality:
     def _steps(self, share: Fraction) -> tuple[list[Whole], int, int]:
         """The columns of each M, w, and how far entries of either are off at most."""
         h, step = self.at(share)
-        all_ = [[[Interval.of(entry) for entry in row] for row in one] for one in self.case.error_steps(step)]
+        all_ = [[[Interval.of(entry) for entry in row] for row in one] for one in self.case.steps(step)]
         weight = Interval.of(self.case.weight(h))
         off = max(*(entry.high - entry.low for one in all_ for row in one for entry in row), weight.high - weight.low)
         spare = BITS - PLACES
@@ -201,7 +213,7 @@ class Inequality:
                     waiting += [(start, middle, failed, halvings + 1), (middle, stop, failed, halvings + 1)]
 
 
-def require_level(case: Errors, level: Fraction, storage: Any) -> None:
+def require_level(case: Case, level: Fraction, storage: Any) -> None:
     """Refuse unless the storage proves the level for all sequences."""
     need(level > 0, "the level is not positive")
     Inequality(case, level, read_storage(storage, len(case.output[0]), case.cells)).require()

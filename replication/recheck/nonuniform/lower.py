@@ -19,12 +19,11 @@ from replication.recheck.exact import (
     unit,
 )
 from replication.recheck.interval import Interval
+from replication.recheck.nonuniform.levels import cell_of
 from replication.recheck.nonuniform.sampled import (
     Case,
-    Errors,
     Plant,
     between,
-    cell_of,
     complex_column,
     modulus2,
     on_circle,
@@ -45,7 +44,7 @@ def require_attained(case: Case, level: Fraction, witness: Any) -> None:
     require_motion(case, level, witness)
 
 
-def require_motion(case: Errors, level: Fraction, witness: Any) -> None:
+def require_motion(case: Case, level: Fraction, witness: Any) -> None:
     """The same for an error that is known to settle whatever the periods of the range."""
     listed, turn, noises = take(witness, "witness", "pattern", "turn", "w")
     runs = several(listed, "pattern", lambda run, at: take_run(run, at))
@@ -56,7 +55,7 @@ def require_motion(case: Errors, level: Fraction, witness: Any) -> None:
     made = {}
     for share, _ in runs:
         h = seconds(between(case.start, case.stop, share))
-        made[share] = (h, case.error_steps(case.plant.step(h)))
+        made[share] = (h, case.steps(case.plant.step(h)))
     shares = [share for share, number_ in runs for _ in range(number_)]
     cells = [cell_of(case.cells, share) for share in (shares[-1], *shares[:-1])]
     steps = [(made[share][0], made[share][1][cell]) for share, cell in zip(shares, cells, strict=True)]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from replication.recheck.exact import Complex, blocks, characteristic, is_hurwitz, is_schur, nought, scaled, times
+from replication.recheck.exact import Complex, blocks, characteristic, is_hurwitz, is_schur, nought, scaled, times, unit
 from replication.recheck.interval import Interval, enclosed, exponential, pi
 from replication.recheck.reading import (
     Certificate,
@@ -67,11 +66,6 @@ class Filter:
     C: Matrix
 
 
-def cell_of(cells: list[Fraction], share: Fraction) -> int:
-    """The cell of a share; an end that two of them share belongs to the upper one."""
-    return max(cell for cell, start in enumerate(cells[:-1]) if start <= share)
-
-
 def between(start: Time, stop: Time, share: Fraction) -> Time:
     """The time that divides the way from one to the other."""
     return start[0] + share * (stop[0] - start[0]), start[1] + share * (stop[1] - start[1])
@@ -113,78 +107,43 @@ def read_filter(value: Any, plant: Plant) -> Filter:
 
 
 @dataclass(frozen=True)
-class Errors(ABC):
-    """The error of a filter for a plant over a range of periods, and the weight of the samples.
+class Case:
+    """The error of a filter over a range of periods: x+ = [[Phi, Gamma] F; R] [x; w], e = output x.
 
-    Its step, [A-bar, B-bar], may depend on the cell in which the period before lies.
+    F is that of the cell in which the period before lies; the cells end at these shares, from 0 to 1.
     """
 
     plant: Plant
     start: Time
     stop: Time
     by_duration: bool
+    output: Matrix
+    cells: list[Fraction]
+    F: list[Matrix]
+    R: Matrix
 
-    @property
-    @abstractmethod
-    def cells(self) -> list[Fraction]:
-        """The shares at which these cells end, from 0 to 1."""
-
-    @property
-    @abstractmethod
-    def output(self) -> Matrix:
-        """C-bar."""
-
-    @abstractmethod
-    def error_steps(self, step: Matrix) -> list[Matrix]:
-        """From [Phi, Gamma], after each cell."""
-
-    @property
-    @abstractmethod
-    def moved(self) -> list[list[Fraction]]:
-        """After each cell, by how much the upper n entries of each column change at most where those of [Phi, Gamma]
-        change by one."""
+    def steps(self, step: Matrix) -> list[Matrix]:
+        """[A-bar, B-bar] after each cell, from [Phi, Gamma]."""
+        return [[*times(step, one), *self.R] for one in self.F]
 
     def weight(self, h: Any) -> Any:
         """Of a sample with this period."""
         return h if self.by_duration else Fraction(1)
 
-
-@dataclass(frozen=True)
-class Case(Errors):
-    """That of a filter (4)."""
-
-    filter: Filter
-
-    @property
-    def cells(self) -> list[Fraction]:
-        """One."""
-        return [Fraction(0), Fraction(1)]
-
-    @property
-    def output(self) -> Matrix:
-        """C-bar."""
-        return blocks([[self.plant.L, scaled(-1, self.filter.C)]])
-
-    def error_step(self, step: Matrix) -> Matrix:
-        """[A-bar, B-bar] from [Phi, Gamma]."""
-        n, own = len(self.plant.A), self.filter
-        above = [[*row[:n], *([Fraction(0)] * len(own.A)), *row[n:]] for row in step]
-        return [*above, *blocks([[times(own.B, self.plant.C), own.A, times(own.B, self.plant.D)]])]
-
-    def error_steps(self, step: Matrix) -> list[Matrix]:
-        """It does not depend on the period before."""
-        return [self.error_step(step)]
-
-    @property
-    def moved(self) -> list[list[Fraction]]:
-        """The columns of x and w are those of Phi and Gamma."""
-        n, own, m = len(self.plant.A), len(self.filter.A), len(self.plant.B[0])
-        return [[Fraction(1)] * n + [Fraction(0)] * own + [Fraction(1)] * m]
-
     def require_stable(self) -> None:
-        """Refuse unless A is Hurwitz and A_f Schur."""
+        """Refuse unless A is Hurwitz and A_f, which stands in R, is Schur."""
+        n = len(self.plant.A)
         need(is_hurwitz(self.plant.A), "A is not Hurwitz")
-        need(is_schur(characteristic(self.filter.A)), "A_f is not Schur")
+        need(is_schur(characteristic([row[n : n + len(self.R)] for row in self.R])), "A_f is not Schur")
+
+
+def case_of(plant: Plant, own: Filter, start: Time, stop: Time, by_duration: bool = False) -> Case:
+    """That of a filter (4): x and w enter the plant, and the filter goes on by itself."""
+    n, m, nf = len(plant.A), len(plant.B[0]), len(own.A)
+    enters = blocks([[unit(n), nought(n, nf + m)], [nought(m, n + nf), unit(m)]])
+    goes_on = blocks([[times(own.B, plant.C), own.A, times(own.B, plant.D)]])
+    output = blocks([[plant.L, scaled(-1, own.C)]])
+    return Case(plant, start, stop, by_duration, output, [Fraction(0), Fraction(1)], [enters], goes_on)
 
 
 def read_case(given: Certificate, *more: str, filter_: Any = None) -> tuple[Case, list[Any]]:
@@ -199,7 +158,7 @@ def read_case(given: Certificate, *more: str, filter_: Any = None) -> tuple[Case
     need(start == stop or seconds(start) < seconds(stop), "the range is empty")
     weight = one_of(values[2], "weight", "samples", "duration")
     own = read_filter(given.plant["filter"] if filter_ is None else filter_, plant)
-    return Case(plant, start, stop, weight == "duration", own), values[3:]
+    return case_of(plant, own, start, stop, weight == "duration"), values[3:]
 
 
 def on_circle(turn: Any) -> Complex:
