@@ -11,6 +11,7 @@ from mutants import mutants_of, survivors
 SAID = ("test_said",)
 DUALRATE = ("test_dualrate_mathematics", "test_dualrate", *SAID)
 STEPS = ("test_nonuniform_steps", "test_nonuniform", *SAID)
+STAMPED = ("test_nonuniform_stamped", *SAID)
 PROOFS = ("test_nonuniform_proofs", *SAID)
 VERIFIER = {
     "algebra.balls": ("test_balls",),
@@ -46,13 +47,14 @@ VERIFIER = {
     "multirate.recovered": ("test_multirate", *SAID),
     "multirate.sensing": ("test_multirate", *SAID),
     "nonuniform.floor": STEPS,
-    "nonuniform.gain": (*STEPS, "test_nonuniform_proofs"),
+    "nonuniform.gain": (*STEPS, "test_nonuniform_proofs", "test_nonuniform_stamped"),
     "nonuniform.grid": ("test_nonuniform_theory", *SAID),
     "nonuniform.identities": ("test_nonuniform_theory", *SAID),
     "nonuniform.levels": ("test_nonuniform", *SAID),
     "nonuniform.output": PROOFS,
     "nonuniform.smallgain": PROOFS,
-    "nonuniform.system": STEPS,
+    "nonuniform.stamped": STAMPED,
+    "nonuniform.system": (*STEPS, "test_nonuniform_stamped"),
     "nonuniform.theory": ("test_nonuniform_theory", *SAID),
     "place": ("test_run",),
     "quantities": ("test_predicate",),

@@ -8,7 +8,7 @@ from replication.recheck.exact import blocks, minus, times, unit
 from replication.recheck.nonuniform.levels import read_cells, require_level
 from replication.recheck.nonuniform.lower import require_motion
 from replication.recheck.nonuniform.sampled import Case, Plant, read_plant
-from replication.recheck.reading import Certificate, Proof, matrix, need, several, take
+from replication.recheck.reading import Certificate, Proof, matrix, several, take
 
 
 def read_stamped(value: Any, plant: Plant) -> Case:
@@ -30,7 +30,6 @@ def stamped_gain(given: Certificate) -> Proof:
     """
     lower, upper = given.stated("lower", "upper")
     take(given.parameters, "parameters")
-    need("filter" not in given.plant, "the filter stands with the plant")
     listed, storage, pattern, turn, w = take(given.witness, "witness", "filter", "storage", "pattern", "turn", "w")
     case = read_stamped(listed, read_plant(given.plant))
     require_level(case, upper, storage)
