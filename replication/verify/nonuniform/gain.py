@@ -39,10 +39,6 @@ class Storage:
     P: list[fmpq_mat]
     following: list[int]
 
-    def gain(self, matrix: int) -> int:
-        """The gain of the filter where the error is measured by a matrix."""
-        return matrix // len(self.before)
-
     def transitions(self, cell: int) -> list[Pair]:
         """For each state and gain the matrix before and the one after a period in a cell."""
         states, after = len(self.before), len(self.before) * self.following[cell]
@@ -92,7 +88,7 @@ def require_level(plant: Plant, case: CaseOf[Estimator], level: fmpq, storage: S
     """
     for c, matrix in enumerate(storage.P):
         decide(Positive(matrix, f"P[{c}]"))
-    proof = _Inequality(plant, case, level, storage)
+    proof = _Inequality(plant, case, level, [arb_mat(matrix) for matrix in storage.P])
     for cell, (a, b) in enumerate(pairwise(storage.shares)):
         require_everywhere(proof.fails, a, b, storage.transitions(cell), HALVINGS)
 
@@ -100,8 +96,7 @@ def require_level(plant: Plant, case: CaseOf[Estimator], level: fmpq, storage: S
 def require_at(plant: Plant, case: Case, level: fmpq, P: fmpq_mat, h: arb) -> None:
     """Refuse unless the inequality of `require_level` holds with one matrix at every period in a ball."""
     steps = case.filter.steps(plant, system.step_at(plant, h))
-    one = Storage([*ONE_CELL], [[0]], [P], [0])
-    require(_Inequality(plant, case, level, one).holds((0, 0), steps, h), f"(6) is not proved at {h.str(6)} s")
+    require(_Inequality(plant, case, level, [arb_mat(P)]).holds((0, 0), steps, h), f"(6) is not proved at {h.str(6)} s")
 
 
 def require_everywhere(fails: Fails, a: fmpq, b: fmpq, transitions: list[Pair], halvings: int) -> None:
@@ -119,9 +114,9 @@ def require_everywhere(fails: Fails, a: fmpq, b: fmpq, transitions: list[Pair], 
 class _Inequality:
     """The inequality of `require_level` on pieces of the range."""
 
-    def __init__(self, plant: Plant, case: CaseOf[Estimator], level: fmpq, storage: Storage) -> None:
-        self.plant, self.case, self.gain = plant, case, storage.gain
-        self.P = [arb_mat(matrix) for matrix in storage.P]
+    def __init__(self, plant: Plant, case: CaseOf[Estimator], level: fmpq, P: list[arb_mat]) -> None:
+        self.plant, self.case, self.P = plant, case, P
+        self.states = len(P) // (len(case.filter.cells) - 1)
         output = case.filter.output(plant)
         states, inputs = output.ncols(), plant.B.ncols()
         demanded = -(output.transpose() * output)
@@ -149,7 +144,7 @@ class _Inequality:
 
     def holds(self, pair: Pair, steps: list[arb_mat], h: arb) -> bool:
         """Whether it holds for every step in balls, one for each gain, at the period h."""
-        (before, after), M = (self.P[i] for i in pair), steps[self.gain(pair[0])]
+        (before, after), M = (self.P[i] for i in pair), steps[pair[0] // self.states]
         paid = self.paid * h if self.case.weight == "duration" else self.paid
         room = self.kept.transpose() * before * self.kept + paid - M.transpose() * after * M
         return holds(Positive(room, "the storage inequality"))
