@@ -131,7 +131,7 @@ def _nonuniform(values: Values, **options: Any) -> GainResult:
         return nonuniform.design_stamped(nonuniform.StampedPlant(**plant), known=values.get("B_u"), **options)
     if unused := [*{"B_u", "cells"} & {*values, *options}]:
         raise InvalidInputError(
-            f'{", ".join(sorted(unused))}: for a filter that takes time stamps; leave either out, or write stamps = '
+            f"{', '.join(sorted(unused))}: for a filter that takes time stamps; leave either out, or write stamps = "
             f'"{KNOWN}" in the file if each sample has one'
         )
     return nonuniform.design(nonuniform.SampledPlant(**plant), **options)

@@ -5,7 +5,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from flint import acb, acb_mat, arb, fmpq
+from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 from nonuniform_cases import Certificate, Tamper, load, put, remove, scaled
 from stated import check_stated
 
@@ -29,6 +29,7 @@ def integrator(*gains: str, D: str = "0", cells: tuple[str, ...] = ("0", "1")) -
         "bound": {"lower": "1999/1000", "upper": "2001/1000"},
         "witness": {
             "filter": {"cells": list(cells), "G": [[["1"], [one]] for one in gains]},
+            "T": [["1"]],
             "storage": {"cells": list(cells), "before": [[0] * len(gains)], "P": [[["10001/10000"]]] * len(gains)},
             "pattern": [["1", 1]],
             "turn": "0",
@@ -125,6 +126,36 @@ def test_the_gain_is_that_of_the_period_before() -> None:
                 gain.require_motion(plant, case, exact, [fmpq(0), ONE], acb(1), w)
 
 
+def test_other_coordinates_change_nothing() -> None:
+    certificate = integrator("0")
+    certificate["witness"] |= {
+        "T": [["-3"]],
+        "storage": {"cells": ["0", "1"], "before": [[0]], "P": [[["10001/90000"]]]},
+    }
+    assert check(certificate).upper == fmpq(2001, 1000)
+    certificate["witness"]["T"] = [["-2"]]
+    with pytest.raises(Refused, match="storage inequality"):
+        check(certificate)
+
+
+def test_the_error_in_other_coordinates_is_the_same() -> None:
+    """C-bar A-bar^k B-bar for two states, one after the other, in those of the plant and in others."""
+    plant = system.read_plant(load("stamped-2")["plant"])
+    chosen = stamped.read_stamped(load("stamped-2")["witness"]["filter"], "f", plant)
+    moved, other = stamped.in_coordinates(plant, chosen, fmpq_mat([[2, 1], [3, QUARTER]]))
+    found = []
+    for one, error in ((plant, chosen), (moved, other)):
+        M = error.steps(one, system.step_at(one, arb(fmpq(1, 50))))[3].tolist()
+        A, B = arb_mat([row[:2] for row in M]), arb_mat([row[2:] for row in M])
+        found.append([arb_mat(error.output(one)) * B, arb_mat(error.output(one)) * A * B])
+        assert one.C.nrows() == plant.C.nrows() and one.D == plant.D
+    assert moved.C * fmpq_mat([[2, 1], [3, QUARTER]]) == plant.C
+    assert all(
+        a.overlaps(b) for both in zip(*found, strict=True) for a, b in zip(*(x.entries() for x in both), strict=True)
+    )
+    assert moved.A != plant.A and all(x.rad() < 1e-9 for one in found for M in one for x in M.entries())
+
+
 def test_where_cells_meet_the_latter_counts() -> None:
     cells = [fmpq(0), QUARTER, HALF, ONE]
     shares = (fmpq(0), fmpq(1, 8), QUARTER, fmpq(1, 3), HALF, fmpq(3, 4), ONE)
@@ -188,8 +219,8 @@ ALTERED: list[tuple[Tamper, str]] = [
     (times("99/100", *FILTER, "G", 7, 0, 0), "storage inequality"),
     (exchanged("filter", "G"), "storage inequality"),
     (exchanged("storage", "P"), "storage inequality"),
-    (times("99/100", *STORAGE, "P", 3, 0, 0), r"P\[3\] is not positive definite"),
-    (times("101/100", *STORAGE, "P", 3, 1, 1), "storage inequality"),
+    (times("4/5", *STORAGE, "P", 3, 0, 0), "storage inequality"),
+    (times("5", *STORAGE, "P", 3, 1, 1), "storage inequality"),
     (put("1/7", *STORAGE, "P", 3, 0, 1), r"P\[3\] must be symmetric"),
     (edge, "storage.cells must have all those of the filter"),
     (put("9/10", *FILTER, "cells", 1), "filter.cells must rise from 0 to 1"),
@@ -202,6 +233,9 @@ ALTERED: list[tuple[Tamper, str]] = [
     (put([], *STORAGE, "P"), "P must not be empty"),
     (put(1, *STORAGE, "before", 0, 0), r"before points at P\[1\], but there are 1 matrices"),
     (put([[0] * 8] * 2, *STORAGE, "before"), "before must have 1 entries"),
+    (put([["1", "1"], ["1", "1"]], "witness", "T"), "T is not invertible"),
+    (put([["1"]], "witness", "T"), "T must have 2 entries"),
+    (put([["1", "0"], ["0", "1"]], "witness", "T"), "storage inequality"),
     (put({"weight": "samples"}, "parameters"), "parameters has the unknown field weight"),
     (put([["11/10", 1]], "witness", "pattern"), "a share from 0 to 1"),
     (remove("witness", "w", 0), "witness.w must have"),

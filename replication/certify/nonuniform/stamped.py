@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from math import frexp, pi
+from math import frexp, log2, pi
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,10 @@ from replication.estimation.validation import Array
 
 LEVEL_BITS = 30
 """Bits of a bound."""
+LOST = 60
+"""Bits of those of the verifier that may be lost under a pattern; longer ones are cut."""
+STEPS = 2**8
+"""Of the coordinates, in a unit."""
 RANGE = {"from": "h_l", "to": "h_u"}
 
 
@@ -37,8 +41,12 @@ def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Stam
     """Both bounds and the witness for a filter with the floats that it has; runs: of the pattern, see `pattern_of`."""
     plant = theorem["plant"]
     system, periods = problem_of(plant, RANGE, StampedPlant)
+    T = coordinates(proof)
+    back = np.linalg.inv(T)
     pattern, h = pattern_of(runs, periods)
-    stages = along_pattern(system, filter_, h)
+    while lost_bits(stages := along_pattern(system, filter_, h), T) > LOST and len(h) > len(pattern):
+        runs = [(count + 1) // 2 for count in runs]
+        pattern, h = pattern_of(runs, periods)
     peak = l2_gain(stages)
     lower, upper = peak.lower * (1 - ATTAINED_MARGIN), proof.level * (1 + RANGE_MARGIN)
     return {
@@ -48,14 +56,33 @@ def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Stam
         },
         "witness": {
             "filter": {"cells": shares(plant, filter_.edges), "G": rationals(filter_.G)},
+            "T": rationals(T),
             "storage": {
                 "cells": shares(plant, proof.edges[1:-1]),
                 "before": [list(row) for row in proof.before],
-                "P": rationals(symmetric(proof.storage)),
+                "P": rationals(symmetric(back.T @ proof.storage @ back)),
             },
             **disturbance(pattern, stages, peak.angle, np.ones_like(h)),
         },
     }
+
+
+def coordinates(proof: StampedProof) -> Array:
+    """T for which the storage of T x is about a multiple of the identity: upper triangular and of few bits, with powers
+    of two on its diagonal, so that its inverse has few bits, too."""
+    root = np.linalg.cholesky(np.mean(proof.storage, axis=0) / proof.level**2).T
+    units = np.diag(root)
+    return np.asarray(np.exp2(np.round(np.log2(units)))[:, None] * np.round(root / units[:, None] * STEPS) / STEPS)
+
+
+def lost_bits(stages: PeriodicSystem, T: Array) -> float:
+    """Bits by which balls widen over a pattern, for the state T x: each step multiplies their radii by its moduli."""
+    total, bits, back = np.eye(len(T)), 0.0, np.linalg.inv(T)
+    for stage in stages.stages:
+        total = np.abs(T @ stage.A @ back) @ total
+        size = float(np.max(total)) or 1.0
+        total, bits = total / size, bits + log2(size)
+    return bits
 
 
 def least_gain(theorem: Mapping[str, Any], *, horizon: int) -> Made:

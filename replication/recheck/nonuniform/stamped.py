@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
-from replication.recheck.exact import blocks, minus, times, unit
+from replication.recheck.exact import blocks, inverse, minus, nought, times, unit
 from replication.recheck.nonuniform.levels import read_cells, require_level
 from replication.recheck.nonuniform.lower import require_motion
 from replication.recheck.nonuniform.sampled import Case, Plant, read_plant
 from replication.recheck.reading import Certificate, Proof, matrix, several, take
 
 
-def read_stamped(value: Any, plant: Plant) -> Case:
+def read_stamped(value: Any, coordinates: Any, plant: Plant) -> Case:
     """e+ = [Phi, Gamma] (I - G [C, D]) [e; w] over the whole range, where G is that of the cell of the period before;
     the error is that of the estimate which is there before the sample."""
     listed, gains = take(value, "filter", "cells", "G")
@@ -19,8 +20,14 @@ def read_stamped(value: Any, plant: Plant) -> Case:
     seen = blocks([[plant.C, plant.D]])
     size = len(seen[0])
     made = several(gains, "G", lambda one, at: matrix(one, at, size, len(seen)), len(ends) - 1)
-    factors = [minus(unit(size), times(one, seen)) for one in made]
-    return Case(plant, plant.low, plant.high, False, plant.L, ends, factors, [])
+    # The state is written as T x.
+    n, m = len(plant.A), len(plant.B[0])
+    t = matrix(coordinates, "T", n, n)
+    back = inverse(t)
+    to, fro = (blocks([[one, nought(n, m)], [nought(m, n), unit(m)]]) for one in (t, back))
+    factors = [times(to, minus(unit(size), times(one, seen)), fro) for one in made]
+    moved = replace(plant, A=times(t, plant.A, back), B=times(t, plant.B))
+    return Case(moved, plant.low, plant.high, False, times(plant.L, back), ends, factors, [])
 
 
 def stamped_gain(given: Certificate) -> Proof:
@@ -30,8 +37,9 @@ def stamped_gain(given: Certificate) -> Proof:
     """
     lower, upper = given.stated("lower", "upper")
     take(given.parameters, "parameters")
-    listed, storage, pattern, turn, w = take(given.witness, "witness", "filter", "storage", "pattern", "turn", "w")
-    case = read_stamped(listed, read_plant(given.plant))
+    names = ("filter", "T", "storage", "pattern", "turn", "w")
+    listed, coordinates, storage, pattern, turn, w = take(given.witness, "witness", *names)
+    case = read_stamped(listed, coordinates, read_plant(given.plant))
     require_level(case, upper, storage)
     require_motion(case, lower, {"pattern": pattern, "turn": turn, "w": w})
     return Proof(lower=lower, upper=upper)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from flint import acb_mat, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.balls import circle_point
-from replication.verify.algebra.linear import block, identity, product
+from replication.verify.algebra.linear import block, identity, product, solved, zeros
 from replication.verify.nonuniform import gain
 from replication.verify.nonuniform.gain import Storage, require_level, require_motion
 from replication.verify.nonuniform.system import CaseOf, Plant, on_plant
-from replication.verify.reading import fields, matrices, rational, sequence, sized
+from replication.verify.reading import fields, matrices, rational, sequence, sized, square
 from replication.verify.says import Says
 from replication.verify.statement import BOTH, Depends
 from replication.verify.theorem import Found
@@ -22,7 +22,7 @@ from replication.verify.theorem import Found
 class Stamped:
     """x^(k|k) = x^ + G_x v, w^ = G_w v, v = y - C x^, then the plant's own motion over the known period.
 
-    cells: shares at which the cells end; entries: I - G [C, D] for each cell of the period before, G = [G_x; G_w].
+    cells: shares at which the cells end; entries: E = I - G [C, D] for each cell of the period before, G = [G_x; G_w].
     """
 
     cells: list[fmpq]
@@ -47,11 +47,22 @@ def read_stamped(value: Any, path: str, plant: Plant) -> Stamped:
     return Stamped(cells, [identity(size) - product(one, seen) for one in G])
 
 
+def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, Stamped]:
+    """The same for the state T x; no gain depends on that."""
+    n, m = plant.A.nrows(), plant.B.ncols()
+    back = solved(T, identity(n), "witness.T is not invertible")
+    enter, leave = (block([[M, zeros(n, m)], [zeros(m, n), identity(m)]]) for M in (T, back))
+    entries = [product(product(enter, entry), leave) for entry in filter_.entries]
+    A, B = product(product(T, plant.A), back), product(T, plant.B)
+    return replace(plant, A=A, B=B, C=plant.C * back, L=plant.L * back), replace(filter_, entries=entries)
+
+
 @on_plant(
     "nonuniform.stamped-gain",
     bound=BOTH,
     witness={
         "filter": Depends(lambda given: sized(read_stamped, given.plant)),
+        "T": Depends(lambda given: sized(square, given.plant.A.nrows())),
         "storage": Depends(lambda given: sized(gain.read_storage, given.plant.A.nrows(), given.filter.cells)),
         "pattern": gain.read_pattern,
         "turn": rational,
@@ -70,6 +81,7 @@ def stamped_gain(
     lower: fmpq,
     upper: fmpq,
     filter: Stamped,
+    T: fmpq_mat,
     storage: Storage,
     pattern: list[fmpq],
     turn: fmpq,
@@ -82,8 +94,10 @@ def stamped_gain(
     its periods are those of a closed range, so that without a disturbance the storage falls by a fixed share with each
     step: the error system is stable, as `require_motion` asks. The gain at the first sample, which no period precedes,
     may be any of the filter's: each is one of the inequalities, and one step does not change what a motion tends to.
+    The storage is written for the state T x: balls are narrow where it is about the identity.
     """
-    case = CaseOf(ends=(plant.h_l, plant.h_u), weight="samples", filter=filter, level=upper)
-    require_level(plant, case, upper, storage)
-    require_motion(plant, case, lower, pattern, circle_point(turn), w)
+    moved, chosen = in_coordinates(plant, filter, T)
+    case = CaseOf(ends=(plant.h_l, plant.h_u), weight="samples", filter=chosen, level=upper)
+    require_level(moved, case, upper, storage)
+    require_motion(moved, case, lower, pattern, circle_point(turn), w)
     return Found(words={"scope": case.scope})
