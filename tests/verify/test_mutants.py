@@ -83,6 +83,18 @@ EQUIVALENT = [
         "Gt became GtE",
         "the root of zero is zero",
     ),
+    (
+        "nonuniform.gain",
+        'weight = times[share] if case.weight == "duration" else arb(1)',
+        "became 2",
+        "both energies have the weight",
+    ),
+    (
+        "nonuniform.system",
+        'Kind_co = TypeVar("Kind_co", bound=Estimator, covariant=True)',
+        "became False",
+        "types are for their checker",
+    ),
     ("nonuniform.output", "BITS = 40", "became 41", "more bits than are needed"),
     ("nonuniform.smallgain", "HALVINGS = 12", "became 13", "more halvings than are needed"),
     (

@@ -160,7 +160,7 @@ def test_where_cells_meet_the_latter_counts() -> None:
     cells = [fmpq(0), QUARTER, HALF, ONE]
     shares = (fmpq(0), fmpq(1, 8), QUARTER, fmpq(1, 3), HALF, fmpq(3, 4), ONE)
     assert [system.cell_of(cells, share) for share in shares] == [0, 0, 1, 1, 2, 2, 2]
-    assert system.cell_of(system.ONE_CELL, ONE) == 0
+    assert system.cell_of(system.ONE_CELL, ONE) == 0 and system.ONE_CELL == (0, 1)
 
 
 def test_transitions_go_from_each_gain_to_the_one_that_follows() -> None:
@@ -236,6 +236,7 @@ ALTERED: list[tuple[Tamper, str]] = [
     (put([["1", "1"], ["1", "1"]], "witness", "T"), "T is not invertible"),
     (put([["1"]], "witness", "T"), "T must have 2 entries"),
     (put([["1", "0"], ["0", "1"]], "witness", "T"), "storage inequality"),
+    (put([["1"]], "plant", "E"), "plant has the unknown field E"),
     (put({"weight": "samples"}, "parameters"), "parameters has the unknown field weight"),
     (put([["11/10", 1]], "witness", "pattern"), "a share from 0 to 1"),
     (remove("witness", "w", 0), "witness.w must have"),
