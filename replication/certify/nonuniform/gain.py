@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from math import pi
 from typing import Any
 
@@ -35,7 +36,7 @@ ATTAINED_MARGIN = 1e-8
 """Relative distance of a lower bound to what a disturbance attains before it is rounded."""
 LEVEL_BITS, RANGE_BITS, FILTER_BITS, STORAGE_BITS, SHARE_BITS, ANGLE_BITS = 40, 24, 40, 44, 40, 40
 FEW = 2
-"""Inputs of a pattern for which Lanczos' method is not at hand."""
+"""Inputs of a pattern that are too few for Lanczos' method."""
 DISTURBANCE = 2**20
 """The largest entry of a disturbance, of which integers are kept."""
 
@@ -130,14 +131,16 @@ def worst_disturbance(stages: PeriodicSystem, angle: float) -> ComplexArray:
     """The unit input (p, m) of one pattern that the lifted response amplifies most at this angle."""
     response = LiftedResponse(stages)
     (forward, adjoint), size = response.at(angle), response.inputs
-    if size <= FEW:
-        gram = np.array([adjoint(forward(unit)) for unit in np.eye(size, dtype=complex)]).T
-        return np.asarray(np.linalg.eigh(gram).eigenvectors[:, -1].reshape(stages.period, -1))
-    operator = scipy.sparse.linalg.LinearOperator((size, size), matvec=lambda v: adjoint(forward(v)), dtype=complex)
-    rng = np.random.default_rng(0)
-    start = rng.standard_normal(size).astype(complex)
-    _, vectors = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=start, rng=rng)
-    return np.asarray(vectors[:, 0].reshape(stages.period, -1))
+    if size > FEW:
+        operator = scipy.sparse.linalg.LinearOperator((size, size), matvec=lambda v: adjoint(forward(v)), dtype=complex)
+        rng = np.random.default_rng(0)
+        start = rng.standard_normal(size).astype(complex)
+        # Where the largest values lie too close together for Lanczos, all are found.
+        with suppress(scipy.sparse.linalg.ArpackNoConvergence):
+            _, vectors = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=start, rng=rng)
+            return np.asarray(vectors[:, 0].reshape(stages.period, -1))
+    gram = np.array([adjoint(forward(unit)) for unit in np.eye(size, dtype=complex)]).T
+    return np.asarray(np.linalg.eigh(gram).eigenvectors[:, -1].reshape(stages.period, -1))
 
 
 def nominal_upper(theorem: Mapping[str, Any]) -> Made:

@@ -30,8 +30,8 @@ from replication.estimation.validation import Array
 
 LEVEL_BITS = 30
 """Bits of a bound."""
-LOST = 60
-"""Bits of those of the verifier that may be lost under a pattern; longer ones are cut."""
+LOST = 30
+"""Bits of the verifier's balls that may be lost under a pattern, which it goes through twice; longer ones are cut."""
 STEPS = 2**8
 """Of the coordinates, in a unit."""
 RANGE = {"from": "h_l", "to": "h_u"}
