@@ -32,7 +32,7 @@ def grid_solution_fails(given: Certificate) -> Proof:
     held = minus(p, times(turned(case.output), case.output))
     supply = blocks([[held, nought(n, inputs)], [nought(inputs, n), unit(inputs, level * level)]])
     for h in run(plant, passes).periods:
-        (step,) = case.steps(plant.step(h))
+        step = case.step_after(0, plant.step(h))
         left = minus(supply, times(turned(step), p, step))
         need(pivots_are_positive(enclosed(left)), "(6) does not hold at an element of the grid")
     require_attained(case, level, {"pattern": pattern, "turn": turn, "w": w})
@@ -53,7 +53,7 @@ def output_matrix(given: Certificate) -> Proof:
     case, size = case_of(plant, own, plant.low, plant.high), len(own.A)
     need(len(plant.L) == 1 and len(plant.B[0]) == 1, "more than one disturbance or output")
     case.require_stable()
-    (step,) = case.steps(plant.step(seconds(plant.time("middle"))))
+    step = case.step_after(0, plant.step(seconds(plant.time("middle"))))
     sides = [
         several(listed, name, lambda one, _: _bounded(case, step, level, one), size)
         for name, listed in (("above", above), ("below", below))

@@ -38,6 +38,8 @@ from replication.recheck.reading import (
 
 HALVINGS = 24
 PLACES = 160
+LONG = Fraction(1, 4)
+"""Pieces are halved before anything is asked of them until |N| times their length is below."""
 
 
 @dataclass(frozen=True)
@@ -132,41 +134,41 @@ class Inequality:
             *([Fraction(int(i == j - n)) for j in range(n + m)] for i in range(m)),
         ]
 
-    def _steps(self, share: Fraction) -> tuple[list[Whole], int, int]:
-        """The columns of each M, w, and how far entries of either are off at most."""
+    def _steps(self, share: Fraction, which: int) -> tuple[Whole, int, int]:
+        """The columns of M after a cell of the filter, w, and how far entries of either are off at most."""
         h, step = self.at(share)
-        all_ = [[[Interval.of(entry) for entry in row] for row in one] for one in self.case.steps(step)]
+        entries = [[Interval.of(entry) for entry in row] for row in self.case.step_after(which, step)]
         weight = Interval.of(self.case.weight(h))
-        off = max(*(entry.high - entry.low for one in all_ for row in one for entry in row), weight.high - weight.low)
+        off = max(max(entry.high - entry.low for row in entries for entry in row), weight.high - weight.low)
         spare = BITS - PLACES
-        columns = [turned([[entry.low >> spare for entry in row] for row in one]) for one in all_]
-        return columns, weight.low >> spare, (off >> spare) + 2
+        rows = [[entry.low >> spare for entry in row] for row in entries]
+        return turned(rows), weight.low >> spare, (off >> spare) + 2
 
-    def remainder(self, left: Fraction, right: Fraction) -> Fraction | None:
-        """At least the largest entry by which [Phi, Gamma] differs from its chord; None on pieces that are too long.
+    def length(self, left: Fraction, right: Fraction) -> Fraction:
+        """At least the seconds between two shares."""
+        answer: Fraction = (self.at(right)[0] - self.at(left)[0]).ends()[1]
+        return answer
+
+    def curvature(self, left: Fraction, right: Fraction) -> Fraction | None:
+        """At least the largest entry of the second derivative of [Phi, Gamma]; None on pieces that are too long.
 
         On the piece exp(hN) = exp(aN) (1 + X), |X| < x + x^2 in norm for x = |N| times the length, if x is below one.
         """
-        if self.case.start == self.case.stop:
-            return Fraction(0)
-        (a, step), (b, _) = self.at(left), self.at(right)
-        length = (b - a).ends()[1]
-        x = length * self.rate
-        if x >= 1:
+        x, (_, step) = self.length(left, right) * self.rate, self.at(left)
+        if x >= LONG:
             return None
         n, whole = self.n, [list(row) for row in step]
         m = len(whole[0]) - n
         whole += [[Fraction(int(i == j - n)) for j in range(n + m)] for i in range(m)]
         bent = times(self.bend, whole)[:n]
         most = max(abs(Interval.of(entry)).ends()[1] for row in bent for entry in row)
-        answer: Fraction = length * length / 8 * (most + norm_above(bent) * (x + x * x))
+        answer: Fraction = most + norm_above(bent) * (x + x * x)
         return answer
 
     def holds(self, end: Fraction, rest: int, c: int, d: int) -> bool:
         """Whether it holds at an end of a chord, with so much in each entry of [Phi, Gamma] beside it."""
-        steps, weight, off = self.steps(end)
-        which = self.storage.step(c)
-        columns, p, size = steps[which], self.P[d], self.size
+        which, p, size = self.storage.step(c), self.P[d], self.size
+        columns, weight, off = self.steps(end, which)
         pushed = [[sum(map(mul, column, row)) for row in p] for column in columns]
         n, count_ = self.n, len(columns)
         # Only the rows of Phi and Gamma are off by more than rounding.
@@ -196,21 +198,24 @@ class Inequality:
     def require(self) -> None:
         """Refuse unless it holds for all periods, cell by cell."""
         storage = self.storage
+        single = self.case.start == self.case.stop
         for cell, (left, right) in enumerate(pairwise(storage.cuts)):
-            waiting = [(left, right, storage.pairs(cell), 0)]
+            waiting = [(left, right, storage.pairs(cell), 0, Fraction(0) if single else None)]
             while waiting:
-                start, stop, failed, halvings = waiting.pop()
-                rest = self.remainder(start, stop)
-                if rest is not None:
-                    ends = {start, stop} if self.case.start != self.case.stop else {start}
-                    whole = -int(-rest * (1 << PLACES) // 1)
-                    failed = [pair for pair in failed if not all(self.holds(end, whole, *pair) for end in ends)]
-                    need(not failed or len(ends) == 2, "the inequality fails")
+                start, stop, failed, halvings, curve = waiting.pop()
+                # What bounds it on a piece does on a part of that.
+                curve = self.curvature(start, stop) if curve is None else curve
+                if curve is not None:
+                    # From the chord it differs by at most this times length^2 / 8.
+                    rest = -int(-(self.length(start, stop) ** 2) / 8 * curve * (1 << PLACES) // 1)
+                    ends = {start} if single else {start, stop}
+                    failed = [pair for pair in failed if not all(self.holds(end, rest, *pair) for end in ends)]
+                    need(not failed or not single, "the inequality fails")
                 need(not failed or halvings < HALVINGS, "the inequality fails, or is not decided")
                 if failed:
                     middle = (start + stop) / 2
                     self.reached[middle] = (start, middle - start)
-                    waiting += [(start, middle, failed, halvings + 1), (middle, stop, failed, halvings + 1)]
+                    waiting += [(*ends_, failed, halvings + 1, curve) for ends_ in ((start, middle), (middle, stop))]
 
 
 def require_level(case: Case, level: Fraction, storage: Any) -> None:

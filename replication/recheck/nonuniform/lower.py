@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 from replication.recheck.exact import (
@@ -55,10 +56,11 @@ def require_motion(case: Case, level: Fraction, witness: Any) -> None:
     made = {}
     for share, _ in runs:
         h = seconds(between(case.start, case.stop, share))
-        made[share] = (h, case.steps(case.plant.step(h)))
+        made[share] = (h, case.plant.step(h))
     shares = [share for share, number_ in runs for _ in range(number_)]
     cells = [cell_of(case.cells, share) for share in (shares[-1], *shares[:-1])]
-    steps = [(made[share][0], made[share][1][cell]) for share, cell in zip(shares, cells, strict=True)]
+    after = cache(lambda share, cell: case.step_after(cell, made[share][1]))
+    steps = [(made[share][0], after(share, cell)) for share, cell in zip(shares, cells, strict=True)]
     product: Matrix = unit(n, Interval.of(1))
     forced: Matrix = [[Complex(Interval.of(0))] for _ in range(n)]
     for (_, step), w in zip(steps, drive, strict=True):

@@ -122,9 +122,9 @@ class Case:
     F: list[Matrix]
     R: Matrix
 
-    def steps(self, step: Matrix) -> list[Matrix]:
-        """[A-bar, B-bar] after each cell, from [Phi, Gamma]."""
-        return [[*times(step, one), *self.R] for one in self.F]
+    def step_after(self, cell: int, step: Matrix) -> Matrix:
+        """[A-bar, B-bar] after a cell, from [Phi, Gamma]."""
+        return [*times(step, self.F[cell]), *self.R]
 
     def weight(self, h: Any) -> Any:
         """Of a sample with this period."""
