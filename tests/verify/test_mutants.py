@@ -11,6 +11,7 @@ from mutants import mutants_of, survivors
 SAID = ("test_said",)
 DUALRATE = ("test_dualrate_mathematics", "test_dualrate", *SAID)
 STEPS = ("test_nonuniform_steps", "test_nonuniform", *SAID)
+STAMPED = ("test_nonuniform_stamped", *SAID)
 PROOFS = ("test_nonuniform_proofs", *SAID)
 VERIFIER = {
     "algebra.balls": ("test_balls",),
@@ -47,13 +48,14 @@ VERIFIER = {
     "multirate.recovered": ("test_multirate", *SAID),
     "multirate.sensing": ("test_multirate", *SAID),
     "nonuniform.floor": STEPS,
-    "nonuniform.gain": (*STEPS, "test_nonuniform_proofs"),
+    "nonuniform.gain": (*STEPS, "test_nonuniform_proofs", "test_nonuniform_stamped"),
     "nonuniform.grid": ("test_nonuniform_theory", *SAID),
     "nonuniform.identities": ("test_nonuniform_theory", *SAID),
     "nonuniform.levels": ("test_nonuniform", *SAID),
     "nonuniform.output": PROOFS,
     "nonuniform.smallgain": PROOFS,
-    "nonuniform.system": STEPS,
+    "nonuniform.stamped": STAMPED,
+    "nonuniform.system": (*STEPS, "test_nonuniform_stamped"),
     "nonuniform.theory": ("test_nonuniform_theory", *SAID),
     "place": ("test_run",),
     "quantities": ("test_predicate",),
@@ -81,6 +83,18 @@ EQUIVALENT = [
         "b = fmpq(square.p.isqrt(), square.q.isqrt()) if square > 0 else fmpq(0)",
         "Gt became GtE",
         "the root of zero is zero",
+    ),
+    (
+        "nonuniform.gain",
+        'weight = times[share] if case.weight == "duration" else arb(1)',
+        "became 2",
+        "both energies have the weight",
+    ),
+    (
+        "nonuniform.system",
+        'Kind_co = TypeVar("Kind_co", bound=Estimator, covariant=True)',
+        "became False",
+        "types are for their checker",
     ),
     ("nonuniform.output", "BITS = 40", "became 41", "more bits than are needed"),
     ("nonuniform.smallgain", "HALVINGS = 12", "became 13", "more halvings than are needed"),
