@@ -39,7 +39,7 @@ mutants: $(STAMP) ## every small change of the verifier, of which `make test` tr
 mutants-both: $(STAMP) ## every small change of either verifier, told by the other (hours)
 	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py
 
-processors: $(STAMP) ## a fresh run on four types of processor, of which `make test` tries one (ten minutes)
+processors: $(STAMP) ## a fresh run on four types of processor; `make test` tries one, on two papers (ten minutes)
 	PROCESSORS=all $(BIN)/python -m pytest tests/papers/test_processors.py --numprocesses=0
 
 docs: $(STAMP) ## the documentation as pages in build/docs, which need no network

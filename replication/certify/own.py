@@ -7,7 +7,6 @@ that it is written as. Gains are always the floats that a program would run with
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -15,14 +14,21 @@ import numpy as np
 from replication.certify import dualrate as dualrate_makers
 from replication.certify.delay import levels as delay_makers
 from replication.certify.multirate import levels as multirate_makers
+from replication.certify.multirate import losses as loss_makers
 from replication.certify.nonuniform import gain as nonuniform_makers
-from replication.certify.rounding import decimals, rounded_up
+from replication.certify.nonuniform import stamped as stamped_makers
+from replication.certify.rounding import decimals, rationals, rounded_up
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import GainResult
 from replication.estimation.delay.result import DelayResult
 from replication.estimation.dualrate.result import DualRateResult
+from replication.estimation.multirate.losses.models import InARow
+from replication.estimation.multirate.losses.result import LossResult
+from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult
+from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.result import NonuniformResult
+from replication.estimation.nonuniform.stamped.result import StampedResult
 from replication.verify.run import check
 from replication.verify.subjects import FORMAT
 from replication.verify.theorem import Refused
@@ -43,13 +49,14 @@ CARRIED_OUT = (
 def certificate(result: GainResult, name: str = "own", *, as_written: bool = False) -> Made:
     """The certificate of a design, as the verifier reads it: `paper` null, `claims` empty.
 
-    What it proves: of a multi-rate observer its gain, from both sides; of a filter for nonuniform sampling the
-    guaranteed level; of a dual-rate loop that it is stable; for a system with delays that the level is reached by an
-    observer of Theorem 3, whose gains are those of the certificate's own storage, close to those of the result.
+    What it proves: of a multi-rate observer its gain, from both sides, and the largest one over all patterns with at
+    most so many losses in a row; of a filter for nonuniform sampling the guaranteed level, and if it takes time stamps
+    its gain from both sides; of a dual-rate loop that it is stable; for a system with delays that the level is reached
+    by an observer of Theorem 3, whose gains are those of the certificate's own storage, close to those of the result.
 
     Parameters
     ----------
-    result : MultirateResult, NonuniformResult, DualRateResult or DelayResult
+    result : MultirateResult, LossResult, NonuniformResult, StampedResult, DualRateResult or DelayResult
         What `design` or `analyse` of the method returned.
     name : str
         Of plant and certificate: letters, digits, points, underscores and hyphens.
@@ -81,19 +88,12 @@ def certified(result: GainResult, name: str = "own", *, as_written: bool = False
             f"the verifier has no statement on a {type(result).__name__}; a certificate is made of the result of "
             "`design`, of a plant with delays if it is free of noise"
         )
-    made = METHODS[kind](result, name, decimals if as_written else exact)
+    made = METHODS[kind](result, name, decimals if as_written else rationals)
     try:
         theorem = check(made)
     except Refused as refusal:
         raise SolverError(f"no certificate: the verifier refuses the one that was made: {refusal}") from None
     return made, theorem.sentence
-
-
-def exact(values: Any) -> Any:
-    """Floats as the rationals that they are, in nested lists."""
-    if np.ndim(values):
-        return [exact(value) for value in values]
-    return str(Fraction(float(values)))
 
 
 def _theorem(statement: str, plant: Mapping[str, Any], parameters: Mapping[str, Any]) -> Theorem:
@@ -118,48 +118,76 @@ def _finite(**arrays: Any) -> dict[str, Any]:
 
 
 def _multirate(result: MultirateResult, name: str, number: Any) -> Made:
-    plant, schedule = result.problem.plant, result.problem.schedule
+    theorem = _sensed("multirate.gain", result, result.problem, {"relative": WIDTH}, name, number)
+    theorem["plant"]["L"] = rationals(_finite(L=result.gains["L"])["L"])
+    return {**theorem, **multirate_makers.gain_in_units(theorem)}
+
+
+def _losses(result: LossResult, name: str, number: Any) -> Made:
+    if not isinstance(result.model, InARow):
+        raise InvalidInputError(
+            "the verifier has no statement on mean errors; a certificate is made under at most so many losses in a row"
+        )
+    together, misses = result.model.together, result.model.misses
+    counts = misses * result.model.channels(result.problem.plant.sensors) if len(misses) == 1 else misses
+    more = {"together": int(together), "misses": list(counts)}
+    theorem = _sensed("multirate.gain-under-losses", result, result.problem, more, name, number)
+    gains = rationals(_finite(L=result.gains["L"])["L"])
+    return {**theorem, **loss_makers.gain_under_losses(theorem, gains, result.bracket.upper)}
+
+
+def _sensed(
+    statement: str, result: GainResult, problem: MultirateProblem, more: Mapping[str, Any], name: str, number: Any
+) -> Theorem:
+    """A theorem on a result, all sensors used."""
+    plant, schedule = problem.plant, problem.schedule
     if plant.correlated:
         raise InvalidInputError("the verifier has no statement on sensor noise that also drives the plant (B_w, or S)")
+    if not result.bracket.lower > 0:
+        raise InvalidInputError(f"no certificate: {statement} is a statement on gains above zero, and this may be zero")
     given = _finite(A=plant.A, B_d=plant.B_d, C=plant.C, D=plant.D, W=plant.W)
-    gains = _finite(L=result.gains["L"])
-    theorem = _theorem(
-        "multirate.gain",
-        {"name": name, **{key: number(value) for key, value in given.items()}, "L": exact(gains["L"])},
+    return _theorem(
+        statement,
+        {"name": name, **{key: number(value) for key, value in given.items()}},
         {
             "sensors": list(range(plant.sensors)),
             "periods": list(schedule.periods),
             "offsets": list(schedule.offsets),
-            "relative": WIDTH,
+            **more,
         },
     )
-    if not result.bracket.lower > 0:
-        raise InvalidInputError(
-            "no certificate: multirate.gain is a statement on gains above zero, and this may be zero"
-        )
-    return {**theorem, **multirate_makers.gain_in_units(theorem)}
 
 
 def _nonuniform(result: NonuniformResult, name: str, number: Any) -> Made:
-    plant, periods, filter_ = result.plant, result.periods, result.filter
-    if not periods.h_l < periods.h_u:
-        raise InvalidInputError(
-            "no certificate: nonuniform.gain-upper is a statement on a range of periods, and this one is a single "
-            f"period of {periods.h_l:g} s"
-        )
-    given = _finite(A=plant.A, B=plant.B, C=plant.C, D=plant.D, L=plant.L)
-    ends = _finite(h_l=[periods.h_l, 0.0], h_u=[periods.h_u, 0.0])
+    filter_ = result.filter
+    given = _sampled("nonuniform.gain-upper", result.plant, result.periods, number)
     chosen = _finite(A=filter_.A, B=filter_.B, C=filter_.C)
     theorem = _theorem(
         "nonuniform.gain-upper",
-        {
-            "name": name,
-            **{key: number(value) for key, value in {**given, **ends}.items()},
-            "filter": {key: exact(value) for key, value in chosen.items()},
-        },
+        {"name": name, **given, "filter": {key: rationals(value) for key, value in chosen.items()}},
         {"from": "h_l", "to": "h_u", "weight": "samples"},
     )
     return {**theorem, **nonuniform_makers.gain_upper(theorem, leaves=result.gain.guarantee.leaves)}
+
+
+def _stamped(result: StampedResult, name: str, number: Any) -> Made:
+    _finite(G=result.filter.G)
+    given = _sampled("nonuniform.stamped-gain", result.plant, result.periods, number)
+    theorem = _theorem("nonuniform.stamped-gain", {"name": name, **given}, {})
+    made = stamped_makers.stamped_gain(theorem, result.filter, result.gain.proof, result.gain.attack.runs)
+    return {**theorem, **made}
+
+
+def _sampled(statement: str, plant: SampledPlant, periods: PeriodRange, number: Any) -> Made:
+    """A sampled plant with its range of periods; raises InvalidInputError for a single one."""
+    if not periods.h_l < periods.h_u:
+        raise InvalidInputError(
+            f"no certificate: {statement} is a statement on a range of periods, and this one is a single period of "
+            f"{periods.h_l:g} s"
+        )
+    given = _finite(A=plant.A, B=plant.B, C=plant.C, D=plant.D, L=plant.L)
+    ends = _finite(h_l=[periods.h_l, 0.0], h_u=[periods.h_u, 0.0])
+    return {key: number(value) for key, value in {**given, **ends}.items()}
 
 
 def _dualrate(result: DualRateResult, name: str, number: Any) -> Made:
@@ -181,7 +209,7 @@ def _dualrate(result: DualRateResult, name: str, number: Any) -> Made:
         {
             "name": name,
             **{key: number(value) for key, value in given.items()},
-            **{key: exact(value) for key, value in gains.items()},
+            **{key: rationals(value) for key, value in gains.items()},
             "T": number(times["T"]),
             "M": str(problem.ratio),
         },
@@ -208,8 +236,10 @@ def _delay(result: DelayResult, name: str, number: Any) -> Made:
 
 
 METHODS: Mapping[type[GainResult], Callable[[Any, str, Any], Made]] = {
+    LossResult: _losses,
     MultirateResult: _multirate,
     NonuniformResult: _nonuniform,
+    StampedResult: _stamped,
     DualRateResult: _dualrate,
     DelayResult: _delay,
 }

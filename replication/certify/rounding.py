@@ -89,6 +89,11 @@ def as_floats(values: Any) -> Array:
     return np.array([as_floats(value) for value in values])
 
 
+def rationals(values: Any) -> Any:
+    """Floats as the rationals that they are, in nested lists."""
+    return [rationals(value) for value in values] if np.ndim(values) else str(Fraction(float(values)))
+
+
 def decimals(values: Any) -> Any:
     """Numbers that are short decimals, as the rationals they are written as, in nested lists."""
     return str(Fraction(str(values))) if isinstance(values, (int, float)) else [decimals(value) for value in values]

@@ -112,8 +112,29 @@ def _losses(options: Values) -> Any:
     )
 
 
+KNOWN, UNKNOWN = "known", "unknown"
+"""Whether the filter knows the periods, by the time stamps of the samples."""
+
+
 def _nonuniform(values: Values, **options: Any) -> GainResult:
-    return nonuniform.design(nonuniform.SampledPlant(**values), **options)
+    """The filter of form (4), or where the time stamps of the samples are known the one that takes them."""
+    # What the command line says counts more than the file.
+    stamps = options.pop("stamps", values.get("stamps", UNKNOWN))
+    if stamps not in (KNOWN, UNKNOWN):
+        raise InvalidInputError(f'stamps: must be "{KNOWN}" or "{UNKNOWN}", got {stamps!r}')
+    plant = {name: values[name] for name in "ABCDL"}
+    if stamps == KNOWN:
+        if unused := [*{"goal", "leaves"} & options.keys()]:
+            raise InvalidInputError(
+                f"{', '.join(sorted(unused))}: for a filter that takes no time stamps; leave either out"
+            )
+        return nonuniform.design_stamped(nonuniform.StampedPlant(**plant), known=values.get("B_u"), **options)
+    if unused := [*{"B_u", "cells"} & {*values, *options}]:
+        raise InvalidInputError(
+            f"{', '.join(sorted(unused))}: for a filter that takes time stamps; leave either out, or write stamps = "
+            f'"{KNOWN}" in the file if each sample has one'
+        )
+    return nonuniform.design(nonuniform.SampledPlant(**plant), **options)
 
 
 WEIGHTS = ("state_weight", "input_weight", "process_noise", "sensor_noise")
@@ -202,9 +223,19 @@ METHODS: Mapping[str, Method] = {
                 matrix("C", "q", "n", "sensors, y = C x + D w"),
                 matrix("D", "q", "m", "sensor noise"),
                 matrix("L", "z", "n", "what is estimated, z = L x"),
+                Field("stamps", Kind.WORD, (), required=False, meaning="known or unknown; as the option"),
+                matrix("B_u", "n", "u", "known inputs in x', held; with stamps (none)", required=False),
             ),
             (
                 Option("periods", two(positive), "H,H", "shortest and longest period in s: 0.1,0.3", required=True),
+                Option(
+                    "stamps",
+                    str,
+                    None,
+                    "whether each sample has a time stamp that the filter takes (unknown)",
+                    choices=(KNOWN, UNKNOWN),
+                ),
+                Option("cells", up_to(64), "N", "with stamps: parts of the range, each with a gain (8)"),
                 Option("goal", str, None, "for the range, or for its middle (robust)", choices=("robust", "nominal")),
                 Option("leaves", up_to(200), "N", "Lyapunov matrices of the guarantee"),
                 Option("horizon", up_to(20_000), "N", "samples of the worst sequence searched for"),

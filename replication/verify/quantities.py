@@ -103,6 +103,7 @@ ESTIMATORS: Mapping[str, str] = {
     "all estimators": "no estimator, not even a smoother",
     "the given filter": "given filter",
     "filters of form (4)": "filter of form (4)",
+    "filters with time stamps": "filter with time stamps",
     "observers by Theorem 3": "observer with the gains of",
 }
 """Each class of estimators, with the words by which the sentence of a theorem on it names it."""

@@ -25,11 +25,12 @@ NAMES = {
         condition-8-1 condition-8-2 congruence filter-first-column floor-1 floor-2 grid-2 lemma-2 lemma-3-1
         lower-end-1 map-1 nominal-1-upper one-interval-2 our-filter-lower our-filter-upper output-matrix
         own-grid-2 printed-filter-level range-1-no-filter range-2-lower range-2-no-filter recovery
-        same-level-1 sizes stable-2 stall-1 upper-end-1
+        same-level-1 sizes stable-2 stall-1 stamped-2 upper-end-1
     """,
     "okajima2023": """
         common-period cyclic-rows dissipation dual-rate error-system gains-33-unmeasured gains-38
-        gains-38-one-matrix idle-instants-case-2 observable optimum-1-1 optimum-case-a product rows schur
+        gains-38-one-matrix idle-instants-case-2 lost-samples-2-3 observable optimum-1-1 optimum-case-a product
+        rows schur
         section-4c-design section-4c-error-poles section-4c-free-setting section-4c-poles section-4c-same-setting
         selection-eqs-11-12 shorter-periods variables
     """,

@@ -106,6 +106,10 @@ def other_disturbance(one: Certificate) -> None:
     one["witness"]["w"][0][0] = ["0", "0"]
 
 
+def other_gain(one: Certificate) -> None:
+    one["witness"]["filter"]["G"].reverse()
+
+
 def other_gram(one: Certificate) -> None:
     rows = one["witness"]["dissipation"][0]
     rows[0][0] = shifted(rows[0][0], Fraction(1, 10**6))
@@ -163,6 +167,10 @@ ALTERED: tuple[tuple[str, Callable[[Certificate], None]], ...] = (
     *(("mustafa/nominal-1-upper", change) for change in (lower_level, other_plant)),
     *(("mustafa/printed-filter-lower", change) for change in (higher_floor,)),
     *(("mustafa/duration-1-lower", change) for change in (higher_floor, other_disturbance)),
+    *(
+        ("mustafa/stamped-1", change)
+        for change in (lower_level, higher_floor, other_disturbance, other_plant, other_gain)
+    ),
     *(("mustafa/floor-1", change) for change in (higher_floor,)),
     *(("peet2019/ex1-upper", change) for change in (lower_level, other_gram, other_delay)),
     *(("peet2019/ex1-lower", change) for change in (higher_floor,)),

@@ -182,9 +182,15 @@ def other_text(rng: np.random.Generator, certificate: Certificate, others: Mappi
 
 def unrelated_claim(rng: np.random.Generator, certificate: Certificate, others: Mapping[str, Certificate]) -> bytes:
     """A true theorem under the name, or for the claims, of another one."""
-    donors = [other for other in others.values() if other["statement"] != certificate["statement"]]
-    donor = copy.deepcopy(donors[rng.integers(len(donors))])
     fields = (("paper", "name", "claims"), ("paper", "name"), ("paper", "name", "claims", "statement"))[rng.integers(3)]
+    donors = [
+        other
+        for other in others.values()
+        if other["statement"] != certificate["statement"]
+        # Facts without a witness may differ in their statement alone.
+        and any(other[field] != certificate[field] for field in certificate.keys() - {*fields})
+    ]
+    donor = copy.deepcopy(donors[rng.integers(len(donors))])
     return encoded({**donor, **{field: certificate[field] for field in fields}})
 
 

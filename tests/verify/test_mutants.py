@@ -11,6 +11,7 @@ from mutants import mutants_of, survivors
 SAID = ("test_said",)
 DUALRATE = ("test_dualrate_mathematics", "test_dualrate", *SAID)
 STEPS = ("test_nonuniform_steps", "test_nonuniform", *SAID)
+STAMPED = ("test_nonuniform_stamped", *SAID)
 PROOFS = ("test_nonuniform_proofs", *SAID)
 VERIFIER = {
     "algebra.balls": ("test_balls",),
@@ -42,17 +43,19 @@ VERIFIER = {
     "multirate.counts": ("test_multirate", *SAID),
     "multirate.identities": ("test_multirate", *SAID),
     "multirate.levels": ("test_multirate", *SAID),
+    "multirate.losses": ("test_multirate_losses", *SAID),
     "multirate.orders": ("test_multirate", *SAID),
     "multirate.recovered": ("test_multirate", *SAID),
     "multirate.sensing": ("test_multirate", *SAID),
     "nonuniform.floor": STEPS,
-    "nonuniform.gain": (*STEPS, "test_nonuniform_proofs"),
+    "nonuniform.gain": (*STEPS, "test_nonuniform_proofs", "test_nonuniform_stamped"),
     "nonuniform.grid": ("test_nonuniform_theory", *SAID),
     "nonuniform.identities": ("test_nonuniform_theory", *SAID),
     "nonuniform.levels": ("test_nonuniform", *SAID),
     "nonuniform.output": PROOFS,
     "nonuniform.smallgain": PROOFS,
-    "nonuniform.system": STEPS,
+    "nonuniform.stamped": STAMPED,
+    "nonuniform.system": (*STEPS, "test_nonuniform_stamped"),
     "nonuniform.theory": ("test_nonuniform_theory", *SAID),
     "place": ("test_run",),
     "quantities": ("test_predicate",),
@@ -89,9 +92,15 @@ EQUIVALENT = [
     ),
     (
         "nonuniform.gain",
-        'share = system.seconds(time) if case.weight == "duration" else arb(1)',
+        'weight = times[share] if case.weight == "duration" else arb(1)',
         "became 2",
-        "a common factor of both energies",
+        "both energies have the weight",
+    ),
+    (
+        "nonuniform.system",
+        'Kind_co = TypeVar("Kind_co", bound=Estimator, covariant=True)',
+        "became False",
+        "types are for their checker",
     ),
     ("nonuniform.output", "BITS = 40", "became 41", "more bits than are needed"),
     ("nonuniform.smallgain", "HALVINGS = 12", "became 13", "more halvings than are needed"),

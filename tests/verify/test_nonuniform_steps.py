@@ -93,7 +93,8 @@ def test_a_ratio_must_be_exceeded() -> None:
 
 def test_pattern_is_a_way_between_the_ends() -> None:
     ends = ((ONE, ZERO), (ZERO, TWO))
-    assert gain.read_pattern([["1/4", 2], ["1", 1]], "p", ends) == [(fmpq(3, 4), fmpq(1, 2))] * 2 + [(ZERO, TWO)]
+    shares = gain.read_pattern([["1/4", 2], ["1", 1]], "p")
+    assert [system.along(*ends, share) for share in shares] == [(fmpq(3, 4), fmpq(1, 2))] * 2 + [(ZERO, TWO)]
 
 
 def test_energy_before_solves_its_equation() -> None:
@@ -195,9 +196,9 @@ def test_the_shortest_period_is_that_of_the_lower_end() -> None:
 def test_error_system_by_blocks() -> None:
     plant = integrator([[7]])
     filter_ = system.Filter(fmpq_mat([[2]]), fmpq_mat([[3]]), fmpq_mat([[5]]))
-    M = system.error_step(plant, filter_, system.step_at(plant, arb(4)))
+    (M,) = filter_.steps(plant, system.step_at(plant, arb(4)))
     assert all(M[i, j].contains(entry) for i, row in enumerate([[1, 0, 4], [3, 2, 21]]) for j, entry in enumerate(row))
-    assert system.error_output(plant, filter_) == fmpq_mat([[1, -5]])
+    assert filter_.output(plant) == fmpq_mat([[1, -5]])
 
 
 def test_times_are_exact() -> None:

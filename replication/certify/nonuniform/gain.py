@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from math import pi
 from typing import Any
 
@@ -23,7 +24,7 @@ from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_lev
 from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import worst_sequence
-from replication.estimation.validation import ComplexArray
+from replication.estimation.validation import Array, ComplexArray
 
 Made = dict[str, Any]
 
@@ -34,13 +35,17 @@ RANGE_MARGIN = 5e-6
 ATTAINED_MARGIN = 1e-8
 """Relative distance of a lower bound to what a disturbance attains before it is rounded."""
 LEVEL_BITS, RANGE_BITS, FILTER_BITS, STORAGE_BITS, SHARE_BITS, ANGLE_BITS = 40, 24, 40, 44, 40, 40
+FEW = 2
+"""Inputs of a pattern that are too few for Lanczos' method."""
 DISTURBANCE = 2**20
 """The largest entry of a disturbance, of which integers are kept."""
 
 
-def problem_of(plant: Mapping[str, Any], parameters: Mapping[str, Any]) -> tuple[SampledPlant, PeriodRange]:
+def problem_of(
+    plant: Mapping[str, Any], parameters: Mapping[str, Any], kind: type[SampledPlant] = SampledPlant
+) -> tuple[SampledPlant, PeriodRange]:
     """The sampled plant of a certificate, and the range from the period `from` to the period `to`."""
-    system = SampledPlant(**{name: as_floats(plant[name]) for name in "ABCDL"})
+    system = kind(**{name: as_floats(plant[name]) for name in "ABCDL"})
     whole = PeriodRange(*(float(a + b * pi) for a, b in (as_floats(plant[end]) for end in ("h_l", "h_u"))))
     named = {"h_l": whole.h_l, "middle": whole.middle, "h_u": whole.h_u}
     return system, PeriodRange(named[parameters["from"]], named[parameters["to"]])
@@ -71,13 +76,10 @@ def storage_certificate(
         P = storage_matrix(plant, filter_, parameters["from"], rational(level), per_duration=duration)
         return {"upper": level}, {"cells": ["0", "1"], "before": [[0]], "P": [P]}
     found = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts, per_duration=duration)
-    before = [[0] * found.tree.letters for _ in found.tree.leaves]
-    for leaf, letter, after in found.tree.transitions():
-        before[after][letter] = leaf
     inner = [(edge - periods.h_l) / (periods.h_u - periods.h_l) for edge in found.cells.edges[1:-1]]
     storage = {
         "cells": ["0", *(rounded(share, SHARE_BITS) for share in inner), "1"],
-        "before": before,
+        "before": found.tree.before(),
         "P": rounded_array(symmetric(found.system.storage(found.P)), STORAGE_BITS),
     }
     return {"upper": rounded_up(found.level * (1 + RANGE_MARGIN), RANGE_BITS)}, storage
@@ -97,33 +99,48 @@ def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0, final_horizon: i
             system, filter_, periods, horizon=horizon, final_horizon=final_horizon, per_duration=duration
         )
         runs = found.runs
-    pattern = [(1 if i % 2 == 0 else 0, count) for i, count in enumerate(runs) if count]
-    h = np.repeat([periods.h_u if share else periods.h_l for share, _ in pattern], [count for _, count in pattern])
+    pattern, h = pattern_of(runs, periods)
     stages = PeriodicSystem(tuple(error_system(system, filter_, float(t), per_duration=duration) for t in h))
     peak = l2_gain(stages)
-    w = worst_disturbance(stages, peak.angle) / (np.sqrt(h) if duration else 1.0)
-    whole = np.rint(w / np.max(np.abs(w)) * DISTURBANCE)
     return {
         "bound": {"lower": rounded_down(peak.lower * (1 - ATTAINED_MARGIN), LEVEL_BITS)},
-        "witness": {
-            "pattern": [[str(share), count] for share, count in pattern],
-            "turn": rounded(float(np.tan(peak.angle / 2)), ANGLE_BITS),
-            "w": [[[str(int(z.real)), str(int(z.imag))]] for z in whole],
-        },
+        "witness": disturbance(pattern, stages, peak.angle, np.sqrt(h) if duration else np.ones_like(h)),
+    }
+
+
+def pattern_of(runs: Sequence[int], periods: PeriodRange) -> tuple[list[tuple[int, int]], Array]:
+    """Samples at h_u, at h_l, at h_u, and so on: as shares with their numbers, and the period of each, s."""
+    pattern = [(1 if i % 2 == 0 else 0, count) for i, count in enumerate(runs) if count]
+    ends = [periods.h_u if share else periods.h_l for share, _ in pattern]
+    return pattern, np.repeat(ends, [count for _, count in pattern])
+
+
+def disturbance(pattern: Sequence[tuple[int, int]], stages: PeriodicSystem, angle: float, roots: Array) -> Made:
+    """The pattern, as shares with numbers of samples, and its worst disturbance at an angle; roots (p,): of its
+    weights."""
+    w = worst_disturbance(stages, angle) / roots[:, None]
+    whole = np.rint(w / np.max(np.abs(w)) * DISTURBANCE)
+    return {
+        "pattern": [[str(share), count] for share, count in pattern],
+        "turn": rounded(float(np.tan(angle / 2)), ANGLE_BITS),
+        "w": [[[str(int(z.real)), str(int(z.imag))] for z in row] for row in whole],
     }
 
 
 def worst_disturbance(stages: PeriodicSystem, angle: float) -> ComplexArray:
-    """The unit input of one pattern that the lifted response amplifies most at this angle; one input a stage."""
-    forward, adjoint = LiftedResponse(stages).at(angle)
-    count = stages.period
-    if count == 1:
-        return np.ones(1, dtype=complex)
-    operator = scipy.sparse.linalg.LinearOperator((count, count), matvec=lambda v: adjoint(forward(v)), dtype=complex)
-    rng = np.random.default_rng(0)
-    start = rng.standard_normal(count).astype(complex)
-    _, vectors = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=start, rng=rng)
-    return np.asarray(vectors[:, 0])
+    """The unit input (p, m) of one pattern that the lifted response amplifies most at this angle."""
+    response = LiftedResponse(stages)
+    (forward, adjoint), size = response.at(angle), response.inputs
+    if size > FEW:
+        operator = scipy.sparse.linalg.LinearOperator((size, size), matvec=lambda v: adjoint(forward(v)), dtype=complex)
+        rng = np.random.default_rng(0)
+        start = rng.standard_normal(size).astype(complex)
+        # Where the largest values lie too close together for Lanczos, all are found.
+        with suppress(scipy.sparse.linalg.ArpackNoConvergence):
+            _, vectors = scipy.sparse.linalg.eigsh(operator, k=1, which="LM", v0=start, rng=rng)
+            return np.asarray(vectors[:, 0].reshape(stages.period, -1))
+    gram = np.array([adjoint(forward(unit)) for unit in np.eye(size, dtype=complex)]).T
+    return np.asarray(np.linalg.eigh(gram).eigenvectors[:, -1].reshape(stages.period, -1))
 
 
 def nominal_upper(theorem: Mapping[str, Any]) -> Made:

@@ -272,7 +272,8 @@ def _require_hurwitz(A: Array) -> None:
     worst = max(np.linalg.eigvals(A), key=lambda value: value.real)
     if worst.real >= -HURWITZ_MARGIN * np.linalg.norm(A, 2):
         raise InvalidInputError(
-            f"A must be Hurwitz, but has the eigenvalue {worst:.6g}; a filter of form (4) cannot follow such a plant"
+            f"A must be Hurwitz, but has the eigenvalue {worst:.6g}; a filter of form (4) cannot follow such a plant, "
+            "one that takes the time stamps of the samples can (`design_stamped` with a `StampedPlant`)"
         )
 
 

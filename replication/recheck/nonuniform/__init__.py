@@ -1,5 +1,5 @@
 """Filters under nonuniform sampling: levels, and what the method rests on."""
 
-from replication.recheck.nonuniform import condition, filters, grid, levels, lower, theory
+from replication.recheck.nonuniform import condition, filters, grid, levels, lower, stamped, theory
 
-CHECKS = levels.CHECKS | lower.CHECKS | grid.CHECKS | condition.CHECKS | filters.CHECKS | theory.CHECKS
+CHECKS = levels.CHECKS | lower.CHECKS | stamped.CHECKS | grid.CHECKS | condition.CHECKS | filters.CHECKS | theory.CHECKS

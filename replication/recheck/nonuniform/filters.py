@@ -10,7 +10,7 @@ from replication.recheck.interval import Interval, enclosed
 from replication.recheck.nonuniform.definite import pivots_are_positive
 from replication.recheck.nonuniform.grid import run
 from replication.recheck.nonuniform.lower import require_attained
-from replication.recheck.nonuniform.sampled import Case, on_circle, read_filter, read_plant, resolved, seconds
+from replication.recheck.nonuniform.sampled import Case, case_of, on_circle, read_filter, read_plant, resolved, seconds
 from replication.recheck.reading import Certificate, Matrix, Proof, need, number, positive, several, symmetric, take
 
 ROUNDS = 3
@@ -25,14 +25,14 @@ def grid_solution_fails(given: Certificate) -> Proof:
     names = ("passes", "level", "filter", "P", "pattern", "turn", "w")
     passes, reached, own, stored, pattern, turn, w = take(given.witness, "witness", *names)
     plant, level = read_plant(given.plant), positive(reached, "level")
-    case = Case(plant, read_filter(own, plant), plant.low, plant.high, False)
-    n, inputs = len(plant.A) + len(case.filter.A), len(plant.B[0])
+    case = case_of(plant, read_filter(own, plant), plant.low, plant.high)
+    n, inputs = len(case.output[0]), len(plant.B[0])
     p = symmetric(stored, "P", n)
     need(is_positive(p), "P is not positive")
     held = minus(p, times(turned(case.output), case.output))
     supply = blocks([[held, nought(n, inputs)], [nought(inputs, n), unit(inputs, level * level)]])
     for h in run(plant, passes).periods:
-        step = case.error_step(plant.step(h))
+        step = case.step_after(0, plant.step(h))
         left = minus(supply, times(turned(step), p, step))
         need(pivots_are_positive(enclosed(left)), "(6) does not hold at an element of the grid")
     require_attained(case, level, {"pattern": pattern, "turn": turn, "w": w})
@@ -50,10 +50,10 @@ def output_matrix(given: Certificate) -> Proof:
     above, below = take(given.witness, "witness", "above", "below")
     plant, level = read_plant(given.plant), positive(reached, "level")
     own = read_filter(given.plant["filter"], plant)
-    case, size = Case(plant, own, plant.low, plant.high, False), len(own.A)
+    case, size = case_of(plant, own, plant.low, plant.high), len(own.A)
     need(len(plant.L) == 1 and len(plant.B[0]) == 1, "more than one disturbance or output")
     case.require_stable()
-    step = case.error_step(plant.step(seconds(plant.time("middle"))))
+    step = case.step_after(0, plant.step(seconds(plant.time("middle"))))
     sides = [
         several(listed, name, lambda one, _: _bounded(case, step, level, one), size)
         for name, listed in (("above", above), ("below", below))

@@ -12,8 +12,8 @@ from replication.recheck.interval import Interval, enclosed, exponential, logari
 from replication.recheck.nonuniform.definite import pivots_are_positive
 from replication.recheck.nonuniform.levels import require_level
 from replication.recheck.nonuniform.sampled import (
-    Case,
     Plant,
+    case_of,
     complex_column,
     modulus2,
     on_circle,
@@ -217,7 +217,7 @@ def same_level(given: Certificate) -> Proof:
     spent = modulus2(vector)
     need(spent > 0 and modulus2(times(delta, vector)) > far * far * spent, "Delta is no larger than that")
     need(reached < min(gain, gain * far), "the filter's level is no lower")
-    require_level(Case(plant, read_filter(filter_, plant), plant.low, plant.high, False), reached, storage)
+    require_level(case_of(plant, read_filter(filter_, plant), plant.low, plant.high), reached, storage)
     return Proof(holds=True)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 from replication.recheck.exact import (
@@ -19,6 +20,7 @@ from replication.recheck.exact import (
     unit,
 )
 from replication.recheck.interval import Interval
+from replication.recheck.nonuniform.levels import cell_of
 from replication.recheck.nonuniform.sampled import (
     Case,
     Plant,
@@ -39,28 +41,34 @@ LONGEST = 20_000
 
 def require_attained(case: Case, level: Fraction, witness: Any) -> None:
     """Refuse unless a pattern of periods and a disturbance that turns by z from pattern to pattern exceed the level."""
+    case.require_stable()
+    require_motion(case, level, witness)
+
+
+def require_motion(case: Case, level: Fraction, witness: Any) -> None:
+    """The same for an error that is known to settle whatever the periods of the range."""
     listed, turn, noises = take(witness, "witness", "pattern", "turn", "w")
     runs = several(listed, "pattern", lambda run, at: take_run(run, at))
     total = sum(number_ for _, number_ in runs)
     need(0 < total <= LONGEST, f"no sample in the pattern, or more than {LONGEST}")
     drive = several(noises, "w", lambda one, at: complex_column(one, at, len(case.plant.B[0])), total)
-    case.require_stable()
-    n = len(case.plant.A) + len(case.filter.A)
-    steps = {}
+    n = len(case.output[0])
+    made = {}
     for share, _ in runs:
         h = seconds(between(case.start, case.stop, share))
-        steps[share] = (h, case.error_step(case.plant.step(h)))
+        made[share] = (h, case.plant.step(h))
     shares = [share for share, number_ in runs for _ in range(number_)]
+    cells = [cell_of(case.cells, share) for share in (shares[-1], *shares[:-1])]
+    after = cache(lambda share, cell: case.step_after(cell, made[share][1]))
+    steps = [(made[share][0], after(share, cell)) for share, cell in zip(shares, cells, strict=True)]
     product: Matrix = unit(n, Interval.of(1))
     forced: Matrix = [[Complex(Interval.of(0))] for _ in range(n)]
-    for share, w in zip(shares, drive, strict=True):
-        step = steps[share][1]
+    for (_, step), w in zip(steps, drive, strict=True):
         product = times([row[:n] for row in step], product)
         forced = times(step, [*forced, *w])
     state = solved(resolved(on_circle(turn), product), forced)
     seen, spent = Interval.of(0), Interval.of(0)
-    for share, w in zip(shares, drive, strict=True):
-        h, step = steps[share]
+    for (h, step), w in zip(steps, drive, strict=True):
         seen = seen + modulus2(times(case.output, state)) * case.weight(h)
         spent = spent + case.weight(h) * Interval.of(modulus2(w))
         state = times(step, [*state, *w])

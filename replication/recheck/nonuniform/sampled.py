@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from replication.recheck.exact import Complex, blocks, characteristic, is_hurwitz, is_schur, nought, scaled, times
+from replication.recheck.exact import Complex, blocks, characteristic, is_hurwitz, is_schur, nought, scaled, times, unit
 from replication.recheck.interval import Interval, enclosed, exponential, pi
 from replication.recheck.reading import (
     Certificate,
@@ -108,33 +108,42 @@ def read_filter(value: Any, plant: Plant) -> Filter:
 
 @dataclass(frozen=True)
 class Case:
-    """A plant with a filter over a range of periods, and the weight of the samples."""
+    """The error of a filter over a range of periods: x+ = [[Phi, Gamma] F; R] [x; w], e = output x.
+
+    F is that of the cell in which the period before lies; the cells end at these shares, from 0 to 1.
+    """
 
     plant: Plant
-    filter: Filter
     start: Time
     stop: Time
     by_duration: bool
+    output: Matrix
+    cells: list[Fraction]
+    F: list[Matrix]
+    R: Matrix
 
-    @property
-    def output(self) -> Matrix:
-        """C-bar."""
-        return blocks([[self.plant.L, scaled(-1, self.filter.C)]])
-
-    def error_step(self, step: Matrix) -> Matrix:
-        """[A-bar, B-bar] from [Phi, Gamma]."""
-        n, own = len(self.plant.A), self.filter
-        above = [[*row[:n], *([Fraction(0)] * len(own.A)), *row[n:]] for row in step]
-        return [*above, *blocks([[times(own.B, self.plant.C), own.A, times(own.B, self.plant.D)]])]
+    def step_after(self, cell: int, step: Matrix) -> Matrix:
+        """[A-bar, B-bar] after a cell, from [Phi, Gamma]."""
+        return [*times(step, self.F[cell]), *self.R]
 
     def weight(self, h: Any) -> Any:
         """Of a sample with this period."""
         return h if self.by_duration else Fraction(1)
 
     def require_stable(self) -> None:
-        """Refuse unless A is Hurwitz and A_f Schur."""
+        """Refuse unless A is Hurwitz and A_f, which stands in R, is Schur."""
+        n = len(self.plant.A)
         need(is_hurwitz(self.plant.A), "A is not Hurwitz")
-        need(is_schur(characteristic(self.filter.A)), "A_f is not Schur")
+        need(is_schur(characteristic([row[n : n + len(self.R)] for row in self.R])), "A_f is not Schur")
+
+
+def case_of(plant: Plant, own: Filter, start: Time, stop: Time, by_duration: bool = False) -> Case:
+    """That of a filter (4): x and w enter the plant, and the filter goes on by itself."""
+    n, m, nf = len(plant.A), len(plant.B[0]), len(own.A)
+    enters = blocks([[unit(n), nought(n, nf + m)], [nought(m, n + nf), unit(m)]])
+    goes_on = blocks([[times(own.B, plant.C), own.A, times(own.B, plant.D)]])
+    output = blocks([[plant.L, scaled(-1, own.C)]])
+    return Case(plant, start, stop, by_duration, output, [Fraction(0), Fraction(1)], [enters], goes_on)
 
 
 def read_case(given: Certificate, *more: str, filter_: Any = None) -> tuple[Case, list[Any]]:
@@ -149,7 +158,7 @@ def read_case(given: Certificate, *more: str, filter_: Any = None) -> tuple[Case
     need(start == stop or seconds(start) < seconds(stop), "the range is empty")
     weight = one_of(values[2], "weight", "samples", "duration")
     own = read_filter(given.plant["filter"] if filter_ is None else filter_, plant)
-    return Case(plant, own, start, stop, weight == "duration"), values[3:]
+    return case_of(plant, own, start, stop, weight == "duration"), values[3:]
 
 
 def on_circle(turn: Any) -> Complex:

@@ -6,7 +6,7 @@ of periods h_k in a range; the weights w_k are 1, or h_k for the gain per durati
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -18,7 +18,7 @@ from replication.verify.algebra.linear import block, identity, solved, zeros
 from replication.verify.algebra.work import BALL, spend
 from replication.verify.kernel import Below, Positive, decide, holds
 from replication.verify.nonuniform import system
-from replication.verify.nonuniform.system import Case, Ends, Plant, Time
+from replication.verify.nonuniform.system import ONE_CELL, Case, CaseOf, Estimator, Plant
 from replication.verify.reading import MAX_ENTRIES, fields, integer, rational, sequence, sized, symmetric
 from replication.verify.theorem import Refused, require
 
@@ -31,50 +31,72 @@ HALVINGS = 24
 
 @dataclass(frozen=True)
 class Storage:
-    """The ends of the cells that cut the range, as shares; for each matrix and cell the one before it; the matrices."""
+    """The ends of the cells that cut the range, as shares; for each state and cell the state before it; the matrices,
+    those of all states for the first gain of the filter, then for the next; for each cell the gain that follows it."""
 
     shares: list[fmpq]
     before: list[list[int]]
     P: list[fmpq_mat]
+    following: list[int]
+
+    def transitions(self, cell: int) -> list[Pair]:
+        """For each state and gain the matrix before and the one after a period in a cell."""
+        states, after = len(self.before), len(self.before) * self.following[cell]
+        return [
+            (start + row[cell], after + d)
+            for start in range(0, len(self.P), states)
+            for d, row in enumerate(self.before)
+        ]
 
 
-def read_storage(value: Any, path: str, size: int) -> Storage:
-    """Cells that cover the range exactly, a preceding matrix for each matrix and cell, and the matrices."""
-    edges, rows, matrices = fields(value, path, "cells", "before", "P")
-    shares = sequence(edges, f"{path}.cells", rational)
+def read_cells(value: Any, path: str) -> list[fmpq]:
+    """Shares between which the cells of a range lie, one beside the other."""
+    shares = sequence(value, path, rational)
     increasing = all(a < b for a, b in pairwise(shares))
-    require(shares[:1] == [0] and shares[-1:] == [1] and increasing, f"{path}.cells must rise from 0 to 1")
+    require(shares[:1] == [0] and shares[-1:] == [1] and increasing, f"{path} must rise from 0 to 1")
+    return shares
+
+
+def read_storage(value: Any, path: str, size: int, known: Sequence[fmpq] = ONE_CELL) -> Storage:
+    """Cells that cover the range exactly, a preceding state for each state and cell, and the matrices.
+
+    known: the cells of the filter, each of which holds some of the storage's whole.
+    """
+    edges, rows, matrices = fields(value, path, "cells", "before", "P")
+    shares = read_cells(edges, f"{path}.cells")
+    require({*known} <= {*shares}, f"{path}.cells must have all those of the filter")
     P = sequence(matrices, f"{path}.P", sized(symmetric, size))
     require(P != [], f"{path}.P must not be empty")
-    cells = len(list(pairwise(shares)))
-    before = sequence(rows, f"{path}.before", sized(sequence, integer, cells), len(P))
-    outside = [c for row in before for c in row if c >= len(P)]
-    require(not outside, f"{path}.before points at P{outside[:1]}, but there are {len(P)} matrices")
-    return Storage(shares, before, P)
+    states, left = divmod(len(P), len(known) - 1)
+    require(left == 0, f"{path}.P must have as many matrices for each gain of the filter")
+    before = sequence(rows, f"{path}.before", sized(sequence, integer, len(shares) - 1), states)
+    outside = [c for row in before for c in row if c >= states]
+    require(not outside, f"{path}.before points at P{outside[:1]}, but there are {states} matrices")
+    return Storage(shares, before, P, [system.cell_of(known, share) for share in shares[:-1]])
 
 
-def require_level(plant: Plant, case: Case, level: fmpq, storage: Storage) -> None:
+def require_level(plant: Plant, case: CaseOf[Estimator], level: fmpq, storage: Storage) -> None:
     """Refuse unless the storage proves that no sequence of the case exceeds the level g.
 
-    With `before` the matrix that precedes P_d when the period lies in cell a: for every d, a and every h of the cell,
-    with c = before[d][a],
+    With `before` the state that precedes d when the period lies in cell a: for every d, a and gain k of the filter, and
+    every h of the cell, with c = before[d][a] and l the gain that follows periods in a,
 
-        [P_c - w C'C, 0; 0, w g^2 I] - M' P_d M > 0,   M = [A-bar(h), B-bar(h)], C = C-bar, w = 1 or h.
+        [P_kc - w C'C, 0; 0, w g^2 I] - M_k' P_ld M_k > 0,   M_k = [A-bar(h), B-bar(h)], C = C-bar, w = 1 or h.
 
-    For a finite sequence of periods choose any matrix at its end, and go backwards: at each step x'P_c x covers what is
-    still to come, x+'P_d x+ + w |e|^2 <= x'P_c x + w g^2 |w|^2. Summed from rest, that is the bound.
+    For a finite sequence of periods choose any state at its end, and go backwards: at each step x'P_kc x covers what is
+    still to come, x+'P_ld x+ + w |e|^2 <= x'P_kc x + w g^2 |w|^2. Summed from rest, that is the bound.
     """
     for c, matrix in enumerate(storage.P):
         decide(Positive(matrix, f"P[{c}]"))
     proof = _Inequality(plant, case, level, [arb_mat(matrix) for matrix in storage.P])
-    for letter, (a, b) in enumerate(pairwise(storage.shares)):
-        require_everywhere(proof.fails, a, b, [(row[letter], d) for d, row in enumerate(storage.before)], HALVINGS)
+    for cell, (a, b) in enumerate(pairwise(storage.shares)):
+        require_everywhere(proof.fails, a, b, storage.transitions(cell), HALVINGS)
 
 
 def require_at(plant: Plant, case: Case, level: fmpq, P: fmpq_mat, h: arb) -> None:
     """Refuse unless the inequality of `require_level` holds with one matrix at every period in a ball."""
-    M = system.error_step(plant, case.filter, system.step_at(plant, h))
-    require(_Inequality(plant, case, level, [arb_mat(P)]).holds((0, 0), M, h), f"(6) is not proved at {h.str(6)} s")
+    steps = case.filter.steps(plant, system.step_at(plant, h))
+    require(_Inequality(plant, case, level, [arb_mat(P)]).holds((0, 0), steps, h), f"(6) is not proved at {h.str(6)} s")
 
 
 def require_everywhere(fails: Fails, a: fmpq, b: fmpq, transitions: list[Pair], halvings: int) -> None:
@@ -92,9 +114,10 @@ def require_everywhere(fails: Fails, a: fmpq, b: fmpq, transitions: list[Pair], 
 class _Inequality:
     """The inequality of `require_level` on pieces of the range."""
 
-    def __init__(self, plant: Plant, case: Case, level: fmpq, P: list[arb_mat]) -> None:
+    def __init__(self, plant: Plant, case: CaseOf[Estimator], level: fmpq, P: list[arb_mat]) -> None:
         self.plant, self.case, self.P = plant, case, P
-        output = system.error_output(plant, case.filter)
+        self.states = len(P) // (len(case.filter.cells) - 1)
+        output = case.filter.output(plant)
         states, inputs = output.ncols(), plant.B.ncols()
         demanded = -(output.transpose() * output)
         supplied = identity(inputs) * level**2
@@ -112,34 +135,34 @@ class _Inequality:
         spend((len(transitions) + 5) * (self.kept.nrows() + self.kept.ncols()) ** 3 * BALL, "the storage inequality")
         start, stop = (system.seconds(system.along(*self.case.ends, share)) for share in (a, b))
         less = system.bend(self.plant, start, stop - start)
-        steps = [(system.step_at(self.plant, h), h) for h in (start, stop)]
+        ends = [(system.step_at(self.plant, h), h) for h in (start, stop)]
         corners = [
-            (system.error_step(self.plant, self.case.filter, step), h)
-            for step, h in [*steps, *((step - less, h) for step, h in steps)]
+            (self.case.filter.steps(self.plant, step), h)
+            for step, h in [*ends, *((step - less, h) for step, h in ends)]
         ]
-        return [pair for pair in transitions if not all(self.holds(pair, M, h) for M, h in corners)]
+        return [pair for pair in transitions if not all(self.holds(pair, steps, h) for steps, h in corners)]
 
-    def holds(self, pair: Pair, M: arb_mat, h: arb) -> bool:
-        """Whether it holds for every step M in balls, at the period h."""
-        before, after = (self.P[i] for i in pair)
+    def holds(self, pair: Pair, steps: list[arb_mat], h: arb) -> bool:
+        """Whether it holds for every step in balls, one for each gain, at the period h."""
+        (before, after), M = (self.P[i] for i in pair), steps[pair[0] // self.states]
         paid = self.paid * h if self.case.weight == "duration" else self.paid
         room = self.kept.transpose() * before * self.kept + paid - M.transpose() * after * M
         return holds(Positive(room, "the storage inequality"))
 
 
-def read_pattern(value: Any, path: str, ends: Ends) -> list[Time]:
-    """The periods of one pattern from pairs [share of the way between the ends, number of samples]."""
+def read_pattern(value: Any, path: str) -> list[fmpq]:
+    """The periods of one pattern, as shares of the way between the ends, from pairs [share, number of samples]."""
 
-    def run(pair: Any, path: str) -> tuple[Time, int]:
+    def run(pair: Any, path: str) -> tuple[fmpq, int]:
         require(isinstance(pair, list) and len(pair) == 2, f"{path} must be [share, samples]")
         share = rational(pair[0], path)
         require(0 <= share <= 1, f"{path} must lie between the ends: a share from 0 to 1")
-        return system.along(*ends, share), integer(pair[1], path, 1)
+        return share, integer(pair[1], path, 1)
 
     runs = sequence(value, path, run)
     samples = sum(count for _, count in runs)
     require(samples <= MAX_ENTRIES, f"{path} has {samples} samples, more than {MAX_ENTRIES}")
-    return [time for time, count in runs for _ in range(count)]
+    return [share for share, count in runs for _ in range(count)]
 
 
 def complex_vector(value: Any, path: str, size: int) -> acb_mat:
@@ -148,33 +171,43 @@ def complex_vector(value: Any, path: str, size: int) -> acb_mat:
     return acb_mat(size, 1, [complex_of(pair) for pair in pairs])
 
 
-def require_attained(plant: Plant, case: Case, level: fmpq, pattern: list[Time], z: acb, w: list[acb_mat]) -> None:
-    """Refuse unless a pattern of periods and a disturbance, repeated for ever, exceed the level.
+def require_attained(plant: Plant, case: Case, level: fmpq, pattern: list[fmpq], z: acb, w: list[acb_mat]) -> None:
+    """Refuse unless a pattern of periods and a disturbance, repeated for ever, exceed the level."""
+    system.require_stable(plant, case.filter)
+    require_motion(plant, case, level, pattern, z, w)
+
+
+def require_motion(
+    plant: Plant, case: CaseOf[Estimator], level: fmpq, pattern: list[fmpq], z: acb, w: list[acb_mat]
+) -> None:
+    """`require_attained` for an error system that is known to be stable for every sequence.
 
     z is a point of the unit circle, w_0 ... w_{p-1} are the complex disturbances of a pattern. With w_{k+p} = z w_k
     the stable error system tends to a motion with x_p = z x_0, whose ratio of sum |e|^2 to sum |w|^2 over a pattern is
     what the ratio over N patterns tends to as N grows; the real or the imaginary part of w attains at least as much.
     """
-    system.require_stable(plant, case.filter)
-    inputs, states = plant.B.ncols(), plant.A.nrows() + case.filter.A.nrows()
-    steps = {
-        time: acb_mat(system.error_step(plant, case.filter, system.step_at(plant, system.seconds(time))))
-        for time in set(pattern)
-    }
-    spend((len(pattern) + 30 * len(steps)) * (states + inputs) ** 3 * BALL, "the motion under the pattern")
+    output, inputs = acb_mat(case.filter.output(plant)), plant.B.ncols()
+    states, cells = output.ncols(), case.filter.cells
+    distinct = set(pattern)
+    spend(
+        (len(pattern) + 30 * len(distinct) * len(cells)) * (states + inputs) ** 3 * BALL, "the motion under the pattern"
+    )
+    times = {share: system.seconds(system.along(*case.ends, share)) for share in distinct}
+    made = {share: case.filter.steps(plant, system.step_at(plant, h)) for share, h in times.items()}
+    gains = [system.cell_of(cells, share) for share in (pattern[-1], *pattern[:-1])]
+    steps = [acb_mat(made[share][gain]) for share, gain in zip(pattern, gains, strict=True)]
     through, forced = acb_mat(identity(states)), acb_mat(zeros(states, 1))
     frame = acb_mat(block([[identity(states)], [zeros(inputs, states)]]))
-    for time, drive in zip(pattern, w, strict=True):
-        through = steps[time] * frame * through
-        forced = _advance(steps[time], forced, drive)
+    for step, drive in zip(steps, w, strict=True):
+        through = step * frame * through
+        forced = _advance(step, forced, drive)
     x = solved(acb_mat(identity(states)) * z - through, forced, "zI - A is not proved invertible")
-    output = acb_mat(system.error_output(plant, case.filter))
     seen, supplied = arb(0), arb(0)
-    for time, drive in zip(pattern, w, strict=True):
-        share = system.seconds(time) if case.weight == "duration" else arb(1)
-        seen += energy(output * x) * share
-        supplied += energy(drive) * share
-        x = _advance(steps[time], x, drive)
+    for share, step, drive in zip(pattern, steps, w, strict=True):
+        weight = times[share] if case.weight == "duration" else arb(1)
+        seen += energy(output * x) * weight
+        supplied += energy(drive) * weight
+        x = _advance(step, x, drive)
     require_ratio(seen, supplied, level, "the disturbance")
 
 

@@ -12,7 +12,7 @@ from replication.verify.kernel import AtMost, decide
 from replication.verify.nonuniform import gain, system
 from replication.verify.nonuniform.floor import require_no_filter_below
 from replication.verify.nonuniform.gain import Storage, require_attained, require_level
-from replication.verify.nonuniform.system import PERIODS, Case, Filter, Plant, Time, on_filtered, on_plant
+from replication.verify.nonuniform.system import PERIODS, Case, Filter, Plant, on_filtered, on_plant
 from replication.verify.predicate import NO_READING
 from replication.verify.reading import positive, rational, sequence, sized, text
 from replication.verify.says import Says
@@ -69,7 +69,7 @@ STORED = {
     )
 }
 ATTAINED: Table = {
-    "pattern": Depends(lambda given: sized(gain.read_pattern, given.parameters.ends)),
+    "pattern": gain.read_pattern,
     "turn": rational,
     "w": Depends(lambda given: sized(sequence, sized(gain.complex_vector, given.plant.B.ncols()), len(given.pattern))),
 }
@@ -89,14 +89,14 @@ def keeps_level(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -
 
 
 @on_filtered("nonuniform.gain-lower", parameters=CASE, bound=LOWER, witness=ATTAINED, says=OF_FILTER)
-def gain_lower(plant: Plant, parameters: Case, lower: fmpq, pattern: list[Time], turn: fmpq, w: list[acb_mat]) -> None:
+def gain_lower(plant: Plant, parameters: Case, lower: fmpq, pattern: list[fmpq], turn: fmpq, w: list[acb_mat]) -> None:
     """The gain of the given filter {parameters.scope} is more than {lower:down}."""
     require_attained(plant, parameters, lower, pattern, circle_point(turn), w)
 
 
 @on_filtered("nonuniform.breaks-level", parameters=LEVEL, bound=LOWER, witness=ATTAINED, holds=False, says=OF_FILTER)
 def breaks_level(
-    plant: Plant, parameters: Case, lower: fmpq, pattern: list[Time], turn: fmpq, w: list[acb_mat]
+    plant: Plant, parameters: Case, lower: fmpq, pattern: list[fmpq], turn: fmpq, w: list[acb_mat]
 ) -> None:
     """The given filter does not have the level {parameters.level:down} {parameters.scope}: its gain is more than
     {lower:down}.

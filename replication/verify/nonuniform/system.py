@@ -5,9 +5,10 @@ A time is a pair (a, b) of rationals and stands for a + b pi seconds, since one 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, Generic, Protocol, TypeVar
 
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
@@ -25,6 +26,21 @@ Time = tuple[fmpq, fmpq]
 Ends = tuple[Time, Time]
 PERIODS = ("h_l", "middle", "h_u")
 """Names of the periods of a range, in increasing order."""
+ONE_CELL = (fmpq(0), fmpq(1))
+
+
+class Estimator(Protocol):
+    """What makes an error system x+ = M(h) [x; w], e = C-bar x: one M for each cell of the period before."""
+
+    @property
+    def cells(self) -> Sequence[fmpq]:
+        """Where the cells end, as shares of the way between the ends of the range: from 0 to 1."""
+
+    def steps(self, plant: Plant, step: arb_mat) -> list[arb_mat]:
+        """M = [A-bar, B-bar] after each cell, for [Phi, Gamma] in a ball."""
+
+    def output(self, plant: Plant) -> fmpq_mat:
+        """C-bar."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +50,22 @@ class Filter:
     A: fmpq_mat
     B: fmpq_mat
     C: fmpq_mat
+
+    @property
+    def cells(self) -> Sequence[fmpq]:
+        """It does not know the period: one cell."""
+        return ONE_CELL
+
+    def steps(self, plant: Plant, step: arb_mat) -> list[arb_mat]:
+        """Eq. (5), (n + nf, n + nf + m)."""
+        n, nf = plant.A.nrows(), self.A.nrows()
+        upper = [[*row[:n], *[arb(0)] * nf, *row[n:]] for row in step.tolist()]
+        lower = arb_mat(block([[self.B * plant.C, self.A, self.B * plant.D]])).tolist()
+        return [arb_mat(upper + lower)]
+
+    def output(self, plant: Plant) -> fmpq_mat:
+        """[L, -C_f] of eq. (5)."""
+        return block([[plant.L, -self.C]])
 
 
 @dataclass(frozen=True)
@@ -97,13 +129,16 @@ def read_filter(value: Any, path: str, plant: Plant) -> Filter:
     )
 
 
+Kind_co = TypeVar("Kind_co", bound=Estimator, covariant=True)
+
+
 @dataclass(frozen=True, kw_only=True)
-class Case:
+class CaseOf(Generic[Kind_co]):
     """A filter, both ends of a range of periods, a weight, and the level in question, or 0."""
 
     ends: Ends
     weight: str
-    filter: Filter
+    filter: Kind_co
     level: fmpq
 
     @property
@@ -117,6 +152,9 @@ class Case:
     def least(self) -> str:
         """The shortest period, in words."""
         return in_words(self.ends[0])
+
+
+Case = CaseOf[Filter]
 
 
 def in_words(time: Time) -> str:
@@ -167,6 +205,11 @@ def along(start: Time, stop: Time, share: fmpq) -> Time:
     return start[0] + share * (stop[0] - start[0]), start[1] + share * (stop[1] - start[1])
 
 
+def cell_of(cells: Sequence[fmpq], share: fmpq) -> int:
+    """The cell in which a share lies; where two meet, the latter."""
+    return sum(1 for edge in cells[1:-1] if edge <= share)
+
+
 def step_at(plant: Plant, h: arb) -> arb_mat:
     """[Phi(h), Gamma(h)] of eq. (3) for every h in a ball, (n, n + m)."""
     return beside(*hold(plant.A, plant.B, h))
@@ -180,19 +223,6 @@ def bend(plant: Plant, start: arb, length: arb) -> arb_mat:
     N = generator(plant.A, plant.B)
     rows = (N * N * (N * start).exp() * (N * arb(0).union(length)).exp()).tolist()[: plant.A.nrows()]
     return arb_mat(rows) * (length * length / 8)
-
-
-def error_step(plant: Plant, filter_: Filter, step: arb_mat) -> arb_mat:
-    """[A-bar, B-bar] of eq. (5) for [Phi, Gamma] in a ball: (n + nf, n + nf + m)."""
-    n, nf = plant.A.nrows(), filter_.A.nrows()
-    upper = [[*row[:n], *[arb(0)] * nf, *row[n:]] for row in step.tolist()]
-    lower = arb_mat(block([[filter_.B * plant.C, filter_.A, filter_.B * plant.D]])).tolist()
-    return arb_mat(upper + lower)
-
-
-def error_output(plant: Plant, filter_: Filter) -> fmpq_mat:
-    """C-bar = [L, -C_f] of eq. (5)."""
-    return block([[plant.L, -filter_.C]])
 
 
 def require_stable(plant: Plant, filter_: Filter) -> None:

@@ -8,7 +8,7 @@ from replication.verify.algebra.balls import circle_point
 from replication.verify.kernel import Positive, decide
 from replication.verify.nonuniform import gain, grid, system
 from replication.verify.nonuniform.gain import require_at, require_attained
-from replication.verify.nonuniform.system import Case, Filter, Plant, Time, on_plant
+from replication.verify.nonuniform.system import Case, Filter, Plant, on_plant
 from replication.verify.nonuniform.theory import PASSES
 from replication.verify.reading import positive, rational, sequence, sized, symmetric
 from replication.verify.says import Says
@@ -24,7 +24,7 @@ from replication.verify.theorem import Found
         "level": positive,
         "filter": Depends(lambda given: sized(system.read_filter, given.plant)),
         "P": Depends(lambda given: sized(symmetric, given.plant.A.nrows() + given.filter.A.nrows())),
-        "pattern": Depends(lambda given: sized(gain.read_pattern, (given.plant.h_l, given.plant.h_u))),
+        "pattern": gain.read_pattern,
         "turn": rational,
         "w": Depends(
             lambda given: sized(sequence, sized(gain.complex_vector, given.plant.B.ncols()), len(given.pattern))
@@ -39,7 +39,7 @@ def grid_solution_fails(
     level: fmpq,
     filter: Filter,
     P: fmpq_mat,
-    pattern: list[Time],
+    pattern: list[fmpq],
     turn: fmpq,
     w: list[acb_mat],
 ) -> Found:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from threadpoolctl import threadpool_limits
 
 from replication.estimation.api.results import Evidence
+from replication.estimation.api.signals import numbered
 from replication.estimation.nonuniform.facade import HORIZON, SampledPlantReader, as_range
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.stamped.design import CELLS
@@ -94,6 +96,7 @@ def design_stamped(
     checked, signals = read_plant(plant, measured=measured)
     range_ = as_range(periods)
     inputs = np.zeros((checked.order, 0)) if known is None else as_matrix("known", known, rows=checked.order)
+    signals = replace(signals, inputs=numbered("u", inputs.shape[1]))
     # Products of small matrices gain nothing from threads, and lose much where processors are busy.
     with threadpool_limits(1, user_api="blas"):
         found, proof = proved_design(checked, range_, cells=cells)

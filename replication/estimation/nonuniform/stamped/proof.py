@@ -20,11 +20,14 @@ LOOSE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class StampedProof:
-    """level: no sequence exceeds it; storage (cells, n, n): e'X_c e after a period in cell c; edges of the cells."""
+    """level: no sequence exceeds it; storage (gains x states, n, n): e'X e for each gain of the filter and state of an
+    automaton that reads the periods from the last one on; edges of its cells, s; before: for each state and cell the
+    state before it."""
 
     level: float
     storage: Array
     edges: tuple[float, ...]
+    before: tuple[tuple[int, ...], ...]
 
 
 def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
@@ -47,7 +50,8 @@ def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
             f"the level {design.level:.6g} of the design holds at finitely many periods, not for certain at all others;"
             " narrow the range of sampling periods"
         )
-    return StampedProof(design.level * float(np.sqrt(worst * (1 + 1e-9))), design.storage.X, design.edges)
+    level = design.level * float(np.sqrt(worst * (1 + 1e-9)))
+    return StampedProof(level, design.storage.X, design.edges, ((0,) * len(X),))
 
 
 def proved_design(

@@ -156,10 +156,10 @@ def stamped_result(
     if (least := floor_of_any_filter(plant, periods, proof.level)) is not None:
         facts.append(Evidence("least level of any filter", least, "Riccati recursion, the worst constant period"))
     facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
-    n = plant.order
+    n, edges = plant.order, np.array([periods.h_l, *filter_.edges, periods.h_u])
     return StampedResult(
         bracket=Bracket(attack.level, proof.level, BOTH_ENDS),
-        gains=frozen({"G_x": filter_.G[:, :n], "G_w": filter_.G[:, n:], "edges": np.array(proof.edges)}),
+        gains=frozen({"G_x": filter_.G[:, :n], "G_w": filter_.G[:, n:], "edges": edges}),
         evidence=(*facts, *constant_baselines(plant, filter_, periods, stamped=True)),
         signals=signals,
         plant=plant,
@@ -178,8 +178,8 @@ def _better(
     found = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
     if found.level > proof.level:
         return filter_, proof
-    edges = (periods.h_l, periods.h_u)
-    return zero, StampedProof(found.level, found.system.storage(found.P), edges)
+    before = tuple(map(tuple, found.tree.before()))
+    return zero, StampedProof(found.level, found.system.storage(found.P), found.cells.edges, before)
 
 
 def floor_of_any_filter(plant: SampledPlant, periods: PeriodRange, level: float) -> float | None:

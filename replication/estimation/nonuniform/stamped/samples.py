@@ -52,5 +52,8 @@ def as_sample(value: Any, sensors: Sequence[str], *, complete: bool) -> Array:
         if entry is not None:
             sample[i] = _finite(f"the sample of {sensors[i]}", entry, "number (None where the sensor did not measure)")
         elif complete:
-            raise InvalidInputError(f"the sample of {sensors[i]} is missing: this estimator needs all sensors at once")
+            raise InvalidInputError(
+                f"the sample of {sensors[i]} is missing: this estimator needs all sensors at once; where they measure "
+                "apart, take a `StampedKalman`"
+            )
     return sample
