@@ -17,7 +17,7 @@ from replication.verify.theorem import require
 
 
 def require_form(values: Mapping[str, Any], place: tuple[str, str] | None) -> None:
-    """Refuse another format, what are no names, other sides of a bound, and a paper or name that is not of its place."""
+    """Refuse another format, what are no names, other sides of a bound, and a paper or name that its place has not."""
     require(values["format"] == FORMAT, f"the format is {values['format']!r:.40}, not {FORMAT}")
     name = name_of(values["name"], "name")
     if isinstance(values["plant"], dict) and values["plant"].get("name", "") != "":
