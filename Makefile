@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme picture test test-fast mutants mutants-both docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
+.PHONY: report figures readme picture test test-fast mutants mutants-both processors docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
@@ -38,6 +38,9 @@ mutants: $(STAMP) ## every small change of the verifier, of which `make test` tr
 
 mutants-both: $(STAMP) ## every small change of either verifier, told by the other (hours)
 	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py
+
+processors: $(STAMP) ## a fresh run on four types of processor; `make test` tries one, on two papers (ten minutes)
+	PROCESSORS=all $(BIN)/python -m pytest tests/papers/test_processors.py --numprocesses=0
 
 docs: $(STAMP) ## the documentation as pages in build/docs, which need no network
 	$(BIN)/python -m mkdocs build --quiet

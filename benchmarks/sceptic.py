@@ -22,7 +22,7 @@ import tokenize
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import CodeType, FrameType
 
@@ -95,24 +95,31 @@ def _names(node: ast.stmt) -> list[str]:
 
 def entered(check: Callable[[], object]) -> set[Place]:
     """Where the functions of the verifier begin that a check enters, but for what runs on behalf of `ASIDE`."""
-    found: set[CodeType] = set()
+    found: dict[int, CodeType] = {}  # by identity, for the hash of a code reads all of it
+    outside: dict[int, CodeType] = {}
     room, aside = str(ROOM), {str(ROOM / name) for name in ASIDE}
 
     def note(frame: FrameType | None, event: str, _: object) -> None:
-        if event != "call" or frame is None or frame.f_code in found or not frame.f_code.co_filename.startswith(room):
-            return
+        assert frame is not None
         code = frame.f_code
+        if id(code) in found or id(code) in outside:
+            return
+        if not code.co_filename.startswith(room):
+            outside[id(code)] = code
+            return
         while frame is not None and frame.f_code.co_filename not in aside:
             frame = frame.f_back
         if frame is None:
-            found.add(code)
+            found[id(code)] = code
 
-    sys.setprofile(note)
+    # A trace that traces no lines is told of calls only, a profile of every return and every call of C as well.
+    before = sys.gettrace()
+    sys.settrace(note)
     try:
         check()
     finally:
-        sys.setprofile(None)
-    return {(Path(code.co_filename), code.co_firstlineno) for code in found}
+        sys.settrace(before)
+    return {(Path(code.co_filename), code.co_firstlineno) for code in found.values()}
 
 
 def functions(places: Iterable[Place]) -> dict[Path, set[int]]:
@@ -139,8 +146,13 @@ def _lines(pieces: Iterable[tuple[Path, ast.stmt]]) -> dict[Path, set[int]]:
     return found
 
 
-def _named(path: Path, piece: ast.AST) -> Iterator[tuple[Path, ast.stmt]]:
+@cache
+def _named(path: Path, piece: ast.stmt) -> tuple[tuple[Path, ast.stmt], ...]:
     """Assignments and fields of classes that a piece names; the functions that run are known already."""
+    return tuple(_declarations(path, piece))
+
+
+def _declarations(path: Path, piece: ast.stmt) -> Iterator[tuple[Path, ast.stmt]]:
     for name in {part.id for part in _inner(piece) if isinstance(part, ast.Name)}:
         where, real = (path, name) if name in module(path).named else module(path).imported.get(name, (path, name))
         one = module(where).named.get(real) if where.is_file() else None

@@ -12,12 +12,15 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from replication.files import write_atomically
 from replication.recheck import run as second
 from replication.recheck.reading import NoCheck, Proof, Unproved
+from replication.verify.theorem import Refused
+from replication.verify.workers import add_jobs, in_order
 
 if TYPE_CHECKING:
     from replication.verify.run import Outcome
@@ -71,36 +74,49 @@ def _meet(one: Sequence[object], other: tuple[Fraction, Fraction]) -> bool:
     return low is not None and high is not None and low <= other[1] and other[0] <= high
 
 
-def report(paths: Sequence[Path], root: Path = ROOT) -> int:
+def _both(path: Path, root: Path) -> tuple[Outcome, Pair]:
+    from replication.verify.run import verify
+
+    outcome = verify(path, root)
+    return outcome, compared(outcome, second.check(path, root))
+
+
+def _lost(path: Path) -> tuple[Outcome, Pair]:
+    from replication.verify.run import lost
+
+    return lost(path), Pair(False, "")
+
+
+def report(paths: Sequence[Path], root: Path = ROOT, jobs: int | None = 1) -> int:
     """Print a line for each certificate, and one for each on which the verifiers differ; 1 on any failure.
 
     Without `paths`, all certificates are checked, and what both prove is recorded.
     """
-    from replication.verify.run import committed, printable, verify
+    from replication.verify.run import listed, say
 
-    files = [file for path in paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
-    encoding = sys.stdout.encoding or "ascii"
+    try:
+        files = listed(paths, root)
+    except Refused as refusal:
+        say(f"NOT PROVED: {refusal}")
+        return 1
     failed, conflicts, unchecked = 0, 0, []
     proved: list[Path] = []
-    for path in files if paths else committed(root):
-        outcome = verify(path, root)
-        pair = compared(outcome, second.check(path, root))
-        print(printable(outcome.line(), encoding), flush=True)
+    for path, (outcome, pair) in zip(files, in_order(partial(_both, root=root), files, jobs, _lost), strict=True):
+        say(outcome.line())
         if pair.conflict:
-            print(printable(f"THE VERIFIERS DIFFER on {path}: {pair.conflict}", encoding), flush=True)
+            say(f"THE VERIFIERS DIFFER on {path}: {pair.conflict}")
         if not pair.checked:
             unchecked.append(path.stem)
         failed += outcome.theorem is None
         conflicts += bool(pair.conflict)
         if outcome.theorem is not None and pair.checked and not pair.conflict:
             proved.append(path)
-    number = len(files) if paths else len(committed(root))
-    print(f"{number - failed} of {number} certificates proved; {len(proved)} of them by both verifiers")
+    say(f"{len(files) - failed} of {len(files)} certificates proved; {len(proved)} of them by both verifiers")
     if unchecked:
-        print(f"not rechecked: {printable(', '.join(unchecked), 'utf-8')}")
+        say(f"not rechecked: {', '.join(unchecked)}")
     if not paths:
         record(proved, root)
-    return 1 if failed or conflicts or not number else 0
+    return 1 if failed or conflicts or not files else 0
 
 
 def record(proved: Sequence[Path], root: Path) -> None:
@@ -120,9 +136,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
     parser.add_argument("--both", action="store_true", help="by the second verifier too; they must agree")
+    add_jobs(parser)
     chosen = parser.parse_args(arguments)
-    if chosen.both:
-        return report(chosen.paths)
-    from replication.verify import run as first
+    try:
+        if chosen.both:
+            return report(chosen.paths, jobs=chosen.jobs)
+        from replication.verify import run as first
 
-    return first.report(chosen.paths)
+        return first.report(chosen.paths, jobs=chosen.jobs)
+    except KeyboardInterrupt:
+        print("interrupted: not all certificates were checked", file=sys.stderr)
+        return 130

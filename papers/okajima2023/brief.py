@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from papers._sketch import FIRST, LAST, curve, dots, label, signal
 from papers.okajima2023.experiments.declared import DESIGNS, GAIN_SETS
+from papers.okajima2023.printed import TABLE_1
 from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke, Ticks
 
 STEP = 24
@@ -53,8 +54,8 @@ BRIEF = Brief(
     "matrix](?diagonal-of-a).",
     holds="For the stable plant, to one part in a million, [Theorem 1](theory.theorem1) is tight at "
     f"{len(GAIN_SETS)} gain sets, [Theorem 2](theory.theorem2) at Sec. IV's {len(DESIGNS)} designs.",
-    correct="[Table 1](table1.n21), entry (2, 1), exceeds the rounded optimum. Eq. (4) [counts](sensor-index) "
-    "states for sensors.",
+    correct=f"[Table 1](table1.n21) prints {TABLE_1[2, 1]} for periods (2, 1); the optimum is {{table1.n21}}. Eq. (4) "
+    "[counts](sensor-index) states for sensors.",
     guess="Which noises [eq. (34)](denominator) divides by; which [matrices](unstable.same-setting) Sec. IV-C has; "
     "whether the sentence that [shorter periods](order.shorter-in-general) help is meant beyond Table 1.",
     sketch=Sketch(

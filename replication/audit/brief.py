@@ -109,7 +109,8 @@ class Brief(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
     In a sentence `[words](name)` links a claim or an erratum by its short name, and says of it what the sentence is
     for: that it holds, that it does not as printed, or that it stays a guess. In `card`, which may say all three, the
-    name begins with `+`, `-` or `?`. The report is not built if that is no longer so. explorers: pictures of the
+    name begins with `+`, `-` or `?`. The report is not built if that is no longer so. `{name}` in `holds`, `correct` or
+    `guess` becomes the number that was computed for that claim. explorers: pictures of the
     paper's figures that a reader can move.
     """
 

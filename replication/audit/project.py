@@ -52,6 +52,11 @@ class Project:
         return self.root / self.settings.papers
 
     @property
+    def cache(self) -> Path:
+        """Where runs keep what they computed."""
+        return self.root / ".cache" / "replication"
+
+    @property
     def keys(self) -> tuple[str, ...]:
         """The papers there are, by module name, which is also `Paper.key`."""
         found = (module.name for module in pkgutil.iter_modules([str(self.folder)]))

@@ -14,6 +14,7 @@ import numpy as np
 from replication.certify import dualrate as dualrate_makers
 from replication.certify.delay import levels as delay_makers
 from replication.certify.multirate import levels as multirate_makers
+from replication.certify.multirate import losses as loss_makers
 from replication.certify.nonuniform import gain as nonuniform_makers
 from replication.certify.nonuniform import stamped as stamped_makers
 from replication.certify.rounding import decimals, rationals, rounded_up
@@ -21,6 +22,9 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import GainResult
 from replication.estimation.delay.result import DelayResult
 from replication.estimation.dualrate.result import DualRateResult
+from replication.estimation.multirate.losses.models import InARow
+from replication.estimation.multirate.losses.result import LossResult
+from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.result import NonuniformResult
@@ -45,14 +49,14 @@ CARRIED_OUT = (
 def certificate(result: GainResult, name: str = "own", *, as_written: bool = False) -> Made:
     """The certificate of a design, as the verifier reads it: `paper` null, `claims` empty.
 
-    What it proves: of a multi-rate observer its gain, from both sides; of a filter for nonuniform sampling the
-    guaranteed level, and if it takes time stamps its gain from both sides; of a dual-rate loop that it is stable; for
-    a system with delays that the level is reached by an observer of Theorem 3, whose gains are those of the
-    certificate's own storage, close to those of the result.
+    What it proves: of a multi-rate observer its gain, from both sides, and the largest one over all patterns with at
+    most so many losses in a row; of a filter for nonuniform sampling the guaranteed level, and if it takes time stamps
+    its gain from both sides; of a dual-rate loop that it is stable; for a system with delays that the level is reached
+    by an observer of Theorem 3, whose gains are those of the certificate's own storage, close to those of the result.
 
     Parameters
     ----------
-    result : MultirateResult, NonuniformResult, StampedResult, DualRateResult or DelayResult
+    result : MultirateResult, LossResult, NonuniformResult, StampedResult, DualRateResult or DelayResult
         What `design` or `analyse` of the method returned.
     name : str
         Of plant and certificate: letters, digits, points, underscores and hyphens.
@@ -114,26 +118,44 @@ def _finite(**arrays: Any) -> dict[str, Any]:
 
 
 def _multirate(result: MultirateResult, name: str, number: Any) -> Made:
-    plant, schedule = result.problem.plant, result.problem.schedule
+    theorem = _sensed("multirate.gain", result, result.problem, {"relative": WIDTH}, name, number)
+    theorem["plant"]["L"] = rationals(_finite(L=result.gains["L"])["L"])
+    return {**theorem, **multirate_makers.gain_in_units(theorem)}
+
+
+def _losses(result: LossResult, name: str, number: Any) -> Made:
+    if not isinstance(result.model, InARow):
+        raise InvalidInputError(
+            "the verifier has no statement on mean errors; a certificate is made under at most so many losses in a row"
+        )
+    together, misses = result.model.together, result.model.misses
+    counts = misses * result.model.channels(result.problem.plant.sensors) if len(misses) == 1 else misses
+    more = {"together": int(together), "misses": list(counts)}
+    theorem = _sensed("multirate.gain-under-losses", result, result.problem, more, name, number)
+    gains = rationals(_finite(L=result.gains["L"])["L"])
+    return {**theorem, **loss_makers.gain_under_losses(theorem, gains, result.bracket.upper)}
+
+
+def _sensed(
+    statement: str, result: GainResult, problem: MultirateProblem, more: Mapping[str, Any], name: str, number: Any
+) -> Theorem:
+    """A theorem on a result, all sensors used."""
+    plant, schedule = problem.plant, problem.schedule
     if plant.correlated:
         raise InvalidInputError("the verifier has no statement on sensor noise that also drives the plant (B_w, or S)")
+    if not result.bracket.lower > 0:
+        raise InvalidInputError(f"no certificate: {statement} is a statement on gains above zero, and this may be zero")
     given = _finite(A=plant.A, B_d=plant.B_d, C=plant.C, D=plant.D, W=plant.W)
-    gains = _finite(L=result.gains["L"])
-    theorem = _theorem(
-        "multirate.gain",
-        {"name": name, **{key: number(value) for key, value in given.items()}, "L": rationals(gains["L"])},
+    return _theorem(
+        statement,
+        {"name": name, **{key: number(value) for key, value in given.items()}},
         {
             "sensors": list(range(plant.sensors)),
             "periods": list(schedule.periods),
             "offsets": list(schedule.offsets),
-            "relative": WIDTH,
+            **more,
         },
     )
-    if not result.bracket.lower > 0:
-        raise InvalidInputError(
-            "no certificate: multirate.gain is a statement on gains above zero, and this may be zero"
-        )
-    return {**theorem, **multirate_makers.gain_in_units(theorem)}
 
 
 def _nonuniform(result: NonuniformResult, name: str, number: Any) -> Made:
@@ -214,6 +236,7 @@ def _delay(result: DelayResult, name: str, number: Any) -> Made:
 
 
 METHODS: Mapping[type[GainResult], Callable[[Any, str, Any], Made]] = {
+    LossResult: _losses,
     MultirateResult: _multirate,
     NonuniformResult: _nonuniform,
     StampedResult: _stamped,

@@ -5,9 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from replication.commands import Command
 from replication.commands.shared import DIFFERENT, FINE, add_figures, add_output, here, results_path, say
+
+if TYPE_CHECKING:
+    from replication.audit.publish.history import Step
 
 
 def list_claims(chosen: argparse.Namespace) -> int:
@@ -54,14 +58,14 @@ def check(chosen: argparse.Namespace) -> int:
     from replication.audit.publish.readme import is_stale
     from replication.audit.store.cache import Cache
     from replication.audit.store.records import read_results
-    from replication.audit.store.sources import kept_at
+    from replication.audit.store.sources import KEPT, kept_at
 
     project = here()
     results, root, papers = read_results(results_path(chosen)), project.root, project.load()
     problems = [str(problem) for problem in check(results, papers, root)]
     held = {paper.key for paper in results.papers}
-    directory = root / ".cache" / "replication"
-    with kept_at(directory / "sources.json"):
+    directory = project.cache
+    with kept_at(directory / KEPT):
         again = kept([paper for paper in papers if paper.key in held], root, Cache(directory))
     found = differences(results, again, chosen.figures or root / "figures")
     problems += [f"{where}: not derived: {message}" for where, message in found]
@@ -90,12 +94,23 @@ def diff(chosen: argparse.Namespace) -> int:
     if chosen.html is not None:
         from replication.audit.report.diff import build_page
 
-        say([f"page: {build_page(old, new, changes, chosen.html)}"])
+        say([f"page: {build_page(old, new, changes, chosen.html, _history())}"])
     elif chosen.json:
         say([msgspec.json.format(msgspec.json.encode([*changes, *others]), indent=2).decode()])
     else:
         say([*render(changes), *render_beside(others)])
     return DIFFERENT if changes or others else FINE
+
+
+def _history() -> tuple[Step, ...]:
+    """What git keeps of the verdicts; two files can be compared where it keeps nothing, or outside of a project."""
+    from replication.audit.publish.history import steps
+    from replication.errors import AuditError
+
+    try:
+        return steps(here().root)
+    except AuditError:
+        return ()
 
 
 def history(chosen: argparse.Namespace) -> int:

@@ -67,7 +67,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def command(chosen: argparse.Namespace) -> int:
     """Audit the chosen papers; the report is written whatever the verdicts are."""
     from replication.audit.run.unchanged import LastRun
-    from replication.audit.store.sources import kept_at
+    from replication.audit.store.sources import KEPT, kept_at
     from replication.files import require_writable
 
     executor = _executor(chosen)
@@ -75,7 +75,7 @@ def command(chosen: argparse.Namespace) -> int:
     root, wanted = project.root, sorted(set(chosen.papers or project.keys))
     output = chosen.output or root / "report" / ("" if wanted == list(project.keys) else "+".join(wanted))
     figures = chosen.figures or root / "figures"
-    directory = root / ".cache" / "replication"
+    directory = project.cache
     last = LastRun(root, [figures, output / "results.json", output / "index.html"], wanted, directory)
     if not (chosen.no_cache or chosen.twice) and (said := last.said()):
         say(said.lines)
@@ -85,7 +85,7 @@ def command(chosen: argparse.Namespace) -> int:
     require_writable(output, "--output")
     require_writable(figures, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
-    with kept_at(directory / "sources.json"):
+    with kept_at(directory / KEPT):
         return _run(selected, cache, root, executor, (output, figures), last, twice=chosen.twice)
 
 

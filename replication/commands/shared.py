@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from replication.verify.workers import jobs as jobs
+
 if TYPE_CHECKING:
     from replication.audit.project import Project
     from replication.audit.store.records import ResultsFile
@@ -59,13 +61,6 @@ def say_tutorials(names: Iterable[str]) -> None:
     absent = [name for name in names if not (pages / f"{name}.html").is_file()]
     if absent:
         say([f"tutorials not built yet, to which it links: {', '.join(absent)}; `replication notebooks` writes them"])
-
-
-def jobs(text: str) -> int:
-    """A number of processes, for a parser of arguments."""
-    if not text.isdecimal() or len(text) > 9 or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text[:40]!r} is not a whole number of at least 1")
-    return int(text)
 
 
 def add_output(parser: argparse.ArgumentParser, text: str) -> None:

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from replication.commands.shared import project_root
+from replication.verify.workers import add_jobs
 
 TEXT = "check certificates in exact and ball arithmetic, and say what each proves"
 NOTES = """Only python-flint computes here; `python verify.py` of the project does the same in an environment that
@@ -18,6 +19,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
     parser.add_argument("--both", action="store_true", help="by the second verifier too; they must agree")
+    add_jobs(parser)
 
 
 def command(chosen: argparse.Namespace) -> int:
@@ -27,4 +29,4 @@ def command(chosen: argparse.Namespace) -> int:
     else:
         from replication.verify.run import report
 
-    return report(chosen.paths, project_root())
+    return report(chosen.paths, project_root(), chosen.jobs)

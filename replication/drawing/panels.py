@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
-ROW, MARK, ROOM = 58, 9, 0.25
+ROW, MARK, ROOM = 52, 9, 0.25
 """Characters of a row of names, those that the mark of each takes, and the share of the axes that a row is given."""
 
 

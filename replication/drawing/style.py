@@ -34,8 +34,8 @@ WIDTHS = (1.8, 1.3, 1.3, 1.8, 1.3, 1.3)
 FONTS = ("DejaVu Sans", "Verdana")
 """The text stays text; the second font has nearly the widths of the first, with which the layout is made."""
 
-WIDTH, FONT_SIZE = 4.9, 11
-"""Width in inches, that of a telephone in the report's margins, so that all text is at least 11 pixels high there."""
+WIDTH, FONT_SIZE = 4.44, 11
+"""Width in inches, that of the narrowest telephone, so that all text is at least 11 pixels high there."""
 
 
 def line(index: int) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from replication.verify.reading import content, fields, parse, rational, text
 from replication.verify.statement import Statement, collected
 from replication.verify.subjects import ROOT, folder_of, loaded, papers, subject, theorems
 from replication.verify.theorem import Refused, Theorem, require
+from replication.verify.workers import add_jobs, in_order
 
 STATEMENTS = collected(delay, dualrate, multirate, nonuniform)
 """All that can be proved, by name: `statement`s of the modules that these families import."""
@@ -71,26 +73,26 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
     values = dict(zip(FIELDS, fields(certificate, "certificate", *FIELDS), strict=True))
     require_form(values, place)
     stated = {side: rational(number, f"bound.{side}") for side, number in sides(values["bound"]).items()}
-    known = STATEMENTS
     if values["paper"] is not None:
         for field, wanted in subject(values["paper"], values["name"], root).items():
             require(same(values[field], wanted), f"{field} is not that of the wanted theorem {values['name']}")
-        known = {**STATEMENTS, **own_statements(values["paper"], root)}
-    statement = text(values["statement"], "statement")
-    require(statement in known, f"there is no statement {statement!r:.60}")
-    return known[statement](certificate, stated)
+    name = text(values["statement"], "statement")
+    statement = STATEMENTS[name] if name in STATEMENTS else own_statement(name, values["paper"], root)
+    return statement(certificate, stated)
 
 
-def own_statements(paper: str, root: Path) -> dict[str, Statement]:
-    """The statements of a paper's statements.py, which begin with its key, and stand with its certificates alone."""
-    module = loaded(folder_of(root) / paper / "statements.py")
+def own_statement(name: str, paper: str | None, root: Path) -> Statement:
+    """A statement of a paper's statements.py, which begins with its key, and stands with its certificates alone."""
+    module = None if paper is None else loaded(folder_of(root) / paper / "statements.py")
     declared = [value for value in vars(module).values() if isinstance(value, Statement)] if module else []
     for one in declared:
         require(
             one.name.startswith(f"{paper}."),
             f"{paper}/statements.py declares {one.name}, which must begin with {paper}.",
         )
-    return {one.name: one for one in declared}
+    found = [one for one in declared if one.name == name]
+    require(found != [], f"there is no statement {name!r:.60}")
+    return found[0]
 
 
 def sides(bound: Any) -> dict[str, Any]:
@@ -106,25 +108,34 @@ def committed(root: Path = ROOT) -> list[Path]:
     return [*wanted, *others]
 
 
-def report(paths: Sequence[Path], root: Path = ROOT) -> int:
+def listed(paths: Sequence[Path], root: Path = ROOT) -> list[Path]:
+    """The certificates of files and folders; all that is committed if none is named."""
+    found = [file for path in paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
+    return found if paths else committed(root)
+
+
+def report(paths: Sequence[Path], root: Path = ROOT, jobs: int | None = 1) -> int:
     """Verify files and folders, or all that is committed if none is named; print a line for each; 1 on any failure."""
-    files = [file for path in paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
     try:
-        chosen = files if paths else committed(root)
+        chosen = listed(paths, root)
     except Refused as refusal:
-        _say(f"NOT PROVED: {refusal}")
+        say(f"NOT PROVED: {refusal}")
         return 1
-    outcomes = []
-    for path in chosen:
-        outcome = verify(path, root)
-        outcomes.append(outcome)
-        _say(outcome.line())
-    failed = sum(outcome.theorem is None for outcome in outcomes)
-    _say(f"{len(outcomes) - failed} of {len(outcomes)} certificates proved")
-    return 1 if failed or not outcomes else 0
+    proved = 0
+    for outcome in in_order(partial(verify, root=root), chosen, jobs, lost):
+        say(outcome.line())
+        proved += outcome.theorem is not None
+    say(f"{proved} of {len(chosen)} certificates proved")
+    return 0 if chosen and proved == len(chosen) else 1
 
 
-def _say(words: str) -> None:
+def lost(path: Path) -> Outcome:
+    """What is told of a certificate whose check ended with its process."""
+    return Outcome(path=path, theorem=None, reason="the process that checked it was killed, or crashed")
+
+
+def say(words: str) -> None:
+    """Print one line."""
     try:
         print(printable(words, sys.stdout.encoding or "ascii"), flush=True)
     except BrokenPipeError:
@@ -139,9 +150,12 @@ def printable(words: str, encoding: str) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command line of `verify.py`."""
+    """The command line of `python -m replication.verify`."""
     parser = argparse.ArgumentParser(
-        prog="verify.py", description="Check certificates in exact and ball arithmetic, and say what each proves."
+        prog="replication.verify",
+        description="Check certificates in exact and ball arithmetic, and say what each proves.",
     )
     parser.add_argument("paths", nargs="*", type=Path, metavar="PATH", help="files or folders (default: all)")
-    return report(parser.parse_args(arguments).paths)
+    add_jobs(parser)
+    chosen = parser.parse_args(arguments)
+    return report(chosen.paths, jobs=chosen.jobs)

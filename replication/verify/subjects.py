@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
-from typing import Any, cast
+from typing import Any
 
 from replication.verify.reading import (
     Reader,
@@ -55,13 +55,18 @@ class Unproved:
 def folder_of(root: Path) -> Path:
     """Where the papers of the project at `root` lie, by its configuration; in `papers` if that does not say."""
     path = root / "replication.toml"
-    try:
-        settings = tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-    except ValueError as error:
-        raise Refused(f"{path.name} is not valid TOML: {error}") from None
+    settings = tables(path, parse_float=float)
     name = name_of(settings.get("papers", "papers"), f"{path.name}: papers")
     require(name.isidentifier(), f"{path.name}: papers must be a name of Python, got {name}")
     return root / name
+
+
+def tables(path: Path, parse_float: Callable[[str], Any] = no_number) -> dict[str, Any]:
+    """The tables of a TOML file; none if there is no such file."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"), parse_float=parse_float) if path.is_file() else {}
+    except ValueError as error:  # also where it is no text
+        raise Refused(f"{path.name} is not valid TOML: {error}") from None
 
 
 def _texts(value: Any, path: str) -> tuple[str, ...]:
@@ -118,30 +123,18 @@ def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     if not name:
         return {"name": ""}
     folder = folder_of(root) / paper
-    plants = plants_of(folder / "plants.py")(printed(folder / "printed.toml"))
+    module = loaded(folder / "plants.py")
+    plants = module.plants(printed(folder / "printed.toml")) if module else {}
     require(name in plants, f"the paper {paper} has no plant named {name!r}; there are {', '.join(plants) or 'none'}")
     return {"name": name, **written(plants[name])}
 
 
 def printed(path: Path) -> dict[str, Any]:
     """The printed values of a paper by name: strings, integers, and lists and tables of them; no float."""
-    if not path.is_file():
-        return {}
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"), parse_float=no_number)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise Refused(f"{path.name} is not valid TOML: {error}") from None
-    for name, table in tables.items():
+    values = tables(path)
+    for name, table in values.items():
         require(isinstance(table, dict) and "value" in table, f"{path.name}: [{name}] has no value")
-    return {name: table["value"] for name, table in tables.items()}
-
-
-def plants_of(path: Path) -> Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]]:
-    """The function `plants` of a paper's plants.py, loaded from its file alone: no package of papers is imported."""
-    module = loaded(path)
-    if module is None:
-        return lambda printed: {}
-    return cast(Callable[[Mapping[str, Any]], Mapping[str, Mapping[str, Any]]], module.plants)
+    return {name: table["value"] for name, table in values.items()}
 
 
 def loaded(path: Path) -> ModuleType | None:

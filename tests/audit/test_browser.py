@@ -23,6 +23,8 @@ pytestmark = pytest.mark.browser
 WIDTHS = (320, 390, 768, 1440)
 SMALLEST_CONTRAST = 4.5
 PAPER = f"#paper-{KEY}"
+CODE_LINES = """return [...document.querySelectorAll('.claim [data-code]')]
+  .map((e) => getComputedStyle(e, '::after').content)"""
 
 
 @pytest.mark.parametrize("width", WIDTHS)
@@ -54,16 +56,24 @@ def test_no_text_lies_over_another(visit: Any, width: int) -> None:
     assert overlaps(page), "and if one did, it would be found"
 
 
-def test_each_page_begins_below_the_bar_and_its_contents_at_their_beginning(visit: Any) -> None:
+@pytest.mark.parametrize("width", [320, 390, 768])
+def test_contents_and_pages_are_not_cut(visit: Any, width: int) -> None:
+    page = visit(width, fragment="#behind")
+    cut = """return [...document.querySelectorAll('.pages a, #behind .toc a')].filter((e) => {
+      const box = e.getBoundingClientRect();
+      return box.left < 0 || box.right > innerWidth || e.parentElement.scrollWidth > e.parentElement.clientWidth;
+    }).map((e) => e.textContent)"""
+    assert page.execute_script(cut) == []
+    page.execute_script("document.querySelector('.pages').append('a name that is too long '.repeat(9))")
+    page.execute_script("document.querySelector('#behind .toc ol').style.flexWrap = 'nowrap'")
+    assert page.execute_script(cut), "and if some were, they would be found"
+
+
+def test_each_page_begins_below_the_bar(visit: Any) -> None:
     top = "return document.querySelector(arguments[0]).getBoundingClientRect().top"
-    strip = "return document.querySelector(arguments[0] + ' .toc').scrollLeft"
     bar = "return document.querySelector('.bar').getBoundingClientRect().bottom"
     page = visit(390, fragment="#behind")
     assert page.execute_script(top, "#behind") == pytest.approx(page.execute_script(bar), abs=1)
-    page.execute_script("scrollTo(0, document.body.scrollHeight)")
-    WebDriverWait(page, 5).until(lambda _: page.execute_script(strip, "#behind") > 0)
-    page.find_element(By.CSS_SELECTOR, ".up").click()
-    WebDriverWait(page, 5).until(lambda _: page.execute_script(strip, "#behind") == 0)
 
 
 @pytest.mark.parametrize("width", [390, 1440])
@@ -85,6 +95,19 @@ def test_a_link_opens_a_claim_without_a_script(visit: Any, name: str) -> None:
     seen = """return [...document.querySelectorAll('.claim .reason')].filter((e) => e.checkVisibility())
       .map((e) => e.closest('.claim').id)"""
     assert page.execute_script(seen) == [claim_id(name)]
+
+
+def test_without_a_script_a_claim_shows_what_it_rests_on(visit: Any) -> None:
+    proved = "column-8-9"
+    page = visit(fragment=f"#{claim_id(proved)}", scripts=False)
+    page.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
+    told = "return document.querySelector(arguments[0]).innerText"
+    rests_on = page.execute_script(told, f"[id='{claim_id(proved)}'] .aside")
+    for word in ("Method: ", "Lower bound 2.635", "Upper bound 2.635", "Certificate: ", "Code: papers/"):
+        assert word in rests_on
+    drawn = visit(fragment=f"#{claim_id(proved)}")
+    WebDriverWait(drawn, 5).until(lambda _: "Cross-check" in drawn.find_element(By.ID, claim_id(proved)).text)
+    assert drawn.find_element(By.ID, claim_id(proved)).text.count("Certificate") == 1, "all evidence takes its place"
 
 
 def test_with_a_script_a_claim_that_was_opened_by_a_link_closes_again(visit: Any) -> None:
@@ -150,6 +173,7 @@ def test_everything_is_there_without_scripts(visit: Any) -> None:
     assert not reason.is_displayed()
     claim.find_element(By.CSS_SELECTOR, "summary").click()
     assert reason.is_displayed() and reason.text
+    assert page.find_element(By.CSS_SELECTOR, ".unscripted").is_displayed()
     page.find_element(By.CSS_SELECTOR, f".k[href='#{claim_id('far')}']").send_keys(Keys.ENTER)
     assert page.current_url.endswith(claim_id("far"))
 
@@ -169,6 +193,20 @@ def test_prints_every_claim_in_a_line(visit: Any, scripts: bool) -> None:
     assert page.execute_script(evidence) == 0
     moves = "return [...document.querySelectorAll('.moves')].filter((e) => e.checkVisibility()).length"
     assert page.execute_script(moves) == 0, "paper cannot be moved or followed"
+    assert set(page.execute_script(CODE_LINES)) == {'", claims.py:42"'}
+    page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "screen"})
+    assert set(page.execute_script(CODE_LINES)) == {"none"}, "on a screen it stands in the evidence"
+
+
+@pytest.mark.parametrize("width", [320, 390])
+def test_the_text_of_a_figure_is_large_enough_on_a_telephone(visit: Any, width: int) -> None:
+    page = unfold(visit(width))
+    sizes = """return [...document.querySelectorAll('svg.figure text')].map((e) =>
+      parseFloat(getComputedStyle(e).fontSize) * Math.hypot(e.getScreenCTM().a, e.getScreenCTM().b))"""
+    scrolls = "return [...document.querySelectorAll('figure .scroll')].some((e) => e.scrollWidth > e.clientWidth)"
+    assert min(page.execute_script(sizes)) >= 11 and not page.execute_script(scrolls)
+    page.execute_script("document.querySelector('.figures').style.padding = '0 30px'")
+    assert min(page.execute_script(sizes)) < 11 or width > 320, "and smaller text would be found"
 
 
 def test_figures_have_words_with_numbers_and_can_be_saved(visit: Any) -> None:

@@ -125,4 +125,8 @@ def test_the_opening_takes_two_sheets_and_lists_the_contents(visit: Any) -> None
     assert page.execute_script(height) < 2 * PAPER["height"] * PIXELS_PER_MM
     contents = page.find_element(By.CSS_SELECTOR, "nav.contents")
     assert contents.is_displayed() and "All claims" in contents.text
+    led = """return [...document.querySelectorAll(arguments[0])].filter((e) => e.hash)
+      .map((e) => document.getElementById(e.hash.slice(1)).checkVisibility())"""
+    assert set(page.execute_script(led, "nav.contents a")) == {True}
+    assert set(page.execute_script(led, ".toc a")) == {True, False}, "a screen shows more"
     assert not page.find_element(By.CSS_SELECTOR, "header.bar").is_displayed()

@@ -142,6 +142,35 @@ def test_search_finds_place_name_and_words(visit: Any, query: str, first: str) -
     assert not page.find_element(By.CSS_SELECTOR, ".hits").is_displayed()
 
 
+def test_search_leads_to_all_that_it_found(visit: Any) -> None:
+    page = visit()
+    found = "return document.querySelectorAll('#hits a').length"
+    field, rest = page.find_element(By.NAME, "find"), page.find_element(By.CSS_SELECTOR, ".hits button")
+    field.send_keys("table")
+    count = int(page.find_element(By.CSS_SELECTOR, ".hits p").text.split()[0])
+    assert page.execute_script(found) == 12 < count and rest.text == f"Show all {count}"
+    rest.click()
+    assert page.execute_script(found) == count and not rest.is_displayed()
+    assert page.execute_script("return document.querySelectorAll('#hits a')[12] === document.activeElement")
+    field.clear()
+    field.send_keys("column-5-7")
+    assert 0 < page.execute_script(found) <= 12 and not rest.is_displayed()
+
+
+def test_keys_are_told_only_where_they_work(visit: Any) -> None:
+    assert visit().find_element(By.CSS_SELECTOR, ".keyed").is_displayed()
+    assert not visit(scripts=False).find_element(By.CSS_SELECTOR, ".keyed").is_displayed()
+    page = visit(390)
+    touch = {"enabled": True, "maxTouchPoints": 5}
+    page.execute_cdp_cmd("Emulation.setEmitTouchEventsForMouse", {"enabled": True, "configuration": "mobile"})
+    page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", touch)
+    try:
+        assert not page.find_element(By.CSS_SELECTOR, ".keyed").is_displayed()
+    finally:
+        page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
+        page.execute_cdp_cmd("Emulation.setEmitTouchEventsForMouse", {"enabled": False})
+
+
 def test_search_puts_the_place_before_the_words(visit: Any) -> None:
     page = visit()
     page.find_element(By.NAME, "find").send_keys("fig. 2")

@@ -136,3 +136,4 @@ def test_page_shows_each_change_with_its_cause_and_escapes() -> None:
 
 def test_page_of_equal_runs_says_so() -> None:
     assert "None of 1 claims changed." in render_page(OLD, OLD, [])
+    assert "When verdicts changed" not in render_page(OLD, OLD, []), "where git has no table"

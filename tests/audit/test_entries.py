@@ -96,7 +96,7 @@ def judged(record: ClaimRecord, verdict: Verdict) -> ClaimRecord:
         ("42.03", 58.40, (38.95, "% above the print")),
         ("16.73", 12.25, (26.78, "% below the print")),
         ("2.0", 5.0, (2.5, "times the print")),
-        ("25.92", 15.85, (1.635, "times smaller than the print")),
+        ("25.92", 15.85, (0.6115, "times the print")),
     ],
 )
 def test_the_distance_from_the_print_is_a_part_of_the_print(printed: str, value: float, off: tuple[float, str]) -> None:

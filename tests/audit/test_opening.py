@@ -97,7 +97,9 @@ def test_consequence_by_rule(place: str, kind: Kind, printed: str, expected: Con
 
 def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFile) -> None:
     again = altered(made.claims[1], repeats=made.claims[0].id)
-    page = html5lib.parse(render(replace(made, claims=(made.claims[0], again, *made.claims[2:])), Path()))
+    text = render(replace(made, claims=(made.claims[0], again, *made.claims[2:])), Path())
+    assert "and 1 reprint, counted once" in text and "counted once" not in render(made, Path())
+    page = html5lib.parse(text)
     marks = [e for e in page.iter() if e.get("class") == "k"]
     expected = {f"#{anchor('claim', record.id)}" for record in made.claims if record.id != again.id}
     assert {mark.get("href") for mark in marks} == expected and len(marks) == len(expected)
@@ -199,6 +201,10 @@ def with_brief(made: ResultsFile, **changed: str) -> ResultsFile:
         ({"card": "[This](column-2-3) holds."}, "without a sign"),
         ({"card": "word " * 26}, "at most 25 words"),
         ({"card": "1.5, 2.5 and 3.5"}, "at most 2 numbers"),
+        ({"card": "The level is {column-5-7}."}, "stands in the README too"),
+        ({"correct": "The level is {absent}."}, "links 'absent', which is no claim"),
+        ({"correct": "The level is {root}."}, "'root', which has no single one"),
+        ({"correct": "{column-5-7}, {column-5-7}, {column-5-7}"}, "at most 2 numbers"),
     ],
 )
 def test_a_sentence_of_a_brief_that_is_not_so_stops_the_build(
@@ -212,6 +218,20 @@ def test_a_number_in_a_brief_comes_from_the_results(made: ResultsFile, tmp_path:
     assert build_report(with_brief(made, card="The level is 1.9171."), tmp_path, tmp_path / "index.html")
     with pytest.raises(AuditError, match=r"1\.9391"):
         build_report(with_brief(made, card="The level is 1.9391."), tmp_path, tmp_path / "index.html")
+
+
+def test_a_brief_takes_the_number_of_a_claim_from_the_run(made: ResultsFile) -> None:
+    told = with_brief(made, correct="The [level](column-5-7) is {column-5-7}.")
+
+    def said(results: ResultsFile) -> str:
+        return "".join(words for words, _ in briefs(results)[KEY].lines[1][2].parts)
+
+    assert said(told) == "The level is 1.9171."
+    (level,) = [record for record in made.claims if record.id == f"{KEY}.column-5-7"]
+    for value, number in ((2.5, "2.5"), (None, "(not computed)")):
+        other = replace(level, evidence=replace(level.evidence, value=value))
+        claims = tuple(other if record is level else record for record in made.claims)
+        assert said(replace(told, claims=claims)) == f"The level is {number}."
 
 
 def test_where_a_verdict_has_changed_the_sentence_says_so_and_the_page_is_built(made: ResultsFile) -> None:

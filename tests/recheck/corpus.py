@@ -29,7 +29,8 @@ NAMES = {
     """,
     "okajima2023": """
         common-period cyclic-rows dissipation dual-rate error-system gains-33-unmeasured gains-38
-        gains-38-one-matrix idle-instants-case-2 observable optimum-1-1 optimum-case-a product rows schur
+        gains-38-one-matrix idle-instants-case-2 lost-samples-2-3 observable optimum-1-1 optimum-case-a product
+        rows schur
         section-4c-design section-4c-error-poles section-4c-free-setting section-4c-poles section-4c-same-setting
         selection-eqs-11-12 shorter-periods variables
     """,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import cProfile
 import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import CodeType, FrameType
+from types import CodeType
 from typing import Any
 
 import mutants
@@ -86,37 +87,26 @@ def _case(certificate: Certificate, limit: float) -> Case | None:
     """What both say of it; None if that takes one of them longer."""
     said: dict[str, Any] = {}
     seconds = {}
+    entered: defaultdict[str, set[int]] = defaultdict(set)
+    mutants._forget(mutants._own_modules())
     for room, ask in ASK.items():
+        profile = cProfile.Profile(time.process_time)
         begin = time.process_time()
-        said[room] = ask(certificate)
+        said[room] = profile.runcall(ask, certificate)
         seconds[room] = time.process_time() - begin
         if seconds[room] > limit:
             return None
-    return Case(certificate, said["verify"], said["recheck"], seconds, _entered(certificate))
+        for name, line in _called(profile):
+            entered[name].add(line)
+    return Case(certificate, said["verify"], said["recheck"], seconds, entered)
 
 
-def _entered(certificate: Certificate) -> Mapping[str, set[int]]:
-    """By module of either verifier, the first lines of the functions that a check of a certificate calls."""
-    called: set[CodeType] = set()
-
-    def note(frame: FrameType, event: str, _: object) -> None:
-        if event == "call":
-            called.add(frame.f_code)
-
-    mutants._forget(mutants._own_modules())
-    before = sys.getprofile()
-    sys.setprofile(note)
-    try:
-        for ask in ASK.values():
-            ask(certificate)
-    finally:
-        sys.setprofile(before)
+def _called(profile: cProfile.Profile) -> Iterator[tuple[str, int]]:
+    """The modules of the verifiers, and the first lines, of the functions that were called."""
     files = {module.__file__: name for name, module in list(sys.modules.items()) if name.startswith(mutants.ROOM)}
-    entered: defaultdict[str, set[int]] = defaultdict(set)
-    for code in called:
-        if code.co_filename in files:
-            entered[files[code.co_filename]].add(code.co_firstlineno)
-    return entered
+    for entry in profile.getstats():
+        if isinstance(entry.code, CodeType) and entry.code.co_filename in files:
+            yield files[entry.code.co_filename], entry.code.co_firstlineno
 
 
 def unnoticed(module: str, tried: Sequence[mutants.Mutant], corpus: Sequence[Case]) -> Iterator[mutants.Mutant]:
@@ -129,8 +119,15 @@ def unnoticed(module: str, tried: Sequence[mutants.Mutant], corpus: Sequence[Cas
             for i, case in enumerate(corpus)
             if (case.entered[module] if not mutant.function else not case.entered[module].isdisjoint(mutant.function))
         ]
-        # What has noticed faults before comes first, then what is quick.
-        reached.sort(key=lambda i: (-kills[i], corpus[i].seconds[room]))
+        # What has noticed faults before comes first, then what is quick of each certificate.
+        reached.sort(key=lambda i: corpus[i].seconds[room])
+        rank: defaultdict[str, int] = defaultdict(int)
+        order = {}
+        for i in reached:
+            name = corpus[i].certificate["name"]
+            order[i] = (-kills[i], rank[name], corpus[i].seconds[room])
+            rank[name] += 1
+        reached.sort(key=order.__getitem__)
         noticed = _noticed(mutant, room, [corpus[i] for i in reached[:MOST]])
         if noticed is None:
             yield mutant

@@ -21,9 +21,9 @@ def unit(size: int) -> list[list[str]]:
 
 
 def high_degree(others: Mapping[str, Certificate]) -> Certificate:
-    """A functional on squares of degree 6: zero but for the supply."""
+    """A functional on squares of degree 20: zero but for the supply."""
     made = copy.deepcopy(others["peet2019/ex2-d1-lower"])
-    plant, degree = made["plant"], 6
+    plant, degree = made["plant"], 20
     states, powers = len(plant["A0"]), 2 * degree + 1
     functions, disturbances, outputs = states * len(plant["delays"]), len(plant["B"][0]), len(plant["C10"])
     points = disturbances + outputs + states + functions

@@ -235,64 +235,78 @@ def test_both_bounds_with_kernels_in_one_variable_agree(rule: str) -> None:
     assert 0 <= high / low - 1 < fmpq(1, 50)  # the weighted squares of the lower bound are more
 
 
+def full(rows: int, columns: int, rng: random.Random) -> fmpq_mat:
+    return fmpq_mat(rows, columns, [rng.randint(-3, 3) for _ in range(rows * columns)])
+
+
 def functional(points: int, functions: int, powers: int) -> delay_dual.Functional:
     rng = random.Random(2)
-
-    def full(rows: int, columns: int) -> fmpq_mat:
-        return fmpq_mat(rows, columns, [rng.randint(-3, 3) for _ in range(rows * columns)])
-
+    square = (functions, functions, rng)
     return delay_dual.Functional(
         delay_forms.Form(
-            full(points, points),
-            {a: full(points, functions) for a in range(powers)},
-            {a: full(functions, functions) for a in range(powers)},
-            {(a, b): full(functions, functions) for a, b in product(range(powers), repeat=2)},
+            full(points, points, rng),
+            {a: full(points, functions, rng) for a in range(powers)},
+            {a: full(*square) for a in range(powers)},
+            {(a, b): full(*square) for a, b in product(range(powers), repeat=2)},
         ),
-        [full(functions, functions) for _ in range(powers)],
+        [full(*square) for _ in range(powers)],
     )
 
 
-def test_the_matrix_on_squares_gives_the_functional_of_every_square() -> None:
-    points, functions, degree = 2, 2, 1
-    seen = functional(points, functions, 3)
-    for weight in (delay_forms.UNIFORM, delay_forms.BUMP):
-        order = degree if weight is delay_forms.UNIFORM else degree - 1
-        G = delay_dual._on_squares(seen.of, weight, points, functions, order, delay_forms.kernels(order))
-        size = delay_forms.basis_size(points, functions, order)
-        half = fmpq_mat(size, size, list(range(size * size)))
+def inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
+    return sum((a * b for a, b in zip(first.entries(), second.entries(), strict=True)), fmpq(0))
+
+
+def valued(weights: delay_forms.Form, form: delay_forms.Form) -> fmpq:
+    """The value on a form by its definition: each coefficient by its weight."""
+    pairs = [(weights.P, form.P)]
+    for table, parts in ((weights.Q, form.Q), (weights.S, form.S), (weights.R, form.R)):
+        pairs += [(table[power], part) for power, part in parts.items()]
+    return sum((inner(weight, part) for weight, part in pairs), fmpq(0))
+
+
+@pytest.mark.parametrize("rule", ["each", "outer", "inner"])
+def test_the_matrix_on_squares_gives_the_functional_of_every_square(rule: str) -> None:
+    points, functions, degree = 3, 2, 2
+    weights = functional(points, functions, 2 * degree + 1).weights
+    for weight, order in ((delay_forms.UNIFORM, degree), (delay_forms.BUMP, degree - 1)):
+        powers = delay_forms.kernels(order, rule)
+        G = delay_dual._on_squares(weights, functions, weight, order, powers)
+        size = delay_forms.basis_size(points, functions, order, powers)
+        half = full(size, size, random.Random(1))
         M = half + half.transpose()
-        trace = sum((a * b for a, b in zip(G.entries(), M.entries(), strict=True)), fmpq(0))
-        assert trace == seen.of(delay_forms.square(M, weight, points, functions, order))
+        assert inner(G, M) == valued(weights, delay_forms.square(M, weight, points, functions, order, powers))
         assert G.transpose() == G
 
 
-def test_the_functional_weighs_every_coefficient() -> None:
-    seen = functional(1, 1, 2)
-    weights = seen.weights
-    one = fmpq_mat([[fmpq(1)]])
-    empty = delay_forms.Form(zeros(1, 1), {}, {}, {})
-    assert seen.of(delay_forms.Form(one, {}, {}, {})) == weights.P[0, 0]
-    assert seen.of(delay_forms.Form(empty.P, {1: one}, {}, {})) == weights.Q[1][0, 0]
-    assert seen.of(delay_forms.Form(empty.P, {}, {1: one}, {})) == weights.S[1][0, 0]
-    assert seen.of(delay_forms.Form(empty.P, {}, {}, {(0, 1): one})) == weights.R[0, 1][0, 0]
+def storage(n: int, width: int, powers: int) -> delay_forms.Form:
+    """A form with every coefficient, of which S couples no two delays."""
+    rng = random.Random(3)
+    P = full(n, n, rng)
+    blocks = [full(n, n, rng) for _ in range(powers)]
+    pairs = {(a, b): full(width, width, rng) for a in range(powers) for b in range(a, powers)}
+    S = {a: delay_plant.repeated(part + part.transpose(), width // n) for a, part in enumerate(blocks)}
+    R = {(a, b): part + part.transpose() if a == b else part for (a, b), part in pairs.items()}
+    return delay_forms.Form(
+        P + P.transpose(),
+        {a: full(n, width, rng) for a in range(powers)},
+        S,
+        {**R, **{(b, a): part.transpose() for (a, b), part in R.items()}},
+    )
 
 
 def test_the_functional_on_the_rate_of_a_storage() -> None:
     plant = delay_plant.measured_last(delay_plant.read_plant(two_delays()), identity(2))
-    seen = functional(9, 4, 3)
-    of_rate = seen.of_rate(plant)
+    seen = functional(9, 4, 4)
+    of_rate, V = seen.of_rate(plant), storage(2, 4, 4)
     empty = delay_forms.Form(zeros(2, 2), {}, {}, {})
-    assert of_rate(empty) == 0
-    across, within = zeros(4, 4), zeros(4, 4)
+    supply = valued(seen.weights, delay_sos.rate(plant, fmpq(0), empty))
+    assert supply == inner(seen.weights.P, delay_sos.supplied(plant, fmpq(0))) != 0
+    assert valued(of_rate, V) == valued(seen.weights, delay_sos.rate(plant, fmpq(0), V)) - supply
+    across = zeros(4, 4)
     across[0, 2] = across[2, 0] = fmpq(3)
-    within[0, 1] = within[1, 0] = fmpq(2)
     coupled = delay_forms.Form(empty.P, {}, {1: across}, {})
-    assert of_rate(coupled) == 3 * (seen.coupling[1][0, 2] + seen.coupling[1][2, 0])
-    plain = delay_forms.Form(fmpq_mat([[1, 2], [2, 5]]), {}, {1: within}, {})
-    whole = delay_forms.total(plain, coupled)
-    supply = seen.of(delay_sos.rate(plant, fmpq(0), empty))
-    assert of_rate(plain) == seen.of(delay_sos.rate(plant, fmpq(0), plain)) - supply
-    assert of_rate(whole) == of_rate(plain) + of_rate(coupled)
+    assert valued(of_rate, coupled) == 3 * (seen.coupling[1][0, 2] + seen.coupling[1][2, 0])
 
 
 def test_the_zero_functional_proves_nothing() -> None:
@@ -308,9 +322,9 @@ def _zeroed(table: Json) -> Json:
     return {key: zero(value) for key, value in table.items()}
 
 
-def test_the_functional_and_a_form_must_fit() -> None:
+def test_matrices_of_one_shape_are_weighed() -> None:
     with pytest.raises(ValueError, match="zip"):
-        functional(2, 1, 1).of(delay_forms.Form(zeros(1, 1), {}, {}, {}))
+        delay_dual._inner(zeros(2, 2), zeros(1, 1))
 
 
 def test_a_section_of_odd_order_is_accepted() -> None:
@@ -333,7 +347,7 @@ def test_the_functional_is_weakly_dual() -> None:
     given = certificate("ex2-d1-lower")["witness"]["functional"]
     points, functions = plant.points, 2
     assert points == 7
-    seen = delay_dual.read_functional(given, "functional", plant, 3)
+    weights = delay_dual.read_functional(given, "functional", plant, 3).weights
     grams = certificate("ex2-d1-upper")["witness"]
     forms = []
     for kind, count in (("storage", 2), ("dissipation", points)):
@@ -344,5 +358,5 @@ def test_the_functional_is_weakly_dual() -> None:
         forms.append(delay_forms.total(*parts))
     gamma = rational(certificate("ex2-d1-upper")["bound"]["upper"])
     whole = delay_forms.total(delay_sos.rate(plant, gamma, forms[0]), forms[1])
-    assert seen.of(whole) == 0
-    assert seen.of(forms[1]) > 0
+    assert valued(weights, whole) == 0
+    assert valued(weights, forms[1]) > 0

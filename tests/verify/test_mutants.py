@@ -43,6 +43,7 @@ VERIFIER = {
     "multirate.counts": ("test_multirate", *SAID),
     "multirate.identities": ("test_multirate", *SAID),
     "multirate.levels": ("test_multirate", *SAID),
+    "multirate.losses": ("test_multirate_losses", *SAID),
     "multirate.orders": ("test_multirate", *SAID),
     "multirate.recovered": ("test_multirate", *SAID),
     "multirate.sensing": ("test_multirate", *SAID),
@@ -71,6 +72,12 @@ EQUIVALENT = [
     ("dualrate.response", "TERMS, PIECES, PARTS = 24, 32, 2000", "became 25", "more terms than are needed"),
     ("dualrate.response", "TERMS, PIECES, PARTS = 24, 32, 2000", "became 33", "more pieces than are needed"),
     ("dualrate.response", "TERMS, PIECES, PARTS = 24, 32, 2000", "became 2001", "more parts than are needed"),
+    (
+        "run",
+        "def report(paths: Sequence[Path], root: Path = ROOT, jobs: int | None = 1) -> int:",
+        "became 2",
+        "the lines are the same in several processes",
+    ),
     (
         "run",
         'print(printable(words, sys.stdout.encoding or "ascii"), flush=True)',
@@ -103,6 +110,12 @@ EQUIVALENT = [
         '[seconds(plant.period(name, "period")) for name in (PERIODS[0], PERIODS[-1])]',
         "lost its sign or negation",
         "e^{ah} is convex and falls, so that it changes most from the middle to the lower end",
+    ),
+    (
+        "nonuniform.system",
+        'level=positive(given["level"], f"{path}.level") if level else fmpq(0),',
+        "became 1",
+        "a level that is not asked for is not read",
     ),
     ("nonuniform.theory", "DIGITS = 40", "became 41", "more bits than are needed"),
 ]

@@ -148,24 +148,49 @@ def test_a_direct_term_must_be_zero_or_invertible() -> None:
         floor.require_no_filter_below(odd, (ONE, ZERO), ONE, [ONE])
 
 
-def test_chord_and_remainder_hold_the_curve_tightly() -> None:
+def test_the_curve_is_its_chord_less_a_part_of_its_bend() -> None:
     plant = system.read_plant(load("floor-1")["plant"])
-    start, length = arb(fmpq(1, 100)), arb(fmpq(1, 1000))
-    bounds = system.chord_remainder(plant, start, length)
-    first, last, inside = (system.step_at(plant, start + length * fmpq(i, 2)) for i in (0, 2, 1))
-    chord = (first + last) * arb(fmpq(1, 2))
-    for i in range(2):
-        for j in range(3):
-            missed = abs(inside[i, j] - chord[i, j])
-            assert missed < bounds[i, j] < missed * arb(fmpq(5, 4))
-    assert system.widened(chord, bounds).contains(inside)
-    assert not system.widened(last, bounds).contains(inside)
+    start, length = arb(fmpq(1, 100)), arb(fmpq(1, 100))
+    bend = system.bend(plant, start, length)
+    first, last = (system.step_at(plant, start + length * i) for i in (0, 1))
+    for share in (fmpq(1, 10), fmpq(1, 2), fmpq(4, 5)):
+        chord, inside = first + (last - first) * arb(share), system.step_at(plant, start + length * arb(share))
+        assert (chord - bend * arb(4 * share * (1 - share))).contains(inside)
+        for wrong in (3 * share * (1 - share), -4 * share * (1 - share)):
+            assert not (chord - bend * arb(wrong)).overlaps(inside)
+    widest = max(float(entry.rad() / abs(entry).mid()) for entry in bend.entries() if not entry.contains(0))
+    assert 0 < widest < 1 / 2
 
 
-def test_widened_holds_both_sides() -> None:
-    wide = system.widened(arb_mat([[1, 2]]), arb_mat([[fmpq(1, 2), 1]]))
-    assert wide[0, 0].contains(fmpq(1, 2)) and wide[0, 0].contains(fmpq(3, 2)) and not wide[0, 0].contains(2)
-    assert wide[0, 1].contains(1) and wide[0, 1].contains(3)
+def test_a_piece_fails_where_the_inequality_holds_at_its_ends_alone() -> None:
+    """An oscillator, whose held input moves it most after half a turn, between the ends."""
+    zero, one = fmpq_mat([[0]]), fmpq_mat([[1, 0]])
+    ends = (fmpq(13, 5), ZERO), (fmpq(18, 5), ZERO)
+    plant = system.Plant(fmpq_mat([[0, 1], [-1, 0]]), fmpq_mat([[0], [1]]), one, zero, one, *ends)
+    case = system.Case(ends=ends, weight="samples", filter=system.Filter(zero, zero, zero), level=ZERO)
+    small = fmpq_mat([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    for level, holding, left in ((fmpq(21, 10), [True, False, True], [(0, 1)]), (fmpq(11, 5), [True] * 3, [])):
+        inequality = gain._Inequality(plant, case, level, [arb_mat(small * 10), arb_mat(small)])
+        found = []
+        for share in (ZERO, fmpq(1, 2), ONE):
+            h = system.seconds(system.along(*ends, share))
+            M = system.error_step(plant, case.filter, system.step_at(plant, h))
+            found.append(inequality.holds((0, 1), M, h))
+        assert found == holding
+        assert inequality.fails(ZERO, ONE, [(0, 1)]) == [(0, 1)]
+        assert inequality.fails(ZERO, fmpq(1, 2), [(0, 1)]) == left
+
+
+def test_a_plant_has_no_other_fields() -> None:
+    with pytest.raises(Refused, match="plant has the unknown field extra"):
+        system.read_plant({**load("floor-1")["plant"], "extra": "1"})
+
+
+def test_the_shortest_period_is_that_of_the_lower_end() -> None:
+    filter_ = system.Filter(fmpq_mat([[0]]), fmpq_mat([[0]]), fmpq_mat([[0]]))
+    case = system.Case(ends=((ONE, ZERO), (TWO, ONE)), weight="samples", filter=filter_, level=ZERO)
+    assert case.least == "1"
+    assert case.scope == "over all periods from 1 to 2 + 1 pi s"
 
 
 def test_error_system_by_blocks() -> None:

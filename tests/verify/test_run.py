@@ -16,7 +16,7 @@ from replication.audit.run.prove import prove
 from replication.verify.algebra.decimals import above, below, decimal, half_unit, printed_matrix, printed_poles
 from replication.verify.predicate import same
 from replication.verify.reading import MAX_BYTES
-from replication.verify.run import STATEMENTS, check, committed, printable, report, verify
+from replication.verify.run import STATEMENTS, check, committed, own_statement, printable, report, verify
 from replication.verify.subjects import folder_of, papers, plant, printed, subject, theorems
 from replication.verify.theorem import Refused
 
@@ -329,3 +329,22 @@ def test_the_folder_of_papers_is_a_name_of_python(tmp_path: Path) -> None:
         settings.write_text(wrong)
         with pytest.raises(Refused, match=message):
             folder_of(tmp_path)
+
+
+TWO = """
+from replication.verify.statement import Statement
+one, two = (Statement(name, "", "", {{}}, None, 53, (), print) for name in ("{key}.one", "toy.two"))
+"""
+
+
+def test_a_statement_of_a_paper_is_found_by_its_name(tmp_path: Path) -> None:
+    folder = tmp_path / "papers" / "toy"
+    folder.mkdir(parents=True)
+    (folder / "statements.py").write_text(TWO.format(key="toy"), encoding="utf-8")
+    assert [own_statement(name, "toy", tmp_path).name for name in ("toy.one", "toy.two")] == ["toy.one", "toy.two"]
+    for name, paper in (("toy.three", "toy"), ("toy.one", None), ("toy.one", "other")):
+        with pytest.raises(Refused, match=f"there is no statement '{name}'"):
+            own_statement(name, paper, tmp_path)
+    (folder / "statements.py").write_text(TWO.format(key="other"), encoding="utf-8")
+    with pytest.raises(Refused, match=r"toy/statements.py declares other.one, which must begin with toy\."):
+        own_statement("toy.two", "toy", tmp_path)

@@ -183,20 +183,24 @@ def _monodromy(factors: Array) -> Array:
 
 
 def _trace_misfit(A: Array, gains: Array, C: Array, target: _Target) -> Array:
-    """Misfit of the trace of A_e for a stack of C (m, q, n), from its exact gradient; shape (m,)."""
-    factors = _factors(A, gains, C)
+    """Misfit of the trace of A_e for a stack of C (m, q, n), all but their last rows alike, from its exact gradient.
+
+    Of shape (m,).
+    """
     measured = _measured(gains)
+    # Where the last sensor is not measured, there is one factor for all of them.
+    factors = [A - gain @ (C if last else C[0]) for gain, last in zip(gains, measured[:, -1], strict=True)]
     N, n = len(gains), len(A)
     before, after = [np.eye(n)], [np.eye(n)]
     for k in range(N - 1):
-        before.append(factors[:, k] @ before[-1])
-        after.append(after[-1] @ factors[:, N - 1 - k])
+        before.append(factors[k] @ before[-1])
+        after.append(after[-1] @ factors[N - 1 - k])
     reach = np.full(len(C), target.reach[0])
     for k in np.flatnonzero(measured.any(axis=1)).tolist():
         # d tr(A_e) = -tr(C (A_e(k-1) ... A_e0) (A_e(N-1) ... A_e(k+1)) dL_k)
         gradient = C @ (before[k] @ after[N - 1 - k])
         reach += HALF_UNIT_GAIN * np.abs(gradient).sum(axis=2) @ measured[k]
-    trace = np.trace(factors[:, -1] @ before[-1], axis1=1, axis2=2)
+    trace = np.trace(factors[-1] @ before[-1], axis1=-2, axis2=-1)
     return np.asarray(np.abs(-trace - target.coefficients[0]) / reach)
 
 

@@ -56,10 +56,11 @@ def plot_convergence(figure: FigureData) -> Any:
     degrees.semilogy(c["degree"], c["sos"], marker="D", markersize=4, **line(3))
     say(degrees, "Theorem 3", (c["degree"][1], c["sos"][1]), ha="left")
     for axis in (orders, degrees):
-        out_of_bounds(axis, BOTTOM, c["floor"][0], "within the bracket" if axis is orders else "")
+        out_of_bounds(axis, BOTTOM, c["floor"][0], "in the bracket" if axis is orders else "")
     orders.set_ylim(BOTTOM, 3)
     name_axes(orders, "relative distance from the optimum", "order of the model")
     name_axes(degrees, "", "degree d")
+    orders.set_xticks([order for order in c["order"] if order % 2 == 0])
     degrees.set_xticks(c["degree"])
     return drawing
 

@@ -49,7 +49,7 @@ def plot_reading_scores(drawn: FigureData) -> Any:
     axis.set_yticks(range(len(observers)), [NAMES[name].replace(", ", ",\n") for name in observers])
     axis.set_xticks((0.01, 0.1, 1), ("0.01", "0.1", "1"))
     axis.minorticks_off()
-    axis.set_xlabel("distance: largest |ln(ours/print)| of a column")
+    axis.set_xlabel("largest |ln(ours/print)| of a column")
     return drawing
 
 
@@ -109,7 +109,7 @@ def plot_decoys(drawn: FigureData) -> Any:
     return drawing
 
 
-WORDS = {"pmi": (20, 0, "right"), "apo": (0, 1, "left"), "common": (22, 0, "left")}
+WORDS = {"pmi": (20, 0, "right"), "apo": (0, 1, "center"), "common": (22, -1, "left")}
 """Where the name of a curve stands: at which decoy, above it (1) or beside it (0), and which end of the words."""
 
 

@@ -38,7 +38,7 @@ def plot_robustness_curves(drawn: FigureData) -> Any:
     for parameter, axis in panels.items():
         for name in DISTURBED:
             axis.semilogy(c["factor"], c[f"{parameter}_{name}"], zorder=3 if name == APO else 2, **look(name))
-        axis.set_xticks((0.5, 1, 1.5, 2))
+        axis.set_xticks((0.5, 1, 1.5, 2), ("0.5", "1", "1.5", "2"))
         axis.minorticks_off()
         name_axes(axis, f"{parameter}: error (%)", "true over nominal")
         axis.axvline(1.0, color=GREY, linewidth=0.6)

@@ -44,7 +44,7 @@ def plot_stable_sets(drawn: FigureData) -> Any:
         axis.hlines(heights, c[f"{name}_from_s"], c[f"{name}_to_s"], color=colour, linewidth=thickness)
     start = min(c[f"{APO}_from_s"])
     for index, (name, (_, colour)) in enumerate(BARS.items()):
-        say(axis, NAMES[name], (start * 3 ** (1.6 * index), len(ratios) - 0.55), ha="left", color=colour)
+        say(axis, NAMES[name], (start * 3 ** (1.8 * index), len(ratios) - 0.55), ha="left", color=colour)
     axis.axvline(DESIGN.period, linestyle=":", color=FOREGROUND, linewidth=1.0)
     say(axis, "printed T", (DESIGN.period, -0.75), side=0, ha="right")
     axis.set(xscale="log", ylim=(-1, len(ratios)))
@@ -100,7 +100,7 @@ def plot_eigenvalues(drawn: FigureData) -> Any:
     out_of_bounds(axis, 1.0, TOP, "unstable above 1", at=0.45)
     for key in (key for key in c if key.startswith(f"{APO}_") and key != f"{APO}_1"):
         axis.semilogx(period, c[key], **look(APO) | {"linewidth": 0.5})
-    name_line(axis, axis.lines[3], "thin: others\nof DRC-APO", 0.0017, side=0, ha="left")
+    name_line(axis, axis.lines[3], "thin: others\nof DRC-APO", 0.0013, side=0, ha="left")
     for key, name in ((FAST, FAST), (PMI, PMI), (REPAIRED, REPAIRED), (f"{APO}_1", APO)):
         (curve,) = axis.semilogx(period, c[key], **look(name))
         edges = [k for k, (a, b) in enumerate(pairwise(c[key])) if (a > TOP) != (b > TOP)]

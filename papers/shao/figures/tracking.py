@@ -30,7 +30,7 @@ SHOWN = {"pmi": (PMI, HELD, SINGLE), "apo": (APO, FAST, REPAIRED, STATE)}
 """The curves beside each column of Table I: its readings, or the loops it is compared with."""
 
 
-BESIDE = {PMI: (0.2, 1), HELD: (0.08, -1), SINGLE: (0.5, -1), APO: (0.3, 1), FAST: (0.07, -1), STATE: (0.3, -1)}
+BESIDE = {PMI: (0.2, 1), HELD: (0.08, -1), SINGLE: (0.5, -1), APO: (0.3, 1), FAST: (0.055, -1), STATE: (0.3, -1)}
 """Where the name of a curve stands: the frequency, and above it to the left (1) or below it to the right (-1)."""
 
 

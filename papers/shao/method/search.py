@@ -150,8 +150,7 @@ def _search_column(space: ReadingSpace, column: Column, index: int) -> _ColumnSe
     values = np.stack([error_ratios(space, observer, structure) for observer in column.observers])
     targets = np.log(np.vstack([column.values, column.decoys]))
     logs = np.log(values)
-    # NaN marks a reading without a steady state: it is at an infinite distance from everything.
-    distances = np.nan_to_num(_distances(logs, targets), nan=np.inf)
+    distances = _distances(logs, targets)
     own = distances[0]
     tried = np.isfinite(own)
     return _ColumnSearch(
@@ -176,8 +175,15 @@ def _distinct(rows: Array) -> int:
 
 
 def _distances(logs: Array, targets: Array) -> Array:
-    """max over frequencies of |logs − targets|: (targets, observers, rows), one frequency at a time to save memory."""
-    worst = np.zeros((len(targets), *logs.shape[:2]))
-    for k in range(logs.shape[2]):
-        np.maximum(worst, np.abs(logs[None, :, :, k] - targets[:, None, None, k]), out=worst)
+    """max over frequencies of |logs − targets|: (targets, observers, rows).
+
+    NaN marks a reading without a steady state: it is at an infinite distance from everything.
+    """
+    columns = np.ascontiguousarray(np.moveaxis(logs, 2, 0))
+    worst, apart = np.zeros((len(targets), *logs.shape[:2])), np.empty(logs.shape[:2])
+    # One target at a time stays in the cache of the processor.
+    for nearest, target in zip(worst, targets, strict=True):
+        for column, log in zip(columns, target, strict=True):
+            np.maximum(nearest, np.abs(np.subtract(column, log, out=apart), out=apart), out=nearest)
+        np.nan_to_num(nearest, copy=False, nan=np.inf)
     return worst

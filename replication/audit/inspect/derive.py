@@ -20,7 +20,7 @@ from replication.audit.run.progress import Action
 from replication.audit.run.runner import run
 from replication.audit.run.worker import Answer, Task
 from replication.audit.store.cache import Cache
-from replication.audit.store.provenance import THREADS, Environment, python_minor, read_environment
+from replication.audit.store.provenance import THREADS, Environment, python_minor
 from replication.audit.store.records import ResultsFile, RunRecord
 
 PARTS = {"papers": "key", "claims": "id", "errata": "id", "figures": "name", "experiments": "name"}
@@ -62,13 +62,15 @@ class _Nobody:
 def kept(papers: Sequence[Paper], root: Path, cache: Cache) -> Kept:
     """What the results in the cache give for these papers; raises as `run` does for mistakes in the papers."""
     outcome = run(papers, cache=replace(cache, write=False), root=root, executor=_Nobody())
-    drawn = dict(kept_figures(papers, outcome.results_by_experiment, cache=cache, root=root))
+    drawn = dict(
+        kept_figures(papers, outcome.results_by_experiment, cache=cache, root=root, environment=outcome.environment)
+    )
     figures = tuple(entry[0] for entry in drawn.values() if entry is not None)
     absent = {step.name for step in outcome.log if step.action is Action.FAILED}
     absent |= {name for name, entry in drawn.items() if entry is None}
     results = msgspec.structs.replace(outcome.results, figures=figures)
     files = {name: entry[1] for name, entry in drawn.items() if entry is not None}
-    return Kept(results, frozenset(absent), files, read_environment(root))
+    return Kept(results, frozenset(absent), files, outcome.environment)
 
 
 def differences(results: ResultsFile, again: Kept, figures: Path) -> Iterator[tuple[str, str]]:

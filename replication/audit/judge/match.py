@@ -89,6 +89,8 @@ def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[
     like = term.quantity, term.plant, term.estimators
     near = (one for _, one in offers if (one.of.quantity, one.of.plant, one.of.estimators) == like)
     near = (one for one in near if one.unit == predicate.unit and predicate.reading in one.readings)
+    near = (one for one in near if one.of.setting == term.setting)
+    # Settings that are equal may still differ in type.
     return [one for one in near if not differences(term, predicate.reading, one)]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from typing import Any, get_type_hints
 
 import msgspec
@@ -43,12 +44,15 @@ def _folder(paper: Paper, sources: SourceTree) -> str:
 
 
 def _fields(what: str, record: type[msgspec.Struct], declared: Any, where: str) -> Iterator[str]:
-    hints = get_type_hints(record)
+    hints = _hints(record)
     for name, value in shared(record, declared).items():
         if name != "uses" and (wrong := _wrong(value, hints[name])):
             yield f"{what}: {name} is {value!r:.80}; {wrong} [{where}]"
     if record is StatedClaim:
         yield from _uses(what, declared.uses, where)
+
+
+_hints = cache(get_type_hints)
 
 
 def _uses(what: str, uses: Any, where: str) -> Iterator[str]:

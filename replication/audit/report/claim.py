@@ -169,10 +169,8 @@ def _off(target: Target | None, record: ClaimRecord) -> tuple[float, str] | None
     if not entry.value or not computed or (computed < 0) is not (entry.value < 0):
         return None
     ratio = computed / float(entry.value)
-    if ratio >= LARGE:
+    if not 1 / LARGE < ratio < LARGE:
         return ratio, "times the print"
-    if ratio <= 1 / LARGE:
-        return 1 / ratio, "times smaller than the print"
     return 100 * abs(ratio - 1), "% below the print" if ratio < 1 else "% above the print"
 
 

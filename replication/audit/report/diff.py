@@ -1,4 +1,7 @@
-"""The difference of two runs as a page: each claim that changed, and why, the verdicts first; then the runs."""
+"""The difference of two runs as a page: each claim that changed, and why, the verdicts first; then the runs.
+
+Where git has a table of verdicts, the page also lists when which verdict changed before.
+"""
 
 from __future__ import annotations
 
@@ -11,20 +14,24 @@ import msgspec
 from markupsafe import Markup
 
 from replication.audit.inspect.compare import Change, moved
+from replication.audit.publish.history import Step
 from replication.audit.report.templates import environment, style_sheet
 from replication.audit.store.records import ResultsFile, RunRecord
 from replication.files import write_atomically
 
 
-def build_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], output: Path) -> Path:
+def build_page(
+    old: ResultsFile, new: ResultsFile, changes: Sequence[Change], output: Path, history: Sequence[Step] = ()
+) -> Path:
     """Write the page of `changes` between two results files at `output`, whole or not at all, and return `output`."""
-    write_atomically(output, render_page(old, new, changes).encode())
+    write_atomically(output, render_page(old, new, changes, history).encode())
     return output
 
 
-def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change]) -> str:
-    """The text of the page; the same files give the same text."""
+def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], history: Sequence[Step] = ()) -> str:
+    """The text of the page; the same files give the same text. history: changes of verdicts, the oldest first."""
     rows = _run_rows(old.run, new.run)
+    statements = {claim.id: claim.claim.statement for claim in (*old.claims, *new.claims)}
     return (
         environment()
         .get_template("diff.html.j2")
@@ -32,11 +39,12 @@ def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change]) -
             sentence=sentence(changes, len(new.claims)),
             verdicts=[change for change in changes if change.old != change.new],
             others=[change for change in changes if change.old == change.new],
-            statements={claim.id: claim.claim.statement for claim in (*old.claims, *new.claims)},
+            statements=statements,
             causes=Counter(str(cause) for change in changes for cause in change.causes),
             unlike=[row for row in rows if row[1] != row[2]],
             alike=[row for row in rows if row[1] == row[2]],
             moved=moved,
+            history=[step for step in reversed(history) if step.claim in statements],
             text=_text,
             style=Markup(style_sheet()),
         )

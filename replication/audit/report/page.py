@@ -33,6 +33,9 @@ from replication.audit.store.records import ResultsFile, to_json
 from replication.errors import AuditError
 from replication.files import made_from, write_page
 
+UNPRINTED = ("scope", "tolerances", "sensitivity", "lineage", "experiments")
+"""Parts and sections that stand on a screen only; the contents of the print edition leave them out."""
+
 
 def build_report(results: ResultsFile, figures: Path, output: Path, root: Path | None = None) -> Path:
     """Write the report of `results` with the files in `figures` at `output` and return `output`.
@@ -89,6 +92,7 @@ def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "examples": examples(view for paper in papers for view in paper.claims),
         "briefs": dict.fromkeys((paper.key for paper in results.papers), None) | briefs(results),
         "meaning": MEANING,
+        "unprinted": UNPRINTED,
         "linked_data": Markup(_inside_script(summary_graph(results))),
         "inferred": {erratum.id for erratum in results.errata if erratum.inference},
     }

@@ -81,10 +81,18 @@ def draw_figures(
 
 
 def kept_figures(
-    papers: Sequence[Paper], results: Mapping[str, Any], *, cache: Cache, root: Path
+    papers: Sequence[Paper],
+    results: Mapping[str, Any],
+    *,
+    cache: Cache,
+    root: Path,
+    environment: Environment | None = None,
 ) -> Iterator[tuple[str, Kept | None]]:
-    """By name of the figure its record, and the checksums with which its files were left; None if it is out of date."""
-    for _, figure, dependencies in _asked(papers, results, root, None):
+    """By name of the figure its record, and the checksums with which its files were left; None if it is out of date.
+
+    environment: `read_environment(root)`, for who has read it.
+    """
+    for _, figure, dependencies in _asked(papers, results, root, None, environment):
         yield figure.name, _kept(cache, figure, dependencies)
 
 
@@ -166,9 +174,13 @@ def _dependencies(
 
 
 def _asked(
-    papers: Sequence[Paper], results: Mapping[str, Any], root: Path, packages: Mapping[str, Path] | None
+    papers: Sequence[Paper],
+    results: Mapping[str, Any],
+    root: Path,
+    packages: Mapping[str, Path] | None,
+    environment: Environment | None = None,
 ) -> Iterator[tuple[Paper, Figure, Dependencies]]:
-    sources, environment = SourceTree(packages or default_packages(root)), read_environment(root)
+    sources, environment = SourceTree(packages or default_packages(root)), environment or read_environment(root)
     package = read_settings(root).papers
 
     @functools.cache

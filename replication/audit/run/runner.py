@@ -27,7 +27,7 @@ from replication.audit.run.tracing import data_tree
 from replication.audit.run.worker import Answer, Task, describe, function_name
 from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup
 from replication.audit.store.jsonvalues import encode, solvers_in
-from replication.audit.store.provenance import read_environment, run_record
+from replication.audit.store.provenance import Environment, read_environment, run_record
 from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree, default_packages
 from replication.errors import AuditError
@@ -42,6 +42,7 @@ class Outcome:
     results_by_experiment: result by name, without the experiments that failed. results: the file, without figures.
     log: what was done about each experiment, in the order of the papers. failures: the errors that no record carries,
     those of findings, sensitivity and common levels. unused: experiments whose results nobody read.
+    environment: that in which it ran.
     """
 
     results_by_experiment: Mapping[str, Any]
@@ -49,6 +50,7 @@ class Outcome:
     log: tuple[Step, ...]
     failures: tuple[str, ...]
     unused: tuple[str, ...]
+    environment: Environment
 
 
 @dataclass(frozen=True)
@@ -84,7 +86,8 @@ def run(
     validate_claims(papers)
     certificates, unproved = wanted(root, [paper.key for paper in papers])
     validate_theorems(papers, {claim for certificate in certificates for claim in certificate.claims}, unproved)
-    plans = _plan(papers, certificates, root, partial(cache.lookup, now=data.now), sources)
+    environment = read_environment(root)
+    plans = _plan(papers, certificates, root, environment, partial(cache.lookup, now=data.now), sources)
     stored = {name: plan.lookup.entry for name, plan in plans.items() if plan.lookup.entry is not None}
     computed = {name: Computed(entry.dependencies, entry, "", entry.seconds) for name, entry in stored.items()}
     steps = {name: Step(name, Action.REUSED, plans[name].lookup.reason, stored[name].seconds) for name in stored}
@@ -97,20 +100,20 @@ def run(
             watcher.step(step)
     values = {name: done.entry.result for name in plans if (done := computed[name]).entry is not None}
     proofs = [record(entry, values.pop(entry.task, None), computed[entry.task].error) for entry in certificates]
-    results, failures, unused = assemble(papers, computed, run_record(root), sources, proofs, unproved)
+    results, failures, unused = assemble(papers, computed, run_record(root, environment), sources, proofs, unproved)
     results = msgspec.structs.replace(results, project=read_settings(root))
-    return Outcome(values, results, tuple(steps[name] for name in plans), failures, unused)
+    return Outcome(values, results, tuple(steps[name] for name in plans), failures, unused, environment)
 
 
 def _plan(
     papers: Sequence[Paper],
     certificates: Sequence[Wanted],
     root: Path,
+    environment: Environment,
     lookup: Callable[[str, Dependencies], Lookup],
     sources: SourceTree,
 ) -> dict[str, _Plan]:
     """One task for each experiment, and for each certificate; its key holds checksums, not where the project lies."""
-    environment = read_environment(root)
     verifier = f"{prove.__module__}:{prove.__name__}"
     here = {"root": str(root)}
     wanted_inputs = ({"path": certificate.path, "subject": dict(certificate.subject)} for certificate in certificates)

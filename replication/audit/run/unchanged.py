@@ -18,12 +18,13 @@ import msgspec
 
 import replication
 from replication.audit.store.provenance import kernel, run_record
+from replication.audit.store.sources import KEPT
 from replication.files import write_atomically
 
 NAME = "last-run"
 APART = ("__pycache__", "notebooks", "build", "dist")
 """Folders with what Python, the tutorials and the packaging make of the sources."""
-INDEX = (f"{NAME}.json", "sources.json")
+INDEX = (f"{NAME}.json", KEPT)
 """Files of the cache that hold no result."""
 
 

@@ -51,6 +51,8 @@ class SourceTree:
     def __init__(self, packages: Mapping[str, Path]) -> None:
         self.packages = {name: Path(directory).resolve() for name, directory in packages.items()}
         self._modules: dict[str, _Module | None] = {}
+        self._paths: dict[str, Path | None] = {}
+        self._labels: dict[str, str] = {}
         self._directly: dict[str, tuple[str, ...]] = {}
         self._files: dict[str, dict[str, str]] = {}
 
@@ -80,7 +82,7 @@ class SourceTree:
                 waiting.extend(self._directly[name])
         enclosing = {parent for name in followed for parent in _parents(name)}
         listed = {name: self._module(name) for name in followed | enclosing}
-        files = {self.label(self._path(name)): found.sha256 for name, found in listed.items() if found}
+        files = {self._label_of(name): found.sha256 for name, found in listed.items() if found}
         # A module reads the data file beside it that has its name, printed.py printed.toml, or that it names in full.
         data = [label.removesuffix(".py") + ".toml" for label in files]
         data += [label for name, found in listed.items() if found for label in self._named(name, found)]
@@ -125,6 +127,16 @@ class SourceTree:
 
     def _path(self, module: str) -> Path | None:
         """The file of a module, or None if the name is no module of the project."""
+        if module not in self._paths:
+            self._paths[module] = self._sought(module)
+        return self._paths[module]
+
+    def _label_of(self, module: str) -> str:
+        if module not in self._labels:
+            self._labels[module] = self.label(self._path(module))
+        return self._labels[module]
+
+    def _sought(self, module: str) -> Path | None:
         package, *inside = module.split(".")
         if package not in self.packages:
             return None
@@ -176,6 +188,10 @@ def _parents(module: str) -> Iterator[str]:
 _known: dict[str, _Module] = {}
 """What files say, by name and content."""
 _asked: set[str] = set()
+
+
+KEPT = "sources.json"
+"""File of the cache for `kept_at`."""
 
 
 @contextlib.contextmanager

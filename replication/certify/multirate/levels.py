@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -41,14 +41,20 @@ def gain(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def gain_in_units(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """`gain`, found with each state in the unit of its estimation error and a gain of about one.
+    """`gain` by `in_units`."""
+    problem = problem_of(theorem)
+    return in_units(theorem, l2_gain(problem.error_system(as_floats(theorem["plant"]["L"]))).value, gain)
+
+
+def in_units(
+    theorem: Mapping[str, Any], level: float, maker: Callable[[Mapping[str, Any]], dict[str, Any]]
+) -> dict[str, Any]:
+    """What `maker` finds with each state in the unit of its estimation error and a gain, of about `level`, near one.
 
     With x' = S x and z' = z/g the Lyapunov matrices are P = g^2 S P' S and the bounds g times those found; all units
     are powers of two, so that nothing is rounded.
     """
-    problem = problem_of(theorem)
-    error = np.linalg.norm(state_scales(problem), axis=2).max(axis=0)
-    level = l2_gain(problem.error_system(as_floats(theorem["plant"]["L"]))).value
+    error = np.linalg.norm(state_scales(problem_of(theorem)), axis=2).max(axis=0)
     size = rational(2.0 ** round(np.log2(level)))
     states = exact(np.diag(np.exp2(-np.round(np.log2(np.where(error > 0, error, 1.0))))))
     back, plant = states.inv(), theorem["plant"]
@@ -60,7 +66,7 @@ def gain_in_units(theorem: Mapping[str, Any]) -> dict[str, Any]:
         "W": written(exact(plant["W"]) * back * (1 / size)),
         "L": [written(states * exact(L)) for L in plant["L"]],
     }
-    made = gain({**theorem, "plant": scaled})
+    made = maker({**theorem, "plant": scaled})
     P = [written(states * exact(P_k) * states * size**2) for P_k in made["witness"]["P"]]
     return {
         "bound": {side: str(rational(number) * size) for side, number in made["bound"].items()},

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from string import Template
 
 import numpy as np
 
 from replication.estimation.api.export import c_array, c_name, comment_text
-from replication.estimation.api.phase import Phase
+from replication.estimation.api.phase import Recursion
 from replication.estimation.validation import Array
 
 COMPLETED = """\
@@ -119,15 +118,8 @@ KNOWN = """\
 """
 
 
-def c_source(
-    name: str,
-    comment: str,
-    phases: Sequence[Phase],
-    expected: Sequence[Array] | None,
-    starts: int,
-    direct: Array | None = None,
-) -> str:
-    """The recursion o+ = transition o + input u + injection y, x^ = readout o, phase after phase.
+def c_source(name: str, comment: str, recursion: Recursion) -> str:
+    """The recursion as one file.
 
     Parameters
     ----------
@@ -135,49 +127,38 @@ def c_source(
         C identifier with which every name begins.
     comment : str
         What it is, for the top of the file.
-    phases : sequence of Phase
-        One for each instant of the period.
-    expected : sequence of array (q, N), optional
-        At each instant, what a missing measurement is replaced by: expected o + direct u; without it the observer waits
-        for the next sample.
-    starts : int
-        Length of the start; the other entries of o begin at zero.
-    direct : array (q, m), optional
-        Effect of the known inputs on the measurements.
+    recursion : Recursion
+        What it does.
 
     Raises
     ------
     InvalidInputError
         `name` is no C identifier, too long, or a keyword.
     """
-    arrays = {
-        key: np.stack([getattr(phase, key) for phase in phases])
-        for key in ("transition", "input", "injection", "readout")
-    }
-    inputs, due = arrays["input"].shape[2], np.stack([phase.due for phase in phases])
-    if not inputs:
-        del arrays["input"]
-    tables: Mapping[str, Array] = arrays if expected is None else {**arrays, "expected": np.stack(expected)}
-    through = direct is not None and bool(np.any(direct))
-    if through and direct is not None:
-        tables = {**tables, "direct": direct}
+    arrays = {key: recursion.stacked(key) for key in ("transition", "input", "injection", "readout")}
+    inputs, expected, through = arrays["input"].shape[2], recursion.expected, recursion.through
+    tables: dict[str, Array] = arrays if inputs else {key: array for key, array in arrays.items() if key != "input"}
+    if expected is not None:
+        tables = {**tables, "expected": np.stack(expected)}
+    if through is not None:
+        tables = {**tables, "direct": through}
     written = [c_array(f"{name}_{key}", array) for key, array in tables.items()]
     if expected is not None:
-        written.append(c_array(f"{name}_due", due, "unsigned char"))
+        written.append(c_array(f"{name}_due", recursion.stacked("due"), "unsigned char"))
     names = {"n": c_name(name), "M": name.upper()}
     return SOURCE.substitute(
         **names,
         comment=comment_text(comment),
         order=arrays["transition"].shape[1],
-        starts=starts,
+        starts=recursion.starts,
         states=arrays["readout"].shape[1],
         inputs=inputs,
         measurements=arrays["injection"].shape[2],
-        count=len(phases),
+        count=len(recursion.phases),
         arrays="\n".join(written),
         checks=Template(CHECKS if inputs else NO_INPUTS).substitute(names),
         known=Template(KNOWN if inputs else "").substitute(names),
         measured=Template(WAITING if expected is None else COMPLETED).substitute(
-            names, direct=Template(DIRECT if through else "").substitute(names)
+            names, direct=Template(DIRECT if through is not None else "").substitute(names)
         ),
     )

@@ -1,8 +1,11 @@
-"""One instant of a periodic observer."""
+"""A periodic observer as a recursion: its phases, and what stands for a measurement that is missing."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from replication.estimation.validation import Array
 
@@ -30,3 +33,35 @@ class Phase:
     injection: Array
     readout: Array
     due: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Recursion:
+    """o+ = transition o + input u + injection y, x^ = readout o, phase after phase.
+
+    Attributes
+    ----------
+    phases : sequence of Phase
+        One for each instant of the period.
+    starts : int
+        Length of the start; the other entries of o begin at zero.
+    expected : sequence of array (q, N), optional
+        At each instant, what a missing measurement is replaced by: expected o + direct u; without it the observer waits
+        for the next sample.
+    direct : array (q, m), optional
+        Effect of the known inputs on the measurements; none unless given.
+    """
+
+    phases: Sequence[Phase]
+    starts: int
+    expected: Sequence[Array] | None = None
+    direct: Array | None = None
+
+    def stacked(self, field: str) -> Array:
+        """One field of all phases."""
+        return np.stack([getattr(phase, field) for phase in self.phases])
+
+    @property
+    def through(self) -> Array | None:
+        """`direct`, if any of it is not zero."""
+        return self.direct if self.direct is not None and np.any(self.direct) else None

@@ -18,11 +18,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.c_code import c_source
-from replication.estimation.api.forms.matlab import matlab_source
 from replication.estimation.api.forms.portable import NOT_GIVEN, Portable
 from replication.estimation.api.forms.statespace import statespace
-from replication.estimation.api.phase import Phase
+from replication.estimation.api.phase import Phase, Recursion
 from replication.estimation.validation import Array, as_array
 
 if TYPE_CHECKING:
@@ -107,30 +105,6 @@ class RunningObserver(Portable, ABC):
     @abstractmethod
     def _advance(self, u: Array, y: Array) -> None: ...
 
-    def to_c(self, name: str = "observer", comment: str = "") -> str:
-        """The observer as one C99 file that compiles by itself; see `c_code`.
-
-        Parameters
-        ----------
-        name : str
-            C identifier of at most 31 characters with which every name begins.
-        comment : str
-            What it is, for the top of the file.
-
-        Returns
-        -------
-        str
-            `NAME_init`, `NAME_step` and all matrices; it does what `reset` and `step` do.
-
-        Raises
-        ------
-        InvalidInputError
-            `name` is no C identifier, or the observer keeps a history, for which there is no C form.
-        """
-        raise InvalidInputError(
-            f"a {type(self).__name__} keeps a history of measurements, for which there is no C form; run it by `step`"
-        )
-
     def _completed(self, y: Array, expected: Array, due: Array) -> Array:
         """y with what is not due or missing replaced by what is expected; counts what is missing."""
         given = due & ~np.isnan(y)
@@ -162,13 +136,8 @@ class PeriodicObserver(RunningObserver):
         """x^(k), (n,)."""
         return np.asarray(self.phases[self.instant % len(self.phases)].readout @ self._state)
 
-    def to_c(self, name: str = "observer", comment: str = "") -> str:
-        """As in `RunningObserver`; a missing measurement is replaced there, too."""
-        return c_source(name, comment, self.phases, self.expected, self.states, self.direct)
-
-    def to_matlab(self, name: str = "observer", comment: str = "") -> str:
-        """As in `RunningObserver`; a missing measurement is replaced there, too."""
-        return matlab_source(name, comment, self.phases, self.expected, self.states, self.direct)
+    def _recursion(self) -> Recursion:
+        return Recursion(self.phases, self.states, self.expected, self.direct)
 
     def to_statespace(self) -> control.StateSpace:
         """From u and y of all instants of a period to x^ at these instants; a sensor that is not due has no effect.

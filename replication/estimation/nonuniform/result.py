@@ -13,9 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from replication.drawing.panel import Panel
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.api.c_code import c_source
-from replication.estimation.api.forms.matlab import matlab_source
-from replication.estimation.api.phase import Phase
+from replication.estimation.api.phase import Phase, Recursion
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.shown import frozen
@@ -58,13 +56,8 @@ class RunningFilter(RunningObserver):
         """z^(k), (s,)."""
         return np.asarray(self.filter.C @ self._state)
 
-    def to_c(self, name: str = "observer", comment: str = "") -> str:
-        """As in `RunningObserver`; where no sample comes the filter waits, and a part of one is refused."""
-        return c_source(name, comment, [self._phase()], None, self.states)
-
-    def to_matlab(self, name: str = "observer", comment: str = "") -> str:
-        """As in `RunningObserver`; where no sample comes the filter waits, and a part of one is refused."""
-        return matlab_source(name, comment, [self._phase()], None, self.states)
+    def _recursion(self) -> Recursion:
+        return Recursion([self._phase()], self.states)
 
     def _phase(self) -> Phase:
         inputs, due = np.zeros((self.states, 0)), np.ones(self.measurements, dtype=bool)

@@ -1,5 +1,5 @@
-"""Multi-rate observers: levels, their order, counts, identities, and the plant of Sec. IV-C."""
+"""Multi-rate observers: levels, also under losses, their order, counts, identities, and the plant of Sec. IV-C."""
 
-from replication.recheck.multirate import facts, levels, orders, recovered
+from replication.recheck.multirate import facts, levels, losses, orders, recovered
 
-CHECKS = levels.CHECKS | orders.CHECKS | facts.CHECKS | recovered.CHECKS
+CHECKS = levels.CHECKS | losses.CHECKS | orders.CHECKS | facts.CHECKS | recovered.CHECKS

@@ -144,7 +144,7 @@ def gain(given: Certificate) -> Proof:
             ]
         need(is_positive(storage[k]), f"P[{k}] is not positive")
         need(is_positive(minus(supplied, times(turned(both), storage[k], both))), f"the inequality fails at phase {k}")
-    rotation, inputs = _turning(turn, v, len(steps[0][1][0]), length)
+    rotation, inputs = inputs_over(turn, v, len(steps[0][1][0]), length)
     need(is_schur(characteristic(times(*(a for a, _ in steps[::-1])))), "the error system is not stable")
     produced, spent = Fraction(0), Fraction(0)
     states = recurrent(((*steps[k % length], one) for k, one in enumerate(inputs)), rotation)
@@ -161,7 +161,7 @@ def _bracket(given: Certificate, relative: Fraction) -> tuple[Fraction, Fraction
     return lower, upper
 
 
-def _turning(turn: Any, inputs: Any, rows: int, length: int) -> tuple[Matrix, list[Matrix]]:
+def inputs_over(turn: Any, inputs: Any, rows: int, length: int) -> tuple[Matrix, list[Matrix]]:
     """A rotation and the inputs of one period, whole periods of the schedule."""
     rotation = square(turn, "turn")
     order = len(rotation)
@@ -226,7 +226,7 @@ def optimum_noncausal(given: Certificate) -> Proof:
     lower, upper = _bracket(given, relative)
     attained(plant, p, y, upper)
     need(is_schur(characteristic(plant.A)), "the plant is not stable")
-    rotation, inputs = _turning(turn, d, len(plant.B[0]), plant.times.length)
+    rotation, inputs = inputs_over(turn, d, len(plant.B[0]), plant.times.length)
     states = recurrent(((plant.A, plant.B, one) for one in inputs), rotation)
     produced = sum(squares(times(plant.W, state)) for state in states)
     spent = sum(squares(one) for one in inputs) + sum(squares(plant.hiding(k, x)) for k, x in enumerate(states))

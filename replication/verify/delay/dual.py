@@ -7,18 +7,19 @@ for every V and N of this degree; so the level is at least its value on 2 v'z ov
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.decimals import below
-from replication.verify.algebra.linear import zeros
-from replication.verify.algebra.work import spend
-from replication.verify.delay.forms import BUMP, UNIFORM, Form, Powers, basis_size, kernels, square
+from replication.verify.algebra.linear import block, zeros
+from replication.verify.algebra.work import bits, multiplying, spend
+from replication.verify.delay.forms import BUMP, UNIFORM, Form, Powers, basis_size, kernels, moment
 from replication.verify.delay.levels import DEGREES, LEAST, NARROW, TENSOR, one_variable
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
-from replication.verify.delay.sos import Squared, bases, rate, require_zero
+from replication.verify.delay.sos import Squared, bases, motion, require_zero, supplied
 from replication.verify.kernel import AtMost, Below, Nonnegative, decide
 from replication.verify.reading import fields, integer, matrices, matrix, sequence, sized, symmetric
 from replication.verify.says import Says
@@ -32,29 +33,29 @@ class Functional:
     weights: Form
     coupling: list[fmpq_mat]
 
-    def of(self, form: Form) -> fmpq:
-        """The value on a form."""
-        pairs = [(self.weights.P, form.P)]
-        pairs += [(self.weights.Q[power], part) for power, part in form.Q.items()]
-        pairs += [(self.weights.S[power], part) for power, part in form.S.items()]
-        pairs += [(self.weights.R[powers], part) for powers, part in form.R.items()]
-        return sum((_inner(weight, part) for weight, part in pairs), fmpq(0))
+    def of_rate(self, plant: DelayPlant) -> Form:
+        """The weights on V of the value on dV/dt: each term of `rate` from its other side.
 
-    def of_rate(self, plant: DelayPlant) -> Callable[[Form], fmpq]:
-        """The value on dV/dt as a function of V, of which S couples no two delays: where it would, any value serves."""
-        n = plant.states
-        supply = self.of(rate(plant, fmpq(0), Form(zeros(n, n), {}, {}, {})))
+        Of an S that couples two delays, which is not allowed, any value serves.
+        """
+        at, W, (n, width) = motion(plant), self.weights, (plant.states, plant.late.ncols())
+        spend(len(W.R) * plant.points * width**2 * 2 * multiplying(_length(W), 60), "the functional on rates")
+        drift, error, both = at.drift.transpose(), at.error.transpose(), W.P + W.P.transpose()
 
-        def value(V: Form) -> fmpq:
-            within = {power: _mask(part, n, inside=True) for power, part in V.S.items()}
-            across = [_inner(self.coupling[power], _mask(part, n, inside=False)) for power, part in V.S.items()]
-            return sum(across, self.of(rate(plant, fmpq(0), replace(V, S=within))) - supply)
+        def within(c: int) -> Any:
+            start, end = (point.transpose() * W.P * point for point in (at.start, at.end))
+            return (start * 0**c - end * (-1) ** c - W.S[max(c - 1, 0)] * c) * at.rates
 
-        return value
+        def kernel(a: int, b: int) -> Any:
+            slope = W.R[max(a - 1, 0), b] + W.R[b, max(a - 1, 0)].transpose()
+            return at.rates * (at.ends(a).transpose() * W.Q[b] - slope * a)
 
-
-def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
-    return sum((a * b for a, b in zip(first.entries(), second.entries(), strict=True)), fmpq(0))
+        return Form(
+            drift * both * at.error,
+            {c: drift * Q + error * (both * at.ends(c) - W.Q[max(c - 1, 0)] * c) * at.rates for c, Q in W.Q.items()},
+            {c: _mask(within(c), n, inside=True) + _mask(self.coupling[c], n, inside=False) for c in W.S},
+            {(a, b): kernel(a, b) for a, b in W.R},
+        )
 
 
 @on_plant(
@@ -112,17 +113,24 @@ def _require_functional(
 ) -> None:
     """Refuse unless the functional is non-negative on all squares of these kinds and gives the level."""
     plant = measured_last(plant, change)
-    n, functions, points = plant.states, plant.late.ncols(), plant.points
     require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")
-    nothing = Form(zeros(n, n), {}, {}, {})
-    supply = functional.of(rate(plant, fmpq(0), nothing))
-    level = supply - functional.of(rate(plant, fmpq(1), nothing))
+    supply, without = (_inner(functional.weights.P, supplied(plant, fmpq(gamma))) for gamma in (0, 1))
+    level = supply - without
     decide(Below(0, level, "the functional is not positive on |w|^2 + |v|^2"))
     decide(AtMost(lower * level, supply, f"the functional gives {below(supply / level)} only"))
+    on_cones = {"N": functional.weights, "dV/dt": functional.of_rate(plant)}
     for weight, order, powers in squares:
-        for name, count, value in (("N", points, functional.of), ("dV/dt", n, functional.of_rate(plant))):
-            gram = _on_squares(value, weight, count, functions, order, powers)
+        for name, weights in on_cones.items():
+            gram = _on_squares(weights, plant.late.ncols(), weight, order, powers)
             decide(Nonnegative(gram, f"the functional on {name} of degree {order}"))
+
+
+def _length(W: Form) -> int:
+    return bits(W.P, *W.Q.values(), *W.S.values(), *W.R.values())
+
+
+def _inner(first: fmpq_mat, second: fmpq_mat) -> fmpq:
+    return sum((a * b for a, b in zip(first.entries(), second.entries(), strict=True)), fmpq(0))
 
 
 def read_functional(value: Any, path: str, plant: DelayPlant, powers: int) -> Functional:
@@ -146,18 +154,31 @@ def _mask(M: fmpq_mat, n: int, *, inside: bool) -> fmpq_mat:
     return fmpq_mat(size, size, entries)
 
 
-def _on_squares(
-    value: Callable[[Form], fmpq], weight: Mapping[int, int], points: int, functions: int, degree: int, powers: Powers
-) -> fmpq_mat:
-    """The symmetric matrix G with value(square(M)) = trace(G M) for every symmetric M."""
+def _on_squares(W: Form, functions: int, weight: Mapping[int, int], degree: int, powers: Powers) -> fmpq_mat:
+    """The symmetric matrix G with trace(G M) the value of these weights on `square` of M, for every symmetric M."""
+    points = W.P.nrows()
     size = basis_size(points, functions, degree, powers)
-    spend(size**2 * len(powers) ** 2 * (10_000 + 1_000 * functions**2), f"the functional on squares of degree {degree}")
-    result = zeros(size, size)
-    for i in range(size):
-        for j in range(i + 1):
-            unit = zeros(size, size)
-            unit[i, j] = unit[j, i] = fmpq(1)
-            result[i, j] = result[j, i] = value(square(unit, weight, points, functions, degree, powers)) / (
-                1 if i == j else 2
-            )
-    return result
+    spend(size**2 * (2_000 + 5 * _length(W)), f"the functional on squares of degree {degree}")
+
+    def weighted(table: Callable[[int], fmpq_mat], power: int) -> fmpq_mat:
+        first, *others = (table(power + k) * factor for k, factor in weight.items())
+        return sum(others, first)
+
+    def kernel(b: int, a: int) -> fmpq_mat:
+        return W.R[a, b] + W.R[b, a].transpose()
+
+    local, below_, beside = range(degree + 1), zeros(functions, points), zeros(functions, functions)
+    rows = [
+        [
+            W.P * moment(weight, 0),
+            *[weighted(W.Q.__getitem__, a) for a in local],
+            *[W.Q[b] * moment(weight, a) for a, b in powers],
+        ]
+    ]
+    for a in local:
+        at_s = [weighted(W.S.__getitem__, a + c) for c in local]
+        rows += [[below_, *at_s, *[weighted(partial(kernel, b), a + c) for c, b in powers]]]
+    for a, b in powers:
+        rows += [[below_, *[beside for _ in local], *[W.R[b, d] * moment(weight, a + c) for c, d in powers]]]
+    half = block(rows)
+    return (half + half.transpose()) / 2

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from flint import fmpq, fmpq_mat
 
-from replication.verify.algebra.linear import submatrix, zeros
+from replication.verify.algebra.linear import submatrix
 
 K = TypeVar("K")
 Kernel = dict[tuple[int, int], fmpq_mat]
@@ -45,32 +45,6 @@ def _sum(first: Mapping[K, fmpq_mat], second: Mapping[K, fmpq_mat]) -> dict[K, f
     for key, term in second.items():
         add_to(result, key, term)
     return result
-
-
-def at(polynomial: Polynomial, point: int, shape: tuple[int, int]) -> fmpq_mat:
-    """The value of a matrix polynomial at 0 or -1."""
-    result = zeros(*shape)
-    for power, term in polynomial.items():
-        result += term * fmpq(point) ** power
-    return result
-
-
-def row_at(kernel: Kernel, point: int) -> Polynomial:
-    """R(point, t) as a polynomial in t."""
-    result: Polynomial = {}
-    for (first, second), term in kernel.items():
-        add_to(result, second, term * fmpq(point) ** first)
-    return result
-
-
-def slope(polynomial: Polynomial) -> Polynomial:
-    """The derivative."""
-    return {power - 1: term * power for power, term in polynomial.items() if power}
-
-
-def slope_first(kernel: Kernel) -> Kernel:
-    """The derivative in the first variable."""
-    return {(first - 1, second): term * first for (first, second), term in kernel.items() if first}
 
 
 UNIFORM: Mapping[int, int] = {0: 1}

@@ -85,51 +85,79 @@ def require_level(plant: DelayPlant, gamma: fmpq, degree: int, proof: Proof, rul
     require_zero(forms.total(rate(inner, gamma, V), N), inner, cancelled=False, what="the identity of Theorem 3 fails")
 
 
-def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
-    """dV/dt - gamma(|w|^2 + |v|^2) + 2 v'z on (w, v, e, l) and the histories f; l = f(-1), e = f(0) for every delay.
+@dataclass(frozen=True)
+class Motion:
+    """The error and its history by the signals v = (w, v, e, l): e = e'v and so on, with f' = rates df/ds.
 
-    e' = A0 e + [A_1 ..] l - B w and f' = rates df/ds with rates = 1/delay: integrated by parts.
+    error, drift: e and its derivative; start, end: f(0), which is e for every delay, and f(-1) = l.
     """
-    n, count = plant.states, len(plant.delays)
-    width = n * count
-    r, p = plant.B.ncols(), plant.C10.nrows()
+
+    error: fmpq_mat
+    drift: fmpq_mat
+    start: fmpq_mat
+    end: fmpq_mat
+    rates: fmpq_mat
+
+    def ends(self, power: int) -> Any:
+        """s^power f(s) at 0, less that at -1."""
+        return self.start * 0**power - self.end * (-1) ** power
+
+
+def motion(plant: DelayPlant) -> Motion:
+    """e' = A0 e + [A_1 ..] l - B w, and rates = 1/delay."""
+    n, width = plant.states, plant.late.ncols()
+    above = plant.B.ncols() + plant.C10.nrows()
+    error = block([[zeros(above, n)], [identity(n)], [zeros(width, n)]])
     rates = zeros(width, width)
     for k in range(width):
         rates[k, k] = 1 / plant.delays[k // n]
-    copies = block([[identity(n)] for _ in range(count)])
-    ends = {point: forms.at(V.Q, point, (n, width)) * rates for point in (0, -1)}
-    bounds = {point: forms.at(V.S, point, (width, width)) * rates for point in (0, -1)}
-    half = V.P * plant.A0 + ends[0] * copies
-    now = half + half.transpose() + copies.transpose() * bounds[0] * copies
-    cross = V.P * plant.late - ends[-1]
-    drive = -plant.B.transpose() * V.P
-    output, late = plant.C10, plant.late_output
-    P = block(
+    unmoved = zeros(plant.C10.nrows(), n)
+    return Motion(
+        error,
+        block([[-plant.B.transpose()], [unmoved], [plant.A0.transpose()], [plant.late.transpose()]]),
+        block([[error] * len(plant.delays)]),
+        block([[zeros(above + n, width)], [identity(width)]]),
+        rates,
+    )
+
+
+def supplied(plant: DelayPlant, gamma: fmpq) -> fmpq_mat:
+    """2 v'z - gamma(|w|^2 + |v|^2) as a matrix on (w, v, e, l)."""
+    r, p, rest = plant.B.ncols(), plant.C10.nrows(), plant.states + plant.late.ncols()
+    output = block([[plant.C10, plant.late_output]])
+    return block(
         [
-            [identity(r) * -gamma, zeros(r, p), drive, zeros(r, width)],
-            [zeros(p, r), identity(p) * -gamma, output, late],
-            [drive.transpose(), output.transpose(), now, cross],
-            [zeros(width, r), late.transpose(), cross.transpose(), -bounds[-1]],
+            [identity(r) * -gamma, zeros(r, p), zeros(r, rest)],
+            [zeros(p, r), identity(p) * -gamma, output],
+            [zeros(rest, r), output.transpose(), zeros(rest, rest)],
         ]
     )
-    push = block([[-plant.B.transpose()], [zeros(p, n)], [plant.A0.transpose()], [plant.late.transpose()]])
-    lift = block([[zeros(r + p, n)], [identity(n)], [zeros(width, n)]])
-    drop = block([[zeros(r + p + n, width)], [identity(width)]])
+
+
+def rate(plant: DelayPlant, gamma: fmpq, V: Form) -> Form:
+    """dV/dt + 2 v'z - gamma(|w|^2 + |v|^2) on (w, v, e, l) and the histories f, integrated by parts.
+
+    The derivative of a power of zero has the factor zero, wherever it is added.
+    """
+    at = motion(plant)
+    P, crossing = supplied(plant, gamma), at.drift * V.P * at.error.transpose()
     Q: Polynomial = {}
-    for power, part in V.Q.items():
-        add_to(Q, power, push * part)
-    for power, part in forms.slope(V.Q).items():
-        add_to(Q, power, -(lift * part * rates))
-    for power, part in forms.row_at(V.R, 0).items():
-        add_to(Q, power, lift * copies.transpose() * rates * part)
-    for power, part in forms.row_at(V.R, -1).items():
-        add_to(Q, power, -(drop * rates * part))
+    S: Polynomial = {}
     R: Kernel = {}
-    for (first, second), part in forms.slope_first(V.R).items():
-        moved = -(rates * part)
-        add_to(R, (first, second), moved)
-        add_to(R, (second, first), moved.transpose())
-    return Form(P, Q, {power: -(part * rates) for power, part in forms.slope(V.S).items()}, R)
+    for power, part in V.Q.items():
+        crossing += at.error * part * at.rates * at.ends(power).transpose()
+        add_to(Q, power, at.drift * part)
+        add_to(Q, max(power - 1, 0), at.error * part * at.rates * -power)
+    for power, part in V.S.items():
+        P += at.start * part * at.rates * at.start.transpose() * 0**power
+        P -= at.end * part * at.rates * at.end.transpose() * (-1) ** power
+        add_to(S, max(power - 1, 0), part * at.rates * -power)
+    for (first, second), part in V.R.items():
+        moved, lower = at.rates * part * -first, max(first - 1, 0)
+        add_to(Q, second, at.ends(first) * at.rates * part)
+        add_to(R, (lower, second), moved)
+        add_to(R, (second, lower), moved.transpose())
+    return Form(P + crossing + crossing.transpose(), Q, S, R)
 
 
 def require_zero(form: Form, plant: DelayPlant, *, cancelled: bool, what: str) -> None:

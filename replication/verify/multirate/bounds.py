@@ -34,12 +34,17 @@ def require_theorem_1(steps: Steps, W: fmpq_mat, P: list[fmpq_mat], level: fmpq)
     square, which is never negative, falls by more than |We|^2 - g^2 |v|^2 in the step; summed from e(0) = 0 that is
     ||We|| <= g ||v||. Without disturbance it falls, so that the error system is stable.
     """
-    n, weight = W.ncols(), W.transpose() * W
     for k, step in enumerate(steps):
         decide(Positive(P[k], f"P_{k}"))
-        m = step.ncols() - n
-        room = block([[P[k - 1] - weight, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
-        decide(Positive(room - product(step.transpose(), product(P[k], step)), f"the matrix of Theorem 1 at phase {k}"))
+        require_fall(step, W, (P[k - 1], P[k]), level, f"phase {k}")
+
+
+def require_fall(step: fmpq_mat, W: fmpq_mat, P: tuple[fmpq_mat, fmpq_mat], level: fmpq, where: str) -> None:
+    """Refuse unless diag(P - W'W, g^2 I) - [A B]' P+ [A B] > 0 for P before and P+ after the step."""
+    before, after = P
+    n, m = W.ncols(), step.ncols() - W.ncols()
+    room = block([[before - W.transpose() * W, zeros(n, m)], [zeros(m, n), identity(m) * level**2]])
+    decide(Positive(room - product(step.transpose(), product(after, step)), f"the matrix of Theorem 1 at {where}"))
 
 
 def monodromy(steps: Steps) -> fmpq_mat:

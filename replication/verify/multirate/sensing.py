@@ -6,8 +6,9 @@ With gains L_k: e(k+1) = A_k e(k) + B_k v(k), [A_k B_k] = [A B_d 0] - L_k [C_k 0
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import lcm
 from typing import Any
 
@@ -118,17 +119,25 @@ def schedule(periods: Sequence[int], offsets: Sequence[int]) -> Schedule:
 
 def read_sensing(value: Any, path: str, chosen: Any, *gains: str) -> Sensing:
     """A plant seen by the sensors `chosen` (parameters `CHOSEN`), with the gains of this name if there is one."""
-    _, *parts = fields(value, path, "name", "A", "B_d", "C", "D", "W", *gains)
+    measured = schedule(chosen.periods, chosen.offsets)
+    seen, rest = read_plant(value, path, chosen.sensors, *gains)
+    system = seen(measured)
+    L = [matrices(part, f"{path}.L", system.order, system.sensors, len(measured)) for part in rest]
+    return replace(system, gains=L[0]) if L else system
+
+
+def read_plant(
+    value: Any, path: str, sensors: Sequence[int], *more: str
+) -> tuple[Callable[[Schedule], Sensing], list[Any]]:
+    """A plant seen by these sensors, under a schedule that is still to be given, and further fields as they stand."""
+    _, *parts = fields(value, path, "name", "A", "B_d", "C", "D", "W", *more)
     A = square(parts[0], f"{path}.A")
-    n, sensors = A.nrows(), chosen.sensors
+    n = A.nrows()
     C = matrix(parts[2], f"{path}.C", columns=n)
     D = matrix(parts[3], f"{path}.D", rows=C.nrows())
     require(all(i < C.nrows() for i in sensors), f"parameters.sensors names a sensor that is not there: {sensors}")
     B_d, W = matrix(parts[1], f"{path}.B_d", rows=n), matrix(parts[4], f"{path}.W", columns=n)
-    measured = schedule(chosen.periods, chosen.offsets)
-    system = select(A, B_d, W, take_rows(C, sensors), take_rows(D, sensors), measured)
-    L = [matrices(part, f"{path}.L", n, len(sensors), len(measured)) for part in parts[5:]]
-    return replace(system, gains=L[0]) if L else system
+    return partial(select, A, B_d, W, take_rows(C, sensors), take_rows(D, sensors)), parts[5:]
 
 
 def select(A: fmpq_mat, B_d: fmpq_mat, W: fmpq_mat, C: fmpq_mat, D: fmpq_mat, measured: Schedule) -> Sensing:

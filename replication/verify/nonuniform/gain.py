@@ -128,17 +128,17 @@ class _Inequality:
     def fails(self, a: fmpq, b: fmpq, transitions: list[Pair]) -> list[Pair]:
         """The pairs (c, d) for which the inequality is not proved at every period between the shares a and b.
 
-        It is concave in M and w together (P_d > 0), so that it need hold only at both ends of a chord, each with the
-        remainder of the chord as the radius of a ball.
+        It is concave in M and w together (P_d > 0). At the part s of the way from one end of the piece to the other
+        [Phi, Gamma] is the point s of the chord, less 4 s (1 - s) times a matrix in the balls of `bend`. So it lies
+        between the corners: both ends, and both less that matrix.
         """
-        spend(
-            (len(transitions) + 5) * (self.kept.nrows() + self.kept.ncols()) ** 3 * BALL // 2, "the storage inequality"
-        )
+        spend((len(transitions) + 5) * (self.kept.nrows() + self.kept.ncols()) ** 3 * BALL, "the storage inequality")
         start, stop = (system.seconds(system.along(*self.case.ends, share)) for share in (a, b))
-        rest = system.chord_remainder(self.plant, start, stop - start)
+        less = system.bend(self.plant, start, stop - start)
+        steps = [(system.step_at(self.plant, h), h) for h in (start, stop)]
         corners = [
-            (self.case.filter.steps(self.plant, system.widened(system.step_at(self.plant, h), rest)), h)
-            for h in (start, stop)
+            (self.case.filter.steps(self.plant, step), h)
+            for step, h in [*steps, *((step - less, h) for step, h in steps)]
         ]
         return [pair for pair in transitions if not all(self.holds(pair, steps, h) for steps, h in corners)]
 

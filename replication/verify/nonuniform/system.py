@@ -215,20 +215,14 @@ def step_at(plant: Plant, h: arb) -> arb_mat:
     return beside(*hold(plant.A, plant.B, h))
 
 
-def chord_remainder(plant: Plant, start: arb, length: arb) -> arb_mat:
-    """Bounds of the moduli of [Phi, Gamma](h) minus their chord over start <= h <= start + length.
+def bend(plant: Plant, start: arb, length: arb) -> arb_mat:
+    """Balls of length^2 / 8 times N^2 e^{Nh}, the second derivative of [Phi, Gamma], over start <= h <= start + length.
 
-    A function differs from its chord by at most length^2 / 8 times the largest second derivative, here N^2 e^{Nh}.
+    So far a function is from its chord in the middle, and less elsewhere.
     """
     N = generator(plant.A, plant.B)
-    bend = (N * N * (N * start).exp() * (N * arb(0).union(length)).exp()).tolist()[: plant.A.nrows()]
-    return arb_mat([[(length * length / 8 * entry).abs_upper() for entry in row] for row in bend])
-
-
-def widened(M: arb_mat, bounds: arb_mat) -> arb_mat:
-    """Balls that hold every matrix whose entries differ from those of M by at most these bounds."""
-    entries = [(entry - bound).union(entry + bound) for entry, bound in zip(M.entries(), bounds.entries(), strict=True)]
-    return arb_mat(M.nrows(), M.ncols(), entries)
+    rows = (N * N * (N * start).exp() * (N * arb(0).union(length)).exp()).tolist()[: plant.A.nrows()]
+    return arb_mat(rows) * (length * length / 8)
 
 
 def require_stable(plant: Plant, filter_: Filter) -> None:

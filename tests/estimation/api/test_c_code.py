@@ -108,5 +108,5 @@ def test_what_python_refuses_changes_nothing(method: str, tmp_path: Path) -> Non
 def test_a_bad_name_and_a_history_have_messages() -> None:
     with pytest.raises(InvalidInputError, match="C identifier"):
         result_of("multirate").observer().to_c("int")
-    with pytest.raises(InvalidInputError, match="keeps a history of measurements"):
+    with pytest.raises(InvalidInputError, match="no periodic recursion"):
         result_of("delay").observer(0.01).to_c()

@@ -187,5 +187,5 @@ def test_bad_names_and_other_observers_have_messages() -> None:
         with pytest.raises(InvalidInputError, match="MATLAB function"):
             OBSERVERS["multirate"]().to_matlab(bad)
     for name in ("delay", "innovations", "starting"):
-        with pytest.raises(InvalidInputError, match="no MATLAB form"):
+        with pytest.raises(InvalidInputError, match="no periodic recursion"):
             OBSERVERS[name]().to_matlab()

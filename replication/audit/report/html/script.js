@@ -80,13 +80,9 @@
     here.textContent = current ? one("h3", current).textContent : "";
     for (const link of all(".toc a", view)) {
       const on = current && link.hash === `#${current.id}`;
-      if (on && !link.hasAttribute("aria-current")) {
-        link.setAttribute("aria-current", "true");
-        const bar = link.closest(".toc");
-        if (bar.scrollWidth > bar.clientWidth) bar.scrollTo({ left: link.offsetLeft - 40 });
-      } else if (!on) link.removeAttribute("aria-current");
+      if (on) link.setAttribute("aria-current", "true");
+      else link.removeAttribute("aria-current");
     }
-    if (!current) for (const bar of all(".toc", view)) bar.scrollLeft = 0;
   }
   let waiting = 0;
   addEventListener("scroll", () => {
@@ -119,15 +115,19 @@
     if (entry.name.includes(query)) return 4;
     return entry.title.includes(query) ? 5 : 6;
   }
-  function search() {
+  const more = one("button", box);
+  const FIRST = 12;
+  function search(whole = false) {
     index ??= entries();
     const query = plain(field.value);
     const words = query.split(" ").filter(Boolean);
     const found = words.length ? index.map((entry) => [rank(entry, query, words), entry]).filter(([at]) => at !== null) : [];
     found.sort(([a], [b]) => a - b);
     box.hidden = !words.length;
-    one("p", box).textContent = found.length ? `${found.length} found${found.length > 12 ? ", the first ones:" : ""}` : "Nothing found; try a place, such as Table 1.";
-    one("ol", box).replaceChildren(...found.slice(0, 12).map(([, entry]) => {
+    more.hidden = whole || found.length <= FIRST;
+    one("p", box).textContent = found.length ? `${found.length} found${more.hidden ? "" : `, the first ${FIRST}:`}` : "Nothing found; try a place, such as Table 1.";
+    more.textContent = `Show all ${found.length}`;
+    one("ol", box).replaceChildren(...found.slice(0, whole ? found.length : FIRST).map(([, entry]) => {
       const line = document.createElement("li");
       const link = document.createElement("a");
       link.href = `#${entry.link}`;
@@ -140,13 +140,16 @@
     }));
   }
   form.hidden = false;
-  field.addEventListener("input", search);
+  field.addEventListener("input", () => search());
+  // A press on the list leaves the focus where it is, so that the list stays open.
+  box.addEventListener("mousedown", (event) => event.preventDefault());
+  more.addEventListener("click", () => { search(true); all("a", box)[FIRST].focus(); });
   form.addEventListener("submit", (event) => { event.preventDefault(); one("a", box)?.click(); });
   form.addEventListener("click", (event) => { if (event.target.closest("a")) box.hidden = true; });
   form.addEventListener("focusout", (event) => { if (!form.contains(event.relatedTarget)) box.hidden = true; });
   field.addEventListener("focus", () => { if (field.value) search(); });
   form.addEventListener("keydown", (event) => {
-    const links = [field, ...all("a", box)];
+    const links = [field, ...all("a, button:not([hidden])", box)];
     const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
     if (event.key === "Escape") box.hidden = true;
     if (!step) return;

@@ -35,11 +35,14 @@ _WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", 
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """The claims of a paper of one consequence, repeats aside; places: where the failing ones stand."""
+    """The claims of a paper of one consequence, repeats aside, of which there are `repeats`; places: where the failing
+    ones stand.
+    """
 
     consequence: Consequence
     marks: tuple[ClaimView, ...]
     places: tuple[str, ...]
+    repeats: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -156,8 +159,9 @@ def _depends_on_the_reading(view: ClaimView) -> bool:
 
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:
-    own = (view for view in paper.claims if view.consequence is kind and not view.record.claim.repeats)
+    listed = [view for view in paper.claims if view.consequence is kind]
+    own = (view for view in listed if not view.record.claim.repeats)
     marks = tuple(sorted(own, key=lambda view: ORDER.index(view.record.verdict)))
     failing = [view.record.claim.place for view in marks if view.record.verdict in FAILS]
     places = dict.fromkeys(place.partition(";")[0].partition(",")[0].strip() for place in failing)
-    return Cell(consequence=kind, marks=marks, places=tuple(places)[:MOST_PLACES])
+    return Cell(consequence=kind, marks=marks, places=tuple(places)[:MOST_PLACES], repeats=len(listed) - len(marks))

@@ -1,7 +1,11 @@
-"""The sentences of a brief: each link leads to a claim or an erratum that says what the sentence says of it."""
+"""The sentences of a brief: each link leads to a claim or an erratum that says what the sentence says of it.
+
+`{name}` is the number that was computed for the claim of that name.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -9,13 +13,18 @@ from markupsafe import Markup
 
 from replication.audit.brief import Brief
 from replication.audit.inspect.sentences import LINK, require_short
+from replication.audit.judge import numerals
 from replication.audit.model import Verdict
 from replication.audit.report.claim import anchor
 from replication.audit.report.opening.sketch import drawn
-from replication.audit.store.records import ErratumRecord, PaperRecord, ResultsFile
+from replication.audit.store.records import ClaimRecord, ErratumRecord, PaperRecord, ResultsFile
 from replication.errors import AuditError
 
 HOLDS, FAILS, OPEN = "+", "-", "?"
+_NUMBER = re.compile(r"\{([\w.\-]+)\}")
+DIGITS = 5
+"""Significant digits of a computed number in a sentence."""
+
 _SAYS = {
     Verdict.REPRODUCED: HOLDS,
     Verdict.CONSISTENT: HOLDS,
@@ -32,11 +41,15 @@ _NAMES = {HOLDS: "holds", FAILS: "does not hold as printed", OPEN: "is a guess"}
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """What a link leads to. says: what may be said of it; shaken: whether the run found it other than expected."""
+    """What a link leads to. says: what may be said of it; shaken: whether the run found it other than expected.
+
+    number: what was computed for it, as text; empty where that is no single number.
+    """
 
     link: str
     says: str
     shaken: bool
+    number: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,10 +78,23 @@ def briefs(results: ResultsFile) -> dict[str, BriefView]:
 
 def _targets(results: ResultsFile) -> dict[str, Target]:
     claims = {
-        claim.id: Target(link=anchor("claim", claim.id), says=_SAYS[claim.verdict], shaken=claim.unexpected)
+        claim.id: Target(
+            link=anchor("claim", claim.id),
+            says=_SAYS[claim.verdict],
+            shaken=claim.unexpected,
+            number=_number(claim),
+        )
         for claim in results.claims
     }
     return {erratum.id: _erratum(erratum) for erratum in results.errata if erratum.id not in claims} | claims
+
+
+def _number(claim: ClaimRecord) -> str:
+    """A run that found nothing has a report all the same, and says so."""
+    value = claim.evidence.value
+    if isinstance(value, tuple):
+        return ""
+    return "(not computed)" if value is None else numerals.short(value, DIGITS)
 
 
 def _erratum(erratum: ErratumRecord) -> Target:
@@ -93,13 +119,14 @@ def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> Brie
 
 
 def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> Told:
+    if not line and _NUMBER.search(sentence):
+        raise AuditError(f"the card of {key} stands in the README too, without numbers of a run: correct {sentence!r}")
+    sentence = _NUMBER.sub(lambda found: _filled(found[1], key, known), sentence)
     parts: list[tuple[str, str]] = []
     end, shaken = 0, False
     for match in LINK.finditer(require_short(sentence)):
         words, sign, name = match.groups()
-        target = known.get(f"{key}.{name}")
-        if target is None:
-            raise AuditError(f"the brief of {key} links {name!r}, which is no claim or erratum of it; correct the name")
+        target = _target(name, key, known)
         said = sign or line
         if not said or (said not in target.says and not target.shaken):
             raise AuditError(
@@ -110,3 +137,17 @@ def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> To
         parts += [(sentence[end : match.start()], ""), (words, target.link)]
         end = match.end()
     return Told(parts=(*parts, (sentence[end:], "")), shaken=shaken)
+
+
+def _target(name: str, key: str, known: Mapping[str, Target]) -> Target:
+    target = known.get(f"{key}.{name}")
+    if target is None:
+        raise AuditError(f"the brief of {key} links {name!r}, which is no claim or erratum of it; correct the name")
+    return target
+
+
+def _filled(name: str, key: str, known: Mapping[str, Target]) -> str:
+    number = _target(name, key, known).number
+    if not number:
+        raise AuditError(f"the brief of {key} tells the number of {name!r}, which has no single one; link it instead")
+    return number

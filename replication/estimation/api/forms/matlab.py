@@ -10,7 +10,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import IDENTIFIER
-from replication.estimation.api.phase import Phase
+from replication.estimation.api.phase import Recursion
 from replication.estimation.validation import Array
 
 RESERVED = re.compile(
@@ -77,15 +77,8 @@ end"""
 """A sample that does not come only makes the interval longer; one that is not complete is refused."""
 
 
-def matlab_source(
-    name: str,
-    comment: str,
-    phases: Sequence[Phase],
-    expected: Sequence[Array] | None,
-    starts: int,
-    direct: Array | None = None,
-) -> str:
-    """The recursion o+ = transition o + input u + injection y, x^ = readout o, phase after phase.
+def matlab_source(name: str, comment: str, recursion: Recursion) -> str:
+    """The recursion as a function.
 
     Parameters
     ----------
@@ -93,15 +86,8 @@ def matlab_source(
         Of the function, and of its file.
     comment : str
         What it is, for its help.
-    phases : sequence of Phase
-        One for each instant of the period.
-    expected : sequence of array (q, N), optional
-        At each instant what a missing measurement is replaced by, expected o + direct u; without it the observer waits
-        for the next sample.
-    starts : int
-        Length of the start; the other entries of o begin at zero.
-    direct : array (q, m), optional
-        Effect of the known inputs on the measurements.
+    recursion : Recursion
+        What it does.
 
     Raises
     ------
@@ -112,18 +98,18 @@ def matlab_source(
         raise InvalidInputError(
             f"name must be one of a MATLAB function (letters, digits and _, at most 31, no reserved word), got {name!r}"
         )
-    inputs = phases[0].input.shape[1]
-    tables, through = "", direct is not None and bool(np.any(direct))
+    phases, expected, through = recursion.phases, recursion.expected, recursion.through
+    inputs, tables = phases[0].input.shape[1], ""
     if expected is not None:
         due = [phase.due[:, None] for phase in phases]
-        if through and direct is not None:
-            tables = f"direct = {_cells([direct])};\n"
+        if through is not None:
+            tables = f"direct = {_cells([through])};\n"
         tables += f"expected = {_cells(expected)};\ndue = {_cells(due)};\n"
     return SOURCE.substitute(
         name=name,
         upper=name.upper(),
         comment=" ".join(comment.split()),
-        starts=starts,
+        starts=recursion.starts,
         inputs=inputs,
         measurements=phases[0].injection.shape[1],
         order=len(phases[0].transition),
@@ -135,7 +121,7 @@ def matlab_source(
         tables=tables,
         driven=" + drive{k} * u" if inputs else "",
         measured=Template(WAITING if expected is None else COMPLETED).substitute(
-            name=name, through=" + direct{1} * u" if through else ""
+            name=name, through="" if through is None else " + direct{1} * u"
         ),
     )
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, Self
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.c_code import c_source
 from replication.estimation.api.export import to_mat
+from replication.estimation.api.forms.matlab import matlab_source
 from replication.estimation.api.forms.stored import arrays_in, encoded, file_text
+from replication.estimation.api.phase import Recursion
 from replication.estimation.api.signals import Signals
 
 if TYPE_CHECKING:
@@ -72,6 +75,28 @@ class Portable:
         args, kwargs = self._made_with
         return to_mat(arrays_in(encoded(self, args, kwargs)))
 
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """The observer as one C99 file that compiles by itself; see `c_code`.
+
+        Parameters
+        ----------
+        name : str
+            C identifier of at most 31 characters with which every name begins.
+        comment : str
+            What it is, for the top of the file.
+
+        Returns
+        -------
+        str
+            `NAME_init`, `NAME_step` and all matrices; it does what `reset` and `step` do.
+
+        Raises
+        ------
+        InvalidInputError
+            `name` is no C identifier, or the observer is no periodic recursion and has no C form of its own.
+        """
+        return c_source(name, comment, self._recursion())
+
     def to_matlab(self, name: str = "observer", comment: str = "") -> str:
         """The observer as a MATLAB function with a memory; see `matlab`.
 
@@ -92,9 +117,7 @@ class Portable:
         InvalidInputError
             `name` does not fit, or the observer is no periodic recursion.
         """
-        raise InvalidInputError(
-            f"a {type(self).__name__} is no periodic recursion, and has no MATLAB form; run it by `step`"
-        )
+        return matlab_source(name, comment, self._recursion())
 
     def to_statespace(self) -> control.StateSpace:
         """The observer as a linear system, as it runs while no measurement is missing.
@@ -110,6 +133,11 @@ class Portable:
             The observer changes with time, and is no linear system with constant matrices.
         """
         raise InvalidInputError(f"a {type(self).__name__} has no constant matrices; run it by `step`")
+
+    def _recursion(self) -> Recursion:
+        raise InvalidInputError(
+            f"a {type(self).__name__} is no periodic recursion, from which this form is made; run it by `step`"
+        )
 
     def _by_name(self, u: Any, y: Any) -> tuple[Any, Any]:
         """(u, y) with values by name put in order; one dict holds inputs and measurements."""

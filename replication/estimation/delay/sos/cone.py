@@ -97,32 +97,34 @@ def cone_map(block: ConeBlock, space: FormSpace) -> sparse.csr_array:
     entries: list[tuple[Index, Index, Index, float]] = []  # row of M, column of M, monomial, weight
 
     def add(rows: Index, columns: Index, monomial: Index, weight: float) -> None:
-        if weight != 0.0:
-            shape = np.broadcast_shapes(rows.shape, columns.shape, monomial.shape)
-            row, column, target = (np.broadcast_to(part, shape).ravel() for part in (rows, columns, monomial))
-            entries.append((row, column, target, weight))
+        shape = np.broadcast_shapes(rows.shape, columns.shape, monomial.shape)
+        row, column, target = (np.broadcast_to(part, shape).ravel() for part in (rows, columns, monomial))
+        entries.append((row, column, target, weight))
 
     left, up = function[:, None], function[None, :]
     add(x[:, None], x[None, :], space.pair(x[:, None], x[None, :]), float(moments[0, 0]))
     for a in range(count):
         columns = z1 + a * width + up
         for c in range(space.count):
-            # x against Z_1, and Z_1 against Z_1 (the multiplier S).
-            add(x[:, None], columns, space.pair(x[:, None], space.moment(c, up)), 2.0 * float(triple[c, a, 0]))
-            for b in range(count):
+            # x against Z_1, and Z_1 against Z_1 (the multiplier S). Most weights are zero.
+            if triple[c, a, 0]:
+                add(x[:, None], columns, space.pair(x[:, None], space.moment(c, up)), 2.0 * float(triple[c, a, 0]))
+            for b in np.flatnonzero(triple[c, a]).tolist():
                 rows = z1 + b * width + left
                 add(rows, columns, space.multiplier(np.int64(c), left, up), float(triple[c, a, b]))  # type: ignore[arg-type]
     for member, (inner, outer) in enumerate(zip(first, second, strict=True)):
         columns = z2 + member * width + up
         target = space.moment(outer, up)
-        add(x[:, None], columns, space.pair(x[:, None], target), 2.0 * float(moments[0, inner]))
+        if moments[0, inner]:
+            add(x[:, None], columns, space.pair(x[:, None], target), 2.0 * float(moments[0, inner]))
         for a in range(count):
-            for c in range(space.count):
+            for c in np.flatnonzero(triple[:, a, inner]).tolist():
                 rows = z1 + a * width + left
                 add(rows, columns, space.pair(space.moment(c, left), target), 2.0 * float(triple[c, a, inner]))
-        for other, (inner2, outer2) in enumerate(zip(first, second, strict=True)):
+        for other in np.flatnonzero(moments[first, inner]).tolist():
             rows = z2 + other * width + left
-            add(rows, columns, space.pair(space.moment(outer2, left), target), float(moments[inner2, inner]))
+            weight = float(moments[first[other], inner])
+            add(rows, columns, space.pair(space.moment(second[other], left), target), weight)
     return _assemble(entries, space.size, size)
 
 

@@ -13,10 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from replication.estimation.api.c_code import c_source
-from replication.estimation.api.forms.matlab import matlab_source
 from replication.estimation.api.forms.portable import NOT_GIVEN, Portable
-from replication.estimation.api.phase import Phase
+from replication.estimation.api.phase import Phase, Recursion
 from replication.estimation.api.running import known_inputs, vector
 from replication.estimation.multirate.h2.filtering import FilterGains, read_only
 from replication.estimation.multirate.problem import MultirateProblem
@@ -210,16 +208,14 @@ class KalmanFilter(RunningKalman):
             `NAME_step` writes x^(k+1|k), then x^(k|k), x^(k-1|k) and so on to x^(k-lag|k), of n numbers each; those of
             instants before the first are without meaning.
         """
-        phases, output, direct = self._recursion()
-        return c_source(name, comment, phases, [output] * len(phases), self._sizes[0], direct)
+        return super().to_c(name, comment)
 
     def to_matlab(self, name: str = "kalman", comment: str = "") -> str:
         """The filter as a MATLAB function; its estimate is laid out as in `to_c`."""
-        phases, output, direct = self._recursion()
-        return matlab_source(name, comment, phases, [output] * len(phases), self._sizes[0], direct)
+        return super().to_matlab(name, comment)
 
-    def _recursion(self) -> tuple[list[Phase], Array, Array]:
-        """One phase for each instant, of the state (x^(k+1|k), x^(k|k), ..., x^(k-lag|k)), C on that, and D_u."""
+    def _recursion(self) -> Recursion:
+        """One phase for each instant, of the state (x^(k+1|k), x^(k|k), ..., x^(k-lag|k))."""
         n, _, q = self._sizes
         blocks = self.lag + 2
         output = np.hstack([self._C, np.zeros((q, n * (blocks - 1)))])
@@ -230,4 +226,4 @@ class KalmanFilter(RunningKalman):
             transition[:n, :n] += self._A
             known = np.vstack([self._B, np.zeros((n * (blocks - 1), self._B.shape[1]))]) - injection @ direct
             phases.append(Phase(transition, known, injection, np.eye(n * blocks), due))
-        return phases, output, direct
+        return Recursion(phases, n, [output] * len(phases), direct)

@@ -171,7 +171,7 @@ def _worst_case(
     evidence = (
         Evidence("worst pattern found", shown, "samples that come, instant by instant, sensor by sensor; it repeats"),
         Evidence("level without losses", l2_gain(along(problem, gains, given.without_losses())).upper, "exact gain"),
-        Evidence("cases of the proof", worst.edges, "instants with what came before, one inequality each"),
+        Evidence("cases of the proof", len(worst.tree.edges), "instants with what came before, one inequality each"),
         *_unaware_level(problem, given, gains, gains_by_edge(given, base.gains["L"]), words),
         *baselines(worst.upper, "exact gain", without=without),
     )

@@ -69,6 +69,11 @@ class Walks:
         seen = np.hstack([plant.C[rows] @ self.T[phase], np.zeros((sum(rows), plant.B_d.shape[1])), plant.D[rows]])
         return self._scaled(edge, plant.A, np.hstack([plant.B_d, B_w])), seen
 
+    def storage(self, P: Array) -> Array:
+        """Storage functions (nodes, n, n) of these units in those of the plant."""
+        back = self.unit * np.linalg.inv(self.T)[list(self.automaton.phases)]
+        return symmetric(back.mT @ P @ back)
+
     def unscaled(self, edge: int, gain: Array) -> Array:
         """A gain on y in the units of the plant."""
         return np.asarray(self._following(edge) @ gain)

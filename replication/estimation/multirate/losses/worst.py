@@ -33,12 +33,14 @@ MARGINS = (1e-3, 1e-2, 0.1)
 
 @dataclass(frozen=True, eq=False)
 class Worst:
-    """lower: the exact gain of the periodic pattern `word`; upper: proved for all patterns, with so many `edges`."""
+    """lower: the exact gain of the periodic pattern `word`; upper: proved for all patterns by storage functions P
+    (nodes, n, n) on the nodes of `tree`, in the units of the plant."""
 
     lower: float
     upper: float
     word: Word
-    edges: int
+    tree: Automaton
+    P: Array
 
 
 def worst_pattern(problem: MultirateProblem, given: Automaton, gains: Array, words: list[Word]) -> tuple[float, Word]:
@@ -61,7 +63,7 @@ def worst_pattern(problem: MultirateProblem, given: Automaton, gains: Array, wor
 def bracket(problem: MultirateProblem, given: Automaton, gains: Array, words: list[Word]) -> Worst:
     """The worst gain of `gains` (edges, n, q); raises SolverError if no level is proved."""
     lower, word = worst_pattern(problem, given, gains, words)
-    best, tree, unit = Worst(lower, np.inf, word, len(given.edges)), given, lower if lower > 0 else 1.0
+    best, tree, unit = Worst(lower, np.inf, word, given, np.zeros((0, 0, 0))), given, lower if lower > 0 else 1.0
     while True:
         walks = Walks.of(problem, tree, unit)
         moved = [walks.moved(i, gains[edge.origin]) for i, edge in enumerate(tree.edges)]
@@ -71,7 +73,7 @@ def bracket(problem: MultirateProblem, given: Automaton, gains: Array, words: li
             break
         upper = proved_level(walks, moved, storage.P)
         if upper < best.upper:
-            best = replace(best, upper=upper, edges=len(tree.edges))
+            best = replace(best, upper=upper, tree=tree, P=walks.storage(storage.P))
         lower, word = worst_pattern(problem, given, gains, tree.followed(storage.flux))
         if lower > best.lower:
             best = replace(best, lower=lower, word=word)

@@ -1,0 +1,111 @@
+"""Whole commands, from the start of Python to its end: a run with nothing computed before, and what follows it.
+
+Beside the time: processor seconds and the largest memory of all processes together, of which a page that several share
+counts for each. The unit of the ratio is a start of Python that imports numpy, in the same run.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDERS = ("replication", "papers", "figures", "certificates", "docs")
+SAMPLED = 0.05
+"""Seconds between two looks at the memory."""
+ROUNDS = 5
+WARM = {
+    "run, nothing changed": ("-m", "replication", "run"),
+    "list": ("-m", "replication", "list"),
+    "show of a claim": ("-m", "replication", "show", "okajima2023.table1.n11"),
+    "check": ("-m", "replication", "check"),
+    "verify, all certificates": ("verify.py",),
+}
+
+
+def resident(parent: int) -> int:
+    """Bytes in memory of a process and all that it started."""
+    total, children = 0, {}
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdecimal():
+            try:
+                fields = (entry / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+            except OSError:
+                continue
+            children.setdefault(int(fields[1]), []).append((int(entry.name), int(fields[21])))
+    waiting = [parent]
+    while waiting:
+        started = children.get(waiting.pop(), [])
+        total += sum(pages for _, pages in started)
+        waiting += [number for number, _ in started]
+    return total * resource.getpagesize()
+
+
+def measured(words: tuple[str, ...], folder: Path) -> dict[str, float]:
+    """Run Python with these words: processor seconds, and the peak of the memory in MB."""
+    before, peak, ended = resource.getrusage(resource.RUSAGE_CHILDREN), 0, threading.Event()
+
+    def watch() -> None:
+        nonlocal peak
+        while not ended.is_set():
+            peak = max(peak, resident(os.getpid()))
+            time.sleep(SAMPLED)
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+    try:
+        subprocess.run([sys.executable, *words], cwd=folder, env=environment, check=True, capture_output=True)
+    finally:
+        ended.set()
+        watcher.join()
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return {
+        "CPU_s": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
+        "peak_MB": peak / 1e6,
+    }
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the sources, with nothing computed."""
+    target = tmp_path_factory.mktemp("project")
+    for path in ROOT.iterdir():
+        if path.is_dir() and path.name in FOLDERS:
+            shutil.copytree(path, target / path.name, ignore=shutil.ignore_patterns("__pycache__"))
+        elif path.is_file():
+            shutil.copy(path, target)
+    return target
+
+
+@pytest.fixture(scope="module")
+def start(project: Path) -> float:
+    """Seconds of a start of Python with numpy."""
+    times = []
+    for _ in range(ROUNDS):
+        begun = time.perf_counter()
+        measured(("-c", "import numpy"), project)
+        times.append(time.perf_counter() - begun)
+    return sorted(times)[ROUNDS // 2]
+
+
+@pytest.mark.benchmark(group="Commands")
+def test_run_with_nothing_computed(benchmark: Any, project: Path, start: float) -> None:
+    found = benchmark.pedantic(measured, (("-m", "replication", "run"), project), rounds=1)
+    benchmark.extra_info.update(found, starts=benchmark.stats.stats.median / start)
+
+
+@pytest.mark.benchmark(group="Commands")
+@pytest.mark.parametrize("name", WARM)
+def test_warm(benchmark: Any, name: str, project: Path, start: float) -> None:
+    found = benchmark.pedantic(measured, (WARM[name], project), rounds=ROUNDS, warmup_rounds=1)
+    benchmark.extra_info.update(found, starts=benchmark.stats.stats.median / start)

@@ -1,0 +1,73 @@
+"""On another type of processor, which the BLAS imitates, a run changes no file that is committed."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+EVERY = ("Haswell", "Zen", "SkylakeX", "Prescott")
+WHOLE = os.environ.get("PROCESSORS") == "all"
+TYPES = EVERY if WHOLE else ("Prescott",)
+"""The oldest, with neither AVX nor fused products, is far from any at hand."""
+PAPERS = () if WHOLE else ("okajima2023", "shao")
+"""`make processors` runs all papers on all types."""
+FOLDERS = ("replication", "papers", "figures", "certificates", "docs")
+WRITTEN = ("figures", "docs", "README.md", "papers")
+
+
+def copied(target: Path) -> Path:
+    """The project without what is built."""
+    target.mkdir()
+    for path in ROOT.iterdir():
+        if path.is_dir() and path.name in FOLDERS:
+            shutil.copytree(path, target / path.name, ignore=shutil.ignore_patterns("__pycache__"))
+        elif path.is_file():
+            shutil.copy(path, target)
+    return target
+
+
+def contents(root: Path) -> dict[str, str]:
+    """The checksum of each file that commands write among the sources."""
+    files = [
+        path for name in WRITTEN for path in ([root / name] if (root / name).is_file() else (root / name).rglob("*"))
+    ]
+    return {
+        str(path.relative_to(root)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in files
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
+def changed(before: dict[str, str], after: dict[str, str]) -> list[str]:
+    """The files that are other than before, new, or gone."""
+    return sorted(name for name in before | after if before.get(name) != after.get(name))
+
+
+def test_a_digit_that_changes_is_seen(tmp_path: Path) -> None:
+    folder = shutil.copytree(ROOT / "figures", tmp_path / "figures")
+    before = contents(tmp_path)
+    one, two = sorted(folder.glob("*.csv"))[:2]
+    one.write_bytes(one.read_bytes().replace(b"1", b"2", 1))
+    two.unlink()
+    assert changed(before, contents(tmp_path)) == [f"figures/{one.name}", f"figures/{two.name}"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", TYPES)
+def test_a_run_on_another_processor_leaves_the_sources_as_they_are(kind: str, tmp_path: Path) -> None:
+    project = copied(tmp_path / "project")
+    before = contents(project)
+    environment = {**os.environ, "OPENBLAS_CORETYPE": kind, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    commands = [["replication", "run", *PAPERS], *([["replication.audit.publish.readme"]] if WHOLE else [])]
+    for command in commands:
+        words = [sys.executable, "-m", *command]
+        ran = subprocess.run(words, cwd=project, env=environment, capture_output=True, text=True, timeout=900)
+        assert ran.returncode == 0, ran.stderr[-2000:] + ran.stdout[-2000:]
+    assert changed(before, contents(project)) == []
