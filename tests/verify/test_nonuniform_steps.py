@@ -174,8 +174,8 @@ def test_a_piece_fails_where_the_inequality_holds_at_its_ends_alone() -> None:
         found = []
         for share in (ZERO, fmpq(1, 2), ONE):
             h = system.seconds(system.along(*ends, share))
-            M = system.error_step(plant, case.filter, system.step_at(plant, h))
-            found.append(inequality.holds((0, 1), M, h))
+            steps = case.filter.steps(plant, system.step_at(plant, h))
+            found.append(inequality.holds((0, 1), steps, h))
         assert found == holding
         assert inequality.fails(ZERO, ONE, [(0, 1)]) == [(0, 1)]
         assert inequality.fails(ZERO, fmpq(1, 2), [(0, 1)]) == left
