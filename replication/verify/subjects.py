@@ -56,8 +56,8 @@ def folder_of(root: Path) -> Path:
     """Where the papers of the project at `root` lie, by its configuration; in `papers` if that does not say."""
     path = root / "replication.toml"
     settings = tables(path, parse_float=float)
-    name = name_of(settings.get("papers", "papers"), f"{path.name}: papers")
-    require(name.isidentifier(), f"{path.name}: papers must be a name of Python, got {name}")
+    name = text(settings.get("papers", "papers"), f"{path.name}: papers")
+    require(name.isidentifier() and name.isascii(), f"{path.name}: papers must be a name of Python, got {name}")
     return root / name
 
 

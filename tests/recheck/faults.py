@@ -90,7 +90,7 @@ def _case(certificate: Certificate, limit: float) -> Case | None:
     entered: defaultdict[str, set[int]] = defaultdict(set)
     mutants._forget(mutants._own_modules())
     for room, ask in ASK.items():
-        profile = cProfile.Profile(time.process_time)
+        profile = cProfile.Profile()
         begin = time.process_time()
         said[room] = profile.runcall(ask, certificate)
         seconds[room] = time.process_time() - begin

@@ -325,8 +325,12 @@ def test_the_folder_of_papers_is_a_name_of_python(tmp_path: Path) -> None:
     settings = tmp_path / "replication.toml"
     settings.write_text('papers = "studies"')
     assert folder_of(tmp_path) == tmp_path / "studies"
-    for wrong, message in (('papers = "my-papers"', "must be a name of Python, got my-papers"), ("papers", "TOML")):
-        settings.write_text(wrong)
+    for wrong, message in (
+        ('papers = "my-papers"', "must be a name of Python, got my-papers"),
+        ('papers = "é"', "got é"),
+        ("papers", "TOML"),
+    ):
+        settings.write_text(wrong, encoding="utf-8")
         with pytest.raises(Refused, match=message):
             folder_of(tmp_path)
 

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import re
+from fractions import Fraction
 
-from flint import fmpq, fmpq_mat, fmpz
+from flint import fmpq, fmpq_mat
 
-from replication.verify.theorem import Refused, require
+from replication.verify.theorem import require
 
-DECIMAL = re.compile(r"([+-]?)([0-9]*)\.?([0-9]*)(?:e([+-]?[0-9]{1,3}))?")
+DECIMAL = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[+-]?[0-9]{1,3})?")
 
 
 def decimal(printed: str) -> fmpq:
     """The exact value of a printed decimal such as "-0.0440", ".5" or "1e-3"."""
-    match = DECIMAL.fullmatch(printed)
-    if match is None or not match[2] + match[3]:
-        raise Refused(f"{printed!r} is not a decimal number")
-    sign, whole, fraction, exponent = match.groups()
-    scale = fmpq(10) ** (int(exponent or 0) - len(fraction))
-    return fmpq(fmpz(f"{sign.replace('+', '')}{whole}{fraction}")) * scale
+    require(DECIMAL.fullmatch(printed) is not None, f"{printed!r} is not a decimal number")
+    exact = Fraction(printed)
+    return fmpq(exact.numerator, exact.denominator)
 
 
 def printed_matrix(printed: str) -> fmpq_mat:

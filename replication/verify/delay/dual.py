@@ -167,7 +167,7 @@ def _on_squares(W: Form, functions: int, weight: Mapping[int, int], degree: int,
     def kernel(b: int, a: int) -> fmpq_mat:
         return W.R[a, b] + W.R[b, a].transpose()
 
-    local, below_, beside = range(degree + 1), zeros(functions, points), zeros(functions, functions)
+    local, under, beside = range(degree + 1), zeros(functions, points), zeros(functions, functions)
     rows = [
         [
             W.P * moment(weight, 0),
@@ -177,8 +177,8 @@ def _on_squares(W: Form, functions: int, weight: Mapping[int, int], degree: int,
     ]
     for a in local:
         at_s = [weighted(W.S.__getitem__, a + c) for c in local]
-        rows += [[below_, *at_s, *[weighted(partial(kernel, b), a + c) for c, b in powers]]]
+        rows += [[under, *at_s, *[weighted(partial(kernel, b), a + c) for c, b in powers]]]
     for a, b in powers:
-        rows += [[below_, *[beside for _ in local], *[W.R[b, d] * moment(weight, a + c) for c, d in powers]]]
+        rows += [[under, *[beside for _ in local], *[W.R[b, d] * moment(weight, a + c) for c, d in powers]]]
     half = block(rows)
     return (half + half.transpose()) / 2

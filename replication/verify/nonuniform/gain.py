@@ -135,10 +135,10 @@ class _Inequality:
         spend((len(transitions) + 5) * (self.kept.nrows() + self.kept.ncols()) ** 3 * BALL, "the storage inequality")
         start, stop = (system.seconds(system.along(*self.case.ends, share)) for share in (a, b))
         less = system.bend(self.plant, start, stop - start)
-        steps = [(system.step_at(self.plant, h), h) for h in (start, stop)]
+        ends = [(system.step_at(self.plant, h), h) for h in (start, stop)]
         corners = [
             (self.case.filter.steps(self.plant, step), h)
-            for step, h in [*steps, *((step - less, h) for step, h in steps)]
+            for step, h in [*ends, *((step - less, h) for step, h in ends)]
         ]
         return [pair for pair in transitions if not all(self.holds(pair, steps, h) for steps, h in corners)]
 
