@@ -17,7 +17,7 @@ from replication.verify.theorem import require
 
 
 def require_form(values: Mapping[str, Any], place: tuple[str, str] | None) -> None:
-    """Refuse a certificate that has another format, no proper names, or not the paper and the name of its place."""
+    """Refuse another format, what are no names, other sides of a bound, and a paper or name that its place has not."""
     require(values["format"] == FORMAT, f"the format is {values['format']!r:.40}, not {FORMAT}")
     name = name_of(values["name"], "name")
     if isinstance(values["plant"], dict) and values["plant"].get("name", "") != "":
@@ -27,6 +27,8 @@ def require_form(values: Mapping[str, Any], place: tuple[str, str] | None) -> No
             same([values["paper"], name], list(place)),
             f"where it lies there must be the theorem {place[1]!r:.90} of the paper {place[0]!r:.90}",
         )
+    sides = values["bound"]
+    require(isinstance(sides, dict) and set(sides) <= {"lower", "upper"}, "bound must hold lower, upper, or nothing")
     if values["paper"] is None:
         require(values["claims"] == [], "a certificate that belongs to no paper supports no claims")
     else:

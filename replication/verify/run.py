@@ -72,7 +72,7 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
     """
     values = dict(zip(FIELDS, fields(certificate, "certificate", *FIELDS), strict=True))
     require_form(values, place)
-    stated = {side: rational(number, f"bound.{side}") for side, number in sides(values["bound"]).items()}
+    stated = {side: rational(number, f"bound.{side}") for side, number in values["bound"].items()}
     if values["paper"] is not None:
         for field, wanted in subject(values["paper"], values["name"], root).items():
             require(same(values[field], wanted), f"{field} is not that of the wanted theorem {values['name']}")
@@ -93,12 +93,6 @@ def own_statement(name: str, paper: str | None, root: Path) -> Statement:
     found = [one for one in declared if one.name == name]
     require(found != [], f"there is no statement {name!r:.60}")
     return found[0]
-
-
-def sides(bound: Any) -> dict[str, Any]:
-    """The sides that a certificate bounds."""
-    require(isinstance(bound, dict) and set(bound) <= {"lower", "upper"}, "bound must hold lower, upper, or nothing")
-    return dict(bound)
 
 
 def committed(root: Path = ROOT) -> list[Path]:

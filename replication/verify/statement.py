@@ -150,8 +150,7 @@ def collected(*families: ModuleType) -> dict[str, Statement]:
 
 def _subject(certificate: Mapping[str, Any]) -> str:
     """The plant in words: the name is that of the paper's data, and is not taken from a certificate of one's own."""
-    plant = certificate["plant"]
-    named = certificate.get("paper") is not None and isinstance(plant, Mapping) and plant.get("name")
+    named = certificate.get("paper") is not None and certificate["plant"].get("name")
     return f"the plant {named}" if named else "this plant"
 
 

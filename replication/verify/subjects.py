@@ -54,10 +54,9 @@ class Unproved:
 
 def folder_of(root: Path) -> Path:
     """Where the papers of the project at `root` lie, by its configuration; in `papers` if that does not say."""
-    path = root / "replication.toml"
-    settings = tables(path, parse_float=float)
-    name = text(settings.get("papers", "papers"), f"{path.name}: papers")
-    require(name.isidentifier() and name.isascii(), f"{path.name}: papers must be a name of Python, got {name}")
+    settings = tables(root / "replication.toml", parse_float=float)
+    name = text(settings.get("papers", "papers"), "replication.toml: papers")
+    require(name.isidentifier() and name.isascii(), f"replication.toml: papers must be a name of Python, got {name}")
     return root / name
 
 
