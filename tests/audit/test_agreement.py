@@ -164,6 +164,11 @@ def test_bracket_of_a_matrix_differs_if_any_entry_does() -> None:
     assert inside.reason.startswith("All 4 entries agree: ")
 
 
+def test_the_reason_names_the_entry_that_is_farthest_away() -> None:
+    assert "entry 2: computed 2.5" in judge(value_case("(1.0, 2.0)", (1.1, 2.5))).reason
+    assert "entry 1: computed 1.5" in judge(value_case("(1.0, 2.0)", (1.5, 2.1))).reason
+
+
 def test_bracket_of_a_pair_is_folded_to_sizes() -> None:
     within = value_case("1.0±0.2i", (1.0, -0.2), (1.0, -0.21), (1.0, -0.19))
     assert judge(within).verdict is Verdict.REPRODUCED
@@ -171,6 +176,8 @@ def test_bracket_of_a_pair_is_folded_to_sizes() -> None:
     assert judge(across).verdict is Verdict.UNDETERMINED
     assert judge(value_case("1.0±0.2i", (1.0, -0.3), None, (1.0, -0.24))).verdict is Verdict.UNDETERMINED
     assert judge(value_case("1.0±0.2i", (1.0, -0.3), None, (1.0, -0.26))).verdict is Verdict.DIFFERS
+    assert judge(value_case("1.0±0.2i", (1.0, 0.3), (1.0, 0.26), None)).verdict is Verdict.DIFFERS
+    assert judge(value_case("1.0±0.2i", (1.0, 0.3), (1.0, 0.24), None)).verdict is Verdict.UNDETERMINED
 
 
 @given(st.floats(1.2, 1.5), st.floats(0, 0.2), st.floats(0, 0.2), st.floats(0, 1), st.floats(0, 1))
@@ -190,6 +197,8 @@ def test_a_narrower_bracket_never_contradicts_a_wider_one(
         ("≤1", 1.0, None, None, Verdict.REPRODUCED),
         (">1", 1.0, None, None, Verdict.DIFFERS),
         ("≥1", 1.0, None, None, Verdict.REPRODUCED),
+        ("≥1", 1.5, None, None, Verdict.REPRODUCED),
+        ("≥1", 0.5, None, None, Verdict.DIFFERS),
         ("<0.5", 0.25, None, 0.4, Verdict.REPRODUCED),
         ("<0.5", 0.25, 0.2, None, Verdict.UNDETERMINED),
         ("<0.5", 0.25, 0.2, 0.5, Verdict.UNDETERMINED),
