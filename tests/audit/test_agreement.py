@@ -164,6 +164,12 @@ def test_bracket_of_a_matrix_differs_if_any_entry_does() -> None:
     assert inside.reason.startswith("All 4 entries agree: ")
 
 
+@pytest.mark.parametrize("value", [True, "1", (1.0,)])
+def test_what_is_no_number_in_the_layout_of_the_print_is_an_error(value: Any) -> None:
+    assert judge(value_case("1", 1)).verdict is Verdict.REPRODUCED
+    assert judge(value_case("1", value)).verdict is Verdict.ERROR
+
+
 def test_the_reason_names_the_entry_that_is_farthest_away() -> None:
     assert "entry 2: computed 2.5" in judge(value_case("(1.0, 2.0)", (1.1, 2.5))).reason
     assert "entry 1: computed 1.5" in judge(value_case("(1.0, 2.0)", (1.5, 2.1))).reason

@@ -287,6 +287,7 @@ SMALL, LARGE = term("gain", "toy", N=1), term("gain", "toy", N=2)
         ("is not", "1", True, True),
         ("is", "1", True, False),
         ("is", "2", False, None),
+        ("is not", "2", False, None),
     ],
 )
 def test_the_order_of_two_terms_follows_from_their_brackets(
@@ -297,6 +298,12 @@ def test_the_order_of_two_terms_follows_from_their_brackets(
     evidence = Evidence(method="m", holds=holds is not False)
     assert joined_with(Kind.ORDER, evidence, both, said) == (evidence, proved)
     assert joined_with(Kind.ORDER, evidence, both[:1], said) == (evidence, False)
+
+
+def test_theorems_that_contradict_each_other_are_an_error() -> None:
+    both = [certificate(holds=holds) for holds in (True, False)]
+    with pytest.raises(AuditError, match="contradict each other"):
+        joined_with(Kind.FEASIBLE, Evidence(method="m", holds=True), both)
 
 
 def test_every_part_of_a_claim_must_be_said_and_one_false_part_refutes_it() -> None:

@@ -12,6 +12,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import html5lib
@@ -21,7 +22,7 @@ from looking import evidence
 from msgspec.structs import replace
 from sample import HOSTILE, KEY, build, claims, hostile_results, results
 
-from replication.audit.inspect.headline import caveats, sentence
+from replication.audit.inspect.headline import caveats, sentence, theorems
 from replication.audit.judge import numerals
 from replication.audit.judge.numerals import BEYOND, CROWDED
 from replication.audit.judge.policies import once
@@ -291,6 +292,21 @@ def test_sentence_counts_what_is_there() -> None:
         sentence(one) == "Of 1 claim, 1 agrees with the print (1 in printed digits). Every verdict is the expected one."
     )
     assert sentence([]) == "There is no claim to judge."
+
+
+@pytest.mark.parametrize(
+    ("proved", "supported", "words"),
+    [
+        (0, 0, ""),
+        (1, 0, "1 claim proved: a theorem says the claim."),
+        (2, 1, "2 claims proved: a theorem says the claim; 1 more supported by theorems."),
+        (0, 1, "0 claims proved: a theorem says the claim; 1 more supported by theorems."),
+    ],
+)
+def test_theorems_are_counted_in_words(proved: int, supported: int, words: str) -> None:
+    judged = [{"proved": True}] * proved + [{"supported": "It says less."}] * supported + [{}]
+    records = [SimpleNamespace(judgement=SimpleNamespace(**({"proved": False, "supported": ""} | one))) for one in judged]
+    assert theorems(records) == words  # type: ignore[arg-type]
 
 
 def test_sentence_tells_agreement_of_digits_from_statements_and_draws(made: ResultsFile) -> None:
