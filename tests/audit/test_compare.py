@@ -98,7 +98,13 @@ def test_render_tells_verdicts_numbers_and_causes() -> None:
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
-    [(-2.0, -1.0, "+5.00e-01 relative"), (0.0, 1.0, ""), (1, 2, ""), (1.0, (2.0,), ""), (1.0, 1.0, "+0.00e+00 relative")],
+    [
+        (-2.0, -1.0, "+5.00e-01 relative"),
+        (0.0, 1.0, ""),
+        (1, 2, ""),
+        (1.0, (2.0,), ""),
+        (1.0, 1.0, "+0.00e+00 relative"),
+    ],
 )
 def test_only_a_number_that_was_not_zero_moves_relative_to_its_size(old: Any, new: Any, words: str) -> None:
     assert moved(FieldChange(field="value", old=old, new=new)) == words

@@ -12,8 +12,8 @@ from sample import claim
 from replication.audit.judge.agreement import Target
 from replication.audit.model import Evidence, Kind, Verdict
 from replication.audit.parts import Table
-from replication.audit.report.claim import targets, views
 from replication.audit.report import entries as shown
+from replication.audit.report.claim import targets, views
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.report.tables import named, table_view
 from replication.audit.report.templates import CLAIM_CELL

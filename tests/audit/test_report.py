@@ -305,7 +305,9 @@ def test_sentence_counts_what_is_there() -> None:
 )
 def test_theorems_are_counted_in_words(proved: int, supported: int, words: str) -> None:
     judged = [{"proved": True}] * proved + [{"supported": "It says less."}] * supported + [{}]
-    records = [SimpleNamespace(judgement=SimpleNamespace(**({"proved": False, "supported": ""} | one))) for one in judged]
+    records = [
+        SimpleNamespace(judgement=SimpleNamespace(**({"proved": False, "supported": ""} | one))) for one in judged
+    ]
     assert theorems(records) == words  # type: ignore[arg-type]
 
 
@@ -505,6 +507,21 @@ def test_figures_must_be_those_of_the_results(made: ResultsFile, tmp_path: Path)
     with pytest.raises(AuditError, match="not the data of these results"):
         build_report(made, tmp_path, tmp_path / "index.html")
     assert not (tmp_path / "index.html").exists()
+
+
+def test_results_with_claims_of_a_paper_that_they_do_not_hold_give_no_page(made: ResultsFile, tmp_path: Path) -> None:
+    (first, *_) = made.claims
+    foreign = replace(first, claim=replace(first.claim, id="stranger.value"))
+    with pytest.raises(AuditError, match=r"papers \(\['stranger'\]\)"):
+        build_report(replace(made, claims=(*made.claims, foreign)), tmp_path, tmp_path / "index.html")
+
+
+@pytest.mark.parametrize(
+    ("authors", "who"),
+    [(("A. Doe",), "Doe"), (("A. Doe", "B. Roe"), "Doe and Roe"), (("A. Doe", "B. Roe", "C. Poe"), "Doe et al.")],
+)
+def test_two_authors_are_both_named(made: ResultsFile, authors: tuple[str, ...], who: str) -> None:
+    assert replace(made.papers[0], authors=authors, year=1999).cited == f"{who} (1999)"
 
 
 def test_a_page_is_made_again_only_if_it_or_what_it_was_made_from_has_changed(tmp_path: Path) -> None:

@@ -15,8 +15,8 @@ from replication.estimation import multirate
 from replication.estimation.linear.norms import hinf_norm, l2_gain
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.multirate import MultiratePlant, losses
-from replication.estimation.multirate.losses.automaton import Automaton, along, automaton, closed_loop
 from replication.estimation.multirate.kalman import kalman_design
+from replication.estimation.multirate.losses.automaton import Automaton, along, automaton, closed_loop
 from replication.estimation.multirate.losses.mean import mean_square, mean_square_gains
 from replication.estimation.multirate.losses.storage import Walks, least_level, proved_level
 from replication.estimation.multirate.problem import MultirateProblem
