@@ -33,8 +33,8 @@ test: lint ## all checks: lint, types, every test
 test-fast: $(STAMP) ## the tests that take no more than a few seconds and need no browser
 	$(BIN)/python -m pytest -m "not slow and not browser"
 
-mutants: $(STAMP) ## every small change of the verifier, of which `make test` tries some (about half an hour)
-	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py --numprocesses=auto
+mutants: $(STAMP) ## every small change of the verifier, and a sceptic's of library and audit engine (about half an hour)
+	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py tests/sceptic --numprocesses=auto
 
 mutants-both: $(STAMP) ## every small change of either verifier, told by the other (hours)
 	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py

@@ -180,6 +180,7 @@ def test_a_claim_rests_on_the_reading_of_its_part_unless_it_names_its_own() -> N
 @pytest.mark.parametrize(
     ("told", "function", "message"),
     [
+        ({"printed": 1.14, "place": "p"}, answer, r"claim 'a\.b' prints 1\.14; write a string"),
         ({"printed": "1.14"}, answer, r"claim 'a\.b' has no place; give place="),
         ({"printed": PrintedValue("1.14")}, answer, r"claim 'a\.b' has no place"),
         ({"printed": PRINTED}, partial(level, "motor"), r"claim 'a\.b' has no statement; give statement="),

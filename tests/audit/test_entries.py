@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from unittest import mock
 
 import pytest
 from msgspec.structs import replace
@@ -11,6 +12,7 @@ from sample import claim
 from replication.audit.judge.agreement import Target
 from replication.audit.model import Evidence, Kind, Verdict
 from replication.audit.parts import Table
+from replication.audit.report import entries as shown
 from replication.audit.report.claim import targets, views
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.report.tables import named, table_view
@@ -83,6 +85,16 @@ def test_the_ladder_sets_bounds_below_the_print_in_all_digits() -> None:
         ("Upper bound", 0, "1.", "2"),
     )
     assert entry.interval == (Fraction("1.135"), Fraction("1.145"))
+
+
+def test_a_row_of_several_numbers_has_the_narrowest_band() -> None:
+    evidence = Evidence(method="Evaluated directly", value=(1.0, 2.0))
+    wide = {"tolerance": "0.2", "tolerance_reason": "a test"}
+    record = claim("case", Kind.VALUE, Verdict.REPRODUCED, "(1.0, 2.00)", evidence, **wide)
+    with mock.patch.object(shown, "strip") as drawn:
+        seen(record)
+    (_, band), _ = drawn.call_args
+    assert (band.low, band.high) == (-2.0, 2.0)
 
 
 def judged(record: ClaimRecord, verdict: Verdict) -> ClaimRecord:

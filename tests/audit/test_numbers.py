@@ -74,6 +74,7 @@ def test_two_methods_that_differ_in_print_are_an_error(tmp_path: Path) -> None:
     [
         ({"model": {"rates": {"quick": 1.0}}}, "in model.rates there is quick"),
         ({"model": {"rates": {"slow": "much"}}}, "'much', which is no number"),
+        ({"model": {"rates": {"slow": True}}}, "True, which is no number"),
         ({"model": 3.0}, "in model there is only 3.0"),
     ],
 )

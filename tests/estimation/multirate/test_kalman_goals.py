@@ -200,3 +200,11 @@ def test_the_balance_is_found_from_the_ends_alone() -> None:
     found = balanced(problem, optimum(problem))
     assert np.isfinite(found.level)
     assert problem.error_system(found.gains).spectral_radius() < 1
+
+
+def test_the_frequencies_of_a_gain_end_at_half_a_turn_over_the_period() -> None:
+    result = design()
+    (panel,) = result.panels()
+    period = result.problem.plant.dt * result.problem.schedule.period
+    assert result.problem.schedule.period == 4 and panel.x[0] == 0.0
+    assert panel.x[-1] == pytest.approx(np.pi / period, rel=EQUAL)
