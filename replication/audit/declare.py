@@ -9,7 +9,7 @@ All that the modules of a paper are written with can be imported from here.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial, partialmethod
 from typing import Any, TypeVar
@@ -18,6 +18,7 @@ import msgspec
 
 from replication.audit.brief import Consequence
 from replication.audit.data import PrintedValue
+from replication.audit.judge.printed import parse
 from replication.audit.model import Claim, Experiment, Kind, Verdict
 from replication.audit.model import Erratum as Erratum
 from replication.audit.model import Evidence as Evidence
@@ -199,7 +200,7 @@ def paper(
 ) -> Paper:
     """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, formulas, and the like.
 
-    Raises AuditError for a name that has the key in front already.
+    Raises AuditError for a name that has the key in front already, and for an erratum of a number that nothing prints.
     """
 
     def one(name: str, link: str = ".") -> str:
@@ -219,7 +220,8 @@ def paper(
     def moved(results: Results) -> tuple[Sensitivity, ...]:
         return tuple(msgspec.structs.replace(row, claim=one(row.claim)) for row in sensitivity(results))
 
-    parts = tuple(parts)
+    parts, errata = tuple(parts), tuple(errata)
+    _require_printed(errata, {claim.printed for part in parts for claim in part.claims})
     return Paper(
         key=key,
         claims=tuple(
@@ -267,6 +269,24 @@ def paper(
         common=own(common),
         **about,
     )
+
+
+def _require_printed(errata: Iterable[Erratum], prints: Container[str]) -> None:
+    """Raise AuditError for an erratum of a number that was typed beside the printed ones, where it can differ."""
+    for erratum in errata:
+        typed = not isinstance(erratum.printed, PrintedValue) and erratum.printed not in prints
+        if typed and _is_number(erratum.printed):
+            raise AuditError(
+                f"erratum {erratum.id!r} ({erratum.place}) has {erratum.printed!r} as printed, which no claim prints; "
+                "look into the text, and take the number from DATA, the entries of printed.toml"
+            )
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return bool(parse(text))
+    except AuditError:
+        return False
 
 
 class _Own:

@@ -85,14 +85,19 @@ def _declare(part: Part, name: str, declared: Declared, keys: tuple[str, ...], p
 
     found = parse(printed)
     kind = Kind.BOUND if found.relation else Kind.MATRIX if found.shape else Kind.VALUE
-    answer = partial(_answer, where, str(printed), filled(declared.result), declared.method, filled(declared.check))
+    result, check = filled(declared.result), filled(declared.check)
+    if check == result:
+        raise AuditError(
+            f"{where}: check is {check!r}, the result itself; give the same number by another method, or leave it out"
+        )
+    answer = partial(_answer, where, str(printed), result, declared.method, check)
     part.claim(
         kind,
         filled(declared.id) or ".".join([name.replace("_", "-"), *keys]),
         printed,
         statement=filled(declared.statement),
         pinned=declared.pinned or ("reproduced after erratum" if declared.meant else ""),
-        uses=dict.fromkeys(path.partition(".")[0] for path in (answer.args[2], answer.args[4]) if path),
+        uses=dict.fromkeys(path.partition(".")[0] for path in (result, check) if path),
         erratum=declared.erratum,
         meant=declared.meant,
         reading=declared.reading,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -244,3 +245,13 @@ def test_evidence_of_a_margin_and_of_a_residual() -> None:
         evidence = below(residual, 1.0, "rounding", method="counted", note="n")
         assert (evidence.holds, evidence.margin, evidence.threshold) == (holds, 1.0 - residual, 1.0)
         assert (evidence.threshold_reason, evidence.note) == ("rounding", "n")
+
+
+@pytest.mark.parametrize(("printed", "fits"), [("1.41", False), (PRINTED, True), ("1.14", True), ("eq. (2)", True)])
+def test_a_number_of_an_erratum_is_one_that_is_printed(printed: str, fits: bool) -> None:
+    table = Part("Table 1", reading="none")
+    table.value("n21", PRINTED, statement="A gain.")(answer)
+    slip = Erratum(id="slip", place="p. 2", printed=printed, meant="b", prove=proof)
+    told = nullcontext() if fits else pytest.raises(AuditError, match=r"'slip' .p. 2. has '1.41' as printed, which no")
+    with told:
+        paper(**ABOUT, parts=[table], experiments=[], errata=[slip])

@@ -88,3 +88,11 @@ def test_a_way_that_ends_is_told_with_what_is_there(tmp_path: Path, results: dic
 def test_a_field_that_does_not_do_names_file_and_entry(tmp_path: Path, more: str, said: str) -> None:
     with pytest.raises(AuditError, match=rf"printed.toml: \[rate.claim\]: .*{said}"):
         numbers(written(tmp_path, more=more))
+
+
+def test_the_result_is_no_second_method_for_itself(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("closed.{key}.0", "model.rates.{key}"), encoding="utf-8")
+    with pytest.raises(AuditError, match=r"\[rate.claim\]: check is 'model.rates.slow', the result itself; .*or leave"):
+        numbers(path)
