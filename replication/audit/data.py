@@ -14,6 +14,7 @@ lead to an entry. The verifier reads the same file by itself.
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from decimal import Decimal
@@ -57,6 +58,17 @@ def read_tables(path: Path) -> Mapping[str, Any]:
         raise AuditError(f"{path} cannot be read: {error.strerror}") from None
     except (ValueError, ArithmeticError) as error:
         raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
+
+
+def line_of(path: Path, table: str) -> int:
+    """The line of a TOML file at which a table begins, `name.claim` for one inside another; else that of the other."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for name in (table, table.partition(".")[0]):
+        parts = r"\s*\.\s*".join(rf"[\"']?{re.escape(part)}[\"']?" for part in name.split("."))
+        for number, line in enumerate(lines, 1):
+            if re.match(rf"\s*\[\s*{parts}\s*\]", line):
+                return number
+    return 1
 
 
 def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -157,7 +157,16 @@ class Part:
 
     def cited(self, name: str, printed: str = "", *, reason: str, **told: Any) -> None:
         """Declare a claim that cannot be settled from the text, with the reason."""
-        self.claim(Kind.CITED, name, printed, **told)(partial(_not_checkable, reason))
+        frame = inspect.currentframe()
+        caller = frame.f_back if frame else None
+        place = (caller.f_code.co_filename, caller.f_lineno) if caller else None
+        self.claim(Kind.CITED, name, printed, **told)(declared(place, partial(_not_checkable, reason)))
+
+
+def declared(place: tuple[str, int] | None, answer: partial[Evidence]) -> partial[Evidence]:
+    """An answer that serves several claims, with file and line where this one of them is declared."""
+    answer.declared = place  # type: ignore[attr-defined]
+    return answer
 
 
 def _not_checkable(reason: str, results: Results) -> Evidence:
@@ -238,12 +247,12 @@ def paper(
         ),
         scope=tuple(
             ScopeItem(
-                part=part.title,
-                claims=full([*(claim.id for claim in part.claims), *part.also]),
-                figures=tuple(one(name, "-") for name in part.figures),
-                reason=part.reason,
+                part=title,
+                claims=full(name for part in same for name in (*(claim.id for claim in part.claims), *part.also)),
+                figures=tuple(one(name, "-") for part in same for name in part.figures),
+                reason=" ".join(part.reason for part in same if part.reason),
             )
-            for part in parts
+            for title, same in _by_title(parts).items()
         ),
         experiments=tuple(replace(entry, name=one(entry.name)) for entry in experiments),
         errata=tuple(
@@ -269,6 +278,14 @@ def paper(
         common=own(common),
         **about,
     )
+
+
+def _by_title(parts: Iterable[Part]) -> dict[str, list[Part]]:
+    """The parts of each title: what code and what the printed data declare on one section is one item of the scope."""
+    found: dict[str, list[Part]] = {}
+    for part in parts:
+        found.setdefault(part.title, []).append(part)
+    return found
 
 
 def _require_printed(errata: Iterable[Erratum], prints: Container[str]) -> None:

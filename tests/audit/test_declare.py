@@ -102,6 +102,14 @@ def test_the_scope_is_the_parts_in_their_order() -> None:
     ]
 
 
+def test_a_section_that_two_parts_declare_is_one_item_of_the_scope() -> None:
+    first, again = (Part("Sec. 1", reading="none", figures=figures) for figures in ((), "levels"))
+    for part, name in ((first, "a"), (again, "b")):
+        part.value(name, PRINTED)(answer)
+    (item,) = paper(**ABOUT, parts=[first, again], experiments=[]).scope
+    assert (item.part, item.claims, item.figures) == ("Sec. 1", ("toy.a", "toy.b"), ("toy-levels",))
+
+
 def test_functions_see_the_results_of_their_paper_under_short_names() -> None:
     made = sample()
     assert [claim.answer(RESULTS).value for claim in made.claims] == [2.0, 2.0, None]
