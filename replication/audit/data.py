@@ -16,8 +16,9 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from decimal import Decimal
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,15 +28,16 @@ FIELDS = ("place", "value", "unit", "note", "claim")
 
 
 class PrintedValue(str):
-    """The string that stands in a paper, whose digits are its tolerance; with its place and unit."""
+    """The string that stands in a paper, whose digits are its tolerance; with its place, its unit and a note on it."""
 
     place: str
     unit: str
+    note: str
 
-    def __new__(cls, text: str, place: str = "", unit: str = "") -> PrintedValue:
+    def __new__(cls, text: str, place: str = "", unit: str = "", note: str = "") -> PrintedValue:
         """The text itself, as a string, with where it stands."""
         made = super().__new__(cls, text)
-        made.place, made.unit = place, unit
+        made.place, made.unit, made.note = place, unit, note
         return made
 
 
@@ -87,20 +89,21 @@ def _entry(where: str, table: Any) -> Any:
             raise AuditError(f"{where}: {name} must be a string, got {table[name]!r}")
     if not table["place"].strip():
         raise AuditError(f"{where}: the place is empty; say where in the text this is printed")
-    return _value(where, table["value"], table["place"], table.get("unit", ""), ())
+    made = partial(PrintedValue, unit=table.get("unit", ""), note=table.get("note", ""))
+    return _value(where, table["value"], table["place"], made, ())
 
 
-def _value(where: str, value: Any, place: str, unit: str, keys: tuple[str, ...]) -> Any:
+def _value(where: str, value: Any, place: str, made: Callable[..., PrintedValue], keys: tuple[str, ...]) -> Any:
     if isinstance(value, str):
         if not value:
             raise AuditError(f"{where} holds an empty string; give what stands in the paper")
-        return PrintedValue(value, place.replace("{key}", ", ".join(keys)), unit)
+        return made(value, place.replace("{key}", ", ".join(keys)))
     if isinstance(value, dict | list) and not value:
         raise AuditError(f"{where} holds nothing; give what stands in the paper")
     if isinstance(value, dict):
-        return {key: _value(f"{where} {key}", entry, place, unit, (*keys, key)) for key, entry in value.items()}
+        return {key: _value(f"{where} {key}", entry, place, made, (*keys, key)) for key, entry in value.items()}
     if isinstance(value, list):
-        return [_value(f"{where} {i}", entry, place, unit, (*keys, str(i))) for i, entry in enumerate(value, 1)]
+        return [_value(f"{where} {i}", entry, place, made, (*keys, str(i))) for i, entry in enumerate(value, 1)]
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     raise AuditError(f"{where} is {value}; write a printed number as a string, since its digits are its tolerance")

@@ -142,6 +142,8 @@ class Part:
                     repeats=repeats,
                     consequence=Consequence(consequence) if consequence else None,
                     says=_said(kind, str(printed), reading or self.reading, says),
+                    unit=getattr(printed, "unit", ""),
+                    remark=getattr(printed, "note", ""),
                 )
             )
             return answer

@@ -85,6 +85,24 @@ def test_the_ladder_sets_bounds_below_the_print_in_all_digits() -> None:
     assert entry.interval == (Fraction("1.135"), Fraction("1.145"))
 
 
+@pytest.mark.parametrize(
+    ("printed", "value", "literal"),
+    [
+        ("2,393", 2392.75, "2,393"),
+        ("7.6×10⁵", 764510.2, "7.6×10⁵"),
+        ("48.3(6)", 48.31, "48.3(6)"),
+        ("78.7 %", 78.73, "78.7 %"),
+        ("-1.5", -1.49, ""),
+        ("1.33", 1.32871, ""),
+    ],
+)
+def test_a_print_of_more_than_digits_is_shown_as_it_stands(printed: str, value: float, literal: str) -> None:
+    (entry,) = entries(printed, value)
+    assert entry.literal == literal
+    assert entry.ladder[0][0] == ("In digits" if literal else "Printed")
+    assert not literal or entry.pads == (0, 0)
+
+
 def judged(record: ClaimRecord, verdict: Verdict) -> ClaimRecord:
     return replace(record, judgement=replace(record.judgement, verdict=verdict))
 
