@@ -22,8 +22,8 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.data import printed_values, read_tables
-from replication.audit.declare import Part
+from replication.audit.data import line_of, printed_values, read_tables
+from replication.audit.declare import Part, declared
 from replication.audit.judge.printed import parse
 from replication.audit.model import NO_READING, Evidence, Kind, Results
 from replication.errors import AuditError
@@ -56,15 +56,16 @@ def numbers(file: str | Path) -> tuple[Part, ...]:
     parts: dict[str, Part] = {}
     for name, table in tables.items():
         if "claim" in table:
-            where = f"{path}: [{name}.claim]"
+            line = line_of(path, f"{name}.claim")
+            where = f"{path}:{line}: [{name}.claim]"
             try:
-                declared = msgspec.convert(table["claim"], Declared)
+                claim = msgspec.convert(table["claim"], Declared)
             except msgspec.ValidationError as error:
                 raise AuditError(f"{where}: {error}; correct it") from None
-            title = declared.part or table["place"].partition(",")[0]
+            title = claim.part or table["place"].partition(",")[0]
             part = parts.setdefault(title, Part(title))
             for keys, printed in _entries(data[name], ()):
-                _declare(part, name, declared, keys, printed, where)
+                _declare(part, name, claim, keys, printed, where, (str(path), line))
     return tuple(parts.values())
 
 
@@ -76,7 +77,9 @@ def _entries(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...
         yield from _entries(entry, (*keys, str(key)))
 
 
-def _declare(part: Part, name: str, declared: Declared, keys: tuple[str, ...], printed: str, where: str) -> None:
+def _declare(
+    part: Part, name: str, claim: Declared, keys: tuple[str, ...], printed: str, where: str, place: tuple[str, int]
+) -> None:
     if not isinstance(printed, str):
         raise AuditError(f"{where}: a claim is on a printed number, and {printed!r} is none; write it as a string")
 
@@ -85,18 +88,23 @@ def _declare(part: Part, name: str, declared: Declared, keys: tuple[str, ...], p
 
     found = parse(printed)
     kind = Kind.BOUND if found.relation else Kind.MATRIX if found.shape else Kind.VALUE
-    answer = partial(_answer, where, str(printed), filled(declared.result), declared.method, filled(declared.check))
+    result, check = filled(claim.result), filled(claim.check)
+    if check == result:
+        raise AuditError(
+            f"{where}: check is {check!r}, the result itself; give the same number by another method, or leave it out"
+        )
+    answer = partial(_answer, where, str(printed), result, claim.method, check)
     part.claim(
         kind,
-        filled(declared.id) or ".".join([name.replace("_", "-"), *keys]),
+        filled(claim.id) or ".".join([name.replace("_", "-"), *keys]),
         printed,
-        statement=filled(declared.statement),
-        pinned=declared.pinned or ("reproduced after erratum" if declared.meant else ""),
-        uses=dict.fromkeys(path.partition(".")[0] for path in (answer.args[2], answer.args[4]) if path),
-        erratum=declared.erratum,
-        meant=declared.meant,
-        reading=declared.reading,
-    )(answer)
+        statement=filled(claim.statement),
+        pinned=claim.pinned or ("reproduced after erratum" if claim.meant else ""),
+        uses=dict.fromkeys(path.partition(".")[0] for path in (result, check) if path),
+        erratum=claim.erratum,
+        meant=claim.meant,
+        reading=claim.reading,
+    )(declared(place, answer))
 
 
 def _answer(where: str, printed: str, result: str, method: str, check: str, results: Results) -> Evidence:

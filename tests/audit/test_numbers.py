@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from replication.audit.declare import Part
 from replication.audit.model import Kind, Verdict
 from replication.audit.numbers import numbers
+from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 
 FILE = """
@@ -87,5 +89,30 @@ def test_a_way_that_ends_is_told_with_what_is_there(tmp_path: Path, results: dic
     ("more", "said"), [("colour = 1", "unknown field `colour`"), ("meant = 3", r"Expected `str`, got `int`")]
 )
 def test_a_field_that_does_not_do_names_file_and_entry(tmp_path: Path, more: str, said: str) -> None:
-    with pytest.raises(AuditError, match=rf"printed.toml: \[rate.claim\]: .*{said}"):
+    with pytest.raises(AuditError, match=rf"printed.toml:5: \[rate.claim\]: .*{said}"):
         numbers(written(tmp_path, more=more))
+
+
+def test_the_result_is_no_second_method_for_itself(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("closed.{key}.0", "model.rates.{key}"), encoding="utf-8")
+    with pytest.raises(AuditError, match=r"\[rate.claim\]: check is 'model.rates.slow', the result itself; .*or leave"):
+        numbers(path)
+
+
+def test_code_is_the_line_of_the_declaration(tmp_path: Path) -> None:
+    path = written(tmp_path, more='[other]\nplace = "Sec. 2"\nvalue = "1"')
+    tree = SourceTree({"papers": tmp_path})
+    parts = numbers(path)
+    assert [tree.location(claim.answer) for part in parts for claim in part.claims] == [
+        "papers/printed.toml:5",
+        "papers/printed.toml:5",
+        "papers/printed.toml:16",
+    ]
+    here = Part("Sec. 1", reading="none")
+    here.cited("time", "3", place="Sec. 1", statement="Seconds.", reason="Of that computer.")
+    assert path.read_text(encoding="utf-8").splitlines()[15] == "[size.claim]"
+    found = SourceTree({"tests": Path(__file__).parent}).location(here.claims[0].answer)
+    line = int(found.removeprefix("tests/test_numbers.py:"))
+    assert "here.cited" in Path(__file__).read_text(encoding="utf-8").splitlines()[line - 1]

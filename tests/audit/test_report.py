@@ -382,6 +382,15 @@ def test_a_claim_shows_its_reading_and_the_outcome_under_each(
     assert "both-noises (an inference)" in listed
 
 
+def test_unit_and_note_of_a_print_stand_in_its_evidence(made: ResultsFile) -> None:
+    first, *rest = made.claims
+    noted = altered(first, unit="kJ/mol", remark="smudged in the scan", printed="1.3(1)")
+    page = render(replace(made, claims=(noted, *rest), figures=()), Path())
+    text = text_of(html5lib.parse(evidence(page)[anchor("claim", first.id)]))
+    assert "Printed1.3(1) kJ/mol" in text.replace("\n", "")
+    assert text.count("kJ/mol") == 5 and "smudged in the scan" in text
+
+
 def test_a_repeat_is_linked_and_counted_once_and_a_range_over_inputs_is_shown(made: ResultsFile) -> None:
     first, second, *_ = made.claims
     over = OverInputs(lower=1.0, upper=2.0, how=How.SEARCH)

@@ -101,8 +101,14 @@ class SourceTree:
         return ""
 
     def location(self, function: Callable[..., Any]) -> str:
-        """`file:line` where a function, method, partial or callable object is defined; empty if outside the project."""
+        """`file:line` where a function, method, partial or callable object is defined; empty if outside the project.
+
+        One that serves several claims says where each is declared by its attribute `declared`, a path and a line.
+        """
         while isinstance(function, functools.partial) or hasattr(function, "__wrapped__"):
+            if declared := getattr(function, "declared", None):
+                label = self.label(Path(declared[0]).resolve())
+                return f"{label}:{declared[1]}" if label else ""
             function = function.func if isinstance(function, functools.partial) else function.__wrapped__
         code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
         if code is None:
