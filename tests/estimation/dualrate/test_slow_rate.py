@@ -291,7 +291,7 @@ def test_the_limit_is_that_of_parrott_at_every_frequency() -> None:
 
 
 def test_the_errors_of_a_simulation_are_state_minus_estimate() -> None:
-    x, guess = [1.0, -0.5], [0.25, 0.5]
+    x, guess = [1.0, -0.5, 0.25], [0.25, 0.5, -1.0]
     right = dualrate.simulate(designed(), x, slow_periods=2, estimate=x)
     assert np.abs(right.signals["estimation error"]).max() < SAME
     wrong = dualrate.simulate(designed(), x, slow_periods=2, estimate=guess)

@@ -89,7 +89,10 @@ def test_the_curve_prints_and_plots_itself() -> None:
     curve = design().tradeoff(3)
     assert "infinite" in str(curve)
     assert curve.to_dict()["level"][-1] is None
-    assert draw(curve.panels()) is not None
+    (panel,) = curve.panels()
+    assert draw((panel,)) is not None
+    for shown, measure in ((panel.x, curve.gain), (next(iter(panel.lines.values())), curve.rms)):
+        np.testing.assert_allclose((1 + np.asarray(shown) / 100) * measure.min(), measure, rtol=EQUAL)
     for bad, message in ((1, "at least 2"), (2.5, "whole number"), (10_000, "at most 1000")):
         with pytest.raises(InvalidInputError, match=message):
             design().tradeoff(bad)  # type: ignore[arg-type]
