@@ -22,6 +22,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from replication.audit.names import meant
 from replication.errors import AuditError
 
 FIELDS = ("place", "value", "unit", "note", "claim")
@@ -39,6 +40,13 @@ class PrintedValue(str):
         made = super().__new__(cls, text)
         made.place, made.unit, made.note = place, unit, note
         return made
+
+
+class Entries(dict[str, Any]):
+    """Printed data by name; one that is not there is told with those that are."""
+
+    def __missing__(self, name: str) -> Any:
+        raise AuditError(f"printed.toml has no {name!r} there; {meant(str(name), self)}")
 
 
 def read_printed(file: str | Path) -> Mapping[str, Any]:
@@ -75,15 +83,15 @@ def line_of(path: Path, table: str) -> int:
 
 def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:
     """The values of the tables of `path` by name; raises as `read_printed`."""
-    return {name: _entry(f"{path}: [{name}]", table) for name, table in tables.items()}
+    return Entries({name: _entry(f"{path}:{line_of(path, name)}: [{name}]", table) for name, table in tables.items()})
 
 
 def _entry(where: str, table: Any) -> Any:
+    unknown = sorted(table.keys() - set(FIELDS)) if isinstance(table, dict) else []
+    if unknown:
+        raise AuditError(f"{where} has the unknown field {', '.join(unknown)}; {meant(unknown[0], FIELDS)}")
     if not isinstance(table, dict) or not {"place", "value"} <= table.keys():
         raise AuditError(f'{where} must be a table with place and value, such as place = "Table 1" and value = "1.33"')
-    unknown = sorted(table.keys() - set(FIELDS))
-    if unknown:
-        raise AuditError(f"{where} has the unknown field {', '.join(unknown)}; there are {', '.join(FIELDS)}")
     for name in ("place", "unit", "note"):
         if not isinstance(table.get(name, ""), str):
             raise AuditError(f"{where}: {name} must be a string, got {table[name]!r}")
@@ -101,7 +109,9 @@ def _value(where: str, value: Any, place: str, made: Callable[..., PrintedValue]
     if isinstance(value, dict | list) and not value:
         raise AuditError(f"{where} holds nothing; give what stands in the paper")
     if isinstance(value, dict):
-        return {key: _value(f"{where} {key}", entry, place, made, (*keys, key)) for key, entry in value.items()}
+        return Entries(
+            {key: _value(f"{where} {key}", entry, place, made, (*keys, key)) for key, entry in value.items()}
+        )
     if isinstance(value, list):
         return [_value(f"{where} {i}", entry, place, made, (*keys, str(i))) for i, entry in enumerate(value, 1)]
     if isinstance(value, int) and not isinstance(value, bool):

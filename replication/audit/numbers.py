@@ -15,6 +15,7 @@ Where the value is a table or a list, `{key}` in these texts stands for the name
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -26,6 +27,7 @@ from replication.audit.data import line_of, printed_values, read_tables
 from replication.audit.declare import Part, declared
 from replication.audit.judge.printed import parse
 from replication.audit.model import NO_READING, Evidence, Kind, Results
+from replication.audit.names import meant
 from replication.errors import AuditError
 
 
@@ -61,12 +63,18 @@ def numbers(file: str | Path) -> tuple[Part, ...]:
             try:
                 claim = msgspec.convert(table["claim"], Declared)
             except msgspec.ValidationError as error:
-                raise AuditError(f"{where}: {error}; correct it") from None
+                unknown = sorted(set(table["claim"]) - set(Declared.__struct_fields__)) if _is_table(table) else []
+                advice = meant(unknown[0], Declared.__struct_fields__) if unknown else "correct it"
+                raise AuditError(f"{where}: {error}; {advice}") from None
             title = claim.part or table["place"].partition(",")[0]
             part = parts.setdefault(title, Part(title))
             for keys, printed in _entries(data[name], ()):
                 _declare(part, name, claim, keys, printed, where, (str(path), line))
     return tuple(parts.values())
+
+
+def _is_table(table: Any) -> bool:
+    return isinstance(table["claim"], Mapping)
 
 
 def _entries(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -129,6 +137,8 @@ def _told(value: Any) -> str:
 def _at(where: str, path: str, results: Results) -> Any:
     """What stands at `experiment.key.0` in the results, lists as tuples; AuditError says where the way ends."""
     value: Any = results
+    with contextlib.suppress(KeyError):
+        results[path.partition(".")[0]]  # of an experiment that failed this raises its error
     for depth, step in enumerate(path.split(".")):
         inside = value if isinstance(value, Mapping) else dict(enumerate(value)) if isinstance(value, list) else {}
         key: Any = int(step) if isinstance(value, list) and step.isdecimal() else step
