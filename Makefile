@@ -33,8 +33,8 @@ test: lint ## all checks: lint, types, every test
 test-fast: $(STAMP) ## the tests that take no more than a few seconds and need no browser
 	$(BIN)/python -m pytest -m "not slow and not browser"
 
-mutants: $(STAMP) ## every small change of the verifier, of which `make test` tries some (about half an hour)
-	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py --numprocesses=auto
+mutants: $(STAMP) ## every small change of the verifier, and a sceptic's of library and audit engine (about half an hour)
+	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py tests/sceptic --numprocesses=auto
 
 mutants-both: $(STAMP) ## every small change of either verifier, told by the other (hours)
 	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py
@@ -63,10 +63,12 @@ verify-both: $(STAMP) ## the same by both verifiers, which share no code and mus
 artifact: report ## one zip of sources, lock, results, figures, certificates and report in dist/
 	$(BIN)/python -m replication artifact
 
-bench: $(STAMP) ## the benchmarks, and benchmarks/results.md from their times
+bench: $(STAMP) ## the benchmarks, benchmarks/results.md from their times, and what got slower than on that page
 	mkdir -p .benchmarks
 	$(BIN)/python -m pytest benchmarks/bench_*.py --benchmark-only --benchmark-json=.benchmarks/latest.json
-	$(BIN)/python benchmarks/table.py .benchmarks/latest.json benchmarks/results.md
+	$(BIN)/python benchmarks/table.py .benchmarks/latest.json .benchmarks/results.md
+	-$(BIN)/python benchmarks/slower.py benchmarks/results.md .benchmarks/results.md
+	cp .benchmarks/results.md benchmarks/results.md
 
 bench-report: report ## how fast the report is in Chromium, as it is and with ten times the claims
 	$(BIN)/python benchmarks/report_page.py

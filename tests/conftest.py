@@ -7,7 +7,17 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-LONGEST = ("papers/test_committed.py", "verify/test_mutants.py", "audit/test_runner.py", "test_cli.py")
+LONGEST = (
+    "papers/test_committed.py",
+    "recheck/test_both_agree.py",
+    "audit/test_site.py",
+    "estimation/multirate/test_multirate_optimum.py",
+    "recheck/test_recheck.py",
+    "verify/test_mutants.py",
+    "test_cli.py",
+    "verify/test_lines.py",
+    "audit/test_runner.py",
+)
 """The first one computes what most tests of the papers read."""
 
 

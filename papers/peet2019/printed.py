@@ -23,7 +23,7 @@ DELAY_COUNTS = tuple(map(int, DATA["table-1"]))
 def seconds(states: int, delays: int) -> PrintedValue:
     """The entry of Table I for these numbers of states and delays; "N/A" for the largest."""
     text = DATA["table-1"][str(delays)][STATES.index(states)]
-    return PrintedValue(text, f"Table I, n = {states}, K = {delays}", text.unit)
+    return PrintedValue(text, f"Table I, n = {states}, K = {delays}", text.unit, text.note)
 
 
 def published() -> list[tuple[int, int, PrintedValue]]:

@@ -14,28 +14,39 @@ lead to an entry. The verifier reads the same file by itself.
 
 from __future__ import annotations
 
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from decimal import Decimal
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from replication.audit.names import meant
 from replication.errors import AuditError
 
 FIELDS = ("place", "value", "unit", "note", "claim")
 
 
 class PrintedValue(str):
-    """The string that stands in a paper, whose digits are its tolerance; with its place and unit."""
+    """The string that stands in a paper, whose digits are its tolerance; with its place, its unit and a note on it."""
 
     place: str
     unit: str
+    note: str
 
-    def __new__(cls, text: str, place: str = "", unit: str = "") -> PrintedValue:
+    def __new__(cls, text: str, place: str = "", unit: str = "", note: str = "") -> PrintedValue:
         """The text itself, as a string, with where it stands."""
         made = super().__new__(cls, text)
-        made.place, made.unit = place, unit
+        made.place, made.unit, made.note = place, unit, note
         return made
+
+
+class Entries(dict[str, Any]):
+    """Printed data by name; one that is not there is told with those that are."""
+
+    def __missing__(self, name: str) -> Any:
+        raise AuditError(f"printed.toml has no {name!r} there; {meant(str(name), self)}")
 
 
 def read_printed(file: str | Path) -> Mapping[str, Any]:
@@ -59,36 +70,50 @@ def read_tables(path: Path) -> Mapping[str, Any]:
         raise AuditError(f"{path} is not valid TOML: {error}; correct it") from None
 
 
+def line_of(path: Path, table: str) -> int:
+    """The line of a TOML file at which a table begins, `name.claim` for one inside another; else that of the other."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for name in (table, table.partition(".")[0]):
+        parts = r"\s*\.\s*".join(rf"[\"']?{re.escape(part)}[\"']?" for part in name.split("."))
+        for number, line in enumerate(lines, 1):
+            if re.match(rf"\s*\[\s*{parts}\s*\]", line):
+                return number
+    return 1
+
+
 def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:
     """The values of the tables of `path` by name; raises as `read_printed`."""
-    return {name: _entry(f"{path}: [{name}]", table) for name, table in tables.items()}
+    return Entries({name: _entry(f"{path}:{line_of(path, name)}: [{name}]", table) for name, table in tables.items()})
 
 
 def _entry(where: str, table: Any) -> Any:
+    unknown = sorted(table.keys() - set(FIELDS)) if isinstance(table, dict) else []
+    if unknown:
+        raise AuditError(f"{where} has the unknown field {', '.join(unknown)}; {meant(unknown[0], FIELDS)}")
     if not isinstance(table, dict) or not {"place", "value"} <= table.keys():
         raise AuditError(f'{where} must be a table with place and value, such as place = "Table 1" and value = "1.33"')
-    unknown = sorted(table.keys() - set(FIELDS))
-    if unknown:
-        raise AuditError(f"{where} has the unknown field {', '.join(unknown)}; there are {', '.join(FIELDS)}")
     for name in ("place", "unit", "note"):
         if not isinstance(table.get(name, ""), str):
             raise AuditError(f"{where}: {name} must be a string, got {table[name]!r}")
     if not table["place"].strip():
         raise AuditError(f"{where}: the place is empty; say where in the text this is printed")
-    return _value(where, table["value"], table["place"], table.get("unit", ""), ())
+    made = partial(PrintedValue, unit=table.get("unit", ""), note=table.get("note", ""))
+    return _value(where, table["value"], table["place"], made, ())
 
 
-def _value(where: str, value: Any, place: str, unit: str, keys: tuple[str, ...]) -> Any:
+def _value(where: str, value: Any, place: str, made: Callable[..., PrintedValue], keys: tuple[str, ...]) -> Any:
     if isinstance(value, str):
         if not value:
             raise AuditError(f"{where} holds an empty string; give what stands in the paper")
-        return PrintedValue(value, place.replace("{key}", ", ".join(keys)), unit)
+        return made(value, place.replace("{key}", ", ".join(keys)))
     if isinstance(value, dict | list) and not value:
         raise AuditError(f"{where} holds nothing; give what stands in the paper")
     if isinstance(value, dict):
-        return {key: _value(f"{where} {key}", entry, place, unit, (*keys, key)) for key, entry in value.items()}
+        return Entries(
+            {key: _value(f"{where} {key}", entry, place, made, (*keys, key)) for key, entry in value.items()}
+        )
     if isinstance(value, list):
-        return [_value(f"{where} {i}", entry, place, unit, (*keys, str(i))) for i, entry in enumerate(value, 1)]
+        return [_value(f"{where} {i}", entry, place, made, (*keys, str(i))) for i, entry in enumerate(value, 1)]
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     raise AuditError(f"{where} is {value}; write a printed number as a string, since its digits are its tolerance")

@@ -9,7 +9,7 @@ All that the modules of a paper are written with can be imported from here.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial, partialmethod
 from typing import Any, TypeVar
@@ -18,6 +18,7 @@ import msgspec
 
 from replication.audit.brief import Consequence
 from replication.audit.data import PrintedValue
+from replication.audit.judge.printed import parse
 from replication.audit.model import Claim, Experiment, Kind, Verdict
 from replication.audit.model import Erratum as Erratum
 from replication.audit.model import Evidence as Evidence
@@ -141,6 +142,8 @@ class Part:
                     repeats=repeats,
                     consequence=Consequence(consequence) if consequence else None,
                     says=_said(kind, str(printed), reading or self.reading, says),
+                    unit=getattr(printed, "unit", ""),
+                    remark=getattr(printed, "note", ""),
                 )
             )
             return answer
@@ -156,7 +159,16 @@ class Part:
 
     def cited(self, name: str, printed: str = "", *, reason: str, **told: Any) -> None:
         """Declare a claim that cannot be settled from the text, with the reason."""
-        self.claim(Kind.CITED, name, printed, **told)(partial(_not_checkable, reason))
+        frame = inspect.currentframe()
+        caller = frame.f_back if frame else None
+        place = (caller.f_code.co_filename, caller.f_lineno) if caller else None
+        self.claim(Kind.CITED, name, printed, **told)(declared(place, partial(_not_checkable, reason)))
+
+
+def declared(place: tuple[str, int] | None, answer: partial[Evidence]) -> partial[Evidence]:
+    """An answer that serves several claims, with file and line where this one of them is declared."""
+    answer.declared = place  # type: ignore[attr-defined]
+    return answer
 
 
 def _not_checkable(reason: str, results: Results) -> Evidence:
@@ -199,7 +211,7 @@ def paper(
 ) -> Paper:
     """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, formulas, and the like.
 
-    Raises AuditError for a name that has the key in front already.
+    Raises AuditError for a name that has the key in front already, and for an erratum of a number that nothing prints.
     """
 
     def one(name: str, link: str = ".") -> str:
@@ -219,7 +231,8 @@ def paper(
     def moved(results: Results) -> tuple[Sensitivity, ...]:
         return tuple(msgspec.structs.replace(row, claim=one(row.claim)) for row in sensitivity(results))
 
-    parts = tuple(parts)
+    parts, errata = tuple(parts), tuple(errata)
+    _require_printed(errata, {claim.printed for part in parts for claim in part.claims})
     return Paper(
         key=key,
         claims=tuple(
@@ -236,12 +249,12 @@ def paper(
         ),
         scope=tuple(
             ScopeItem(
-                part=part.title,
-                claims=full([*(claim.id for claim in part.claims), *part.also]),
-                figures=tuple(one(name, "-") for name in part.figures),
-                reason=part.reason,
+                part=title,
+                claims=full(name for part in same for name in (*(claim.id for claim in part.claims), *part.also)),
+                figures=tuple(one(name, "-") for part in same for name in part.figures),
+                reason=" ".join(part.reason for part in same if part.reason),
             )
-            for part in parts
+            for title, same in _by_title(parts).items()
         ),
         experiments=tuple(replace(entry, name=one(entry.name)) for entry in experiments),
         errata=tuple(
@@ -267,6 +280,32 @@ def paper(
         common=own(common),
         **about,
     )
+
+
+def _by_title(parts: Iterable[Part]) -> dict[str, list[Part]]:
+    """The parts of each title: what code and what the printed data declare on one section is one item of the scope."""
+    found: dict[str, list[Part]] = {}
+    for part in parts:
+        found.setdefault(part.title, []).append(part)
+    return found
+
+
+def _require_printed(errata: Iterable[Erratum], prints: Container[str]) -> None:
+    """Raise AuditError for an erratum of a number that was typed beside the printed ones, where it can differ."""
+    for erratum in errata:
+        typed = not isinstance(erratum.printed, PrintedValue) and erratum.printed not in prints
+        if typed and _is_number(erratum.printed):
+            raise AuditError(
+                f"erratum {erratum.id!r} ({erratum.place}) has {erratum.printed!r} as printed, which no claim prints; "
+                "look into the text, and take the number from DATA, the entries of printed.toml"
+            )
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return bool(parse(text))
+    except AuditError:
+        return False
 
 
 class _Own:

@@ -188,6 +188,7 @@ class Claim:
     repeats: id of the claim whose number or statement this one prints again; totals count it once.
     consequence: what falls with it, where kind and place do not tell.
     says: the same statement as data, all of which must be so; a theorem proves the claim only if it says that.
+    unit, remark: of the print, the unit and the note of the file of printed data.
     """
 
     id: str
@@ -207,6 +208,8 @@ class Claim:
     repeats: str = ""
     consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
+    unit: str = ""
+    remark: str = ""
 
 
 class Proof(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

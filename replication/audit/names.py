@@ -15,9 +15,13 @@ def one_of(kind: str, name: str, known: Collection[str]) -> str:
     """Return `name` if it is known; raises AuditError that lists up to three similar names, or all if none is."""
     if name in known:
         return name
+    raise AuditError(f"unknown {kind} {name[:LONGEST]!r}; {meant(name, known)}")
+
+
+def meant(name: str, known: Collection[str]) -> str:
+    """Up to three known names that are similar to one that is not, as a question; else all, up to ten of them."""
     shown = name[:LONGEST]
     near = difflib.get_close_matches(shown, known, n=3, cutoff=0.5) or [k for k in known if shown and shown in k][:3]
     if near:
-        raise AuditError(f"unknown {kind} {shown!r}; did you mean {' or '.join(near)}?")
-    listed = ", ".join(sorted(known)[:10]) or "none"
-    raise AuditError(f"unknown {kind} {shown!r}; there {'are' if len(known) != 1 else 'is'}: {listed}")
+        return f"did you mean {' or '.join(near)}?"
+    return f"there {'are' if len(known) != 1 else 'is'}: {', '.join(sorted(known)[:10]) or 'none'}"

@@ -15,6 +15,7 @@ Where the value is a table or a list, `{key}` in these texts stands for the name
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -22,10 +23,11 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.data import printed_values, read_tables
-from replication.audit.declare import Part
+from replication.audit.data import line_of, printed_values, read_tables
+from replication.audit.declare import Part, declared
 from replication.audit.judge.printed import parse
 from replication.audit.model import NO_READING, Evidence, Kind, Results
+from replication.audit.names import meant
 from replication.errors import AuditError
 
 
@@ -56,16 +58,23 @@ def numbers(file: str | Path) -> tuple[Part, ...]:
     parts: dict[str, Part] = {}
     for name, table in tables.items():
         if "claim" in table:
-            where = f"{path}: [{name}.claim]"
+            line = line_of(path, f"{name}.claim")
+            where = f"{path}:{line}: [{name}.claim]"
             try:
-                declared = msgspec.convert(table["claim"], Declared)
+                claim = msgspec.convert(table["claim"], Declared)
             except msgspec.ValidationError as error:
-                raise AuditError(f"{where}: {error}; correct it") from None
-            title = declared.part or table["place"].partition(",")[0]
+                unknown = sorted(set(table["claim"]) - set(Declared.__struct_fields__)) if _is_table(table) else []
+                advice = meant(unknown[0], Declared.__struct_fields__) if unknown else "correct it"
+                raise AuditError(f"{where}: {error}; {advice}") from None
+            title = claim.part or table["place"].partition(",")[0]
             part = parts.setdefault(title, Part(title))
             for keys, printed in _entries(data[name], ()):
-                _declare(part, name, declared, keys, printed, where)
+                _declare(part, name, claim, keys, printed, where, (str(path), line))
     return tuple(parts.values())
+
+
+def _is_table(table: Any) -> bool:
+    return isinstance(table["claim"], Mapping)
 
 
 def _entries(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -76,7 +85,9 @@ def _entries(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...
         yield from _entries(entry, (*keys, str(key)))
 
 
-def _declare(part: Part, name: str, declared: Declared, keys: tuple[str, ...], printed: str, where: str) -> None:
+def _declare(
+    part: Part, name: str, claim: Declared, keys: tuple[str, ...], printed: str, where: str, place: tuple[str, int]
+) -> None:
     if not isinstance(printed, str):
         raise AuditError(f"{where}: a claim is on a printed number, and {printed!r} is none; write it as a string")
 
@@ -85,18 +96,23 @@ def _declare(part: Part, name: str, declared: Declared, keys: tuple[str, ...], p
 
     found = parse(printed)
     kind = Kind.BOUND if found.relation else Kind.MATRIX if found.shape else Kind.VALUE
-    answer = partial(_answer, where, str(printed), filled(declared.result), declared.method, filled(declared.check))
+    result, check = filled(claim.result), filled(claim.check)
+    if check == result:
+        raise AuditError(
+            f"{where}: check is {check!r}, the result itself; give the same number by another method, or leave it out"
+        )
+    answer = partial(_answer, where, str(printed), result, claim.method, check)
     part.claim(
         kind,
-        filled(declared.id) or ".".join([name.replace("_", "-"), *keys]),
+        filled(claim.id) or ".".join([name.replace("_", "-"), *keys]),
         printed,
-        statement=filled(declared.statement),
-        pinned=declared.pinned or ("reproduced after erratum" if declared.meant else ""),
-        uses=dict.fromkeys(path.partition(".")[0] for path in (answer.args[2], answer.args[4]) if path),
-        erratum=declared.erratum,
-        meant=declared.meant,
-        reading=declared.reading,
-    )(answer)
+        statement=filled(claim.statement),
+        pinned=claim.pinned or ("reproduced after erratum" if claim.meant else ""),
+        uses=dict.fromkeys(path.partition(".")[0] for path in (result, check) if path),
+        erratum=claim.erratum,
+        meant=claim.meant,
+        reading=claim.reading,
+    )(declared(place, answer))
 
 
 def _answer(where: str, printed: str, result: str, method: str, check: str, results: Results) -> Evidence:
@@ -121,6 +137,8 @@ def _told(value: Any) -> str:
 def _at(where: str, path: str, results: Results) -> Any:
     """What stands at `experiment.key.0` in the results, lists as tuples; AuditError says where the way ends."""
     value: Any = results
+    with contextlib.suppress(KeyError):
+        results[path.partition(".")[0]]  # of an experiment that failed this raises its error
     for depth, step in enumerate(path.split(".")):
         inside = value if isinstance(value, Mapping) else dict(enumerate(value)) if isinstance(value, list) else {}
         key: Any = int(step) if isinstance(value, list) and step.isdecimal() else step

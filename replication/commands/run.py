@@ -86,7 +86,7 @@ def command(chosen: argparse.Namespace) -> int:
     require_writable(figures, "--figures")
     cache = _cache(directory, read=not chosen.no_cache)
     with kept_at(directory / KEPT):
-        return _run(selected, cache, root, executor, (output, figures), last, twice=chosen.twice)
+        return _run(selected, cache, root, executor, (output, figures, project.folder), last, twice=chosen.twice)
 
 
 def _run(
@@ -94,7 +94,7 @@ def _run(
     cache: Cache,
     root: Path,
     executor: Executor,
-    places: tuple[Path, Path],
+    places: tuple[Path, Path, Path],
     last: LastRun,
     *,
     twice: bool,
@@ -107,11 +107,11 @@ def _run(
     from replication.audit.run.runner import run
     from replication.audit.run.unchanged import Said
 
-    output, figures = places
+    output, figures, folder = places
     outcome = run(papers, cache=cache, root=root, executor=executor, progress=_progress())
     drawn = draw_figures(papers, outcome.results_by_experiment, figures, cache=cache, root=root)
     results = _dated(msgspec.structs.replace(outcome.results, figures=drawn), output / "results.json")
-    remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, figures)]
+    remarks = [f"note: {note}" for note in notes(papers, results, outcome.unused, figures, folder)]
     say([*run_lines(results, outcome.log, outcome.failures), *remarks])
     say_report(results, figures, output / "index.html")
     code = _code(results, outcome.failures)

@@ -501,6 +501,8 @@ def hostile_results(directory: Path, text: str) -> ResultsFile:
                 code=text,
                 reason=text,
                 note=text,
+                unit=text,
+                remark=text,
                 quantities={text: 1.5},
                 solvers=(solver,),
                 as_printed=Evidence(method=text),

@@ -164,6 +164,17 @@ def test_bracket_of_a_matrix_differs_if_any_entry_does() -> None:
     assert inside.reason.startswith("All 4 entries agree: ")
 
 
+@pytest.mark.parametrize("value", [True, "1", (1.0,)])
+def test_what_is_no_number_in_the_layout_of_the_print_is_an_error(value: Any) -> None:
+    assert judge(value_case("1", 1)).verdict is Verdict.REPRODUCED
+    assert judge(value_case("1", value)).verdict is Verdict.ERROR
+
+
+def test_the_reason_names_the_entry_that_is_farthest_away() -> None:
+    assert "entry 2: computed 2.5" in judge(value_case("(1.0, 2.0)", (1.1, 2.5))).reason
+    assert "entry 1: computed 1.5" in judge(value_case("(1.0, 2.0)", (1.5, 2.1))).reason
+
+
 def test_bracket_of_a_pair_is_folded_to_sizes() -> None:
     within = value_case("1.0±0.2i", (1.0, -0.2), (1.0, -0.21), (1.0, -0.19))
     assert judge(within).verdict is Verdict.REPRODUCED
@@ -171,6 +182,8 @@ def test_bracket_of_a_pair_is_folded_to_sizes() -> None:
     assert judge(across).verdict is Verdict.UNDETERMINED
     assert judge(value_case("1.0±0.2i", (1.0, -0.3), None, (1.0, -0.24))).verdict is Verdict.UNDETERMINED
     assert judge(value_case("1.0±0.2i", (1.0, -0.3), None, (1.0, -0.26))).verdict is Verdict.DIFFERS
+    assert judge(value_case("1.0±0.2i", (1.0, 0.3), (1.0, 0.26), None)).verdict is Verdict.DIFFERS
+    assert judge(value_case("1.0±0.2i", (1.0, 0.3), (1.0, 0.24), None)).verdict is Verdict.UNDETERMINED
 
 
 @given(st.floats(1.2, 1.5), st.floats(0, 0.2), st.floats(0, 0.2), st.floats(0, 1), st.floats(0, 1))
@@ -190,6 +203,8 @@ def test_a_narrower_bracket_never_contradicts_a_wider_one(
         ("≤1", 1.0, None, None, Verdict.REPRODUCED),
         (">1", 1.0, None, None, Verdict.DIFFERS),
         ("≥1", 1.0, None, None, Verdict.REPRODUCED),
+        ("≥1", 1.5, None, None, Verdict.REPRODUCED),
+        ("≥1", 0.5, None, None, Verdict.DIFFERS),
         ("<0.5", 0.25, None, 0.4, Verdict.REPRODUCED),
         ("<0.5", 0.25, 0.2, None, Verdict.UNDETERMINED),
         ("<0.5", 0.25, 0.2, 0.5, Verdict.UNDETERMINED),

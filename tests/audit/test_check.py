@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cases import EXPERIMENT, altered, claim, errata_of, figure, file_of, paper, recorded, results_file
+from cases import EXPERIMENT, PROOF, altered, claim, errata_of, figure, file_of, paper, recorded, results_file
 from msgspec.structs import replace
 
 from replication.audit.inspect.check import Cause, check
+from replication.audit.judge.recording import rejudge
 from replication.audit.model import Evidence, Kind, Proof, Reading, Verdict
 from replication.audit.parts import Formula, Table
 from replication.audit.store.records import SCHEMA_VERSION, ClaimRecord, read_results, to_json
@@ -93,6 +94,18 @@ def test_a_changed_verdict_is_a_problem_and_a_pinned_difference_is_none() -> Non
     (problem,) = check(results_file(altered(OFF, expected=Verdict.REPRODUCED)), None)
     assert problem.cause is Cause.CHANGED_VERDICT
     assert "'differs'" in str(problem) and "'reproduced'" in str(problem) and "1.34" in str(problem)
+
+
+@pytest.mark.parametrize(
+    ("inferred", "verdict"), [(True, Verdict.COMPATIBLE), (False, Verdict.REPRODUCED_AFTER_ERRATUM)]
+)
+def test_a_record_judged_again_knows_whether_its_erratum_is_an_inference(inferred: bool, verdict: Verdict) -> None:
+    evidence = Evidence(method="m", value=1.33, as_printed=Evidence(method="m", value=2.0))
+    record = recorded(evidence, PROOF, erratum="toy.e1", inferred=inferred)
+    errata = {name: replace(one, inference=inferred) for name, one in errata_of(record, PROOF).items()}
+    assert record.verdict is verdict and rejudge(record, errata) == record.judgement
+    others = {name: replace(one, inference=not inferred) for name, one in errata.items()}
+    assert rejudge(record, others).verdict is not verdict
 
 
 def test_errors_are_problems_with_their_text() -> None:

@@ -61,7 +61,11 @@ def test_a_certificate_that_has_changed_does_not_count(tmp_path: Path) -> None:
     copy.parent.mkdir()
     copy.write_bytes((ROOT / "certificates" / paper / copy.name).read_bytes())
     assert [one.name for one in wanted(tmp_path, [paper])[0] if one.second] == [kept]
+    by_machine = {"statement": "s.v", "certificates": {kept: hashlib.sha256(copy.read_bytes()).hexdigest()}}
+    (tmp_path / "papers" / paper / "machine-checked.json").write_text(json.dumps(by_machine), encoding="utf-8")
+    assert [one.name for one in wanted(tmp_path, [paper])[0] if one.machine] == [kept]
     copy.write_bytes(copy.read_bytes() + b"\n")
+    assert not any(one.machine for one in wanted(tmp_path, [paper])[0])
     assert not any(one.second for one in wanted(tmp_path, [paper])[0])
 
 

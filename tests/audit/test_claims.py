@@ -60,6 +60,10 @@ def test_well_formed_papers_pass() -> None:
         ([paper(claim(expected=Verdict.ERROR))], ["'toy.value'", "error"]),
         ([paper(claim(expected=Verdict.REPRODUCED_AFTER_ERRATUM))], ["'toy.value'", "names no erratum"]),
         ([paper(claim(meant="1.34"))], ["'toy.value'", "1.34", "needs that print, and its erratum"]),
+        (
+            [paper(claim(erratum="toy.e1", meant="1.34"))],
+            ["'toy.value' (Table 1) corrects '1.33' to '1.34'", "'toy.e1' (eq. (1)) 'a' to 'b'", "look into the text"],
+        ),
         ([paper(claim(tolerance="0.1"))], ["'toy.value'", "together"]),
         ([paper(claim(tolerance_reason="why"))], ["'toy.value'", "together"]),
         ([paper(claim(repeats="toy.no"))], ["'toy.value' repeats claim 'toy.no'", "does not exist"]),

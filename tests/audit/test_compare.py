@@ -10,7 +10,7 @@ import pytest
 from cases import EXPERIMENT, RUN, altered, claim, errata_of, file_of, paper, recorded, results_file
 from msgspec.structs import replace
 
-from replication.audit.inspect.compare import Cause, beside, compare, render, render_beside
+from replication.audit.inspect.compare import Cause, FieldChange, beside, compare, moved, render, render_beside
 from replication.audit.model import Evidence, Proof, SolverRecord, Verdict
 from replication.audit.report.diff import render_page
 from replication.audit.store.records import ClaimRecord, ResultsFile
@@ -94,6 +94,20 @@ def test_render_tells_verdicts_numbers_and_causes() -> None:
     assert lines[0] == "toy.value: reproduced → differs"
     assert any("value: 1.3268 → 1.34 (+9.95e-03 relative)" in line for line in lines)
     assert lines[-1] == f"    cause: {Cause.UNEXPLAINED}"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (-2.0, -1.0, "+5.00e-01 relative"),
+        (0.0, 1.0, ""),
+        (1, 2, ""),
+        (1.0, (2.0,), ""),
+        (1.0, 1.0, "+0.00e+00 relative"),
+    ],
+)
+def test_only_a_number_that_was_not_zero_moves_relative_to_its_size(old: Any, new: Any, words: str) -> None:
+    assert moved(FieldChange(field="value", old=old, new=new)) == words
 
 
 def test_changes_are_plain_json() -> None:

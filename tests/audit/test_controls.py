@@ -5,12 +5,13 @@ from pathlib import Path
 import pytest
 from cases import altered
 from msgspec.structs import replace
+from sample import claim
 from sample import results as sample
 
 from replication.audit.inspect import controls as module
 from replication.audit.inspect.controls import Control, moved
 from replication.audit.judge.printed import parse
-from replication.audit.model import Judgement, Verdict
+from replication.audit.model import Evidence, Judgement, Kind, Proof, Verdict
 from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages
 from replication.audit.store.records import ResultsFile
@@ -48,6 +49,15 @@ def test_every_alteration_is_caught_where_nothing_wider_is_allowed(results: Resu
     made = controls(strict)
     assert len(made) >= 4
     assert all(control.tried and control.caught == control.tried and not control.missed for control in made)
+
+
+def test_of_a_misprinted_result_what_is_meant_is_moved(results: ResultsFile) -> None:
+    more = {"erratum": results.errata[0].id, "meant": "269", "proof": Proof(holds=True, text="t")}
+    evidence = Evidence(method="ln 2 / k", value=268.6617)
+    made = claim("half", Kind.VALUE, Verdict.REPRODUCED_AFTER_ERRATUM, "296", evidence, **more)
+    found = {control.altered: control for control in controls(replace(results, claims=(made,), certificates=()))}
+    control = found["a printed number moved by a unit of its last place"]
+    assert (control.tried, control.caught, control.missed) == (2, 2, ())
 
 
 def test_a_judge_that_always_agrees_is_found_out(results: ResultsFile, monkeypatch: pytest.MonkeyPatch) -> None:

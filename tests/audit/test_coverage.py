@@ -36,7 +36,8 @@ numbered = { equation = "1-3", figure = "1" }
 [[paper.places]]
 place = "Sec. II"
 numerals = [
-  ["0.5 -0.1 0 1", "data:plant.A"], ["2", "size:plant.A"], ["2 1 1.14", "data:level"], ["7", "excused:symbol"],
+  ["0.5 -0.1 0 1", "data:plant.A"], ["2", "size:plant.A", "size:plant.delays"],
+  ["2 1 1.14", "data:level"], ["7", "excused:symbol"],
 ]
 items = [["equation 1-2", "claim:order"], ["figure 1", "figure:fig1"]]
 [[paper.places]]
@@ -112,7 +113,23 @@ def test_each_slip_is_noticed(folder: Path, old: str, new: str, words: str) -> N
     change(folder, old, new)
     found = faults(folder, PAPER)
     assert any(words in fault for fault in found), found
-    assert all(fault.startswith("toy: paper") for fault in found)
+    assert all(fault.startswith(("toy: paper", "toy: printed.toml")) for fault in found)
+
+
+@pytest.mark.parametrize(
+    ("more", "fault"),
+    [
+        ('[made]\nplace = "Sec. IX"\nvalue = "4.5"', "toy: printed.toml, made: no row is bound to '4.5' (Sec. IX)"),
+        ('[made]\nplace = "Sec. IX"\nvalue = { a = ["4.5"] }', "printed.toml, made.a: no row is bound to '4.5'"),
+        ('[made]\nplace = "Table 2"\nvalue = "1.33"', "no row is bound to '1.33' (Table 2)"),
+        ('[made]\nplace = "Table 1"\nvalue = "1.33"', ""),
+        ('[made]\nplace = "Sec. IX"\nvalue = { a = "grid", b = 4 }', ""),
+    ],
+)
+def test_a_print_that_no_row_is_bound_to_is_a_fault(folder: Path, more: str, fault: str) -> None:
+    (folder / "printed.toml").write_text(PRINTED + more, encoding="utf-8")
+    found = faults(folder, PAPER)
+    assert [fault in told for told in found] == ([True] if fault else []), found
 
 
 @pytest.mark.parametrize(

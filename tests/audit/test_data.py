@@ -61,7 +61,11 @@ def test_a_printed_value_survives_the_way_to_another_process() -> None:
         ("a = 1", r"\[a\] must be a table with place and value"),
         ('[a]\nvalue = "1"', r"\[a\] must be a table with place and value"),
         ('[a]\nplace = "x"', r"\[a\] must be a table with place and value"),
-        ('[a]\nplace = "x"\nvalue = "1"\nunits = "s"', r"\[a\] has the unknown field units; there are place, value"),
+        ('[a]\nplace = "x"\nvalue = "1"\nunits = "s"', r"\[a\] has the unknown field units; did you mean unit"),
+        (
+            '[b]\nplace = "x"\nvalue = "1"\n[a]\npalce = "x"\nvalue = "1"',
+            r"toml:4: \[a\] has .* palce; did you mean place",
+        ),
         ('[a]\nplace = 3\nvalue = "1"', r"\[a\]: place must be a string, got 3"),
         ('[a]\nplace = "x"\nunit = ["s"]\nvalue = "1"', r"\[a\]: unit must be a string"),
         ('[a]\nplace = "x"\nnote = false\nvalue = "1"', r"\[a\]: note must be a string, got False"),
@@ -96,3 +100,12 @@ def test_a_module_reads_the_file_beside_it(tmp_path: Path) -> None:
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(AuditError, match=r"printed.toml cannot be read: No such file"):
         read_printed(tmp_path / "printed.toml")
+
+
+def test_a_name_that_is_not_there_is_told_with_the_one_that_is_meant(tmp_path: Path) -> None:
+    data = read(tmp_path, '[energy]\nplace = "x"\nvalue = { water = "1" }')
+    with pytest.raises(AuditError, match=r"printed.toml has no 'enrgy' there; did you mean energy\?"):
+        data["enrgy"]
+    with pytest.raises(AuditError, match=r"has no 'acid' there; there is: water"):
+        data["energy"]["acid"]
+    assert "enrgy" not in data and data.get("enrgy") is None

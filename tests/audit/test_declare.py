@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -101,6 +102,14 @@ def test_the_scope_is_the_parts_in_their_order() -> None:
     ]
 
 
+def test_a_section_that_two_parts_declare_is_one_item_of_the_scope() -> None:
+    first, again = (Part("Sec. 1", reading="none", figures=figures) for figures in ((), "levels"))
+    for part, name in ((first, "a"), (again, "b")):
+        part.value(name, PRINTED)(answer)
+    (item,) = paper(**ABOUT, parts=[first, again], experiments=[]).scope
+    assert (item.part, item.claims, item.figures) == ("Sec. 1", ("toy.a", "toy.b"), ("toy-levels",))
+
+
 def test_functions_see_the_results_of_their_paper_under_short_names() -> None:
     made = sample()
     assert [claim.answer(RESULTS).value for claim in made.claims] == [2.0, 2.0, None]
@@ -180,6 +189,7 @@ def test_a_claim_rests_on_the_reading_of_its_part_unless_it_names_its_own() -> N
 @pytest.mark.parametrize(
     ("told", "function", "message"),
     [
+        ({"printed": 1.14, "place": "p"}, answer, r"claim 'a\.b' prints 1\.14; write a string"),
         ({"printed": "1.14"}, answer, r"claim 'a\.b' has no place; give place="),
         ({"printed": PrintedValue("1.14")}, answer, r"claim 'a\.b' has no place"),
         ({"printed": PRINTED}, partial(level, "motor"), r"claim 'a\.b' has no statement; give statement="),
@@ -244,3 +254,13 @@ def test_evidence_of_a_margin_and_of_a_residual() -> None:
         evidence = below(residual, 1.0, "rounding", method="counted", note="n")
         assert (evidence.holds, evidence.margin, evidence.threshold) == (holds, 1.0 - residual, 1.0)
         assert (evidence.threshold_reason, evidence.note) == ("rounding", "n")
+
+
+@pytest.mark.parametrize(("printed", "fits"), [("1.41", False), (PRINTED, True), ("1.14", True), ("eq. (2)", True)])
+def test_a_number_of_an_erratum_is_one_that_is_printed(printed: str, fits: bool) -> None:
+    table = Part("Table 1", reading="none")
+    table.value("n21", PRINTED, statement="A gain.")(answer)
+    slip = Erratum(id="slip", place="p. 2", printed=printed, meant="b", prove=proof)
+    told = nullcontext() if fits else pytest.raises(AuditError, match=r"'slip' .p. 2. has '1.41' as printed, which no")
+    with told:
+        paper(**ABOUT, parts=[table], experiments=[], errata=[slip])

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from unittest import mock
 
 import pytest
 from msgspec.structs import replace
 from sample import claim
 
 from replication.audit.judge.agreement import Target
-from replication.audit.model import Evidence, Kind, Verdict
+from replication.audit.model import Evidence, Kind, Proof, Verdict
 from replication.audit.parts import Table
+from replication.audit.report import entries as shown
 from replication.audit.report.claim import targets, views
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.report.tables import named, table_view
@@ -85,6 +87,34 @@ def test_the_ladder_sets_bounds_below_the_print_in_all_digits() -> None:
     assert entry.interval == (Fraction("1.135"), Fraction("1.145"))
 
 
+def test_a_row_of_several_numbers_has_the_narrowest_band() -> None:
+    evidence = Evidence(method="Evaluated directly", value=(1.0, 2.0))
+    wide = {"tolerance": "0.2", "tolerance_reason": "a test"}
+    record = claim("case", Kind.VALUE, Verdict.REPRODUCED, "(1.0, 2.00)", evidence, **wide)
+    with mock.patch.object(shown, "strip") as drawn:
+        seen(record)
+    (_, band), _ = drawn.call_args
+    assert (band.low, band.high) == (-2.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "literal"),
+    [
+        ("2,393", 2392.75, "2,393"),
+        ("7.6×10⁵", 764510.2, "7.6×10⁵"),
+        ("48.3(6)", 48.31, "48.3(6)"),
+        ("78.7 %", 78.73, "78.7 %"),
+        ("-1.5", -1.49, ""),
+        ("1.33", 1.32871, ""),
+    ],
+)
+def test_a_print_of_more_than_digits_is_shown_as_it_stands(printed: str, value: float, literal: str) -> None:
+    (entry,) = entries(printed, value)
+    assert entry.literal == literal
+    assert entry.ladder[0][0] == ("In digits" if literal else "Printed")
+    assert not literal or entry.pads == (0, 0)
+
+
 def judged(record: ClaimRecord, verdict: Verdict) -> ClaimRecord:
     return replace(record, judgement=replace(record.judgement, verdict=verdict))
 
@@ -105,6 +135,21 @@ def test_the_distance_from_the_print_is_a_part_of_the_print(printed: str, value:
     assert view.off == (pytest.approx(off[0], rel=1e-3), off[1])
     unsettled = judged(record, Verdict.UNDETERMINED)
     assert views([unsettled], targets([unsettled]))[0].off is None
+
+
+@pytest.mark.parametrize(("proof", "shown"), [(True, [("269", "268", "")]), (False, [])])
+def test_what_is_meant_is_set_beside_the_computed_number_if_it_comes_out(proof: bool, shown: list[object]) -> None:
+    more = {"erratum": "doe1999.e", "meant": "269", "proof": Proof(holds=proof, text="t")}
+    evidence = Evidence(method="ln 2 / k", value=268.6617)
+    verdict = Verdict.REPRODUCED_AFTER_ERRATUM if proof else Verdict.DIFFERS
+    record = claim("case", Kind.VALUE, verdict, "296", evidence, **more)
+    assert record.verdict is verdict
+    (view,) = views([record], targets([record]))
+    found = [entry for row in view.meant for cell in row for entry in cell]
+    assert [
+        (e.printed, dict(e.digits)["agreed"], dict(e.digits)["off" if not e.inside else "head"]) for e in found
+    ] == shown
+    assert view.rows[0][0][0].printed == "296"
 
 
 @pytest.mark.parametrize(
@@ -133,6 +178,6 @@ def test_a_table_counts_its_entries_by_their_verdicts() -> None:
     known = {view.record.id: view for view in views(records, {})}
     rows = tuple((str(n), f"{CLAIM_CELL}{record.id}", "N/A") for n, record in enumerate(records))
     made = table_view(Table(place="Table 1", caption="All", header=("K \\ n", "1", ""), rows=rows), known)
-    assert (made.agree, made.judged, made.chosen, made.unsettled) == (4, 7, 1, 1)
+    assert (made.agree, made.corrected, made.judged, made.chosen, made.unsettled) == (3, 1, 7, 1, 1)
     assert [row[1].headings for row in made.rows] == [(f"K = {n}", "n = 1") for n in range(len(records))]
     assert {row[2].text for row in made.rows} == {"N/A"}

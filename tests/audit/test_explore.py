@@ -16,6 +16,7 @@ from sample import KEY, brief, explorer, results
 
 from replication.audit.model import Verdict
 from replication.audit.report.claim import targets, views
+from replication.audit.report.pictures.axes import scale_of, ticks
 from replication.audit.report.pictures.explore import PictureView, explorers
 from replication.audit.report.pictures.ladder import Ladder, ladders
 from replication.audit.store.records import ResultsFile
@@ -108,6 +109,13 @@ def test_ticks_are_round_and_in_the_range(made: ResultsFile, folder: Path) -> No
     assert 2 <= len(picture.x_ticks) <= 6 and all(0 <= at <= 1000 for _, at in (*picture.x_ticks, *picture.y_ticks))
     low, high = (end for end, _ in (picture.x_ticks[0], picture.x_ticks[-1]))
     assert low >= 0 and high <= 60
+
+
+def test_the_ends_of_a_range_have_ticks_where_they_are_round() -> None:
+    assert [at for at, _ in ticks((0.0, 10.0), False, lambda number: number)] == [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]
+    assert [at for at, _ in ticks((0.01, 100.0), True, lambda number: number)] == [0.01, 0.1, 1.0, 10.0, 100.0]
+    scale = scale_of((1.0, 100.0), True, 0.0)
+    assert scale(10.0) == pytest.approx((scale(1.0) + scale(100.0)) / 2)
 
 
 def rungs(made: ResultsFile) -> dict[str, Ladder]:

@@ -54,3 +54,5 @@ def test_where_there_is_no_table_the_cure_is_named(tmp_path: Path) -> None:
         steps(tmp_path)
     with pytest.raises(AuditError, match="must have the columns"):
         read_table("claim,verdict\nroe.a,differs\n")
+    with pytest.raises(AuditError, match="must have the columns"):
+        read_table(f"{','.join(HEAD)}\nroe.a,differs\n")

@@ -96,6 +96,32 @@ def test_what_nobody_would_see_is_told(lab: Lab) -> None:
     ]
 
 
+def test_a_name_with_a_slip_is_told_with_its_line_and_the_one_that_is_meant(lab: Lab) -> None:
+    lab.edit(CLAIMS, 'uses=("toy2020.wait-a", "toy2020.wait-b")', 'uses=("toy2020.wait-a", "toy2020.wiat-b")')
+    text = lab.path(CLAIMS).read_text(encoding="utf-8").splitlines()
+    line = 1 + next(number for number, one in enumerate(text) if "wiat-b" in one)
+    done = lab.cli("run")
+    told = (
+        "- claim 'toy2020.wait.patient' uses experiment 'toy2020.wiat-b', which does not exist; did you mean "
+        f"toy2020.wait-b or toy2020.wait-a or toy2020.square? [papers/toy2020/claims.py:{line}]"
+    )
+    assert done.returncode == 2 and told in done.stderr.splitlines(), done.stderr
+
+
+def test_a_list_of_another_text_is_told(lab: Lab) -> None:
+    lab.path("other2021").mkdir()
+    lab.path("other2021.py").rename(lab.path("other2021/__init__.py"))
+    printed = '[half]\nplace = "Sec. 1"\nvalue = "0.5"\n'
+    listed = '[paper]\nruns = 2\n[[paper.places]]\nplace = "Sec. 1"\nnumerals = [["0.5", "data:half"], ["3", "{}"]]\n'
+    lab.path("other2021/printed.toml").write_text(printed, encoding="utf-8")
+    for binding, said in (("claim:powers.last", True), ("excused:label", False)):
+        lab.path("other2021/coverage.toml").write_text(listed.format(binding), encoding="utf-8")
+        told = (
+            "note: coverage.toml of other2021 has 1 fault, see `replication coverage other2021`; the first: other2021: "
+        )
+        assert (told in lab.cli("run", "other2021").stdout) is said
+
+
 @pytest.mark.slow
 def test_what_does_not_come_out_again_is_told(lab: Lab) -> None:
     random = "    import os\n    values[1] += os.getpid() % 1000 + 1\n    solver = "

@@ -4,8 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from replication.audit.declare import Part
 from replication.audit.model import Kind, Verdict
 from replication.audit.numbers import numbers
+from replication.audit.run.assemble import Available
+from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 
 FILE = """
@@ -74,6 +77,7 @@ def test_two_methods_that_differ_in_print_are_an_error(tmp_path: Path) -> None:
     [
         ({"model": {"rates": {"quick": 1.0}}}, "in model.rates there is quick"),
         ({"model": {"rates": {"slow": "much"}}}, "'much', which is no number"),
+        ({"model": {"rates": {"slow": True}}}, "True, which is no number"),
         ({"model": 3.0}, "in model there is only 3.0"),
     ],
 )
@@ -83,8 +87,50 @@ def test_a_way_that_ends_is_told_with_what_is_there(tmp_path: Path, results: dic
 
 
 @pytest.mark.parametrize(
-    ("more", "said"), [("colour = 1", "unknown field `colour`"), ("meant = 3", r"Expected `str`, got `int`")]
+    ("more", "said"),
+    [
+        ("colour = 1", "unknown field `colour`"),
+        ("chekc = 'a'", "unknown field `chekc`; did you mean check"),
+        ("meant = 3", r"Expected `str`, got `int`"),
+    ],
 )
 def test_a_field_that_does_not_do_names_file_and_entry(tmp_path: Path, more: str, said: str) -> None:
-    with pytest.raises(AuditError, match=rf"printed.toml: \[rate.claim\]: .*{said}"):
+    with pytest.raises(AuditError, match=rf"printed.toml:5: \[rate.claim\]: .*{said}"):
         numbers(written(tmp_path, more=more))
+
+
+def test_the_result_is_no_second_method_for_itself(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("closed.{key}.0", "model.rates.{key}"), encoding="utf-8")
+    with pytest.raises(AuditError, match=r"\[rate.claim\]: check is 'model.rates.slow', the result itself; .*or leave"):
+        numbers(path)
+
+
+def test_code_is_the_line_of_the_declaration(tmp_path: Path) -> None:
+    path = written(tmp_path, more='[other]\nplace = "Sec. 2"\nvalue = "1"')
+    tree = SourceTree({"papers": tmp_path})
+    parts = numbers(path)
+    assert [tree.location(claim.answer) for part in parts for claim in part.claims] == [
+        "papers/printed.toml:5",
+        "papers/printed.toml:5",
+        "papers/printed.toml:16",
+    ]
+    here = Part("Sec. 1", reading="none")
+    here.cited("time", "3", place="Sec. 1", statement="Seconds.", reason="Of that computer.")
+    assert path.read_text(encoding="utf-8").splitlines()[15] == "[size.claim]"
+    found = SourceTree({"tests": Path(__file__).parent}).location(here.claims[0].answer)
+    line = int(found.removeprefix("tests/test_numbers.py:"))
+    assert "here.cited" in Path(__file__).read_text(encoding="utf-8").splitlines()[line - 1]
+
+
+def test_an_experiment_that_failed_is_told_as_that_and_counts_as_used(tmp_path: Path) -> None:
+    results = Available({"closed": RESULTS["closed"]}, {"model": "experiment model failed: ValueError"})
+    with pytest.raises(AuditError, match=r"^experiment model failed: ValueError$"):
+        numbers(written(tmp_path))[0].claims[0].answer(results)
+    assert results.read == {"model"}
+
+
+def test_an_experiment_that_is_asked_for_by_a_wrong_name_is_told_with_those_there_are() -> None:
+    with pytest.raises(AuditError, match=r"experiment modle is not among those it says it uses; did you mean model\?"):
+        Available({"model": 1.0}, {"closed": "failed"})["modle"]

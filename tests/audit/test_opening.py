@@ -108,7 +108,8 @@ def test_each_claim_is_one_mark_in_its_cell_and_repeats_are_none(made: ResultsFi
 def lane(broken: bool, corrected: bool = False, sound: bool = True, unsettled: bool = False) -> Any:
     paper = SimpleNamespace(record=SimpleNamespace(cited="Doe et al. (undated)"))
     cells = [SimpleNamespace(marks=("claim",))]
-    return SimpleNamespace(broken=broken, corrected=corrected, sound=sound, open=unsettled, cells=cells, paper=paper)
+    told = {"corrected": corrected, "sound": sound, "open": unsettled}
+    return SimpleNamespace(promises=True, broken=broken, cells=cells, paper=paper, **told)
 
 
 @pytest.mark.parametrize(
@@ -148,10 +149,21 @@ def paper_of(records: Any) -> Any:
     return cast(Any, SimpleNamespace(record=record, claims=views(records, targets(records))))
 
 
+def test_results_without_a_theorem_are_counted_by_what_comes_out(made: ResultsFile) -> None:
+    by_verdict = {record.verdict: altered(record, place="Sec. II") for record in made.claims}
+    kinds = (Verdict.REPRODUCED, Verdict.CONSISTENT, Verdict.COMPATIBLE, Verdict.REPRODUCED_AFTER_ERRATUM)
+    shown = field([paper_of([by_verdict[verdict] for verdict in kinds])])
+    assert shown.answer == ("2 of 4 results come out as printed, one after an erratum, one as compatible, none fails.")
+    assert [title for title, _ in shown.groups] == ["Printed results, no theorem"]
+    kinds = (Verdict.REPRODUCED, Verdict.DIFFERS, Verdict.REFUTED, Verdict.UNDETERMINED, Verdict.ERROR)
+    shown = field([paper_of([by_verdict[verdict] for verdict in kinds])])
+    assert shown.answer == ("1 of 5 results comes out as printed, two do not, one stays open, one ended in an error.")
+
+
 def test_a_refuted_theorem_changes_the_answer(made: ResultsFile) -> None:
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     remark, theorem = altered(refuted, place="Sec. II"), altered(refuted, place="Theorem 1")
-    assert field([paper_of([remark])]).answer == "In the paper no central guarantee is refuted."
+    assert field([paper_of([remark])]).answer == "0 of 1 results come out as printed, one does not."
     assert field([paper_of([theorem])]).answer == "In the paper a central guarantee fails."
     assert field([paper_of([theorem, remark])]).failing == 2
     failing = sum(record.verdict in FAILS for record in made.claims)

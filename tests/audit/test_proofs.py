@@ -14,7 +14,8 @@ from cases import altered, claim, results_file
 from msgspec.structs import replace
 
 from replication.audit.inspect.check import Cause, against_files, check
-from replication.audit.judge.match import NO_PREDICATE
+from replication.audit.judge.agreement import Interval
+from replication.audit.judge.match import NO_PREDICATE, compared
 from replication.audit.judge.proofs import wanted, with_proofs
 from replication.audit.judge.recording import make_record
 from replication.audit.model import Claim, Evidence, Kind, Outcome, Verdict
@@ -287,6 +288,7 @@ SMALL, LARGE = term("gain", "toy", N=1), term("gain", "toy", N=2)
         ("is not", "1", True, True),
         ("is", "1", True, False),
         ("is", "2", False, None),
+        ("is not", "2", False, None),
     ],
 )
 def test_the_order_of_two_terms_follows_from_their_brackets(
@@ -297,6 +299,30 @@ def test_the_order_of_two_terms_follows_from_their_brackets(
     evidence = Evidence(method="m", holds=holds is not False)
     assert joined_with(Kind.ORDER, evidence, both, said) == (evidence, proved)
     assert joined_with(Kind.ORDER, evidence, both[:1], said) == (evidence, False)
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs", "holds"),
+    [
+        ((1, 1), (1, 1), (False, True, True, False)),
+        ((0, 1), (1, 2), (None, True, None, False)),
+        ((1, 2), (0, 1), (False, None, True, None)),
+        ((0, 1), (2, 3), (True, True, False, False)),
+        ((0, 2), (1, 3), (None, None, None, None)),
+    ],
+)
+def test_an_end_that_two_brackets_share_decides_the_relations_that_hold_it(
+    ours: tuple[int, int], theirs: tuple[int, int], holds: tuple[bool | None, ...]
+) -> None:
+    one, other = (Interval(*map(Fraction, ends)) for ends in (ours, theirs))
+    relations: tuple[Relation, ...] = ("less than", "at most", "at least", "more than")
+    assert tuple(compared(relation, one, other) for relation in relations) == holds
+
+
+def test_theorems_that_contradict_each_other_are_an_error() -> None:
+    both = [certificate(holds=holds) for holds in (True, False)]
+    with pytest.raises(AuditError, match="contradict each other"):
+        joined_with(Kind.FEASIBLE, Evidence(method="m", holds=True), both)
 
 
 def test_every_part_of_a_claim_must_be_said_and_one_false_part_refutes_it() -> None:

@@ -58,6 +58,11 @@ def test_what_a_run_writes_does_not(project: Path, name: str) -> None:
     assert git_state(project)[1] is False
 
 
+def test_what_git_refuses_says_nothing(project: Path) -> None:
+    assert provenance.git(project, "rev-parse", "HEAD")
+    assert provenance.git(project, "rev-parse", "no-such-branch") is None
+
+
 def test_without_git_nothing_is_claimed(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.rmtree(project / ".git")
     assert git_state(project) == ("unknown", None)

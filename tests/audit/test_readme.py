@@ -15,7 +15,7 @@ from sample import paper_record
 from replication.audit.model import Evidence
 from replication.audit.publish.history import TABLE, table
 from replication.audit.publish.picture import notes, verdicts
-from replication.audit.publish.readme import is_stale, results_block
+from replication.audit.publish.readme import is_stale, replace_block, results_block
 from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -79,6 +79,13 @@ def test_a_paper_is_told_by_its_card_or_else_by_its_first_finding() -> None:
     found = told(brief=None, findings=("The level holds.", "More."))
     assert "The level holds." in found and "More." not in found
     assert "toy: 1 of 1 agree" in told(brief=None, findings=())
+
+
+@pytest.mark.parametrize("text", ["", "<a>", "<b> <a>", "<a> <b> <a>", "<a> <b> <b>", "<a> <a> <b>"])
+def test_a_part_is_replaced_between_markers_that_stand_there_once_in_their_order(text: str) -> None:
+    assert replace_block("before <a> old <b> after", "new", "<a>", "<b>") == "before new after"
+    with pytest.raises(AuditError, match="once each, in this order"):
+        replace_block(text, "new", "<a>", "<b>")
 
 
 def test_it_is_stale_if_its_text_or_its_table_is_of_another_run(tmp_path: Path) -> None:

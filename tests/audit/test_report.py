@@ -12,6 +12,7 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import html5lib
@@ -21,7 +22,7 @@ from looking import evidence
 from msgspec.structs import replace
 from sample import HOSTILE, KEY, build, claims, hostile_results, results
 
-from replication.audit.inspect.headline import caveats, sentence
+from replication.audit.inspect.headline import caveats, sentence, theorems
 from replication.audit.judge import numerals
 from replication.audit.judge.numerals import BEYOND, CROWDED
 from replication.audit.judge.policies import once
@@ -293,6 +294,23 @@ def test_sentence_counts_what_is_there() -> None:
     assert sentence([]) == "There is no claim to judge."
 
 
+@pytest.mark.parametrize(
+    ("proved", "supported", "words"),
+    [
+        (0, 0, ""),
+        (1, 0, "1 claim proved: a theorem says the claim."),
+        (2, 1, "2 claims proved: a theorem says the claim; 1 more supported by theorems."),
+        (0, 1, "0 claims proved: a theorem says the claim; 1 more supported by theorems."),
+    ],
+)
+def test_theorems_are_counted_in_words(proved: int, supported: int, words: str) -> None:
+    judged = [{"proved": True}] * proved + [{"supported": "It says less."}] * supported + [{}]
+    records = [
+        SimpleNamespace(judgement=SimpleNamespace(**({"proved": False, "supported": ""} | one))) for one in judged
+    ]
+    assert theorems(records) == words  # type: ignore[arg-type]
+
+
 def test_sentence_tells_agreement_of_digits_from_statements_and_draws(made: ResultsFile) -> None:
     noise = next(claim for claim in made.claims if claim.verdict is Verdict.REPRODUCED_AFTER_ERRATUM)
     statement = altered(noise, kind=Kind.ORDER)
@@ -362,6 +380,15 @@ def test_a_claim_shows_its_reading_and_the_outcome_under_each(
     assert shown >= 6
     listed = text_of(by_id(tree, anchor("reading", f"{KEY}.both-noises")))
     assert "both-noises (an inference)" in listed
+
+
+def test_unit_and_note_of_a_print_stand_in_its_evidence(made: ResultsFile) -> None:
+    first, *rest = made.claims
+    noted = altered(first, unit="kJ/mol", remark="smudged in the scan", printed="1.3(1)")
+    page = render(replace(made, claims=(noted, *rest), figures=()), Path())
+    text = text_of(html5lib.parse(evidence(page)[anchor("claim", first.id)]))
+    assert "Printed1.3(1) kJ/mol" in text.replace("\n", "")
+    assert text.count("kJ/mol") == 5 and "smudged in the scan" in text
 
 
 def test_a_repeat_is_linked_and_counted_once_and_a_range_over_inputs_is_shown(made: ResultsFile) -> None:
@@ -489,6 +516,21 @@ def test_figures_must_be_those_of_the_results(made: ResultsFile, tmp_path: Path)
     with pytest.raises(AuditError, match="not the data of these results"):
         build_report(made, tmp_path, tmp_path / "index.html")
     assert not (tmp_path / "index.html").exists()
+
+
+def test_results_with_claims_of_a_paper_that_they_do_not_hold_give_no_page(made: ResultsFile, tmp_path: Path) -> None:
+    (first, *_) = made.claims
+    foreign = replace(first, claim=replace(first.claim, id="stranger.value"))
+    with pytest.raises(AuditError, match=r"papers \(\['stranger'\]\)"):
+        build_report(replace(made, claims=(*made.claims, foreign)), tmp_path, tmp_path / "index.html")
+
+
+@pytest.mark.parametrize(
+    ("authors", "who"),
+    [(("A. Doe",), "Doe"), (("A. Doe", "B. Roe"), "Doe and Roe"), (("A. Doe", "B. Roe", "C. Poe"), "Doe et al.")],
+)
+def test_two_authors_are_both_named(made: ResultsFile, authors: tuple[str, ...], who: str) -> None:
+    assert replace(made.papers[0], authors=authors, year=1999).cited == f"{who} (1999)"
 
 
 def test_a_page_is_made_again_only_if_it_or_what_it_was_made_from_has_changed(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 from papers.okajima2023.method.lmi import cyclic
 from replication.errors import InvalidInputError
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, block_diagonal, frequency_response
+from replication.estimation.multirate.simulation import simulate
 from tests.tolerances import ROUNDING
 
 
@@ -89,3 +90,13 @@ ONE = np.eye(1)
 def test_stages_that_do_not_fit_are_named(stages: Any, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         PeriodicSystem(stages)
+
+
+def test_a_simulation_of_one_period_is_the_lifted_system() -> None:
+    rng = np.random.default_rng(7)
+    system = PeriodicSystem(
+        tuple(Stage(*(rng.normal(size=shape) for shape in ((2, 2), (2, 3), (1, 2), (1, 3)))) for _ in range(4))
+    )
+    inputs, start, lifted = rng.normal(size=(4, 3)), rng.normal(size=2), system.lift()
+    expected = lifted.C @ start + lifted.D @ inputs.ravel()
+    assert np.abs(simulate(system, inputs, start).ravel() - expected).max() < ROUNDING * np.abs(expected).max()

@@ -128,10 +128,12 @@ def test_a_pattern_that_is_too_long_for_balls_is_cut() -> None:
     counts = [count for _, count in made["witness"]["pattern"]]
     assert sum(counts) < 430 and min(counts) >= 1
     assert check({**theorem, **made}).lower is not None
-    whole = makers.along_pattern(result.plant, result.filter, makers.pattern_of((400, 30), result.periods)[1])
-    cut = makers.along_pattern(result.plant, result.filter, makers.pattern_of(counts, result.periods)[1])
     T = makers.coordinates(result.gain.proof)
-    assert makers.lost_bits(cut, T) <= makers.LOST < makers.lost_bits(whole, T)
+    plant, filter_ = result.plant.in_coordinates(T), result.filter.in_coordinates(T)
+    whole, cut = (
+        makers.along_pattern(plant, filter_, makers.pattern_of(runs, result.periods)[1]) for runs in ((400, 30), counts)
+    )
+    assert makers.lost_bits(cut) <= makers.LOST < makers.lost_bits(whole)
     assert float(Fraction(made["bound"]["lower"])) <= l2_gain(cut).value
 
 

@@ -25,7 +25,7 @@ NAMES = {
         condition-8-1 condition-8-2 congruence filter-first-column floor-1 floor-2 grid-2 lemma-2 lemma-3-1
         lower-end-1 map-1 nominal-1-upper one-interval-2 our-filter-lower our-filter-upper output-matrix
         own-grid-2 printed-filter-level range-1-no-filter range-2-lower range-2-no-filter recovery
-        same-level-1 sizes stable-2 stall-1 stamped-2 upper-end-1
+        same-level-1 sizes stable-2 stall-1 stamped-1 upper-end-1
     """,
     "okajima2023": """
         common-period cyclic-rows dissipation dual-rate error-system gains-33-unmeasured gains-38

@@ -236,7 +236,6 @@ ALTERED: list[tuple[Tamper, str]] = [
     (put([["1", "1"], ["1", "1"]], "witness", "T"), "T is not invertible"),
     (put([["1"]], "witness", "T"), "T must have 2 entries"),
     (put([["1", "0"], ["0", "1"]], "witness", "T"), "storage inequality"),
-    (put([["1"]], "plant", "E"), "plant has the unknown field E"),
     (put({"weight": "samples"}, "parameters"), "parameters has the unknown field weight"),
     (put([["11/10", 1]], "witness", "pattern"), "a share from 0 to 1"),
     (remove("witness", "w", 0), "witness.w must have"),

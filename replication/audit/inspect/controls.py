@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from replication.audit.inspect.headline import Basis, basis
 from replication.audit.judge.agreement import Target
-from replication.audit.judge.printed import Printed
+from replication.audit.judge.printed import Printed, parse
 from replication.audit.judge.recording import rejudge
 from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Kind, Verdict
@@ -82,8 +82,13 @@ def _alterations(
         # rounding of the print.
         wide = evidence.outcomes or evidence.over_inputs or (printed and any(entry.spread for entry in printed.entries))
         if not wide and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
-            for text in moved(printed):
-                yield _MOVED, replace(record, claim=replace(claim, printed=text)), errata
+            if claim.meant and record.verdict in CORRECTED:
+                # What is meant was compared; the print was found wrong and would be so with another digit.
+                for text in moved(parse(claim.meant)):
+                    yield _MOVED, replace(record, claim=replace(claim, meant=text)), errata
+            else:
+                for text in moved(printed):
+                    yield _MOVED, replace(record, claim=replace(claim, printed=text)), errata
         if evidence.holds is not None and evidence.margin is not None:
             against = tuple(replace(outcome, holds=False, margin=None) for outcome in evidence.outcomes)
             denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1, outcomes=against)

@@ -25,7 +25,7 @@ from typing import Annotated, Any
 
 import msgspec
 
-from replication.audit.data import read_printed
+from replication.audit.data import PrintedValue, read_printed
 from replication.audit.names import one_of
 from replication.audit.parts import Coverage, Paper
 from replication.errors import AuditError
@@ -138,7 +138,7 @@ def excuses(text: Text) -> Counter[str]:
 
 
 def problems(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]) -> Iterator[str]:
-    """Bindings that do not exist or hold other numerals, and what was taken out of the list.
+    """Bindings that do not exist or hold other numerals, what was taken out of the list, and prints that are not in it.
 
     printed: the data of the paper (`read_printed`).
     """
@@ -150,6 +150,7 @@ def problems(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]
                 for row in getattr(place, what):
                     yield from (f"{where}: {row[0]!r}: {fault}" for fault in bindings.faults(row, what))
         yield from (f"{paper.key}: {name}: {fault}" for fault in _incomplete(text))
+    yield from (f"{paper.key}: {fault}" for fault in _unbound(texts, paper, printed))
 
 
 def faults(folder: Path, paper: Paper) -> list[str]:
@@ -170,6 +171,37 @@ def _incomplete(text: Text) -> Iterator[str]:
         for number in sorted(set(found) | set(wanted)):
             if found[number] != 1 or not wanted[number]:
                 yield f"{kind} {number} is listed {found[number]} times, and the text has {wanted[number]}"
+
+
+def _unbound(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]) -> Iterator[str]:
+    """Printed values to which no row is bound, by their name or by a claim that prints them at the same place."""
+    rows = [row for text in texts.values() for place in text.places for row in (*place.numerals, *place.items)]
+    bindings = [binding.partition(":")[::2] for row in rows for binding in row[1:]]
+    data = {name for kind, name in bindings if kind in ("data", "size")}
+    claims = {name for kind, name in bindings if kind in ("claim", "setting")}
+    prints = {(claim.printed, claim.place) for claim in paper.claims if claim.id.partition(".")[2] in claims}
+    for keys, value in _leaves(printed, ()):
+        above = {".".join(keys[:depth]) for depth in range(1, len(keys) + 1)}
+        if NUMERAL.search(value) and not above & data and (str(value), value.place) not in prints:
+            yield (
+                f"printed.toml, {'.'.join(keys)}: no row is bound to {value!r} ({value.place}); list where the text "
+                "prints it, or take it out of printed.toml"
+            )
+
+
+def _leaves(value: Any, keys: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], PrintedValue]]:
+    """The strings of printed data with their names; a list has one name for all of it."""
+    if isinstance(value, PrintedValue):
+        yield keys, value
+    inner = (
+        value.items()
+        if isinstance(value, Mapping)
+        else ((None, entry) for entry in value)
+        if isinstance(value, list)
+        else ()
+    )
+    for key, entry in inner:
+        yield from _leaves(entry, keys if key is None else (*keys, key))
 
 
 def _integers(numbering: str) -> list[int]:

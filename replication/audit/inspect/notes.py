@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from pathlib import Path
 
+from replication.audit.inspect.coverage import faults
 from replication.audit.judge.proofs import flat
 from replication.audit.model import Verdict
 from replication.audit.parts import Paper
@@ -27,10 +28,14 @@ FACTORS = {
 """By which a number in another unit is off."""
 
 
-def notes(papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], figures: Path) -> Iterator[str]:
-    """Experiments that nothing uses, claims without a second method, places with a slip, figures that are left over.
+def notes(
+    papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], figures: Path, folder: Path
+) -> Iterator[str]:
+    """Experiments that nothing uses, claims without a second method, places with a slip, figures that are left over,
+    lists of what a text prints that do not fit it.
 
-    unused: names of experiments whose results nobody read. figures: where the figures were drawn.
+    unused: names of experiments whose results nobody read. figures: where the figures were drawn. folder: that of the
+    papers.
     """
     if unused:
         yield f"no claim, erratum, figure or finding uses {_listed(unused)}"
@@ -51,6 +56,15 @@ def notes(papers: Sequence[Paper], results: ResultsFile, unused: Sequence[str], 
         files = sorted({path for path in figures.glob(f"{paper.key}-*") if path.stem not in drawn})
         if files:
             yield f"no figure is called {_listed([path.name for path in files])}; remove what is left in {figures}"
+        yield from _uncovered(folder / paper.key, paper)
+
+
+def _uncovered(folder: Path, paper: Paper) -> Iterator[str]:
+    """That the list of what the text prints does not fit the paper, as the first fault says."""
+    there = all((folder / name).is_file() for name in ("coverage.toml", "printed.toml"))
+    if there and (found := faults(folder, paper)):
+        count = f"{len(found)} fault{'s' if len(found) > 1 else ''}"
+        yield f"coverage.toml of {paper.key} has {count}, see `replication coverage {paper.key}`; the first: {found[0]}"
 
 
 def factor(claim: ClaimRecord) -> str:

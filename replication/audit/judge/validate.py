@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from fractions import Fraction
 
 from replication.audit.judge.proofs import BY_KIND
-from replication.audit.model import NO_READING, Kind, Verdict
+from replication.audit.model import NO_READING, Claim, Kind, Verdict
+from replication.audit.names import meant
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
@@ -19,8 +20,18 @@ _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
 _CELL = "claim:"
 
 
-def validate_claims(papers: Sequence[Paper]) -> None:
+At = Callable[[str], str]
+
+
+def nowhere(name: str) -> str:
+    """No place, where the sources are not at hand."""
+    return ""
+
+
+def validate_claims(papers: Sequence[Paper], at: At = nowhere) -> None:
     """Check names and references of `papers`; raises AuditError that lists every mistake, one a line.
+
+    at: where the modules of the papers write a name, as ` [file:line]`.
 
     Ids are unique, in lower case and begin with the key of their paper; uses, errata, scope and tables refer to what
     exists; every claim is covered by the scope; a scope item without claims and figures says why. Every claim names its
@@ -29,10 +40,10 @@ def validate_claims(papers: Sequence[Paper]) -> None:
     mistakes = [*_repeated(papers)]
     for paper in papers:
         mistakes.extend(_names(paper))
-        mistakes.extend(_references(paper))
-        mistakes.extend(_scope(paper))
+        mistakes.extend(_references(paper, at))
+        mistakes.extend(_scope(paper, at))
         mistakes.extend(_pins(paper))
-        mistakes.extend(_readings(paper))
+        mistakes.extend(_readings(paper, at))
         mistakes.extend(_predicates(paper))
     _require("the claims are not well formed", mistakes)
 
@@ -70,7 +81,7 @@ def _names(paper: Paper) -> Iterator[str]:
                 yield f"{what} name {name!r} must begin with the key of its paper, {paper.key!r}"
 
 
-def _references(paper: Paper) -> Iterator[str]:
+def _references(paper: Paper, at: At) -> Iterator[str]:
     experiments = {experiment.name for experiment in paper.experiments}
     users = [
         *((f"claim {claim.id!r}", claim.uses) for claim in paper.claims),
@@ -78,30 +89,30 @@ def _references(paper: Paper) -> Iterator[str]:
         *((f"figure {figure.name!r}", figure.uses) for figure in paper.figures),
     ]
     for user, uses in users:
-        yield from _missing(user, "uses experiment", uses, experiments)
+        yield from _missing(user, "uses experiment", uses, experiments, at)
     errata = {erratum.id for erratum in paper.errata}
     claims = {claim.id for claim in paper.claims}
     for claim in paper.claims:
         if claim.erratum is not None:
-            yield from _missing(f"claim {claim.id!r}", "names erratum", (claim.erratum,), errata)
+            yield from _missing(f"claim {claim.id!r}", "names erratum", (claim.erratum,), errata, at)
     first = {claim.id for claim in paper.claims if not claim.repeats}
     for claim in paper.claims:
         if claim.repeats in claims - first:
             yield f"claim {claim.id!r} repeats {claim.repeats!r}, which repeats another; name the first one"
         elif claim.repeats:
-            yield from _missing(f"claim {claim.id!r}", "repeats claim", (claim.repeats,), claims)
+            yield from _missing(f"claim {claim.id!r}", "repeats claim", (claim.repeats,), claims, at)
     for table in paper.tables:
         cells = [cell.removeprefix(_CELL) for row in table.rows for cell in row if cell.startswith(_CELL)]
-        yield from _missing(f"table {table.place!r} of {paper.key}", "shows claim", cells, claims)
+        yield from _missing(f"table {table.place!r} of {paper.key}", "shows claim", cells, claims, at)
 
 
-def _scope(paper: Paper) -> Iterator[str]:
+def _scope(paper: Paper, at: At) -> Iterator[str]:
     claims = {claim.id for claim in paper.claims}
     figures = {figure.name for figure in paper.figures}
     for item in paper.scope:
         where = f"scope item {item.part!r} of {paper.key}"
-        yield from _missing(where, "lists claim", item.claims, claims)
-        yield from _missing(where, "lists figure", item.figures, figures)
+        yield from _missing(where, "lists claim", item.claims, claims, at)
+        yield from _missing(where, "lists figure", item.figures, figures, at)
         if not (item.claims or item.figures or item.reason):
             yield f"{where} lists no claim and no figure, and gives no reason for leaving this part out"
     covered = {name for item in paper.scope for name in item.claims}
@@ -118,13 +129,27 @@ def _pins(paper: Paper) -> Iterator[str]:
             yield f"claim {claim.id!r} pins {str(claim.expected)!r} and names no erratum"
         if claim.meant and (claim.erratum is None or not claim.printed):
             yield f"claim {claim.id!r} means {claim.meant!r} in place of a print; it needs that print, and its erratum"
+        yield from _corrections(claim, paper)
         if claim.optimum and claim.kind is not Kind.VALUE:
             yield f"claim {claim.id!r} of kind {claim.kind} is said to be an optimum; only a value can be one"
         if (claim.tolerance is None) != (not claim.tolerance_reason):
             yield f"claim {claim.id!r} must give tolerance and tolerance_reason together or neither"
 
 
-def _readings(paper: Paper) -> Iterator[str]:
+def _corrections(claim: Claim, paper: Paper) -> Iterator[str]:
+    """Where a claim says what is meant, its erratum must correct the same print to the same."""
+    for erratum in paper.errata:
+        if claim.meant and erratum.id == claim.erratum:
+            theirs, ours = (erratum.printed, erratum.meant), (claim.printed, claim.meant)
+            if theirs != ours:
+                yield (
+                    f"claim {claim.id!r} ({claim.place}) corrects {ours[0]!r} to {ours[1]!r}, and its erratum "
+                    f"{erratum.id!r} ({erratum.place}) {theirs[0]!r} to {theirs[1]!r}; look into the text, and take "
+                    "both from one entry of printed.toml"
+                )
+
+
+def _readings(paper: Paper, at: At) -> Iterator[str]:
     for name, times in Counter(reading.name for reading in paper.readings).items():
         if times > 1:
             yield f"reading {name!r} of {paper.key} is defined {times} times; define it once"
@@ -136,7 +161,7 @@ def _readings(paper: Paper) -> Iterator[str]:
     known = {reading.name for reading in paper.readings} | {NO_READING}
     for claim in paper.claims:
         if claim.reading:
-            yield from _missing(f"claim {claim.id!r}", "names reading", (claim.reading,), known)
+            yield from _missing(f"claim {claim.id!r}", "names reading", (claim.reading,), known, at)
         else:
             yield f'claim {claim.id!r} names no reading; say reading="none" if the text leaves no choice'
 
@@ -210,7 +235,8 @@ def unused_readings(readings: Iterable[str], claims: Sequence[ClaimRecord]) -> t
     return tuple(name for name in readings if name not in used)
 
 
-def _missing(user: str, verb: str, names: Iterable[str], known: set[str]) -> Iterator[str]:
+def _missing(user: str, verb: str, names: Iterable[str], known: set[str], at: At = nowhere) -> Iterator[str]:
+    """What is named and not known; at: where the modules of the papers write a name, as ` [file:line]`."""
     for name in names:
         if name not in known:
-            yield f"{user} {verb} {name!r}, which does not exist"
+            yield f"{user} {verb} {name!r}, which does not exist; {meant(name, known)}{at(name)}"

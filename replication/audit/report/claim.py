@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
+import msgspec
 from markupsafe import Markup
 
 from replication.audit.brief import Consequence
@@ -30,6 +31,9 @@ LARGE = 1.5
 HOLDS = (Verdict.REPRODUCED, Verdict.CONSISTENT)
 """Verdicts of claims that a reader need not look at first."""
 
+CORRECTED = (Verdict.REPRODUCED_AFTER_ERRATUM, Verdict.COMPATIBLE)
+"""Verdicts of claims that agree with what is meant, not with what is printed."""
+
 WORST_FIRST = (
     Verdict.ERROR,
     Verdict.REFUTED,
@@ -49,13 +53,15 @@ class ClaimView:
 
     place: number of the claim in the order of the paper. residual: what the threshold of a statement is compared with.
     within: how many entries agree with the print. rows: the same entries as they stand in print, row by row,
-    each a tuple of cells, each of one entry or, if complex, of two.
+    each a tuple of cells, each of one entry or, if complex, of two. meant: the same beside what is meant instead of a
+    misprinted result, if the claim agrees with that.
     """
 
     record: ClaimRecord
     place: int
     entries: tuple[EntryView, ...]
     rows: tuple[tuple[tuple[EntryView, ...], ...], ...]
+    meant: tuple[tuple[tuple[EntryView, ...], ...], ...]
     within: int
     residual: float | None
     strip: Markup
@@ -150,6 +156,7 @@ def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
         place=place,
         entries=entries,
         rows=_rows(target.printed, entries) if target is not None and entries else (),
+        meant=_meant(record),
         within=sum(entry.inside for entry in entries),
         residual=None
         if evidence.threshold is None or evidence.margin is None
@@ -158,6 +165,16 @@ def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
         consequence=consequence(record.claim),
         off=_off(target, record),
     )
+
+
+def _meant(record: ClaimRecord) -> tuple[tuple[tuple[EntryView, ...], ...], ...]:
+    """The rows of entries beside what an erratum corrects the print to; empty if it corrects none that came out."""
+    if not record.claim.meant or record.verdict not in CORRECTED:
+        return ()
+    with contextlib.suppress(AuditError, OverflowError, ValueError):
+        target = Target.of(msgspec.structs.replace(record.claim, printed=record.claim.meant))
+        return _rows(target.printed, side_by_side(target, record.evidence)[0])
+    return ()
 
 
 def _off(target: Target | None, record: ClaimRecord) -> tuple[float, str] | None:

@@ -16,7 +16,7 @@ from replication.audit.model import Evidence
 from replication.audit.report.pictures.number_line import Band, Mark, span_of, strip
 
 IMAGINARY = "imaginary part"
-_LADDER = ("Printed", "Computed", "Lower bound", "Upper bound")
+_LADDER = ("Computed", "Lower bound", "Upper bound")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +28,7 @@ class EntryView:
     lies in the interval; none beside a relation. deviation: in units of the last printed place. sign: what stands
     between a real part and this imaginary one, in print and as computed, if their own digits have no sign; empty for
     all other entries. pads: blank columns before print and head that put all decimal points of the claim below each
-    other.
+    other. literal: a single print as it stands in the text, where that is more or other than the digits in `printed`.
     """
 
     label: str
@@ -45,6 +45,7 @@ class EntryView:
     strip: Markup
     sign: tuple[str, str] = ("", "")
     pads: tuple[int, int] = (0, 0)
+    literal: str = ""
 
     @property
     def imaginary(self) -> bool:
@@ -66,7 +67,8 @@ class EntryView:
     @property
     def ladder(self) -> tuple[tuple[str, int, str, str], ...]:
         """What stands below each other in the evidence: name, blank columns, digits as in the print, the other ones."""
-        named = zip(_LADDER, (self.printed, self.full, self.lower, self.upper), strict=True)
+        names = ("In digits" if self.literal else "Printed", *_LADDER)
+        named = zip(names, (self.printed, self.full, self.lower, self.upper), strict=True)
         steps = [(name, digits, numerals.agreement(self.printed, digits)) for name, digits in named if digits]
         widest = max(numerals.places(digits) for _, digits, _ in steps)
         return tuple((name, widest - numerals.places(text), text[:same], text[same:]) for name, text, same in steps)
@@ -82,7 +84,15 @@ def side_by_side(target: Target, evidence: Evidence) -> tuple[tuple[EntryView, .
     entries = [_entry(target.printed, number, mark, band, span) for number, mark, band in numbers]
     # Entries of one claim may differ in their band (unequal digits); one row shows the narrowest.
     narrowest = Band(max(band.low for band in bands), min(band.high for band in bands))
-    return _below_each_other(entries), strip(marks, narrowest)
+    return _as_they_stand(target.printed, _below_each_other(entries)), strip(marks, narrowest)
+
+
+def _as_they_stand(printed: Printed, entries: tuple[EntryView, ...]) -> tuple[EntryView, ...]:
+    """The only entry of a print with its text, if that is not just its digits; points then need not meet."""
+    text = printed.text.replace("-", numerals.MINUS)
+    if len(entries) != 1 or text == entries[0].printed:
+        return entries
+    return (replace(entries[0], literal=text, pads=(0, 0)),)
 
 
 def _below_each_other(entries: Sequence[EntryView]) -> tuple[EntryView, ...]:

@@ -33,7 +33,7 @@ class TableView:
     """A table with its claims in place.
 
     judged: how many entries have a verdict that settles them. agree: how many of these agree with the print, `chosen`
-    of them under a choice that the text leaves. unsettled: the other entries.
+    of them under a choice that the text leaves; `corrected` more agree after an erratum. unsettled: the other entries.
     """
 
     record: Table
@@ -41,6 +41,7 @@ class TableView:
     judged: int
     agree: int
     chosen: int
+    corrected: int
     unsettled: int
 
 
@@ -53,8 +54,9 @@ def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
         record=table,
         rows=rows,
         judged=len(verdicts) - unsettled,
-        agree=sum(verdict in AGREES for verdict in verdicts),
+        agree=sum(verdict in AGREES and verdict is not Verdict.REPRODUCED_AFTER_ERRATUM for verdict in verdicts),
         chosen=verdicts.count(Verdict.COMPATIBLE),
+        corrected=verdicts.count(Verdict.REPRODUCED_AFTER_ERRATUM),
         unsettled=unsettled,
     )
 

@@ -12,6 +12,7 @@ from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.recording import make_record
 from replication.audit.judge.validate import unused_readings
 from replication.audit.model import Claim, Erratum, Experiment, Proof, Reading
+from replication.audit.names import meant
 from replication.audit.parts import Paper
 from replication.audit.run.worker import describe
 from replication.audit.store.cache import Dependencies, Entry
@@ -56,7 +57,8 @@ class Available(dict[str, Any]):
         return super().__getitem__(name)
 
     def __missing__(self, name: str) -> Any:
-        raise AuditError(self._missing.get(name, f"experiment {name} is not among those it says it uses"))
+        told = f"experiment {name} is not among those it says it uses; {meant(name, [*self, *self._missing])}"
+        raise AuditError(self._missing.get(name, told))
 
 
 @dataclass(frozen=True)

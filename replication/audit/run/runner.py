@@ -83,7 +83,7 @@ def run(
     packages = packages or default_packages(root)
     sources, data = SourceTree(packages), data_tree(packages)
     require_typed(papers, sources)
-    validate_claims(papers)
+    validate_claims(papers, sources.mentioned)
     certificates, unproved = wanted(root, [paper.key for paper in papers])
     validate_theorems(papers, {claim for certificate in certificates for claim in certificate.claims}, unproved)
     environment = read_environment(root)

@@ -79,6 +79,8 @@ def _claim(record: dict[str, Any], inferred: set[str]) -> dict[str, Any]:
             "consequence": None,
             "says": [],
             "meant": "",
+            "unit": "",
+            "remark": "",
         },
         "evidence": {
             **{name: record[name] for name in _EVIDENCE},

@@ -54,6 +54,8 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
     meant: str = ""
+    unit: str = ""
+    remark: str = ""
 
 
 class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -20,7 +20,9 @@ from replication.audit.project import read_settings
 from replication.errors import AuditError
 from replication.files import write_atomically
 
-CALLERS = tuple(f"replication/audit/run/{name}.py" for name in ("worker", "assemble", "draw"))
+CALLERS = tuple(
+    f"replication/audit/{name}.py" for name in ("run/worker", "run/assemble", "run/draw", "declare", "numbers")
+)
 """Where the functions of papers are called, which is never the cause of an error."""
 
 _FILE = re.compile(rb"""(["'])([\w./-]{1,100}\.(?!py["'])[a-z0-9]{1,5})\1""")
@@ -101,14 +103,35 @@ class SourceTree:
         return ""
 
     def location(self, function: Callable[..., Any]) -> str:
-        """`file:line` where a function, method, partial or callable object is defined; empty if outside the project."""
+        """`file:line` where a function, method, partial or callable object is defined; empty if outside the project.
+
+        One that serves several claims says where each is declared by its attribute `declared`, a path and a line.
+        """
         while isinstance(function, functools.partial) or hasattr(function, "__wrapped__"):
+            if declared := getattr(function, "declared", None):
+                label = self.label(Path(declared[0]).resolve())
+                return f"{label}:{declared[1]}" if label else ""
             function = function.func if isinstance(function, functools.partial) else function.__wrapped__
         code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
         if code is None:
             return ""
         label = self.label(Path(code.co_filename).resolve())
         return f"{label}:{code.co_firstlineno}" if label else ""
+
+    def mentioned(self, name: str) -> str:
+        """` [file:line]` of the first line of a paper that writes a name, with its key or without; else empty."""
+        key, _, short = re.split(r"([.-])", name, maxsplit=1) if re.search("[.-]", name) else (name, "", "")
+        for package, directory in self.packages.items():
+            own = (directory / key).is_dir() and bool(short)
+            front = rf"(?:{re.escape(key)}[.-])?" if own else ""
+            pattern = re.compile(rf"(?<![\w.-]){front}{re.escape(short if own else name)}(?![\w-])")
+            files = (directory / key if own else directory).rglob("*.*") if package != "replication" else ()
+            for path in sorted(files):
+                if path.suffix in (".py", ".toml") and path.name != "coverage.toml":
+                    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+                        if pattern.search(line):
+                            return f" [{self.label(path)}:{number}]"
+        return ""
 
     def last_line(self, traceback: TracebackType | None) -> str:
         """`file:line` of the innermost frame in the project, those that call its functions aside; empty if none."""

@@ -44,7 +44,9 @@ def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Stam
     T = coordinates(proof)
     back = np.linalg.inv(T)
     pattern, h = pattern_of(runs, periods)
-    while lost_bits(stages := along_pattern(system, filter_, h), T) > LOST and len(h) > len(pattern):
+    # In these coordinates floating point is accurate, too.
+    moved, chosen = system.in_coordinates(T), filter_.in_coordinates(T)
+    while lost_bits(stages := along_pattern(moved, chosen, h)) > LOST and len(h) > len(pattern):
         runs = [(count + 1) // 2 for count in runs]
         pattern, h = pattern_of(runs, periods)
     peak = l2_gain(stages)
@@ -75,11 +77,11 @@ def coordinates(proof: StampedProof) -> Array:
     return np.asarray(np.exp2(np.round(np.log2(units)))[:, None] * np.round(root / units[:, None] * STEPS) / STEPS)
 
 
-def lost_bits(stages: PeriodicSystem, T: Array) -> float:
-    """Bits by which balls widen over a pattern, for the state T x: each step multiplies their radii by its moduli."""
-    total, bits, back = np.eye(len(T)), 0.0, np.linalg.inv(T)
+def lost_bits(stages: PeriodicSystem) -> float:
+    """Bits by which balls widen over a pattern: each step multiplies their radii by its moduli."""
+    total, bits = np.eye(stages.order), 0.0
     for stage in stages.stages:
-        total = np.abs(T @ stage.A @ back) @ total
+        total = np.abs(stage.A) @ total
         size = float(np.max(total)) or 1.0
         total, bits = total / size, bits + log2(size)
     return bits

@@ -12,14 +12,16 @@ import subprocess
 import sys
 from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
+import control
 import numpy as np
 import pytest
 import scipy.io
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.results import Bracket, GainResult, outward
-from replication.estimation.api.signals import Signals
+from replication.estimation.api.signals import Signals, measured_outputs
 from tests.estimation.api.api_plants import CASES, METHODS, result_of
 
 ROOT = Path(__file__).parents[3]
@@ -209,3 +211,11 @@ def test_brackets_are_rounded_outwards(lower: float, upper: float, shown: tuple[
     low, high = outward(Bracket(lower, upper, "by hand"))
     assert Decimal(low) <= Decimal(lower) and Decimal(high) >= Decimal(upper)
     assert (Decimal(low), Decimal(high)) == tuple(map(Decimal, shown))
+
+
+@pytest.mark.parametrize("wrong", [[0, 0], [0, 1], [], 0, 3, -1, True, "y[0]", [2]])
+def test_outputs_are_measured_once_and_some_are_left_to_estimate(wrong: Any) -> None:
+    system = control.ss([[-1.0]], [[1.0]], [[1.0], [2.0]], 0)
+    assert measured_outputs(system, [1])[:2] == ([1], [0]) and measured_outputs(system, 1)[:2] == ([0], [1])
+    with pytest.raises(InvalidInputError):
+        measured_outputs(system, wrong)

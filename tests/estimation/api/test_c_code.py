@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
-import os
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -14,41 +10,10 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.running import RunningObserver
 from tests.estimation.api.api_plants import result_of
+from tests.estimation.compiled import EXACT, STEPS, Compiled
 
-STEPS = 10_000
-EXACT = 1e-12
-FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
-SANITIZER = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
-"""Stops the process at undefined behaviour, such as an index beyond an array."""
 WITH_C = ("dualrate", "multirate", "nonuniform")
-
-
-class Compiled:
-    """The C form, called with the arguments of `reset` and `step`."""
-
-    def __init__(self, observer: RunningObserver, folder: Path) -> None:
-        if shutil.which("cc") is None and not os.environ.get("CI"):
-            pytest.skip("no C compiler: apt-get install gcc libc6-dev")
-        source, library = folder / "observer.c", folder / "observer.so"
-        source.write_text(observer.to_c("own", "An observer */ of the tests."), encoding="utf-8")
-        subprocess.run(["cc", *FLAGS, *SANITIZER, source, "-o", library, "-lm"], check=True, capture_output=True)
-        self.library = ctypes.CDLL(str(library))
-        self.state = (ctypes.c_double * 4096)()  # more than the struct of any observer here
-        self.estimates = len(observer.estimate)
-
-    def reset(self, start: Any) -> None:
-        self.library.own_init(self.state, _doubles(start))
-
-    def step(self, u: Any, y: Any) -> tuple[int, np.ndarray[Any, Any]]:
-        estimate = (ctypes.c_double * self.estimates)(*[math.nan] * self.estimates)
-        answer = self.library.own_step(self.state, _doubles(u), _doubles(y), estimate)
-        return answer, np.array(estimate)
-
-
-def _doubles(values: Any) -> Any:
-    return (ctypes.c_double * len(values))(*values)
 
 
 def measurements(method: str, rng: np.random.Generator, size: int) -> np.ndarray[Any, Any]:

@@ -17,7 +17,7 @@ from replication.estimation.delay.exact.loop import error_response, exact_gain
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.sampled.recursion import exact_response, sampled
 from replication.estimation.delay.sampled.running import InnovationsObserver, running, simulate_error
-from tests.estimation.api.test_c_code import EXACT, STEPS, Compiled
+from tests.estimation.compiled import EXACT, STEPS, Compiled
 from tests.estimation.delay.exact_cases import averaged, made_up, two_delays
 
 OBSERVERS = {"averages": lambda: made_up(averaged(), 0.2), "two delays": lambda: made_up(two_delays(), 0.01)}

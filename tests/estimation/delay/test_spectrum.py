@@ -8,7 +8,7 @@ from scipy.special import lambertw
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import delay_system, frequency_response, hinf_gain, minimum_gain, rightmost_roots
-from replication.estimation.delay.spectrum import undetectable_root
+from replication.estimation.delay.spectrum import _output, undetectable_root
 from tests.estimation.delay.plants import one_delay, scalar, two_delays, unstable_pair
 
 
@@ -52,3 +52,13 @@ def test_undetectable_plant_is_refused_before_the_solver() -> None:
     assert undetectable_root(system) == pytest.approx(0.5, abs=1e-9)
     with pytest.raises(InvalidInputError, match="not detectable"):
         minimum_gain(system, 1)
+
+
+def test_derivatives_of_a_delayed_output_are_those_of_differences() -> None:
+    system = delay_system(
+        -np.eye(2), [np.zeros((2, 2))] * 2, [0.5, 2.0], np.eye(2), [[1, 0]], [[0, 1]], [[[1.0, 2.0]], [[-0.5, 1.0]]]
+    )
+    s, step = np.array([0.3 + 1.0j]), 1e-4
+    for power in (0, 1):
+        difference = (_output(system, s + step, power) - _output(system, s - step, power)) / (2 * step)
+        assert np.abs(_output(system, s, power + 1) - difference).max() < 1e-6

@@ -288,3 +288,11 @@ def test_the_limit_is_that_of_parrott_at_every_frequency() -> None:
     found = float(result.fact("limit of any smoother").value)
     assert highest * (1 - SAME) <= found <= highest * 1.0001
     assert found < result.value
+
+
+def test_the_errors_of_a_simulation_are_state_minus_estimate() -> None:
+    x, guess = [1.0, -0.5, 0.25], [0.25, 0.5, -1.0]
+    right = dualrate.simulate(designed(), x, slow_periods=2, estimate=x)
+    assert np.abs(right.signals["estimation error"]).max() < SAME
+    wrong = dualrate.simulate(designed(), x, slow_periods=2, estimate=guess)
+    np.testing.assert_array_equal(wrong.signals["estimation error"][0], np.subtract(x, guess))

@@ -89,7 +89,10 @@ def test_the_curve_prints_and_plots_itself() -> None:
     curve = design().tradeoff(3)
     assert "infinite" in str(curve)
     assert curve.to_dict()["level"][-1] is None
-    assert draw(curve.panels()) is not None
+    (panel,) = curve.panels()
+    assert draw((panel,)) is not None
+    for shown, measure in ((panel.x, curve.gain), (next(iter(panel.lines.values())), curve.rms)):
+        np.testing.assert_allclose((1 + np.asarray(shown) / 100) * measure.min(), measure, rtol=EQUAL)
     for bad, message in ((1, "at least 2"), (2.5, "whole number"), (10_000, "at most 1000")):
         with pytest.raises(InvalidInputError, match=message):
             design().tradeoff(bad)  # type: ignore[arg-type]
@@ -200,3 +203,11 @@ def test_the_balance_is_found_from_the_ends_alone() -> None:
     found = balanced(problem, optimum(problem))
     assert np.isfinite(found.level)
     assert problem.error_system(found.gains).spectral_radius() < 1
+
+
+def test_the_frequencies_of_a_gain_end_at_half_a_turn_over_the_period() -> None:
+    result = design()
+    (panel,) = result.panels()
+    period = result.problem.plant.dt * result.problem.schedule.period
+    assert result.problem.schedule.period == 4 and panel.x[0] == 0.0
+    assert panel.x[-1] == pytest.approx(np.pi / period, rel=EQUAL)

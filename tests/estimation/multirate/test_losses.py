@@ -8,15 +8,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from noisy_plants import correlated
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.linear.norms import hinf_norm, l2_gain
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.multirate import MultiratePlant, losses
+from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.losses.automaton import Automaton, along, automaton, closed_loop
-from replication.estimation.multirate.losses.mean import mean_square
+from replication.estimation.multirate.losses.mean import mean_square, mean_square_gains
 from replication.estimation.multirate.losses.storage import Walks, least_level, proved_level
+from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.simulation import white_noise_variance
 from replication.estimation.validation import Array
 
 EQUAL = 1e-9
@@ -198,6 +203,19 @@ def test_the_optimum_under_independent_losses_is_the_modified_riccati_equation()
         P = plant.A @ (P - (1 - p) * K @ plant.C @ P) @ plant.A.T + plant.B_d @ plant.B_d.T
     result = losses.design(multirate.design(plant, periods=(1,)), losses.Independent(p))
     assert result.value == pytest.approx(np.sqrt(np.trace(P)), rel=EQUAL)
+
+
+def test_without_losses_correlated_noise_has_the_gains_of_the_kalman_filter() -> None:
+    plain = MultirateProblem(CART, SensingSchedule((1, 2)))
+    problem = correlated(plain, seed=5)
+    given = automaton(problem, losses.Independent(0.0))
+    gains, kalman = mean_square_gains(problem, given), kalman_design(problem).gains
+    assert np.abs(gains - kalman[[edge.phase for edge in given.edges]]).max() < 1e-8 * np.abs(kalman).max()
+    rms = np.sqrt(white_noise_variance(problem.error_system(kalman)))
+    assert mean_square(problem, given, gains).rms == pytest.approx(rms, rel=EQUAL)
+    # The sign of the correlation counts.
+    other = MultirateProblem(replace(problem.plant, B_w=-problem.plant.B_w), problem.schedule)
+    assert abs(mean_square(other, given, gains).rms - rms) > 1e-2 * rms
 
 
 @pytest.mark.parametrize("name", MODELS)

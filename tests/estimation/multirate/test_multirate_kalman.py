@@ -14,7 +14,7 @@ from papers.okajima2023.method.lmi import cyclic
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.multirate.kalman import kalman_design, state_units
+from replication.estimation.multirate.kalman import kalman_centre, kalman_design, stabilises, state_units
 from replication.estimation.multirate.optimum import optimal_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
@@ -53,6 +53,14 @@ def plain_step(given_problem: MultirateProblem, k: int, X: Array) -> Array:
     C, D = plant.C[rows], plant.D[rows]
     gain = X @ C.T @ np.linalg.inv(C @ X @ C.T + D @ D.T) if rows else np.zeros((len(X), 0))
     return plant.A @ (X - gain @ C @ X) @ plant.A.T + plant.B_d @ plant.B_d.T
+
+
+def test_only_gains_that_stabilise_pass_for_it() -> None:
+    growing = problem(replace(PAPER, A=PAPER.A / np.max(np.abs(np.linalg.eigvals(PAPER.A))) * 1.2), (1, 1))
+    centre = kalman_centre(growing)
+    maps = centre.scaled.maps()
+    assert stabilises(centre.scaled, centre.states, maps)
+    assert not stabilises(centre.scaled, 0 * centre.states, maps)
 
 
 @settings(max_examples=25, deadline=None)

@@ -1,3 +1,5 @@
+import math
+
 import control
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.nonuniform.exchange import robust_design
 from replication.estimation.nonuniform.filter_lmi import design_for_periods
 from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
-from replication.estimation.nonuniform.guarantee.certificate import enclose
+from replication.estimation.nonuniform.guarantee.certificate import DEGREE, Enclosure, enclose
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import repeated, sequence_gain, simulate_error, worst_sequence
@@ -188,3 +190,11 @@ def test_numbers_in_text_make_a_range_of_numbers():
 def test_unstable_filter_has_no_worst_sequence():
     with pytest.raises(InfeasibleError, match="spectral radius"):
         worst_sequence(MOTOR, Filter([[1.2]], [[0.1]], [[1.0]]), MOTOR_RANGE, horizon=100)
+
+
+@pytest.mark.parametrize("size", [0.5, 2.0, 6.0])
+def test_what_a_hull_misses_is_no_more_than_the_bound_also_where_modes_grow(size):
+    one = np.ones((1, 1))
+    hull = Enclosure(one[None], one, one[None], np.array([1.0]), size * one)
+    missed = math.exp(size) - sum(size**k / math.factorial(k) for k in range(DEGREE + 1))
+    assert missed <= hull.remainder()[0] <= missed * (DEGREE + 2) * math.exp(size)

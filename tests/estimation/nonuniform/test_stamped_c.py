@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import math
-import os
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +17,8 @@ from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPl
 from replication.estimation.nonuniform.stamped.kalman.running import StampedKalman
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
+from tests.estimation.compiled import EXACT, STEPS, doubles, library_of
 
-STEPS = 10_000
-EXACT = 1e-12
-FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
-SANITIZER = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
 RANGE = PeriodRange(0.02, 0.4)
 KINDS = ("filter", "kalman", "kalman without inputs")
 
@@ -45,30 +39,21 @@ class Compiled:
     """The C form, called with the arguments of `reset` and `step`."""
 
     def __init__(self, observer: Any, folder: Path) -> None:
-        if shutil.which("cc") is None and not os.environ.get("CI"):
-            pytest.skip("no C compiler: apt-get install gcc libc6-dev")
-        source, library = folder / "observer.c", folder / "observer.so"
-        source.write_text(observer.to_c("own", "An observer */ of the tests."), encoding="utf-8")
-        subprocess.run(["cc", *FLAGS, *SANITIZER, source, "-o", library, "-lm"], check=True, capture_output=True)
-        self.library = ctypes.CDLL(str(library))
+        self.library = library_of(observer, folder)
         self.state = (ctypes.c_double * 512)()
 
     def reset(self, start: Any) -> None:
-        self.library.own_init(self.state, _doubles(start))
+        self.library.own_init(self.state, doubles(start))
 
     def step(self, y: Any, t: float, u: Any = None) -> tuple[int, np.ndarray[Any, Any]]:
         estimate = (ctypes.c_double * 3)(*[math.nan] * 3)
-        given = None if u is None else _doubles(u)
-        answer = self.library.own_step(self.state, ctypes.c_double(t), given, _doubles(y), estimate)
+        given = None if u is None else doubles(u)
+        answer = self.library.own_step(self.state, ctypes.c_double(t), given, doubles(y), estimate)
         return answer, np.array(estimate)
 
     def predict(self, t: float) -> tuple[int, np.ndarray[Any, Any]]:
         estimate = (ctypes.c_double * 3)(*[math.nan] * 3)
         return self.library.own_predict(self.state, ctypes.c_double(t), estimate), np.array(estimate)
-
-
-def _doubles(values: Any) -> Any:
-    return (ctypes.c_double * len(values))(*values)
 
 
 def predicted(observer: Any, t: float) -> Any:

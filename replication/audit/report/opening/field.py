@@ -47,7 +47,8 @@ class Cell:
 
 @dataclass(frozen=True, kw_only=True)
 class Lane:
-    """One paper. broken: whether a theorem or guarantee of it fails; sound: whether it has some, and all hold.
+    """One paper. promises: whether a theorem or guarantee of it is among the claims; broken: whether one of them fails;
+    sound: whether it has some, and all hold.
 
     corrected: whether one of them holds only once an erratum is corrected. open: whether one of them, or a headline
     statement, holds under one reading of the text and fails under another.
@@ -55,6 +56,7 @@ class Lane:
 
     paper: PaperView
     cells: tuple[Cell, ...]
+    promises: bool
     broken: bool
     sound: bool
     corrected: bool
@@ -83,7 +85,8 @@ def field(papers: Sequence[PaperView]) -> Field:
     )
     groups = (
         ("A central guarantee fails", tuple(lane for lane in lanes if lane.broken)),
-        ("No central guarantee is refuted", tuple(lane for lane in lanes if not lane.broken)),
+        ("No central guarantee is refuted", tuple(lane for lane in lanes if lane.promises and not lane.broken)),
+        ("Printed results, no theorem", tuple(lane for lane in lanes if not lane.promises)),
     )
     return Field(
         answer=answer(lanes),
@@ -99,6 +102,8 @@ def answer(lanes: Sequence[Lane]) -> str:
     judged = [lane for lane in lanes if any(cell.marks for cell in lane.cells)]
     if not judged:
         return "There is no claim to judge."
+    if not any(lane.promises for lane in judged):
+        return _tally([view.record.verdict for lane in judged for cell in lane.cells for view in cell.marks])
     others = [lane for lane in judged if not lane.broken]
     whole, rest = len(judged), len(others)
     if not others:
@@ -114,6 +119,24 @@ def answer(lanes: Sequence[Lane]) -> str:
         which = f"{_count(len(failing))} of {_count(whole)} papers"
     where = "in the other" if rest == 1 else "in the others"
     return f"In {which} a central guarantee fails; {_said_of(others, 'none', where)}."
+
+
+def _tally(verdicts: Sequence[Verdict]) -> str:
+    """How many results come out, where there is no theorem to speak of."""
+    counted = Counter(verdicts)
+    printed = counted[Verdict.REPRODUCED] + counted[Verdict.CONSISTENT]
+    corrected, failing = counted[Verdict.REPRODUCED_AFTER_ERRATUM], sum(counted[verdict] for verdict in FAILS)
+    failed = counted[Verdict.ERROR]
+    chosen, unsettled = counted[Verdict.COMPATIBLE], counted[Verdict.UNDETERMINED]
+    parts = [
+        f"{printed} of {len(verdicts)} results come{'s' if printed == 1 else ''} out as printed",
+        f"{_count(corrected)} after an erratum" if corrected else "",
+        f"{_count(chosen)} as compatible" if chosen else "",
+        f"{_count(failing)} {'does' if failing == 1 else 'do'} not" if failing else "none fails",
+        f"{_count(unsettled)} stay{'s' if unsettled == 1 else ''} open" if unsettled else "",
+        f"{_count(failed)} ended in an error" if failed else "",
+    ]
+    return f"{', '.join(filter(None, parts))}."
 
 
 def _said_of(lanes: Sequence[Lane], none: str, where: str) -> str:
@@ -146,6 +169,7 @@ def _lane(paper: PaperView) -> Lane:
     return Lane(
         paper=paper,
         cells=cells,
+        promises=bool(theorems),
         broken=any(verdict in FAILS for verdict in verdicts),
         sound=bool(theorems) and all(verdict in STANDS for verdict in verdicts),
         corrected=any(record.claim.erratum and record.verdict not in FAILS for record in theorems),

@@ -6,6 +6,7 @@ import numpy as np
 
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.multirate.losses.automaton import Automaton, Edge
+from replication.estimation.multirate.losses.c_form import c_form
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
 
@@ -37,6 +38,10 @@ class LossObserver(RunningObserver):
         """x^(k), (n,)."""
         return np.array(self._state[: self.states])
 
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """As in `RunningObserver`; `missed` and `unforeseen` are counted there, too."""
+        return c_form(name, comment, self._problem, self._given, self._gains)
+
     def _begin(self, start: Array) -> None:
         self._state = np.zeros(self._problem.plant.order)
         self._state[: self.states] = start
@@ -58,7 +63,7 @@ class LossObserver(RunningObserver):
 
     def _after(self, edge: Edge, came: Array) -> int:
         """The node that knows of as many losses as the model allows where there were more."""
-        before, after = self._given.memories[self._node], self._given.memories[edge.target]
+        before, after = self._given.memories[edge.source], self._given.memories[edge.target]
         lost = np.array(edge.arrived) & ~came.astype(bool)
         channels = [bool(lost.any())] if len(before) == 1 else lost.tolist()
         memory = tuple(b if gone else a for gone, b, a in zip(channels, before, after, strict=True))

@@ -11,6 +11,8 @@ from benchmarks.delay_plants import DEGREE, EXAMPLES, PAGE, ROWS, measured, rand
 from replication.estimation.delay.general.lines import line_form
 
 ROWS_OF = recorded()
+PROMISED = 1e-5
+"""How near the least level of a degree comes, relatively; the page counts levels that are farther off."""
 RANDOM = {name: row for name, row in ROWS_OF.items() if name.startswith("random")}
 
 
@@ -37,7 +39,7 @@ def test_what_was_measured_is_within_what_is_promised() -> None:
     assert len(RANDOM) - len(done) <= 0.03 * len(RANDOM)
     excess = np.array([row["least"] / row["limit"] - 1.0 for row in done])
     assert np.median(excess) < 1e-3
-    assert excess.min() > -1e-5
+    assert excess.min() > -PROMISED
     assert all(row["gain"] <= row["proved"] for row in done)
     assert {row["n"] for row in done} == {1, 2, 3, 4}
     for name, _, degree in EXAMPLES:
@@ -50,5 +52,7 @@ def test_what_was_measured_is_within_what_is_promised() -> None:
 def test_a_measurement_comes_out_again(name: str) -> None:
     plant = random_plant(np.random.default_rng(int(name.split()[1])))
     found, row = measured(plant, DEGREE, 0.05), ROWS_OF[name]
-    assert found["least"] == pytest.approx(row["least"], rel=1e-6)
+    # Rounding, which differs between processors, ends the method: the levels are told to this, as the page does.
+    assert found["least"] == pytest.approx(row["least"], rel=PROMISED)
+    assert found["least"] > found["limit"] * (1 - PROMISED)
     assert found["limit"] == pytest.approx(row["limit"], rel=1e-6)

@@ -1,0 +1,52 @@
+"""C forms of observers, compiled without a warning and with traps at undefined behaviour, to be called from Python."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
+SANITIZER = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
+"""Stops the process at undefined behaviour, such as an index beyond an array."""
+STEPS = 10_000
+EXACT = 1e-12
+
+
+def library_of(observer: Any, folder: Path) -> ctypes.CDLL:
+    """The library of an observer that is named `own` there."""
+    if shutil.which("cc") is None and not os.environ.get("CI"):
+        pytest.skip("no C compiler: apt-get install gcc libc6-dev")
+    source, library = folder / "observer.c", folder / "observer.so"
+    source.write_text(observer.to_c("own", "An observer */ of the tests."), encoding="utf-8")
+    subprocess.run(["cc", *FLAGS, *SANITIZER, source, "-o", library, "-lm"], check=True, capture_output=True)
+    return ctypes.CDLL(str(library))
+
+
+def doubles(values: Any) -> Any:
+    """An array of C."""
+    return (ctypes.c_double * len(values))(*values)
+
+
+class Compiled:
+    """The C form, called with the arguments of `reset` and `step`."""
+
+    def __init__(self, observer: Any, folder: Path) -> None:
+        self.library = library_of(observer, folder)
+        self.state = (ctypes.c_double * 4096)()  # more than the struct of any observer here
+        self.estimates = len(observer.estimate)
+
+    def reset(self, start: Any) -> None:
+        self.library.own_init(self.state, doubles(start))
+
+    def step(self, u: Any, y: Any) -> tuple[int, np.ndarray[Any, Any]]:
+        estimate = (ctypes.c_double * self.estimates)(*[math.nan] * self.estimates)
+        answer = self.library.own_step(self.state, doubles(u), doubles(y), estimate)
+        return answer, np.array(estimate)
