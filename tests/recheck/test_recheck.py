@@ -269,6 +269,33 @@ def test_a_fault_in_either_is_found_on_true_certificates(
     assert "the lower bound is None for the first, 6 for the second" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("place", "value", "stable"),
+    [
+        (("parameters", "C", 1, 1), "3/2", True),
+        (("parameters", "C", 1, 1), "-1", False),
+        (("parameters", "C", 1, 1), "0", False),
+        (("plant", "error_poles", 0), "-127/1000", True),
+        (("plant", "error_poles", 2), "2499/5000", True),
+    ],
+)
+def test_poles_of_other_plants_are_said_to_be_stable_by_both_or_by_none(
+    place: tuple[Any, ...], value: str, stable: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As if the paper were about another plant: what it is about is compared elsewhere."""
+    monkeypatch.setattr(first, "subject", lambda *_: {})
+    monkeypatch.setattr(second, "wanted", lambda *_: {})
+    certificate = json.loads(FILES["okajima2023/section-4c-error-poles"].read_bytes())
+    holder = certificate
+    for key in place[:-1]:
+        holder = holder[key]
+    holder[place[-1]] = value
+    theorem, proof = first.check(certificate), second.proof(certificate)
+    assert theorem.holds is proof.holds is stable
+    outcome = first.Outcome(path=Path("altered"), theorem=theorem)
+    assert twice.compared(outcome, proof) == twice.Pair(True, "")
+
+
 def test_what_has_no_second_check_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     kept = {name: check for name, check in second.CHECKS.items() if name != "multirate.common-period"}
     monkeypatch.setattr(second, "CHECKS", kept)

@@ -56,7 +56,7 @@ OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
     ast.Mod: ast.Mult,
     ast.FloorDiv: ast.Mult,
 }
-REFUSING = ("require", "decide")
+REFUSING = ("require", "decide", "need")
 """How the names begin of what refuses a certificate."""
 SWAPPED = {"any": "all", "all": "any", "min": "max", "max": "min"}
 

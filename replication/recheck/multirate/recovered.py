@@ -62,6 +62,10 @@ def _outside(disc: Disc) -> bool:
     return bool(disc[0].size2() > (1 + disc[1]) ** 2)
 
 
+def _inside(disc: Disc) -> bool:
+    return bool(disc[1] < 1 and disc[0].size2() < (1 - disc[1]) ** 2)
+
+
 def _around(value: Fraction, radius: Fraction) -> tuple[Fraction, Fraction]:
     return value - radius, value + radius
 
@@ -104,23 +108,25 @@ def free_setting(given: Certificate) -> Proof:
     periods, offsets, entries = take(given.parameters, "parameters", "periods", "offsets", "A")
     a = square(entries, "A")
     _matched(_printed(given), a)
-    for centre, radius in _loop(given, a, matrix(given.plant["C"], "C"), schedule(periods, offsets)):
-        need(radius < 1 and centre.size2() < (1 - radius) ** 2, "a pole of A_e may lie outside the unit circle")
+    found = _loop(given, a, matrix(given.plant["C"], "C"), schedule(periods, offsets))
+    need(all(map(_inside, found)), "a pole of A_e may lie outside the unit circle")
     return Proof(holds=True)
 
 
 def error_poles(given: Certificate) -> Proof:
-    """The poles of A_e with another C, all real, in the order in which the stated ones stand."""
+    """The poles of A_e with another C, all real, by their size as the stated ones; and whether they are stable."""
     given.stated()
     take(given.witness, "witness")
     a, planned, (c,), _ = _plant(given, "C")
     stated = several(given.plant["error_poles"], "error_poles", number)
     found = _loop(given, a, c, planned)
     need(len(stated) == len(found) and all(centre.im == 0 for centre, _ in found), "A_e has other poles than real ones")
-    order = sorted(range(len(stated)), key=lambda i: stated[i])
-    ranked = sorted(found, key=lambda disc: disc[0].re)
+    stable = all(map(_inside, found))
+    need(stable or any(map(_outside, found)), "whether the poles of A_e lie in the unit circle is not decided")
+    order = sorted(range(len(stated)), key=lambda i: abs(stated[i]))
+    ranked = sorted(found, key=lambda disc: abs(disc[0].re))
     items: dict[int, Any] = {place: _around(disc[0].re, disc[1]) for place, disc in zip(order, ranked, strict=True)}
-    return Proof(holds=True, items=tuple(items[i] for i in range(len(stated))))
+    return Proof(holds=stable, items=tuple(items[i] for i in range(len(stated))))
 
 
 def design(given: Certificate) -> Proof:
