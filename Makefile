@@ -36,7 +36,7 @@ test-fast: $(STAMP) ## the tests that take no more than a few seconds and need n
 mutants: $(STAMP) ## every small change of the verifier, and a sceptic's of library and audit engine (about half an hour)
 	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py tests/sceptic --numprocesses=auto
 
-mutants-both: $(STAMP) ## every small change of either verifier, told by the other (hours)
+mutants-both: $(STAMP) ## every small change of either verifier, told by the other (about an hour)
 	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py
 
 processors: $(STAMP) ## a fresh run on four types of processor; `make test` tries one, on two papers (ten minutes)

@@ -23,6 +23,8 @@ ROOT = Path(__file__).parents[2]
 WHOLE = os.environ.get("MUTANTS") == "all"
 STEP = 1 if WHOLE else 32
 """Of the altered certificates every so many are tried; all of them with MUTANTS=all (`make mutants-both`)."""
+FEW = 4
+"""Of the alterations every so many are the corpus on which all faults are tried, so that it is soon made."""
 SHARE = 2
 """Faults of every third module that are tried, evenly spread over it; all of all with MUTANTS=all."""
 NOTICED = 0.3
@@ -77,7 +79,7 @@ def modules() -> list[str]:
 
 @cache
 def corpus() -> list[faults.Case]:
-    listed = faults.cases(1 if WHOLE else 10 * STEP)
+    listed = faults.cases(FEW if WHOLE else 10 * STEP)
     return [case for case in listed if not twice.compared(case.one, case.other).conflict]
 
 
@@ -92,12 +94,14 @@ def test_a_fault_that_changes_an_answer_is_told(capsys: pytest.CaptureFixture[st
         import_module(name)
         listed = mutants.mutants_of(name)
         chosen = listed if WHOLE else listed[:: max(1, math.ceil(len(listed) / SHARE))]
+        found = list(faults.unnoticed(name, chosen, corpus()))
         tried += len(chosen)
-        left += list(faults.unnoticed(name, chosen, corpus()))
+        left += found
+        if WHOLE:  # as it comes, so that what an interrupted run has found is not lost
+            with capsys.disabled():
+                print("", f"{name}: {len(found)} of {len(chosen)} change no answer", *found, sep="\n", flush=True)
     with capsys.disabled():
         print(f" [{tried} faults: {tried - len(left)} change an answer, and the other verifier tells]", end="")
-        if WHOLE:
-            print(*("", *left), sep="\n")
     assert tried > 20
     assert tried - len(left) > NOTICED * tried
 
