@@ -25,6 +25,8 @@ SLOW, SLOWEST = 0.2, 5.0
 """Seconds of the processor beyond which an altered certificate, or a true one, is no part of a search for faults."""
 FIRST = 3
 """Alterations that are always tried: bounds come first."""
+PATIENCE = 5
+"""Alterations of one certificate that may take too long, before no more are tried."""
 MOST = 100
 """Cases on which a fault is tried, the quick ones first."""
 
@@ -77,10 +79,15 @@ def cases(step: int) -> list[Case]:
 
 
 def made_of(certificate: Certificate, step: int) -> list[Case]:
-    """The cases of one certificate; none if it takes too long itself."""
+    """The cases of one certificate; none if it takes too long itself, no more once several alterations have."""
     whole = _case(certificate, SLOWEST)
-    rest = [one for place, one in enumerate(altered(certificate)) if 0 < place < FIRST or (place and place % step == 0)]
-    return [whole, *filter(None, (_case(one, SLOW) for one in rest))] if whole else []
+    found, slow = [whole] if whole else [], 0
+    for place, one in enumerate(altered(certificate) if whole else ()):
+        if slow < PATIENCE and place > 0 and (place < FIRST or place % step == 0):
+            case = _case(one, SLOW)
+            found += [case] if case else []
+            slow += case is None
+    return found
 
 
 def _case(certificate: Certificate, limit: float) -> Case | None:
