@@ -9,6 +9,7 @@ import pytest
 from lab import Lab, make_lab
 
 from benchmarks.boilerplate import measure
+from replication.audit.inspect.coverage import ASIDE, FACTS, ITEMS
 from replication.audit.model import Kind
 from replication.errors import InvalidInputError
 from replication.scaffold.make import scaffold
@@ -56,7 +57,8 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     (show,) = re.findall(r"^python -m replication (show .+)$", GUIDE, re.MULTILINE)
     assert "closed.gain gives 0.618033989" in lab.cli(*show.split()).stdout
     assert measure(lab.path("randomwalk")).share <= 0.25
-    assert "0 open" in lab.cli("coverage", "randomwalk").stdout
+    covered = lab.cli("coverage", "randomwalk")
+    assert covered.returncode == 0 and "0 open" in covered.stdout, covered.stdout
     assert lab.python("-m", "pytest", "-q", "tests/papers/test_randomwalk.py").returncode == 0
 
 
@@ -136,3 +138,9 @@ def test_the_map_shows_every_room_and_every_path_on_it_is_there() -> None:
     for name in named:
         place = name.replace("KEY", "okajima2023").replace("METHOD", "multirate")
         assert (ROOT / place).is_file(), name
+
+
+def test_the_guide_lists_all_excuses_of_coverage_and_no_others() -> None:
+    for heading, reasons in (("of numerals", {**FACTS, **ASIDE}), ("of numbered items", ITEMS)):
+        table = GUIDE.partition(f"| `excused:` | {heading} |")[2].partition("\n\n")[0]
+        assert re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE) == list(reasons)

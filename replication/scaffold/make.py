@@ -10,6 +10,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from replication.audit.inspect.coverage import ASIDE, FACTS, ITEMS
 from replication.audit.project import CONFIGURATION, read_settings
 from replication.errors import InvalidInputError
 from replication.files import write_atomically
@@ -48,8 +49,10 @@ def scaffold(key: str, root: Path) -> tuple[Path, ...]:
         loader=FileSystemLoader(Path(__file__).parent), undefined=StrictUndefined, keep_trailing_newline=True
     )
 
+    excuses = {"numeral_excuses": ", ".join({**FACTS, **ASIDE}), "item_excuses": ", ".join(ITEMS)}
+
     def rendered(template: str) -> str:
-        return environment.get_template(f"{template}.j2").render(key=key, folder=folder)
+        return environment.get_template(f"{template}.j2").render(key=key, folder=folder, **excuses)
 
     texts = {name: rendered(template) for name, template in FILES.items()}
     around = {root / CONFIGURATION: "replication.toml", package.parent / "__init__.py": "papers.py", test: "test.py"}

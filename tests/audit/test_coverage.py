@@ -94,7 +94,11 @@ def test_what_is_open_is_listed_and_excuses_are_counted(folder: Path) -> None:
         ('"reading:norm"', '"reading:form"', "unknown reading 'form'"),
         ('"figure:fig1"', '"figure:fig2"', "unknown figure 'fig2'"),
         ('"scope:Appendix"', '"scope:all"', "unknown scope 'all'"),
-        ('"excused:symbol"', '"excused:boring"', "unknown excused 'boring'"),
+        (
+            '"excused:symbol"',
+            '"excused:boring"',
+            "unknown excused 'boring'; there are definition, elsewhere, symbol, sign",
+        ),
         ('"setting:value"', '"stated:value"', "unknown kind of binding 'stated'"),
         ("0.5 -0.1 0 1", "0.5 0.1 0 1", "which does not hold '0.1' in this order"),
         ("0.5 -0.1 0 1", "0.5 0 -0.1 1", "which does not hold '-0.1' in this order"),

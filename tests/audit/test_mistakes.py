@@ -4,9 +4,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from lab import Lab, make_lab
+from sample import claim
+
+from replication.audit.inspect.notes import factor
+from replication.audit.judge.recording import plain
+from replication.audit.model import Evidence, Kind, Verdict
+from replication.errors import AuditError
 
 CLAIMS = "toy2020/claims.py"
 AT = r" \[papers/toy2020/claims\.py:\d+\]"
@@ -120,6 +127,31 @@ def test_a_list_of_another_text_is_told(lab: Lab) -> None:
             "note: coverage.toml of other2021 has 1 fault, see `replication coverage other2021`; the first: other2021: "
         )
         assert (told in lab.cli("run", "other2021").stdout) is said
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (360.0, "60"),
+        (0.1, "1/60"),
+        (21600.0, "3600"),
+        (6 / 3600, "1/3600"),
+        (25.1, "4.184"),
+        (1.434, "1/4.184"),
+        (7.0, ""),
+    ],
+)
+def test_a_usual_unit_is_named_both_ways(value: float, words: str) -> None:
+    record = claim("case", Kind.VALUE, Verdict.DIFFERS, "6.00", Evidence(method="Computed", value=value))
+    assert factor(record) == words
+
+
+@pytest.mark.parametrize("outcomes", [{"norm": 1.5}, [("norm", 1.5)], [1.5], 1.5])
+def test_outcomes_of_another_form_are_told_with_an_example(outcomes: Any) -> None:
+    with pytest.raises(AuditError, match=r"at `\$\.outcomes.*outcomes are a list .*\[\{\"reading\": \"logarithms\""):
+        plain(Evidence(method="Computed", outcomes=outcomes))
+    record = claim("case", Kind.VALUE, Verdict.ERROR, "6.00", Evidence(method="Computed", outcomes=outcomes))
+    assert record.judgement.reason.endswith("where no number is printed [papers/doe1999/claims.py:42]")
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from replication.audit.inspect.headline import Basis, basis
 from replication.audit.judge.agreement import Target
-from replication.audit.judge.printed import Printed, parse
+from replication.audit.judge.printed import Printed
 from replication.audit.judge.recording import rejudge
 from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Kind, Verdict
@@ -84,7 +84,7 @@ def _alterations(
         if not wide and basis(record) is Basis.DIGITS and printed is not None and not printed.relation:
             if claim.meant and record.verdict in CORRECTED:
                 # What is meant was compared; the print was found wrong and would be so with another digit.
-                for text in moved(parse(claim.meant)):
+                for text in moved(Target.of(replace(claim, printed=claim.meant)).printed):
                     yield _MOVED, replace(record, claim=replace(claim, meant=text)), errata
             else:
                 for text in moved(printed):

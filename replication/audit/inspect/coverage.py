@@ -241,6 +241,8 @@ class _Bindings:
 
     def _require(self, kind: str, name: str, numerals: str) -> None:
         known = self.names[one_of("kind of binding", kind, self.names)]
+        if kind == "excused" and name not in known:
+            raise AuditError(f"unknown excused {name!r}; there are {', '.join(known)}")
         if kind in ("data", "size"):
             found: Any = self.printed
             for part in name.split("."):

@@ -21,9 +21,16 @@ SHOWN = 3
 LIKENESS = 0.75
 """Of two words, from which one may be the other with a slip; `Tabel` and `Table` have 0.8."""
 
+
+def _both_ways(number: float) -> tuple[tuple[str, float], tuple[str, float]]:
+    """Minutes, hours or calories, and back."""
+    return (f"{number:g}", number), (f"1/{number:g}", 1 / number)
+
+
 FACTORS = {
     **{f"10^{power}": 10.0**power for power in (*range(-9, 0), *range(1, 10))},
-    **{"2π": 2 * math.pi, "1/(2π)": 1 / (2 * math.pi), "180/π": 180 / math.pi, "π/180": math.pi / 180, "60": 60.0},
+    **{"2π": 2 * math.pi, "1/(2π)": 1 / (2 * math.pi), "180/π": 180 / math.pi, "π/180": math.pi / 180},
+    **{name: times for number in (60.0, 3600.0, 4.184) for name, times in _both_ways(number)},
 }
 """By which a number in another unit is off."""
 

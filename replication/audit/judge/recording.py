@@ -17,6 +17,11 @@ from replication.audit.model import Claim, Evidence, Judgement, Proof, Reading, 
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, StatedClaim
 from replication.errors import AuditError
 
+OUTCOMES = (
+    'outcomes are a list with one entry for each reading of the paper: [{"reading": "logarithms", "value": 48.3}], or '
+    '{"reading": ..., "holds": True} where no number is printed'
+)
+
 
 def make_record(
     claim: Claim,
@@ -46,7 +51,8 @@ def make_record(
         (usable, standing), failure = with_proofs(stated, plain(evidence), certificates), ""
     except AuditError as unusable:
         # No number of a failed or malformed answer is kept, so that judging the record again gives an error too.
-        usable, standing, failure = Evidence(method=""), Standing(), str(unusable)
+        where = f" [{code}]" if code and not error else ""
+        usable, standing, failure = Evidence(method=""), Standing(), f"{unusable}{where}"
     change = msgspec.structs.replace
     paths = tuple(certificate.path for certificate in certificates)
     usable = change(usable, code=code, seconds=seconds, certificates=paths)
@@ -87,6 +93,8 @@ def plain(evidence: Evidence | None) -> Evidence:
         fields = msgspec.to_builtins(evidence, enc_hook=_from_numpy)
         plain = msgspec.convert(fields, Evidence)
     except (TypeError, msgspec.ValidationError) as error:
+        if "$.outcomes" in str(error):
+            raise AuditError(f"{error}; {OUTCOMES}") from None
         raise AuditError(f"the evidence is not made of plain numbers: {error}") from None
     require_finite("", fields)
     return plain

@@ -45,6 +45,9 @@ def read_software(root: Path) -> Software:
     try:
         return msgspec.yaml.decode(path.read_bytes(), type=Software)
     except FileNotFoundError:
-        raise AuditError(f"{path} is missing; the exports take title, authors and licence from it") from None
+        raise AuditError(
+            f"{path} is missing; the exports take title, abstract, version, license and authors from it; "
+            "write them there, each as `name: text`, the authors as a list such as `authors: [{name: A. Author}]`"
+        ) from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise AuditError(f"{path} cannot be used: {error}; correct it") from None

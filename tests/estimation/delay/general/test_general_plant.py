@@ -30,6 +30,8 @@ BAD = [
     ({"delays": [-0.5, 1.0]}, r"delays\[0\] must be positive"),
     ({"delays": []}, "at least one delay"),
     ({"ranges": [[0.6, 0.4], [0.9, 1.1]]}, r"ranges\[0\] must be \(shortest, longest\)"),
+    ({"ranges": [[0.3, 0.4], [0.9, 1.1]]}, r"ranges\[0\] must be \(shortest, longest\)"),
+    ({"ranges": [[0.6, 0.7], [0.9, 1.1]]}, r"ranges\[0\] must be \(shortest, longest\)"),
     ({"ranges": [[-0.1, 0.6], [0.9, 1.1]]}, r"ranges\[0\]\[0\] must be positive"),
     ({"ranges": [[0.4, 0.6]]}, "one pair per delay: 2 delays, 1 pairs"),
     ({"ranges": [[0.4, 0.5, 0.6], [0.9, 1.1]]}, r"ranges\[0\] must be a pair"),
