@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from typing import TypeVar
 
 Item = TypeVar("Item")
@@ -41,14 +42,21 @@ def in_order(
 def _in_processes(
     check: Callable[[Item], Answer], items: Sequence[Item], count: int, lost: Callable[[Item], Answer]
 ) -> Iterator[Answer]:
-    from concurrent.futures import ProcessPoolExecutor
+    from concurrent.futures import Future, ProcessPoolExecutor
     from concurrent.futures.process import BrokenProcessPool
 
     pool = ProcessPoolExecutor(count, initializer=_end_with_parent)
+    waiting: list[Future[Answer]] = []
     try:
-        for place, answer in enumerate([pool.submit(check, item) for item in items]):
+        # What breaks before all is handed over is found below, where the answers are asked for.
+        with suppress(BrokenProcessPool):
+            for item in items:
+                waiting.append(pool.submit(check, item))  # noqa: PERF401 - those before the break are kept
+        for place in range(len(items)):
             try:
-                yield answer.result()
+                if place >= len(waiting):
+                    raise BrokenProcessPool
+                yield waiting[place].result()
             except BrokenProcessPool:
                 # Which of several processes broke is not told: this item is tried in one alone, and the rest anew.
                 yield from [lost(items[place])] if count == 1 else _in_processes(check, [items[place]], 1, lost)
