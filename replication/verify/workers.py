@@ -48,10 +48,10 @@ def _in_processes(
     pool = ProcessPoolExecutor(count, initializer=_end_with_parent)
     waiting: list[Future[Answer]] = []
     try:
-        # What breaks before all is handed over is found below, where the answers are asked for.
+        # What breaks before all is handed over is found below; what had been handed over keeps its place.
         with suppress(BrokenProcessPool):
             for item in items:
-                waiting.append(pool.submit(check, item))  # noqa: PERF401 - those before the break are kept
+                waiting.append(pool.submit(check, item))
         for place in range(len(items)):
             try:
                 if place >= len(waiting):
