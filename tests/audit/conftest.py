@@ -40,6 +40,7 @@ def visit(browser: webdriver.Chrome, address: str) -> Callable[..., webdriver.Ch
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": scheme_feature})
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not scripts})
         browser.get("about:blank")
+        browser.get_log("browser")  # type: ignore[no-untyped-call]  # what other pages complained of
         browser.get(f"{address}{fragment}")
         return browser
 

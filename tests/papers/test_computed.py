@@ -8,13 +8,15 @@ from papers.shao import PAPER
 from replication.audit.parts import Paper
 from replication.audit.run.runner import _plan
 from replication.audit.store.cache import Lookup
+from replication.audit.store.provenance import read_environment
 from replication.audit.store.sources import SourceTree, default_packages
 
 NAME = "shao.motor"
 
 
 def lookup(paper: Paper) -> Lookup:
-    return _plan([paper], [], ROOT, STORE[0].lookup, SourceTree(default_packages(ROOT)))[NAME].lookup
+    sources = SourceTree(default_packages(ROOT))
+    return _plan([paper], [], ROOT, read_environment(ROOT), STORE[0].lookup, sources)[NAME].lookup
 
 
 def test_a_run_reuses_what_a_test_has_computed() -> None:

@@ -72,8 +72,14 @@ def test_a_check_that_is_killed_proves_nothing(tmp_path: Path) -> None:
 @pytest.mark.parametrize("count", ["1", "2"])
 def test_an_interrupt_ends_all_processes_in_few_words(count: str) -> None:
     command = [sys.executable, str(ROOT / "verify.py"), "--jobs", count]
+    # What is begun in the background of a shell ignores Ctrl-C, and so would its children.
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     ) as running:
         assert running.stdout is not None
         running.stdout.readline()

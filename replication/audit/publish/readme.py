@@ -21,7 +21,7 @@ BEGIN, END = "<!-- results: begin, written by `make readme` -->", "<!-- results:
 EXAMPLE_BEGIN, EXAMPLE_END = "<!-- example: begin, written by `make readme` -->", "<!-- example: end -->"
 EXAMPLE = "docs/examples/multirate_cart.py"
 PICTURE, BADGES = "docs/example.svg", "docs/badges"
-SHOWN_WIDTH = 440
+SHOWN_WIDTH = 380
 
 
 def results_block(results: ResultsFile) -> str:
