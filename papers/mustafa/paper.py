@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from papers.mustafa import common
 from papers.mustafa.brief import BRIEF
+from papers.mustafa.claims.algorithm import ALGORITHM_1
 from papers.mustafa.claims.examples import LEVELS, RESPONSE
 from papers.mustafa.claims.extensions import ROBUST_PERFORMANCE
 from papers.mustafa.claims.guarantees import ABSTRACT
-from papers.mustafa.claims.main_results import ALGORITHM_1, THEOREM_1, THEOREM_2, THEOREM_3
+from papers.mustafa.claims.main_results import THEOREM_1, THEOREM_2, THEOREM_3
 from papers.mustafa.claims.preliminaries import LEMMAS
 from papers.mustafa.errata import ERRATA
 from papers.mustafa.experiments.declared import EXPERIMENTS, TRIED

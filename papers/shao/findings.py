@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import floor
 
+from papers.shao.claims.columns import NOT_SEARCHED
 from papers.shao.claims.comparison import slower_readings
-from papers.shao.claims.table import NOT_SEARCHED, ordering_counts, printed_forms, weak_gain_shares
+from papers.shao.claims.orders import ordering_counts, printed_forms, weak_gain_shares
 from papers.shao.experiments.readings import SEARCH, merged
 from papers.shao.experiments.tracking import LOW_FREQUENCY
 from papers.shao.printed import table_1

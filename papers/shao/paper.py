@@ -2,9 +2,11 @@
 
 from papers.shao import common
 from papers.shao.brief import BRIEF
+from papers.shao.claims.columns import WHOLE
 from papers.shao.claims.comparison import RESPONSES, STABILITY
 from papers.shao.claims.introduction import ABSTRACT, INTRODUCTION
 from papers.shao.claims.motor import MOTOR
+from papers.shao.claims.orders import CONCLUDED
 from papers.shao.claims.table import TABLE
 from papers.shao.claims.theory import OBSERVER, THEOREM
 from papers.shao.errata import ERRATA
@@ -78,6 +80,8 @@ PAPER = paper(
             reason="The text at hand holds no image and no data of the curves.",
         ),
         TABLE,
+        WHOLE,
+        CONCLUDED,
         Part(
             "Sec. VI: conclusion",
             also=("theory.stability", "order.transient", "order.apo-below-pmi", "order.bandwidth", "theory.condition"),

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from papers.shao.claims.comparison import radius_of
-from papers.shao.claims.outcomes import by_margin
-from papers.shao.claims.table import TIED
+from papers.shao.claims.outcomes import TIED, by_margin
 from papers.shao.printed import REFERENCES
 from papers.shao.problem import APO, FAST, LABELS, REPAIRED, SINGLE, STATE
 from papers.shao.readings import INTERPOLATIONS, LITERAL, SLOWEST

@@ -7,6 +7,9 @@ from typing import Any
 
 from replication.audit.model import Evidence, Outcome
 
+TIED = 1e-9
+"""Errors whose ratio is this near to one are equal up to rounding."""
+
 
 def by_margin(margins: Mapping[str, float], **told: Any) -> Evidence:
     """A statement that holds where a margin is positive; margins: by reading, that of the claim first."""

@@ -1,0 +1,138 @@
+"""Sec. IV, Algorithm 1: whether it ends, with how many elements, and whether (8) holds with them."""
+
+from __future__ import annotations
+
+from papers.mustafa.claims.preliminaries import MISNAMED, WITH_U3, no_grid, of_example, without_constant
+from papers.mustafa.method.algorithm1 import AS_PRINTED, CORRECT, WITH_SET_MINUS
+from papers.mustafa.printed import DATA, EXAMPLES, GAMMA
+from papers.mustafa.readings import ANY_CHANGE, BOUND_9, CONSTANT_CHANGE, CORRECTED_GRID, SET_MINUS, UNION
+from replication.audit.declare import Part
+from replication.audit.model import Evidence, Outcome, Results
+from replication.verify.predicate import Predicate, term
+
+ALGORITHM_1 = Part("Algorithm 1; condition (8) for the grids of Sec. VI")
+
+
+def ends_covered(e: int, results: Results) -> Evidence:
+    """Whether Algorithm 1 as corrected ends with a grid; as printed, with the text at hand and a set-minus restored."""
+    runs = results[f"grids.{e}"]["algorithm"]
+    run, literal, restored = (runs[form.name] for form in (CORRECT, AS_PRINTED, WITH_SET_MINUS))
+    return Evidence(
+        method="Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4.",
+        holds=run["end"] == "COVERED",
+        as_printed=Evidence(
+            method="Algorithm 1 as the text at hand reads: U3 with mu(-A), sqrt(alpha) in step 4, no set-minus there, "
+            "the union cut to the range. The same with a set-minus, whose sign may have been lost on the way to the "
+            "text.",
+            holds="COVERED" in (literal["end"], restored["end"]),
+            outcomes=tuple(
+                Outcome(reading=reading.name, holds=tried["end"] == "COVERED")
+                for reading, tried in ((UNION, literal), (SET_MINUS, restored))
+            ),
+        ),
+        quantities={
+            "elements": float(run["size"]),
+            "passes": float(run["rounds"]),
+            "as printed, passes until it stalls": float(literal["rounds"]),
+            "as printed with a set-minus, passes until it stalls": float(restored["rounds"]),
+        },
+        note="As printed, its union cut to the range, the run stalls: step 4 leaves the grid as it is although step 3 "
+        f"fails; with a set-minus too. {WITH_U3}",
+    )
+
+
+def grid_size(e: int, results: Results) -> Evidence:
+    """The number of elements of the grid of the corrected algorithm; beside it, with (8) itself for (9)."""
+    r, c = results[f"grids.{e}"], results[f"condition.{e}"]
+    run = r["algorithm"][CORRECT.name]
+    covering = "; ".join(name for name, interval in r["intervals"].items() if interval["covers"]) or "none"
+    return Evidence(
+        method="Algorithm 1 with (9), U3 corrected, alpha in both steps and a set-minus in step 4.",
+        value=float(run["size"]),
+        cross_check="alpha does not depend on the filter, so the grid does not: Sigma_11 with random filters "
+        f"against the plant's part, largest relative residual {results['identities']['sigma 11']:.1e}.",
+        quantities={
+            "alpha": r["alpha"],
+            "passes": float(run["rounds"]),
+            "elements with (8) for (9), constant changes": float(c["elements"]),
+            "elements with (8) for (9), any change, modal coordinates": float(c["modal_elements"]),
+        },
+        as_printed=no_grid(e, results),
+        note="Step 3 says what an element covers: the interval (9). Forms of (9), by case U3 and by alpha or its root, "
+        f"in which the middle alone covers the range: {covering}. The algorithm stops at one element if step 3 takes "
+        "the root of alpha that step 4 prints, against the print of step 3 and against the small-gain condition: a "
+        "conjecture about the program behind the paper, an inference, and no reading of the text. (9) bounds (8) and "
+        "is not needed for it: by (8) itself, and a new element in the middle of each gap, the algorithm ends with "
+        f"{c['elements']:g} elements for changes held constant, and with {c['modal_elements']:g} for any change in "
+        f"modal coordinates. {WITH_U3}",
+    )
+
+
+def condition_8(e: int, results: Results) -> Evidence:
+    """Whether (8) holds over the whole range with the one element of the grid, evaluated directly."""
+    r = results[f"condition.{e}"]
+    # Between the nodes the left side is known up to its steepness: to hold, its bound must stay below one.
+    margins = {
+        reading: 1 - (r[f"{name}_bound"] if r[f"{name}_bound"] < 1 else r[name])
+        for reading, name in ((CONSTANT_CHANGE.name, "constant"), (ANY_CHANGE.name, "modal"))
+    }
+    undecided = [name for name in ("constant", "modal") if r[name] < 1 <= r[f"{name}_bound"]]
+    return Evidence(
+        method="Left side of (8) with the middle of the range for h_0, over periods of the whole range, and a bound of "
+        "its steepness between them. The filter plays no part.",
+        cross_check="A norm of transfer matrices, and a formula in modal coordinates that shares no code with it.",
+        holds=min(margins.values()) > 0,
+        margin=min(margins.values()),
+        outcomes=tuple(Outcome(reading=name, holds=value > 0, margin=value) for name, value in margins.items()),
+        quantities={
+            "largest left side, constant change": r["constant"],
+            "largest left side, constant change: at the period (s)": r["constant_at"],
+            "largest left side, constant change: bound between the nodes": r["constant_bound"],
+            "largest left side, any change, modal coordinates": r["modal"],
+            "largest left side, any change, modal coordinates: bound between the nodes": r["modal_bound"],
+            "largest left side, any change, modal coordinates: least over other single elements": r["best"],
+        },
+        as_printed=without_constant(e),
+        not_checkable="" if not undecided else "The bound between the nodes does not decide; take more of them.",
+        note="In modal coordinates the left side is the least that any coordinates give for a constant change: where "
+        "it exceeds one, no change of coordinates helps. Its gain for every sequence in the coordinates of the plant "
+        "is not evaluated.",
+    )
+
+
+for e in EXAMPLES:
+    ALGORITHM_1.feasible(
+        f"algorithm.{e}",
+        place=f"Algorithm 1; eq. (9), case U3; {GAMMA[e].place}",
+        statement=f"Algorithm 1 ends with a grid that covers the range of Example {e}.",
+        uses=f"grids.{e}",
+        erratum="algorithm",
+        pinned="compatible",
+        reading=CORRECTED_GRID.name,
+        says=term("Algorithm 1 ends", f"example-{e}"),
+    )(of_example(ends_covered, e))
+    ALGORITHM_1.value(
+        f"grid.{e}",
+        DATA[f"grid-size-{e}"],
+        statement=f"Algorithm 1 ends with one element in the grid in Example {e}.",
+        uses=(f"grids.{e}", f"condition.{e}", "identities"),
+        erratum="algorithm",
+        pinned="differs",
+        reading=BOUND_9.name,
+        says=term("elements of the grid", f"example-{e}"),
+    )(of_example(grid_size, e))
+    ALGORITHM_1.feasible(
+        f"condition-8.{e}",
+        place=f"{GAMMA[e].place}; Theorem 3; eq. (8)",
+        statement=f"With the one element of its grid, Example {e} satisfies (8) over the whole range, for constant "
+        "changes of the period and for all changes in modal coordinates.",
+        uses=f"condition.{e}",
+        consequence="headline",
+        erratum={1: None, 2: MISNAMED}[e],
+        pinned={1: "refuted", 2: "reproduced after erratum"}[e],
+        reading=CONSTANT_CHANGE.name,
+        says=[
+            Predicate(of=term("condition (8)", f"example-{e}"), reading=one.name)
+            for one in (CONSTANT_CHANGE, ANY_CHANGE)
+        ],
+    )(of_example(condition_8, e))
