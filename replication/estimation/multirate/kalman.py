@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.linear.riccati import RiccatiMap, along_period, fixed_point, recentre
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, monodromy
+from replication.estimation.linear.riccati import RiccatiMap, recentre, settled
 from replication.estimation.multirate.h2.steady import steady_state
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
@@ -128,12 +128,11 @@ def state_scales(problem: MultirateProblem, noise: float = SCALING_NOISE) -> Arr
     """
     units = np.diag(state_units(problem))
     scaled = scaled_problem(problem, np.stack([units] * problem.schedule.period))
-    identity = np.eye(problem.plant.order)
-    maps = [RiccatiMap(stage.A, stage.G, stage.H + noise * identity) for stage in scaled.maps()]
-    covariance = fixed_point(maps)
+    maps = scaled.maps()
+    covariance = settled(maps._replace(H=maps.H + noise * np.eye(problem.plant.order)))
     try:
         if covariance is not None:
-            return np.asarray(units @ np.linalg.cholesky(np.stack(along_period(maps, covariance))))
+            return np.asarray(units @ np.linalg.cholesky(covariance))
     except np.linalg.LinAlgError:
         covariance = None
     raise SolverError(
@@ -163,12 +162,11 @@ def state_units(problem: MultirateProblem) -> Array:
     return np.sqrt(np.where(np.isfinite(squared), squared, 1.0))
 
 
-def stationary(maps: list[RiccatiMap], reference: Array) -> Array | None:
+def stationary(maps: RiccatiMap, reference: Array) -> Array | None:
     """The solution (N, n, n) that the recursion reaches from the states of `reference`, or None."""
     try:
-        around = recentre(maps, list(reference))
-        deviation = fixed_point(around)
-        return None if deviation is None else np.asarray(reference + np.stack(along_period(around, deviation)))
+        deviation = settled(recentre(maps, reference))
+        return None if deviation is None else np.asarray(reference + deviation)
     except np.linalg.LinAlgError:
         return None
 
@@ -179,11 +177,9 @@ def semidefinite(states: Array) -> bool:
     return bool(np.all(eigenvalues[:, 0] >= -1e-9 * max(1.0, eigenvalues[:, -1].max())))
 
 
-def stabilises(scaled: ScaledProblem, states: Array, maps: list[RiccatiMap]) -> bool:
+def stabilises(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> bool:
     """Whether the gains at the states stabilise the error system. Every I + X_k G_k must be regular."""
-    total = np.eye(states.shape[-1])
-    for step in scaled.closed_loop(scaled.corrected(states, maps)):
-        total = step @ total
+    total = monodromy(scaled.closed_loop(scaled.corrected(states, maps)))
     return bool(np.max(np.abs(np.linalg.eigvals(total))) < 1 - STABILITY_MARGIN)
 
 

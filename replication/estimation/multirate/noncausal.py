@@ -44,8 +44,8 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
         errors, innovations = _filter(scaled, scaled.corrected(reference, scaled.maps()))
         value = _by_operators(errors, _whitened(innovations, reference))
 
-    def maps(level: float) -> list[RiccatiMap]:
-        return recentre(scaled.maps(level), list(reference))
+    def maps(level: float) -> RiccatiMap:
+        return recentre(scaled.maps(level), reference)
 
     return peak_on_circle(value, maps, slowest_angle(errors.monodromy()))
 

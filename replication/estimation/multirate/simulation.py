@@ -9,7 +9,7 @@ import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.linear.riccati import RiccatiMap, apply, fixed_point
+from replication.estimation.linear.riccati import RiccatiMap, settled, stacked
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer
 
 
@@ -47,16 +47,15 @@ def white_noise_variance(system: PeriodicSystem) -> float:
 
     Raises InfeasibleError if the system is not stable.
     """
-    stages = [RiccatiMap(s.A, np.zeros_like(s.A), s.B @ s.B.T) for s in system.stages]
-    covariance = fixed_point(stages) if system.spectral_radius() < 1 else None
-    if covariance is None:
+    stages = stacked(RiccatiMap(s.A, np.zeros_like(s.A), s.B @ s.B.T) for s in system.stages)
+    covariances = settled(stages) if system.spectral_radius() < 1 else None
+    if covariances is None:
         raise InfeasibleError(
             "the system is not stable, so its outputs have no stationary variance; stabilise it first"
         )
     total = 0.0
-    for stage, step in zip(system.stages, stages, strict=True):
+    for stage, covariance in zip(system.stages, covariances, strict=True):
         total += float(np.trace(stage.C @ covariance @ stage.C.T + stage.D @ stage.D.T))
-        covariance = apply(step, covariance)
     return total / system.period
 
 

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from replication.estimation.linear.phases import from_zero, product, solve
-from replication.estimation.linear.riccati import RiccatiMap, symmetric
+from replication.estimation.linear.phases import from_zero
+from replication.estimation.linear.riccati import RiccatiMap, product, solve, symmetric
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
 
