@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from replication.estimation.linear.riccati import STAGNATION, RiccatiMap, compose, down, tree
+from replication.estimation.linear.riccati import STAGNATION, RiccatiMap, compose, down, symmetric, tree
 from replication.estimation.validation import Array
 
 DOUBLINGS, SETTLED = 30, 1e-6
@@ -39,5 +39,5 @@ def _doubled(period: RiccatiMap) -> Array | None:
         if not np.isfinite(size):
             return None
         if np.abs(period.H - before).max() <= STAGNATION * size and np.abs(period.A).max() <= SETTLED:
-            return period.H
+            return symmetric(period.H)
     return None

@@ -63,8 +63,8 @@ def compose(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
     turned, driven = solved[..., :size], solved[..., size:]
     return RiccatiMap(
         times(second.A, turned),
-        symmetric(first.G + times(first.A.mT, times(second.G, turned))),
-        symmetric(second.H + times(second.A, driven)),
+        first.G + times(first.A.mT, times(second.G, turned)),
+        second.H + times(second.A, driven),
     )
 
 
@@ -162,11 +162,15 @@ def _only(stages: RiccatiMap) -> RiccatiMap:
     return RiccatiMap(*(part[0] for part in stages))
 
 
+def _tidied(stage: RiccatiMap) -> RiccatiMap:
+    return stage._replace(G=symmetric(stage.G), H=symmetric(stage.H))
+
+
 def _doubled(total: RiccatiMap) -> Array | None:
     """The limit of repeating one map from zero; raises numpy.linalg.LinAlgError where the recursion escapes."""
-    previous = np.inf
+    previous, total = np.inf, _tidied(total)
     for _ in range(MAX_DOUBLINGS):
-        doubled = compose(total, total)
+        doubled = _tidied(compose(total, total))
         size = float(np.linalg.norm(doubled.H))
         if not np.isfinite(size):
             return None

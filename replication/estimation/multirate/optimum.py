@@ -23,7 +23,7 @@ from replication.estimation.multirate.kalman import (
     stabilises,
     stationary,
 )
-from replication.estimation.multirate.noncausal import noncausal_bound
+from replication.estimation.multirate.noncausal import bound_in, noncausal_bound
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array, positive_scalar
 
@@ -46,6 +46,8 @@ TOUCHING = (1e-12, 1e-10, DESIGN_MARGIN)
 """Relative distances above the non-causal bound within which the optimum counts as sitting on it."""
 NEAR = 1e-13
 """Relative distance of two guesses at which the search goes on to the ends of its bracket."""
+LAST = 4
+"""How many points the next guess is drawn through."""
 MAX_DOUBLINGS = 100
 """From the lower bound the level is doubled until it is achievable; this often only if rounding spoils the problem."""
 
@@ -95,8 +97,8 @@ def optimal_design(problem: MultirateProblem, *, margin: float = DESIGN_MARGIN) 
 
     Its gain is below that level (`RiccatiDesign.level`), to rounding, and may exceed upper itself.
     """
-    centre = kalman_centre(problem)
-    return central(centre, _optimum(centre, noncausal_bound(problem)).upper * (1 + positive_scalar("margin", margin)))
+    above, centre = 1 + positive_scalar("margin", margin), kalman_centre(problem)
+    return central(centre, _optimum(problem, centre).upper * above)
 
 
 def achievable(problem: MultirateProblem, level: float) -> bool:
@@ -110,10 +112,11 @@ def optimum(problem: MultirateProblem) -> Optimum:
     Raises InvalidInputError if nothing disturbs z = W e (the optimum is zero then) or an undisturbed mode is on the
     unit circle (`kalman_design`), SolverError if rounding spoils the recursion.
     """
-    return _optimum(kalman_centre(problem), noncausal_bound(problem))
+    return _optimum(problem, kalman_centre(problem))
 
 
-def _optimum(centre: KalmanCentre, noncausal: GainBracket) -> Optimum:
+def _optimum(problem: MultirateProblem, centre: KalmanCentre) -> Optimum:
+    noncausal = bound_in(problem, centre.units)
     # The square root of rounding in X_k; where disturbances reach z, the non-causal bound is not zero.
     if noncausal.lower == 0.0 and centre.floor <= 1e-7 * float(np.linalg.norm(centre.scaled.W)):
         raise InvalidInputError("the disturbances do not reach z = W e: there is nothing to minimise; check B_d and W")
@@ -162,8 +165,8 @@ def _root(centre: KalmanCentre, low: float) -> tuple[float, float]:
         raise SolverError(f"no level up to {search.low:.3g} proved achievable: rounding spoils the recursion; rescale")
     level, value = search.high, points[-1][1]
     while search.high > search.low * (1 + LEVEL_TOLERANCE):
-        # Where there is no solution there is no value: halve then, and go on by straight lines from where there is one.
-        guess = np.nan if value is None else _straight(points[-2:])
+        # Where there is no solution there is no value: halve then, and go on from where there is one.
+        guess = np.nan if value is None else _zero(points[-LAST:])
         if not search.high**-2 < guess < search.low**-2:
             guess = (search.high**-2 + search.low**-2) / 2
         before, level = level, guess**-0.5
@@ -183,12 +186,17 @@ def _root(centre: KalmanCentre, low: float) -> tuple[float, float]:
     return float(search.low), float(search.high)
 
 
-def _straight(points: list[tuple[float, float]]) -> float:
-    """Where the line through two points is zero; not a number unless there are two."""
-    if len(points) < 2 or points[0][1] == points[1][1]:
+def _zero(points: list[tuple[float, float]]) -> float:
+    """Where the polynomial through (value, place) of the points is at the value zero; not a number if there is none."""
+    places = [place for place, _ in points]
+    values = [value for _, value in points]
+    if len(points) < 2 or len(set(values)) < len(values):
         return np.nan
-    (a, f), (b, g) = points
-    return b - g * (b - a) / (g - f)
+    for width in range(1, len(points)):  # Neville
+        for i in range(len(points) - width):
+            a, b = values[i], values[i + width]
+            places[i] = (a * places[i + 1] - b * places[i]) / (a - b)
+    return places[0]
 
 
 def _solution(centre: KalmanCentre, level: float) -> tuple[Array | None, float]:
