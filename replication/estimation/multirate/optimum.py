@@ -175,11 +175,11 @@ def _root(centre: KalmanCentre, low: float) -> tuple[float, float]:
         if (value := search.tried(level)) is not None:
             points.append((guess, value))
     # From here outwards, until both sides are known.
-    distance = LEVEL_TOLERANCE / 2
+    distance = LEVEL_TOLERANCE / 16
     while search.high > level * (1 + distance):
         search.tried(level * (1 + distance))
         distance *= 4
-    distance = LEVEL_TOLERANCE / 2
+    distance = LEVEL_TOLERANCE / 16
     while search.low < level * (1 - distance):
         search.tried(level * (1 - distance))
         distance *= 4
