@@ -35,7 +35,7 @@ from replication.estimation.dualrate.slow.levels import MEASURE, beside, kalman
 from replication.estimation.dualrate.slow.loop import gain, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
 from replication.estimation.dualrate.slow.result import SlowRateResult
-from replication.estimation.dualrate.slow.simulation import simulate_slow
+from replication.estimation.dualrate.slow.simulation import closed_loop_signals, simulate_slow
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.validation import one_of
 
@@ -295,11 +295,8 @@ def simulate(
     first = np.zeros(result.loop.design.model.size) if estimate is None else estimate
     response = time_response(result.loop, start, first, slow_periods=slow_periods, substeps=SUBSTEPS, output=output)
     held = np.repeat(np.arange(len(response.instants)), SUBSTEPS)
-    signals = {
-        "output": response.output[:, None],
-        "input": response.input[held],
-        "estimation error": (response.state - response.estimate)[held],
-    }
+    error = (response.state - response.estimate)[held]
+    signals = closed_loop_signals(result.signals, output, response.output[:, None], response.input[held], error)
     return simulated(result.method, response.time, signals, ratio=None, steps=False)
 
 

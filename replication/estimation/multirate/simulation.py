@@ -8,8 +8,10 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.api.signals import numbered
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.linear.riccati import RiccatiMap, settled, stacked
+from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer
 
 
@@ -40,6 +42,11 @@ def simulate(system: PeriodicSystem, inputs: Array, initial_state: Array | None 
         outputs[k] = stage.C @ x + stage.D @ v_k
         x = stage.A @ x + stage.B @ v_k
     return outputs
+
+
+def disturbances(plant: MultiratePlant) -> tuple[str, ...]:
+    """What the columns of the disturbance (d, w) are called."""
+    return (*numbered("d", plant.B_d.shape[1]), *numbered("w", plant.D.shape[1]))
 
 
 def white_noise_variance(system: PeriodicSystem) -> float:
