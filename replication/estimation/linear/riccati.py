@@ -18,6 +18,8 @@ from replication.estimation.validation import Array
 
 MAX_DOUBLINGS = 60
 STAGNATION = 1e-13
+DYING_DOUBLINGS, DEAD = 30, 1e-6
+"""A motion that has not died out to this share after so many doublings, a thousand million periods, counts as never."""
 
 
 class RiccatiMap(NamedTuple):
@@ -149,6 +151,21 @@ def settled(stages: RiccatiMap) -> Array | None:
             return None
 
 
+def from_zero(stages: RiccatiMap) -> Array | None:
+    """As `settled`, but None too where the recursion's own motion does not die out.
+
+    What dies out has the stabilising solution for its limit, so that nothing else is to be checked.
+    """
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        try:
+            levels = tree(stages)
+            start = _dying(_only(levels[-1]))
+            states = None if start is None else down(levels, start)
+        except np.linalg.LinAlgError:
+            return None
+    return states if states is not None and np.all(np.isfinite(states)) else None
+
+
 def fixed_point(stages: RiccatiMap) -> Array | None:
     """The state at phase 0 alone of `settled`."""
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -180,6 +197,17 @@ def _doubled(total: RiccatiMap) -> Array | None:
         if step <= STAGNATION or (step <= 1e3 * STAGNATION and step >= previous):
             return total.H
         previous = step
+    return None
+
+
+def _dying(period: RiccatiMap) -> Array | None:
+    for _ in range(DYING_DOUBLINGS):
+        before, period = period.H, compose(period, period)
+        size = np.abs(period.H).max()
+        if not np.isfinite(size):
+            return None
+        if np.abs(period.H - before).max() <= STAGNATION * size and np.abs(period.A).max() <= DEAD:
+            return symmetric(period.H)
     return None
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from replication.estimation.linear.phases import from_zero
-from replication.estimation.linear.riccati import RiccatiMap, apply, settled, solve, stacked
+from replication.estimation.linear.riccati import RiccatiMap, apply, from_zero, settled, solve, stacked
 from replication.estimation.validation import Array
 from tests.tolerances import ROUNDING
 
