@@ -206,3 +206,15 @@ def test_a_start_must_fit(bad: Any) -> None:
 def test_a_delay_observer_needs_a_sampling_period(bad: Any) -> None:
     with pytest.raises(InvalidInputError, match="dt must"):
         result_of("delay").observer(bad)
+
+
+def test_the_state_space_of_a_delay_observer_is_the_running_one() -> None:
+    observer = result_of("delay").observer(0.01)
+    system = observer.to_statespace()
+    samples = np.random.default_rng(6).normal(size=(60, 1))
+    samples[0] = 0.0
+    state = np.zeros(system.nstates)
+    for y in samples:
+        assert np.allclose(system.C @ state + system.D @ y, observer.step(None, y), atol=EXACT)
+        state = system.A @ state + system.B @ y
+    assert np.abs(observer.estimate).max() > 1e-3

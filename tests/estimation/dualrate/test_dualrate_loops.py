@@ -252,3 +252,16 @@ def test_plants_come_from_continuous_strictly_proper_systems() -> None:
             ),
             OBSERVERS["fast_sensor"],
         )
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_noise_on_a_reading_acts_like_the_state_that_gives_it(name: str) -> None:
+    """A noise w = C x moves estimate, command and all that follows as x does, but for the motion of x itself."""
+    loop = close_loop(MOTOR_DESIGN, OBSERVERS[name])
+    x = np.array([0.3, -0.2, 0.7])
+    reading = x if name == "state_feedback" else MOTOR.output @ x
+    own = scipy.linalg.expm(MOTOR.state * MOTOR_DESIGN.period) @ x
+    for step in loop.steps:
+        moved = step.state[:, :3] @ x
+        moved[:3] -= own
+        np.testing.assert_allclose(step.noise @ reading, moved, atol=ROUND_OFF)

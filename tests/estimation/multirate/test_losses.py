@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -18,7 +19,8 @@ from replication.estimation.multirate import MultiratePlant, losses
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.losses.automaton import Automaton, along, automaton, closed_loop
 from replication.estimation.multirate.losses.mean import mean_square, mean_square_gains
-from replication.estimation.multirate.losses.storage import Walks, least_level, proved_level
+from replication.estimation.multirate.losses import mean
+from replication.estimation.multirate.losses.storage import Walks, central_gains, kernel, least_level, proved_level
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import white_noise_variance
@@ -348,3 +350,23 @@ def test_a_plant_of_five_states_is_bracketed() -> None:
     best = multirate.design(MultiratePlant(A=A, D=np.diag([0.5, 0.3]), **drawn), periods=(1, 3))
     result = losses.design(best, losses.InARow(1))
     assert best.value < result.bracket.lower <= result.value < 1.01 * result.bracket.lower
+
+
+@pytest.mark.parametrize("factor", [1.5, 12.0])
+def test_central_gains_keep_every_level_above_the_least(factor: float) -> None:
+    """With the storage functions that they are made from, and whatever unit the levels are counted in."""
+    problem = MultirateProblem(CART, SensingSchedule((1, 2)))
+    given = automaton(problem, LOST)
+    walks = Walks.of(problem, given, 1.0)
+    opened = [walks.open_loop(i) for i in range(len(given.edges))]
+    kernels = [kernel(seen, moved.shape[1]) for moved, seen in opened]
+    storage = least_level(walks, [moved for moved, _ in opened], kernels)
+    squared = factor**2 * storage.squared
+    gains = central_gains(walks, storage, squared)
+    closed = [walks.moved(i, gain) for i, gain in enumerate(gains)]
+    assert proved_level(walks, closed, storage.P) <= np.sqrt(squared) * (1 + EQUAL)
+
+
+def test_covariances_with_too_many_entries_are_refused(best: multirate.MultirateResult) -> None:
+    with patch.object(mean, "MOST_UNKNOWNS", 2), pytest.raises(InvalidInputError, match="entries, more than 2;"):
+        losses.analyse(best, losses.Independent(0.1))
