@@ -11,7 +11,7 @@ import pytest
 from replication.errors import SolverError
 from replication.estimation.conic import sdpa
 from replication.estimation.conic.program import Inequalities
-from replication.estimation.conic.refined import LEAST, OPTIONS, _measured, minimise_refined
+from replication.estimation.conic.refined import LEAST, OPTIONS, _accurate, _measured, minimise_refined
 from replication.estimation.conic.solvers import SolverReport
 
 COST = np.array([1.0])
@@ -62,3 +62,9 @@ def test_duals_that_are_no_proof_open_the_gap() -> None:
         bound = -np.sum(GROUP.constant * duals)
         expected = (abs(3.0 - bound) + lacking) / (1 + 3.0)
         assert _measured(COST, GROUP, x, duals, said).residuals["gap"] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("gap", "primal", "accurate"), [(0.0, 0.0, True), (1e-3, 0.0, False), (0.0, 1e-3, False)])
+def test_a_solution_has_no_gap_and_violates_nothing(gap: float, primal: float, accurate: bool) -> None:
+    said = SolverReport(name="SDPA", version="7", status="pdOPT", residuals={"gap": gap, "primal": primal})
+    assert _accurate(said) is accurate

@@ -71,3 +71,10 @@ def test_the_root_that_no_sensor_sees_is_told_in_the_unit_of_the_plant() -> None
     for factor in (1e-6, 1e6):
         assert natural_units(time_scaled(system, factor)).time != 1.0
         assert undetectable_root(time_scaled(system, factor)) == pytest.approx(0.5 * factor, rel=1e-9)
+
+
+def test_the_rightmost_roots_are_told_in_the_unit_of_the_plant() -> None:
+    roots = rightmost_roots(two_delays(), 2)
+    for factor in (1e-6, 1e6):
+        found = rightmost_roots(time_scaled(two_delays(), factor), 2)
+        assert np.sort(found.real) == pytest.approx(np.sort(roots.real) * factor, rel=1e-7)

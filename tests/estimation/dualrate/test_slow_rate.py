@@ -309,3 +309,18 @@ def test_a_state_that_only_noise_drives_has_its_natural_unit() -> None:
     other = slow_problem(moved, period=0.1, ratio=2, hold=1, weights=scaled)
     beside = [t[1] / t[0] for _, t, _ in (in_natural_units(given), in_natural_units(other))]
     assert 1 / 16 < beside[1] / beside[0] / size < 16
+
+
+def test_between_the_instants_the_plant_moves_by_itself() -> None:
+    result = designed()
+    shown = dualrate.simulate(result, [1.0, 0.0, -0.5], slow_periods=2, output=1)
+    step = np.diff(shown.time)
+    assert step == pytest.approx(np.full(len(step), step[0]))
+    # Halfway to the next sample the matrix exponential says the same.
+    errors = shown.signals["output"][:, 0]
+    A, B, C = (np.asarray(matrix) for matrix in TWO)
+    x, u = np.array([1.0, 0.0, -0.5]), shown.signals["input"][0]
+    for k in range(round(RATES["period"] / step[0])):
+        block = scipy.linalg.expm(np.block([[A, B], [np.zeros((2, 5))]]) * k * step[0])
+        assert errors[k] == pytest.approx(C[1] @ (block[:3, :3] @ x + block[:3, 3:] @ u), rel=SAME)
+    assert round(RATES["period"] / step[0]) > 1

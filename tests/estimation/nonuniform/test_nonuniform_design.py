@@ -20,6 +20,7 @@ from replication.estimation.nonuniform import exchange, filter_lmi, nominal
 from replication.estimation.nonuniform.baselines import constant_baselines, smoother_limit, without_sensors
 from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, robust_design, violations
 from replication.estimation.nonuniform.facade import design as design_filter
+from replication.estimation.nonuniform.facade import simulate
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
     Solver,
@@ -278,3 +279,20 @@ def test_the_limit_of_smoothers_is_that_of_the_worst_period():
     assert told == pytest.approx(max(limits), rel=1e-9)
     nothing = [without_sensors(plant, [h]) for h in periods.nodes(2)]
     assert without_sensors(plant, periods.nodes(2)) == max(nothing) > min(nothing) * (1 + 1e-3)
+
+
+def test_a_solution_that_violates_a_period_is_no_answer_where_the_next_one_fails():
+    first = exchange.solve_for_periods(normalise(MOTOR, MOTOR_RANGE.middle), [0.05], solver=Solver.SDPA)
+    with (
+        patch.object(exchange, "solve_for_periods", side_effect=[first, SolverError("lost")]),
+        patch.object(exchange, "worst_periods", return_value=[(1.0, 0.07)]),
+        pytest.raises(SolverError, match="lost"),
+    ):
+        robust_design(MOTOR, MOTOR_RANGE)
+
+
+def test_sampling_periods_must_lie_in_the_range_of_the_level():
+    result = design_filter(MOTOR, periods=(0.02, 0.09), horizon=20)
+    for periods in ([0.05, 0.091], [0.019, 0.05]):
+        with pytest.raises(InvalidInputError, match=r"must lie in \[0.02, 0.09\]"):
+            simulate(result, periods)
