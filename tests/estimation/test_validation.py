@@ -109,3 +109,9 @@ def test_the_largest_number_is_allowed() -> None:
     assert at_most("count", 5, 5) == 5
     with pytest.raises(InvalidInputError, match="at most 5, got 6"):
         at_most("count", 6, 5)
+
+
+@pytest.mark.parametrize("entry", [np.inf, -np.inf, np.nan])
+def test_entries_must_be_finite(entry: float) -> None:
+    with pytest.raises(InvalidInputError, match="finite"):
+        as_array("x", [1.0, entry], (2,))

@@ -250,3 +250,11 @@ def test_the_parts_of_a_periodic_observer_take_their_turns() -> None:
     assert np.all(system.B[:, 1] == 0) and np.any(system.B[:, 3] != 0)
     with pytest.raises(InvalidInputError, match="must be finite"):
         vector("y", [1.0, math.inf], 2)
+
+
+def test_one_name_for_an_input_and_a_measurement_needs_two_dicts() -> None:
+    observer = result_of("multirate").observer()
+    assert observer.signals is not None
+    observer.signals = replace(observer.signals, inputs=("encoder",))
+    with pytest.raises(InvalidInputError, match="'encoder' is an input and a measurement; give two dicts"):
+        observer.step({"encoder": 1.0, "camera": 2.0})

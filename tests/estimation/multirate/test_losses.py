@@ -384,9 +384,11 @@ def test_a_known_input_that_the_sensors_read_at_once_is_no_innovation() -> None:
         for k in range(12):
             u = rng.normal(size=1)
             y = DIRECT.C @ x + DIRECT.D_u @ u
-            observer.step(u, [y[0], None if k % 2 else y[1]])
+            observer.step(u, [None if k == 4 else y[0], None if k % 2 else y[1]])
             x = DIRECT.A @ x + DIRECT.B_u @ u
             assert np.abs(observer.estimate - x).max() < EQUAL
+            # What is not due is not missed.
+            assert observer.missed == (k >= 4)
 
 
 def test_the_worst_pattern_is_the_one_with_the_largest_gain(guaranteed: losses.LossResult) -> None:
