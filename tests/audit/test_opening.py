@@ -285,3 +285,10 @@ def test_of_several_that_differ_the_nearest_is_shown() -> None:
     ]
     (shown,) = examples(paper_of(differing).claims)
     assert shown.view.record.id == f"{KEY}.near"
+
+
+def test_a_paper_without_a_theorem_has_none_that_passes() -> None:
+    holds = claim("sound", Kind.VALUE, Verdict.REPRODUCED, "1.33", bracketed(1.3287, 1e-8))
+    with_theorem, without = (paper_of([altered(holds, place=place)]) for place in ("Theorem 1", "Sec. II"))
+    assert "every theorem passes our tests" in field([with_theorem]).answer.lower()
+    assert "every theorem passes our tests" not in field([with_theorem, without]).answer.lower()

@@ -243,7 +243,7 @@ def test_what_was_due_and_did_not_come_is_counted() -> None:
     for found in (run, start):
         for k, y in enumerate(([1.0, 2.0], [None, 2.0], [1.0, None], [None, None])):
             found.step([0.0], y)
-            due = cases()["plain"].schedule.mask[: k + 1]
+            due = plain.schedule.mask[np.arange(k + 1) % plain.schedule.period]
             came = np.array([[True, True], [False, True], [True, False], [False, False]])[: k + 1]
             assert found.missed == np.sum(due & ~came)
         assert found.missed > 0
