@@ -258,3 +258,9 @@ def test_one_name_for_an_input_and_a_measurement_needs_two_dicts() -> None:
     observer.signals = replace(observer.signals, inputs=("encoder",))
     with pytest.raises(InvalidInputError, match="'encoder' is an input and a measurement; give two dicts"):
         observer.step({"encoder": 1.0, "camera": 2.0})
+
+
+def test_a_stable_error_decays_at_a_positive_rate() -> None:
+    result = result_of("delay")
+    norm = hinf_norm(error_system(result.system, result.operators, result.order))
+    assert result.fact("error decays at").value == pytest.approx(-norm.abscissa) and norm.abscissa < 0
