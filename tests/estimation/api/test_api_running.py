@@ -12,7 +12,7 @@ import pytest
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.estimation.api.forms.statespace import statespace
+from replication.estimation.api.forms.statespace import MOST_STATES, require_small, statespace
 from replication.estimation.api.running import PeriodicObserver, Phase, vector
 from replication.estimation.delay import error_system, hinf_norm
 from replication.estimation.delay import result as delay_result
@@ -264,3 +264,9 @@ def test_a_stable_error_decays_at_a_positive_rate() -> None:
     result = result_of("delay")
     norm = hinf_norm(error_system(result.system, result.operators, result.order))
     assert result.fact("error decays at").value == pytest.approx(-norm.abscissa) and norm.abscissa < 0
+
+
+def test_a_linear_system_has_at_most_so_many_states() -> None:
+    require_small(MOST_STATES)
+    with pytest.raises(InvalidInputError, match=str(MOST_STATES)):
+        require_small(MOST_STATES + 1)

@@ -403,3 +403,12 @@ def test_storage_functions_are_told_in_the_units_of_plant_and_level(guaranteed: 
     given, P = guaranteed.automaton, np.stack([np.eye(2)] * len(guaranteed.automaton.phases))
     one, two = (Walks.of(guaranteed.problem, given, unit) for unit in (1.0, 2.0))
     assert two.storage(P) == pytest.approx(4 * one.storage(P))
+
+
+def test_a_proved_level_does_not_depend_on_its_unit(guaranteed: losses.LossResult) -> None:
+    levels = []
+    for unit in (1.0, 2.0):
+        whole = Walks.of(guaranteed.problem, guaranteed.automaton, unit)
+        moved = [whole.moved(i, gain) for i, gain in enumerate(guaranteed.gains["L"])]
+        levels.append(proved_level(whole, moved, least_level(whole, moved).P))
+    assert levels[1] == pytest.approx(levels[0], rel=1e-4)
