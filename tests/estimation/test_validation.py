@@ -119,6 +119,6 @@ def test_entries_must_be_finite(entry: float) -> None:
 
 
 def test_what_stands_still_does_not_increase() -> None:
-    assert increasing_grid("times", [0.0, 1.0, 2.0]).tolist() == [0.0, 1.0, 2.0]
+    assert increasing_grid("times", [0.5, 1.0, 2.0]).tolist() == [0.5, 1.0, 2.0]
     with pytest.raises(InvalidInputError, match="times"):
-        increasing_grid("times", [0.0, 1.0, 1.0])
+        increasing_grid("times", [0.5, 1.0, 1.0])
