@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
@@ -412,3 +413,16 @@ def test_a_proved_level_does_not_depend_on_its_unit(guaranteed: losses.LossResul
         moved = [whole.moved(i, gain) for i, gain in enumerate(guaranteed.gains["L"])]
         levels.append(proved_level(whole, moved, least_level(whole, moved).P))
     assert levels[1] == pytest.approx(levels[0], rel=1e-4)
+
+
+def test_a_negative_storage_function_of_an_error_that_grows_proves_nothing() -> None:
+    """With e^+ = 2 e + v the inequality holds for P = -1: that P is positive must be asked for."""
+    edge = SimpleNamespace(source=0, target=0, phase=0)
+    walks: Any = SimpleNamespace(
+        problem=SimpleNamespace(plant=SimpleNamespace(order=1)),
+        automaton=SimpleNamespace(edges=[edge]),
+        weight=lambda phase: np.array([[0.1]]),
+        unit=1.0,
+    )
+    assert proved_level(walks, [np.array([[2.0, 1.0]])], np.array([[[-1.0]]])) == np.inf
+    assert proved_level(walks, [np.array([[0.5, 1.0]])], np.array([[[1.0]]])) < np.inf

@@ -225,3 +225,8 @@ def test_the_value_of_an_optimum_is_the_end_that_is_attained() -> None:
     wide = replace(found, lower=1.0, upper=2.0)
     assert replace(wide, limited_by="noncausal").value == 1.0
     assert replace(wide, limited_by="causal").value == 2.0
+
+
+def test_noise_that_reaches_the_output_at_once_counts() -> None:
+    one = Stage(*(np.array([[entry]]) for entry in (0.5, 1.0, 1.0, 2.0)))
+    assert white_noise_variance(PeriodicSystem((one,))) == pytest.approx(1 / (1 - 0.25) + 4, rel=ROUNDING)
