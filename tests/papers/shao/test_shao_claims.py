@@ -15,9 +15,9 @@ import pytest
 from computed import result
 
 from papers.shao import PAPER
-from papers.shao.claims.outcomes import by_margin
 from papers.shao.claims.columns import described
 from papers.shao.claims.orders import ordering_counts, where_larger
+from papers.shao.claims.outcomes import by_margin
 from papers.shao.experiments import motor as motor_experiments
 from papers.shao.experiments.readings import SEARCH, _over_windows, merged, table_columns
 from papers.shao.experiments.tracking import _energy
