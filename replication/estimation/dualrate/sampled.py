@@ -130,10 +130,9 @@ def sampled_model(
 
 
 @lru_cache(maxsize=256)
-def _balance(state: bytes, n: int) -> Array:
+def _balance(state: bytes, n: int) -> Any:
     """The units in which the entries of a state matrix (n, n) are alike: the same for every time."""
-    scale = matrix_balance(np.frombuffer(state).reshape(n, n), permute=False, separate=True)[1][0]
-    return np.asarray(scale)
+    return matrix_balance(np.frombuffer(state).reshape(n, n), permute=False, separate=True)[1][0]
 
 
 def _exponential(matrix: Any) -> Any:
