@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme picture test test-fast mutants mutants-both processors docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
+.PHONY: report figures readme picture test test-fast mutants mutants-both processors rebuild docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
@@ -41,6 +41,9 @@ mutants-both: $(STAMP) ## every small change of either verifier, told by the oth
 
 processors: $(STAMP) ## a fresh run on four types of processor; `make test` tries one, on two papers (ten minutes)
 	PROCESSORS=all $(BIN)/python -m pytest tests/papers/test_processors.py --numprocesses=0
+
+rebuild: $(STAMP) ## the archive, unpacked beside nothing but Python and make, builds itself again (five minutes, needs the network)
+	REBUILD=all $(BIN)/python -m pytest tests/papers/test_rebuild.py --numprocesses=0
 
 docs: $(STAMP) ## the documentation as pages in build/docs, which need no network
 	$(BIN)/python -m mkdocs build --quiet

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.clock import processor_seconds
 from replication.errors import ReplicationError
 from replication.estimation.delay import (
     DelayPlant,
@@ -113,8 +113,8 @@ def sized_plant(states: int, delays: int, measurements: int) -> DelayPlant:
 
 def seconds(call: Callable[[], Any]) -> tuple[Any, float]:
     """What it returns, and the seconds of the processor that it took."""
-    start = time.process_time()
-    return call(), time.process_time() - start
+    start = processor_seconds()
+    return call(), processor_seconds() - start
 
 
 def measured(plant: DelayPlant, degree: int, margin: float) -> dict[str, Any]:

@@ -52,7 +52,7 @@ def command(chosen: argparse.Namespace) -> int:
 
     from replication.ownplant.reading import read_plant
     from replication.ownplant.searching import forget
-    from replication.ownplant.writing import require_free, with_names, write_design
+    from replication.ownplant.writing import require_free, write_design
 
     method = METHODS[chosen.method]
     plant = read_plant(chosen.plant, method.name)
@@ -70,7 +70,7 @@ def command(chosen: argparse.Namespace) -> int:
         with warnings.catch_warnings():
             # What overflows on the way is found where the finished design is evaluated.
             warnings.simplefilter("ignore", RuntimeWarning)
-            result = with_names(method.design(plant.values, **given), plant.names)
+            result = method.design(plant.values, **given).named(**plant.names, units=plant.units)
         proof, proved = _proof(plant, result, certificate) if chosen.certificate else ({}, [])
     except InvalidInputError as error:
         raise InvalidInputError(f"{chosen.plant}: {error}") from None

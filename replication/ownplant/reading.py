@@ -1,7 +1,8 @@
 """Reads a plant file (TOML) and reports every mistake in it at once, each with its path; nothing is computed here.
 
 Beside the matrices of its method (`methods`) a file may hold name (starts the names of what is written), title,
-method, time_unit (only "s": rates, periods and delays are in seconds), and a table [names].
+method, time_unit (only "s": rates, periods and delays are in seconds), a table [names] and a table [units] with the
+units of names.
 """
 
 from __future__ import annotations
@@ -26,20 +27,22 @@ MAX_SHOWN = 20
 """Mistakes that are listed; the others are counted."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 MAX_LABEL = 60
-GENERAL = ("name", "title", "method", "time_unit", "names")
+GENERAL = ("name", "title", "method", "time_unit", "names", "units")
 
 Matrix = list[list[float]]
 
 
 @dataclass(frozen=True)
 class PlantFile:
-    """What a file holds. values: by field, checked in kind and shape; names: of signals, where the file gives them."""
+    """What a file holds. values: by field, checked in kind and shape; names: of signals, where the file gives them;
+    units: of named signals."""
 
     name: str
     title: str
     method: str
     values: Mapping[str, Any]
     names: Mapping[str, tuple[str, ...]]
+    units: Mapping[str, str]
 
 
 def read_plant(path: Path, method: str) -> PlantFile:
@@ -65,9 +68,10 @@ def read_plant(path: Path, method: str) -> PlantFile:
     ]
     sizes = _sizes(known, values, problems)
     names = _names(found.get("names", {}), sizes, problems)
+    units = _units(found.get("units", {}), {label for labels in names.values() for label in labels}, problems)
     _raise_if_any(path, problems)
     name = found.get("name", path.stem if NAME.fullmatch(path.stem) else "plant")
-    return PlantFile(name, found.get("title", name), method, values, names)
+    return PlantFile(name, found.get("title", name), method, values, names, units)
 
 
 def _parsed(path: Path) -> dict[str, Any]:
@@ -239,6 +243,18 @@ def _names(given: Any, sizes: Mapping[str, int], problems: list[str]) -> dict[st
         else:
             names[key] = tuple(labels)
     return names
+
+
+def _units(given: Any, names: Collection[str], problems: list[str]) -> dict[str, str]:
+    if not isinstance(given, dict) or not all(_is_label(unit) for unit in given.values()):
+        problems.append(f"units: must be a table of names with their units, got {_shown(given)}")
+        return {}
+    problems += [
+        f"units.{name}: no signal of [names] is called so; there are {', '.join(sorted(names)) or 'none'}"
+        for name in given
+        if name not in names
+    ]
+    return given
 
 
 def _is_label(label: Any) -> bool:

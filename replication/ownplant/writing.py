@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import replace
 from functools import partial
 from html import escape
 from inspect import signature
@@ -57,18 +56,6 @@ def require_free(directory: Path, *, replace: bool, proof: str = "") -> None:
         )
 
 
-def with_names(result: GainResult, given: Mapping[str, tuple[str, ...]]) -> GainResult:
-    """The result with the names that the file gives; estimated outputs that are the states are called like them."""
-    own = result.signals
-    names: dict[str, Any] = dict(given)
-    if "states" in given:
-        # A design may add states of its own.
-        names["states"] = (*given["states"], *own.states[len(given["states"]) :])
-    if "states" in given and own.outputs == own.states[: len(given["states"])]:
-        names = {"outputs": given["states"], **names}
-    return replace(result, signals=replace(own, **names))
-
-
 def write_design(
     directory: Path, plant: PlantFile, result: GainResult, call: str, proof: Mapping[str, bytes] | None = None
 ) -> None:
@@ -110,7 +97,7 @@ def page(title: str, result: GainResult, figure: str, call: str, files: tuple[st
     """The page; figure: an SVG element, call: the command line that made it, files: what lies beside the page."""
     drawing = figure.replace("<svg ", f'<svg role="img" aria-label="{escape(_alt(result))}" ', 1)
     names = "".join(
-        f'<tr><th scope="row">{kind}</th><td>{escape(", ".join(labels))}</td></tr>\n'
+        f'<tr><th scope="row">{kind}</th><td>{escape(", ".join(result.signals.called(labels)))}</td></tr>\n'
         for kind, labels in result.signals.to_dict().items()
         if isinstance(labels, list) and labels
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import os
 import pickle
@@ -114,11 +115,30 @@ def test_names_of_the_file_are_in_the_gains(here: Path) -> None:
         "measurements": ["encoder", "camera"],
         "outputs": ["position", "speed"],
         "dt": 0.1,
+        "units": {"position": "m", "speed": "m/s", "force": "N", "encoder": "m/s", "camera": "m"},
     }
+    page = (here / "cart-multirate" / "index.html").read_text(encoding="utf-8")
+    assert "<td>position (m), speed (m/s)</td>" in page
+
+
+@pytest.mark.parametrize(
+    ("units", "said"),
+    [
+        ("encoder = 1", "units: must be a table of names with their units"),
+        ('wheel = "m"', "units.wheel: no signal of [names] is called so; there are camera, encoder, force"),
+    ],
+)
+def test_a_unit_that_belongs_to_nothing_is_told(
+    units: str, said: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (EXAMPLES / "cart.toml").read_text(encoding="utf-8").partition("[units]")[0]
+    (here / "cart.toml").write_text(f"{text}[units]\n{units}\n", encoding="utf-8")
+    assert main(["design", "multirate", "cart.toml", "--periods", "1,4"]) == 2
+    assert said in capsys.readouterr().err
 
 
 def test_a_title_cannot_become_a_part_of_the_page(here: Path) -> None:
-    text = (EXAMPLES / "servo.toml").read_text(encoding="utf-8")
+    text = (EXAMPLES / "servo.toml").read_text(encoding="utf-8").partition("[units]")[0]
     hostile = text.replace("Servo that", "</title><script>alert(1)</script>").replace('"voltage"', "'<img src=x>'")
     (here / "hostile.toml").write_text(hostile, encoding="utf-8")
     assert main(["design", "dualrate", "hostile.toml", "--period", "0.02", "--ratio", "10"]) == 0
@@ -377,6 +397,24 @@ def test_a_search_that_ended_early_goes_on_with_what_is_left(tmp_path: Path) -> 
     for _ in range(2):
         assert list(every_core(function, items, store=store)) == [10 * item for item in items]
     assert [len((tmp_path / f"called-{item}").read_text()) for item in items] == [1, 1, 2]
+
+
+def squared(power: int, item: int) -> int:
+    return int(item**power)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*successfully executed")
+def test_ten_thousand_stream_and_only_what_is_left_is_computed(tmp_path: Path) -> None:
+    store, items = tmp_path / "store", range(10_000)
+    begun = every_core(partial(squared, 2), items, store=store)
+    assert list(itertools.islice(begun, 3000)) == [item**2 for item in items[:3000]]
+    begun.close()
+    kept = {path: path.stat().st_mtime_ns for path in (store / "kept").glob("*.json")}
+    assert 3000 <= len(kept) < len(items)  # values are handed out before all are there
+    assert list(every_core(partial(squared, 2), items, store=store)) == [item**2 for item in items]
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept
+    assert sum(1 for _ in (store / "kept").glob("*.json")) == len(items)
 
 
 class Bomb:

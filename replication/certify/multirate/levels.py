@@ -12,7 +12,7 @@ from replication.certify.rounding import as_floats, bracket, exact, rational, ro
 from replication.errors import SolverError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.linear.riccati import RiccatiMap, along_period, fixed_point
+from replication.estimation.linear.riccati import RiccatiMap, settled, stacked
 from replication.estimation.multirate.kalman import state_scales
 from replication.estimation.multirate.optimum import Optimum, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant
@@ -133,15 +133,15 @@ def lyapunov_matrices(system: PeriodicSystem, level: float, slack: float = SLACK
 
     Raises SolverError if the recursion has no limit at this level g.
     """
-    backwards = [
+    backwards = stacked(
         RiccatiMap(
             stage.A.T,
             -stage.B @ stage.B.T / level**2,
             stage.C.T @ stage.C + slack * np.linalg.norm(stage.C, 2) ** 2 * np.eye(system.order),
         )
         for stage in reversed(system.stages)
-    ]
-    last = fixed_point(backwards)
-    if last is None:
+    )
+    found = settled(backwards)
+    if found is None:
         raise SolverError(f"no Lyapunov matrices at the level {level!r}: rounding spoils the recursion; raise it")
-    return np.stack(along_period(backwards, last)[::-1])
+    return found[::-1]

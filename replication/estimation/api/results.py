@@ -7,10 +7,10 @@ where matplotlib is imported, and only then.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -136,6 +136,42 @@ class GainResult(Shown):
         control.StateSpace
             Inputs, outputs and states are named after those of the plant.
         """
+
+    def named(
+        self,
+        *,
+        states: Sequence[str] | None = None,
+        inputs: Sequence[str] | None = None,
+        measurements: Sequence[str] | None = None,
+        outputs: Sequence[str] | None = None,
+        units: Mapping[str, str] | None = None,
+    ) -> Self:
+        """Call signals otherwise; simulations, plots and all exported forms follow.
+
+        Parameters
+        ----------
+        states : sequence of str, optional
+            A name for each; like all that follow, unchanged unless given.
+        inputs : sequence of str, optional
+            Of known inputs.
+        measurements : sequence of str, optional
+            Of sensors.
+        outputs : sequence of str, optional
+            Of what is estimated; where that is the states, their names unless given.
+        units : mapping of str to str, optional
+            Units of signals by name.
+
+        Returns
+        -------
+        GainResult
+            The same result with these names.
+
+        Raises
+        ------
+        InvalidInputError
+            Another number of names, a name twice, or the unit of no signal.
+        """
+        return replace(self, signals=self.signals.named(states, inputs, measurements, outputs, units))
 
     def fact(self, what: str) -> Evidence:
         """Look up one piece of evidence.

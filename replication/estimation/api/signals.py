@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 class Signals:
     """Names of the states, the known inputs, the measurements and the estimated outputs.
 
-    dt: sampling period in seconds; None if the plant is in continuous time or samples at no fixed period.
+    dt: sampling period in seconds; None if the plant is in continuous time or samples at no fixed period. units: of
+    signals by name, for those that have one.
     """
 
     states: tuple[str, ...]
@@ -27,10 +28,49 @@ class Signals:
     measurements: tuple[str, ...]
     outputs: tuple[str, ...]
     dt: float | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def to_dict(self) -> dict[str, Any]:
-        """Names as lists and dt: plain JSON values."""
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        """Names as lists, dt, and units if there are any: plain JSON values."""
+        told = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        return told if self.units else {name: value for name, value in told.items() if name != "units"}
+
+    def called(self, names: Iterable[str]) -> tuple[str, ...]:
+        """The names, each with its unit in brackets where it has one: what a curve or a column is labelled with."""
+        return tuple(f"{name} ({self.units[name]})" if name in self.units else name for name in names)
+
+    def named(
+        self,
+        states: Sequence[str] | None,
+        inputs: Sequence[str] | None,
+        measurements: Sequence[str] | None,
+        outputs: Sequence[str] | None,
+        units: Mapping[str, str] | None,
+    ) -> Signals:
+        """With other names or units. Outputs that are the states follow their names; states that a design added keep
+        theirs. Raises InvalidInputError for another number of names, one twice, or the unit of no signal."""
+        given = {"states": states, "inputs": inputs, "measurements": measurements, "outputs": outputs}
+        own = {name: getattr(self, name) for name in given}
+        told: dict[str, Any] = {
+            name: _labels(name, names, len(own[name])) for name, names in given.items() if names is not None
+        }
+        if "states" in told:
+            if "outputs" not in told and own["outputs"] == own["states"][: len(own["outputs"])]:
+                told["outputs"] = told["states"][: len(own["outputs"])]
+            told["states"] = (*told["states"], *own["states"][len(told["states"]) :])
+        every = replace(self, **told)
+        known = {name for names in (every.states, every.inputs, every.measurements, every.outputs) for name in names}
+        if unknown := (units or {}).keys() - known:
+            raise InvalidInputError(f"units: no signal {min(unknown)!r}; there are {', '.join(sorted(known))}")
+        return replace(every, units=dict(units) if units is not None else self.units)
+
+
+def _labels(kind: str, names: Sequence[str], count: int) -> tuple[str, ...]:
+    if isinstance(names, str) or not all(isinstance(name, str) and name for name in names):
+        raise InvalidInputError(f"{kind} must be a sequence of names, got {names!r}")
+    if len(set(names)) < len(names) or (len(names) > count if kind == "states" else len(names) != count):
+        raise InvalidInputError(f"{kind} must be {count} different names, got {', '.join(names)}")
+    return tuple(names)
 
 
 def numbered(letter: str, count: int) -> tuple[str, ...]:

@@ -241,7 +241,12 @@ def simulate(result: DelayResult | InnovationsResult, times: Any, disturbance: A
         DelayResult.require(result)
         error = error_system(result.system, result.operators, result.order)
         found = simulate_error(error, times, disturbance, result.system.states)
-    signals = {"error of z": found.output, "error of x": found.state, "disturbance": found.disturbance}
+    names = result.signals
+    signals = {
+        "error of z": (found.output, names.called(names.outputs)),
+        "error of x": (found.state, names.called(names.states)),
+        "disturbance": (found.disturbance, numbered("w", found.disturbance.shape[1])),
+    }
     return simulated(result.method, found.times, signals, ratio=found.gain, steps=False)
 
 

@@ -35,7 +35,7 @@ from replication.estimation.dualrate.slow.levels import MEASURE, beside, kalman
 from replication.estimation.dualrate.slow.loop import gain, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
 from replication.estimation.dualrate.slow.result import SlowRateResult
-from replication.estimation.dualrate.slow.simulation import simulate_slow
+from replication.estimation.dualrate.slow.simulation import closed_loop_signals, simulate_slow
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.validation import one_of
 
@@ -90,10 +90,11 @@ def design(
     at : str
         "continuous" or "slow".
     goal : str
-        At the slow rate "h2", the least mean of x'Qx + u'Ru at the fast instants under white noise, or "hinf", the
-        least worst-case gain.
+        At the slow rate "h2", the least mean of x'Qx + u'Ru at the fast instants under white noise; "hinf", the least
+        worst-case gain; or "mixed", a mean bounded from above at a level.
     level : float, optional
-        Gain to keep, of "hinf"; one per cent above the least unless given.
+        Gain to keep; of "hinf" one per cent above the least unless given, of "mixed" the one at which gain and root
+        mean square exceed the least ones by the same share.
     hold : int or sequence of int
         At the slow rate: an input changes every so many T and is held between. One number, or one for each input.
     observer : str
@@ -295,11 +296,8 @@ def simulate(
     first = np.zeros(result.loop.design.model.size) if estimate is None else estimate
     response = time_response(result.loop, start, first, slow_periods=slow_periods, substeps=SUBSTEPS, output=output)
     held = np.repeat(np.arange(len(response.instants)), SUBSTEPS)
-    signals = {
-        "output": response.output[:, None],
-        "input": response.input[held],
-        "estimation error": (response.state - response.estimate)[held],
-    }
+    error = (response.state - response.estimate)[held]
+    signals = closed_loop_signals(result.signals, output, response.output[:, None], response.input[held], error)
     return simulated(result.method, response.time, signals, ratio=None, steps=False)
 
 

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.lifted import LiftedResponse, compressed, largest_singular_value
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
-from replication.estimation.linear.riccati import RiccatiMap, circle_angles, fixed_point
+from replication.estimation.linear.riccati import RiccatiMap, circle_angles, fixed_point, stacked
 from replication.estimation.validation import Array, ComplexArray, as_matrix
 
 UPPER_MARGIN = 1e-9
@@ -74,8 +74,8 @@ def l2_gain(system: PeriodicSystem) -> GainBracket:
         return GainBracket(0.0, 0.0, 0.0)
     system = balanced(system)
 
-    def maps(level: float) -> list[RiccatiMap]:
-        return [bounded_real_map(stage, level) for stage in system.stages]
+    def maps(level: float) -> RiccatiMap:
+        return stacked(bounded_real_map(stage, level) for stage in system.stages)
 
     return peak_on_circle(response_norm(system), maps, slowest_angle(system.monodromy()))
 
@@ -128,7 +128,7 @@ def bounded_real_map(stage: Stage, level: float) -> RiccatiMap:
 
 def peak_on_circle(
     value: Callable[[float], float],
-    maps: Callable[[float], Sequence[RiccatiMap]],
+    maps: Callable[[float], RiccatiMap],
     hint: float,
 ) -> GainBracket:
     """Supremum over [0, pi] of `value(angle)`, whose crossings of a level are the circle angles of `maps(level)`.
@@ -160,7 +160,7 @@ def peak_on_circle(
     )
 
 
-def _crossings(maps: Callable[[float], Sequence[RiccatiMap]], level: float) -> Array:
+def _crossings(maps: Callable[[float], RiccatiMap], level: float) -> Array:
     """The angles at which a singular value equals `level`, or a level next to it where the pencil does not compose."""
     for attempt in (level, level * (1 + UPPER_MARGIN / 10)):
         try:
@@ -187,5 +187,5 @@ def balanced(system: PeriodicSystem) -> PeriodicSystem:
 
 
 def _gramian_diagonal(stages: Sequence[tuple[Array, Array]]) -> Array:
-    gramian = fixed_point([RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages])
+    gramian = fixed_point(stacked(RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages))
     return np.ones(len(stages[0][0])) if gramian is None else np.diag(gramian)

@@ -62,10 +62,7 @@ class PeriodicSystem:
 
     def monodromy(self) -> Array:
         """The state transition over one period from phase 0, A_{N-1} ... A_1 A_0, of shape (n, n)."""
-        total = np.eye(self.order)
-        for stage in self.stages:
-            total = stage.A @ total
-        return total
+        return monodromy(np.stack([stage.A for stage in self.stages]))
 
     def spectral_radius(self) -> float:
         """Largest modulus of the characteristic multipliers; the system is stable iff it is below one."""
@@ -96,6 +93,15 @@ def block_diagonal(blocks: Sequence[Array]) -> Array:
     for i, block in enumerate(blocks):
         total[rows[i] : rows[i + 1], columns[i] : columns[i + 1]] = block
     return total
+
+
+def monodromy(steps: Array) -> Array:
+    """A_{N-1} ... A_1 A_0 of the transitions (N, n, n) of a period, neighbours at a time."""
+    while (count := len(steps)) > 1:
+        even = count - count % 2
+        pairs = steps[1:even:2] @ steps[0:even:2]
+        steps = pairs if even == count else np.concatenate([pairs, steps[even:]])
+    return np.asarray(steps[0])
 
 
 def frequency_response(system: Stage, angle: float) -> ComplexArray:

@@ -7,24 +7,40 @@ Sources: B. D. O. Anderson, Int. J. Control 28 (1978), doubling; Bittanti and Co
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
+from scipy.linalg.lapack import dgesv
 
 from replication.estimation.validation import Array
 
 MAX_DOUBLINGS = 60
 STAGNATION = 1e-13
+DYING_DOUBLINGS, DEAD = 30, 1e-6
+"""A motion that has not died out to this share after so many doublings, a thousand million periods, counts as never."""
 
 
 class RiccatiMap(NamedTuple):
-    """The map X -> A (I + X G)^-1 X A' + H; A, G, H of shape (n, n), G and H symmetric and possibly indefinite."""
+    """The map X -> A (I + X G)^-1 X A' + H; A, G, H of shape (n, n), G and H symmetric and possibly indefinite.
+
+    The stages of a period are one map with stacks (N, n, n) in its three fields.
+    """
 
     A: Array
     G: Array
     H: Array
+
+
+def stacked(stages: Iterable[RiccatiMap]) -> RiccatiMap:
+    """Single maps as the stages of a period."""
+    return RiccatiMap(*(np.stack(parts) for parts in zip(*stages, strict=True)))
+
+
+def reversed_in_time(stages: RiccatiMap) -> RiccatiMap:
+    """The same stages, the last one first."""
+    return RiccatiMap(*(part[::-1] for part in stages))
 
 
 def symmetric(matrix: Array) -> Array:
@@ -33,91 +49,169 @@ def symmetric(matrix: Array) -> Array:
 
 
 def apply(stage: RiccatiMap, X: Array) -> Array:
-    """One step of the recursion from X (n, n)."""
-    identity = np.eye(len(X))
-    return symmetric(stage.A @ np.linalg.solve(identity + X @ stage.G, X) @ stage.A.T + stage.H)
+    """One step of the recursion from X (n, n); for stacks (..., n, n), one by one."""
+    return symmetric(stage.A @ np.linalg.solve(X @ stage.G + np.eye(X.shape[-1]), X) @ stage.A.mT + stage.H)
 
 
 def compose(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
-    """The map that applies `first` and then `second`; for stacks (..., n, n), one by one."""
+    """The map that applies `first` and then `second`; for stacks (..., n, n), one by one.
+
+    (I + G H)^-1 G = G (I + H G)^-1 saves a second system of equations.
+    """
     size = first.A.shape[-1]
-    inner = np.eye(size) + first.H @ second.G
-    solved = np.linalg.solve(inner, np.concatenate([first.A, first.H @ second.A.mT], axis=-1))
-    dual = np.linalg.solve(inner.mT, second.G @ first.A)
+    times = product(first.A)
+    inner = times(first.H, second.G) + np.eye(size)
+    solved = solve(inner, np.concatenate([first.A, times(first.H, second.A.mT)], axis=-1))
+    turned, driven = solved[..., :size], solved[..., size:]
     return RiccatiMap(
-        second.A @ solved[..., :size],
-        symmetric(first.G + first.A.mT @ dual),
-        symmetric(second.H + second.A @ solved[..., size:]),
+        times(second.A, turned),
+        first.G + times(first.A.mT, times(second.G, turned)),
+        second.H + times(second.A, driven),
     )
 
 
-def period_map(stages: Sequence[RiccatiMap]) -> RiccatiMap:
-    """The map over all stages in order, by composing neighbours: log2(N) rounds of stacked products.
+def product(matrix: Array) -> Callable[[Array, Array], Array]:
+    """How to multiply what has the dimensions of `matrix`: of two small matrices numpy.dot takes half the time."""
+    return np.dot if matrix.ndim == 2 else np.matmul
 
-    Raises numpy.linalg.LinAlgError where a composition does not exist (a recursion that escapes to infinity).
+
+def solve(matrix: Array, right: Array) -> Array:
+    """matrix^-1 right, each one matrix or a stack; raises numpy.linalg.LinAlgError if a matrix is singular."""
+    if matrix.ndim > 2:
+        return np.asarray(np.linalg.solve(matrix, right))
+    # A small system takes longer to hand to numpy than to solve.
+    _, _, solution, failed = dgesv(matrix, right)
+    if failed:
+        raise np.linalg.LinAlgError("singular")
+    return solution  # type: ignore[no-any-return]
+
+
+def tree(stages: RiccatiMap) -> list[RiccatiMap]:
+    """The stages, then neighbours composed, and so on up to the one map of the period: log2(N) rounds of stacks.
+
+    Where the number is odd the last map of a round stays alone. Raises numpy.linalg.LinAlgError where a composition
+    does not exist (a recursion that escapes to infinity).
     """
-    A, G, H = (np.stack(parts) for parts in zip(*stages, strict=True))
-    while (count := len(A)) > 1:
-        even = count - count % 2
+    levels = [stages]
+    while (count := len(levels[-1].A)) > 1:
+        below, even = levels[-1], count - count % 2
         pairs = compose(
-            RiccatiMap(A[0:even:2], G[0:even:2], H[0:even:2]), RiccatiMap(A[1:even:2], G[1:even:2], H[1:even:2])
+            RiccatiMap(*(part[0:even:2] for part in below)), RiccatiMap(*(part[1:even:2] for part in below))
         )
-        A, G, H = (np.concatenate([pair, rest[even:]]) for pair, rest in zip(pairs, (A, G, H), strict=True))
-    return RiccatiMap(A[0], G[0], H[0])
+        if even < count:
+            pairs = RiccatiMap(*(np.concatenate([pair, part[even:]]) for pair, part in zip(pairs, below, strict=True)))
+        levels.append(pairs)
+    return levels
 
 
-def recentre(stages: Sequence[RiccatiMap], states: Sequence[Array]) -> list[RiccatiMap]:
-    """The maps of the deviation X_k - states[k] from a reference of one symmetric matrix per phase.
+def period_map(stages: RiccatiMap) -> RiccatiMap:
+    """The map over all stages in order; raises as `tree`."""
+    return _only(tree(stages)[-1])
+
+
+def down(levels: Sequence[RiccatiMap], X: Array) -> Array:
+    """The states (N, n, n) at all phases from X at phase 0, on the way back down a `tree`."""
+    states = X[None]
+    for level in levels[-2::-1]:
+        first = RiccatiMap(*(part[0 : len(part) - 1 : 2] for part in level))
+        both = np.empty_like(level.A)
+        both[0::2], both[1::2] = states, apply(first, states[: len(first.A)])
+        states = both
+    return states
+
+
+def recentre(stages: RiccatiMap, reference: Array) -> RiccatiMap:
+    """The maps of the deviation X_k - reference[k], for a reference of one symmetric matrix per phase (N, n, n).
 
     Same pencil up to a shear, so the same eigenvalues and solutions; a stabilising reference makes the new A stable.
-    Raises numpy.linalg.LinAlgError where I + states[k] G_k is singular.
+    Raises numpy.linalg.LinAlgError where I + reference[k] G_k is singular.
     """
-    A, G, H = (np.stack(parts) for parts in zip(*stages, strict=True))
-    reference = np.stack(list(states))
+    A, G, H = stages
     # (I + X G)^-1 from the left, so that A_c = A (I + X G)^-1 and the step from the reference is A_c X A'.
-    closed = np.linalg.solve((np.eye(A.shape[-1]) + reference @ G).mT, A.mT).mT
+    inner = (np.eye(A.shape[-1]) + reference @ G).mT
+    solved = np.linalg.solve(inner, np.concatenate([A.mT, G], axis=-1))
+    closed, weight = solved[..., : A.shape[-1]].mT, solved[..., A.shape[-1] :]
     following = np.roll(reference, -1, axis=0)
-    deviation = symmetric(closed @ reference @ A.mT + H - following)
-    weight = symmetric(np.linalg.solve((np.eye(A.shape[-1]) + reference @ G).mT, G))
-    return [RiccatiMap(*parts) for parts in zip(closed, weight, deviation, strict=True)]
+    return RiccatiMap(closed, symmetric(weight), symmetric(closed @ reference @ A.mT + H - following))
 
 
-def fixed_point(stages: Sequence[RiccatiMap]) -> Array | None:
-    """The limit of the periodic recursion from X = 0 at phase 0, or None if it does not settle.
+def settled(stages: RiccatiMap) -> Array | None:
+    """The states (N, n, n) of the recursion that began with X = 0 at phase 0 long ago, or None if it does not settle.
 
     Structured doubling of the period map; the limit is the stabilising solution where one exists and the recursion
     starts in its reach (see `recentre`). None is an answer, not a failure: below the achievable level the recursion
     has no limit.
     """
-    previous = np.inf
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
-            total = period_map(stages)
-            for _ in range(MAX_DOUBLINGS):
-                doubled = compose(total, total)
-                size = float(np.linalg.norm(doubled.H))
-                if not np.isfinite(size):
-                    return None
-                step = float(np.linalg.norm(doubled.H - total.H)) / max(size, np.finfo(float).tiny)
-                total = doubled
-                # Quadratic convergence ends in rounding: accept the first step that is tiny, or small and no shorter.
-                if step <= STAGNATION or (step <= 1e3 * STAGNATION and step >= previous):
-                    return total.H
-                previous = step
+            levels = tree(stages)
+            start = _doubled(_only(levels[-1]))
+            return None if start is None else down(levels, start)
         except np.linalg.LinAlgError:
             return None
+
+
+def from_zero(stages: RiccatiMap) -> Array | None:
+    """As `settled`, but None too where the recursion's own motion does not die out.
+
+    What dies out has the stabilising solution for its limit, so that nothing else is to be checked.
+    """
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        try:
+            levels = tree(stages)
+            start = _dying(_only(levels[-1]))
+            states = None if start is None else down(levels, start)
+        except np.linalg.LinAlgError:
+            return None
+    return states if states is not None and np.all(np.isfinite(states)) else None
+
+
+def fixed_point(stages: RiccatiMap) -> Array | None:
+    """The state at phase 0 alone of `settled`."""
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        try:
+            return _doubled(period_map(stages))
+        except np.linalg.LinAlgError:
+            return None
+
+
+def _only(stages: RiccatiMap) -> RiccatiMap:
+    return RiccatiMap(*(part[0] for part in stages))
+
+
+def _tidied(stage: RiccatiMap) -> RiccatiMap:
+    return stage._replace(G=symmetric(stage.G), H=symmetric(stage.H))
+
+
+def _doubled(total: RiccatiMap) -> Array | None:
+    """The limit of repeating one map from zero; raises numpy.linalg.LinAlgError where the recursion escapes."""
+    previous, total = np.inf, _tidied(total)
+    for _ in range(MAX_DOUBLINGS):
+        doubled = _tidied(compose(total, total))
+        size = float(np.linalg.norm(doubled.H))
+        if not np.isfinite(size):
+            return None
+        step = float(np.linalg.norm(doubled.H - total.H)) / max(size, np.finfo(float).tiny)
+        total = doubled
+        # Quadratic convergence ends in rounding: accept the first step that is tiny, or small and no shorter.
+        if step <= STAGNATION or (step <= 1e3 * STAGNATION and step >= previous):
+            return total.H
+        previous = step
     return None
 
 
-def along_period(stages: Sequence[RiccatiMap], X: Array) -> list[Array]:
-    """The states X_0 = X, X_1, ... X_{N-1} of the recursion over one period."""
-    states = [X]
-    for stage in stages[:-1]:
-        states.append(apply(stage, states[-1]))
-    return states
+def _dying(period: RiccatiMap) -> Array | None:
+    for _ in range(DYING_DOUBLINGS):
+        before, period = period.H, compose(period, period)
+        size = np.abs(period.H).max()
+        if not np.isfinite(size):
+            return None
+        if np.abs(period.H - before).max() <= STAGNATION * size and np.abs(period.A).max() <= DEAD:
+            return symmetric(period.H)
+    return None
 
 
-def circle_angles(stages: Sequence[RiccatiMap], tolerance: float) -> Array:
+def circle_angles(stages: RiccatiMap, tolerance: float) -> Array:
     """Angles in [0, pi] of the eigenvalues of the period's symplectic pencil within `tolerance` of the unit circle.
 
     For the maps of a gain at level g they are the (lifted) frequencies at which a singular value equals g.

@@ -30,8 +30,8 @@ from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult, result_of
 from replication.estimation.multirate.schedule import SensingSchedule
+from replication.estimation.multirate.simulation import disturbances, worst_case_response
 from replication.estimation.multirate.simulation import simulate as simulate_system
-from replication.estimation.multirate.simulation import worst_case_response
 from replication.estimation.multirate.timing import least_error_offsets, search_timing
 from replication.estimation.validation import Array, as_array, one_of, positive_integer, positive_scalar
 
@@ -320,11 +320,11 @@ def simulate(
     outputs = simulate_system(error, inputs, initial_error)
     if len(outputs) != count:
         raise InvalidInputError(f"disturbance must have {count} rows, got {len(outputs)}")
-    size = float(np.linalg.norm(inputs))
+    size, names = float(np.linalg.norm(inputs)), result.signals
     return simulated(
         result.method,
         np.arange(count, dtype=float) * result.problem.plant.dt,
-        {"error": outputs, "disturbance": inputs},
+        {"error": (outputs, names.called(names.outputs)), "disturbance": (inputs, disturbances(result.problem.plant))},
         ratio=float(np.linalg.norm(outputs)) / size if size and initial_error is None else None,
     )
 

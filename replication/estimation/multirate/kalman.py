@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.linear.riccati import RiccatiMap, along_period, fixed_point, recentre
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, monodromy
+from replication.estimation.linear.riccati import RiccatiMap, recentre, settled
 from replication.estimation.multirate.h2.steady import steady_state
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
@@ -43,10 +43,14 @@ class RiccatiDesign:
 
 @dataclass(frozen=True, eq=False)
 class KalmanCentre:
-    """The scaled problem and the stabilising solution X_k at an infinite level, in scaled coordinates (N, n, n)."""
+    """The scaled problem and the stabilising solution X_k at an infinite level, in scaled coordinates (N, n, n).
+
+    units: the `state_units` (n,) of the problem.
+    """
 
     scaled: ScaledProblem
     states: Array
+    units: Array
 
     @property
     def floor(self) -> float:
@@ -75,7 +79,8 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
     require_problem(problem)
     if extra_noise:
         extra_noise = positive_scalar("extra_noise", extra_noise)
-    if not extra_noise and (mode := _undisturbed_on_circle(problem)) is not None:
+    units = state_units(problem)
+    if not extra_noise and (mode := _undisturbed_on_circle(problem, units)) is not None:
         if (apart := np.linalg.cond(problem.plant.D)) > NOISE_APART:
             raise InvalidInputError(
                 f"the noise of the sensors differs by a factor of {apart:.1e}, too much for floating point; give the "
@@ -86,7 +91,7 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
             "route has no answer; disturb it a little by a column of B_d: the gains of that plant achieve no more in "
             "this one (`kalman_design` also takes extra_noise)"
         )
-    scaled = scaled_problem(problem, state_scales(problem))
+    scaled = scaled_problem(problem, state_scales(problem, units))
     maps = scaled.maps(extra_noise=extra_noise)
     states = stationary(maps, np.broadcast_to(np.eye(problem.plant.order), scaled.A.shape))
     if states is None or not semidefinite(states) or not stabilises(scaled, states, maps):
@@ -96,15 +101,15 @@ def kalman_centre(problem: MultirateProblem, *, extra_noise: float = 0.0) -> Kal
             f"of {growth:.3g} over the period of {problem.schedule.period} instants; measure more often, or disturb "
             "the slowest mode more"
         )
-    return KalmanCentre(scaled, states)
+    return KalmanCentre(scaled, states, units)
 
 
-def _undisturbed_on_circle(problem: MultirateProblem) -> complex | None:
+def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex | None:
     """A mode on the unit circle that no noise reaches, or None; with correlated noise a multiplier over the period.
 
     Rounding blurs a mode of multiplicity k by the k-th root of machine precision; a wider one counts as off the circle.
     """
-    plant, units = problem.plant, state_units(problem)
+    plant = problem.plant
     A, B = plant.A / units[:, None] * units, plant.B_d / units[:, None]
     if plant.correlated:
         # What the measurements tell of the noise is known, and disturbs nothing.
@@ -121,19 +126,19 @@ def _undisturbed_on_circle(problem: MultirateProblem) -> complex | None:
     return None
 
 
-def state_scales(problem: MultirateProblem, noise: float = SCALING_NOISE) -> Array:
+def state_scales(problem: MultirateProblem, deviations: Array | None = None, noise: float = SCALING_NOISE) -> Array:
     """T_k (N, n, n), Cholesky factors of the error covariances of a Kalman filter with process noise on every state.
 
-    noise: its intensity, relative to the square of `state_units`. Raises SolverError if rounding spoils the recursion.
+    deviations: `state_units`, if known; the intensity `noise` is relative to their squares. Raises SolverError if
+    rounding spoils the recursion.
     """
-    units = np.diag(state_units(problem))
+    units = np.diag(state_units(problem) if deviations is None else deviations)
     scaled = scaled_problem(problem, np.stack([units] * problem.schedule.period))
-    identity = np.eye(problem.plant.order)
-    maps = [RiccatiMap(stage.A, stage.G, stage.H + noise * identity) for stage in scaled.maps()]
-    covariance = fixed_point(maps)
+    maps = scaled.maps()
+    covariance = settled(maps._replace(H=maps.H + noise * np.eye(problem.plant.order)))
     try:
         if covariance is not None:
-            return np.asarray(units @ np.linalg.cholesky(np.stack(along_period(maps, covariance))))
+            return np.asarray(units @ np.linalg.cholesky(covariance))
     except np.linalg.LinAlgError:
         covariance = None
     raise SolverError(
@@ -163,12 +168,11 @@ def state_units(problem: MultirateProblem) -> Array:
     return np.sqrt(np.where(np.isfinite(squared), squared, 1.0))
 
 
-def stationary(maps: list[RiccatiMap], reference: Array) -> Array | None:
+def stationary(maps: RiccatiMap, reference: Array) -> Array | None:
     """The solution (N, n, n) that the recursion reaches from the states of `reference`, or None."""
     try:
-        around = recentre(maps, list(reference))
-        deviation = fixed_point(around)
-        return None if deviation is None else np.asarray(reference + np.stack(along_period(around, deviation)))
+        deviation = settled(recentre(maps, reference))
+        return None if deviation is None else np.asarray(reference + deviation)
     except np.linalg.LinAlgError:
         return None
 
@@ -179,11 +183,9 @@ def semidefinite(states: Array) -> bool:
     return bool(np.all(eigenvalues[:, 0] >= -1e-9 * max(1.0, eigenvalues[:, -1].max())))
 
 
-def stabilises(scaled: ScaledProblem, states: Array, maps: list[RiccatiMap]) -> bool:
+def stabilises(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> bool:
     """Whether the gains at the states stabilise the error system. Every I + X_k G_k must be regular."""
-    total = np.eye(states.shape[-1])
-    for step in scaled.closed_loop(scaled.corrected(states, maps)):
-        total = step @ total
+    total = monodromy(scaled.closed_loop(scaled.corrected(states, maps)))
     return bool(np.max(np.abs(np.linalg.eigvals(total))) < 1 - STABILITY_MARGIN)
 
 

@@ -10,7 +10,7 @@ from replication.estimation.linear.lifted import LiftedResponse, compressed, lar
 from replication.estimation.linear.norms import DENSE_INPUTS, GainBracket, peak_on_circle, slowest_angle, spectral_norm
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
 from replication.estimation.linear.riccati import RiccatiMap, recentre
-from replication.estimation.multirate.kalman import kalman_centre, state_scales
+from replication.estimation.multirate.kalman import kalman_centre, state_scales, state_units
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.multirate.scaled import ScaledProblem, scaled_problem
 from replication.estimation.validation import Array, ComplexArray
@@ -31,9 +31,14 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
     `kalman_design` then.
     """
     require_problem(problem)
+    return bound_in(problem, state_units(problem))
+
+
+def bound_in(problem: MultirateProblem, units: Array) -> GainBracket:
+    """`noncausal_bound`, where the `state_units` of the problem are known."""
     inputs = sum(problem.plant.B_d.shape[1] + len(rows) for rows in problem.measured_rows())
     if inputs <= DENSE_INPUTS:
-        scaled = scaled_problem(problem, state_scales(problem, NOISE))
+        scaled = scaled_problem(problem, state_scales(problem, units, NOISE))
         # In these coordinates the covariance of the filter is the identity at every phase.
         reference = np.stack([np.eye(problem.plant.order)] * problem.schedule.period)
         errors, innovations = _filter(scaled, scaled.corrected(reference, scaled.maps()))
@@ -44,8 +49,8 @@ def noncausal_bound(problem: MultirateProblem) -> GainBracket:
         errors, innovations = _filter(scaled, scaled.corrected(reference, scaled.maps()))
         value = _by_operators(errors, _whitened(innovations, reference))
 
-    def maps(level: float) -> list[RiccatiMap]:
-        return recentre(scaled.maps(level), list(reference))
+    def maps(level: float) -> RiccatiMap:
+        return recentre(scaled.maps(level), reference)
 
     return peak_on_circle(value, maps, slowest_angle(errors.monodromy()))
 

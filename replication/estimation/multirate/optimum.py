@@ -23,7 +23,7 @@ from replication.estimation.multirate.kalman import (
     stabilises,
     stationary,
 )
-from replication.estimation.multirate.noncausal import noncausal_bound
+from replication.estimation.multirate.noncausal import bound_in, noncausal_bound
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array, positive_scalar
 
@@ -44,6 +44,10 @@ DESIGN_MARGIN = 1e-8
 """Relative distance above the optimum at which gains are computed: at the optimum the recursion degenerates."""
 TOUCHING = (1e-12, 1e-10, DESIGN_MARGIN)
 """Relative distances above the non-causal bound within which the optimum counts as sitting on it."""
+NEAR = 1e-13
+"""Relative distance of two guesses at which the search goes on to the ends of its bracket."""
+LAST = 4
+"""How many points the next guess is drawn through."""
 MAX_DOUBLINGS = 100
 """From the lower bound the level is doubled until it is achievable; this often only if rounding spoils the problem."""
 
@@ -93,7 +97,8 @@ def optimal_design(problem: MultirateProblem, *, margin: float = DESIGN_MARGIN) 
 
     Its gain is below that level (`RiccatiDesign.level`), to rounding, and may exceed upper itself.
     """
-    return riccati_design(problem, optimum(problem).upper * (1 + positive_scalar("margin", margin)))
+    above, centre = 1 + positive_scalar("margin", margin), kalman_centre(problem)
+    return central(centre, _optimum(problem, centre).upper * above)
 
 
 def achievable(problem: MultirateProblem, level: float) -> bool:
@@ -107,48 +112,93 @@ def optimum(problem: MultirateProblem) -> Optimum:
     Raises InvalidInputError if nothing disturbs z = W e (the optimum is zero then) or an undisturbed mode is on the
     unit circle (`kalman_design`), SolverError if rounding spoils the recursion.
     """
-    centre, noncausal = kalman_centre(problem), noncausal_bound(problem)
+    return _optimum(problem, kalman_centre(problem))
+
+
+def _optimum(problem: MultirateProblem, centre: KalmanCentre) -> Optimum:
+    noncausal = bound_in(problem, centre.units)
     # The square root of rounding in X_k; where disturbances reach z, the non-causal bound is not zero.
     if noncausal.lower == 0.0 and centre.floor <= 1e-7 * float(np.linalg.norm(centre.scaled.W)):
         raise InvalidInputError("the disturbances do not reach z = W e: there is nothing to minimise; check B_d and W")
     low = max(noncausal.lower, centre.floor)
     if noncausal.upper >= centre.floor:
-        for distance in TOUCHING:
-            touching = noncausal.upper * (1 + distance)
-            if _solution(centre, touching)[1] > 0:
-                return Optimum(noncausal.lower, touching, noncausal, "noncausal")
-            low = touching
+        touching = [noncausal.upper * (1 + distance) for distance in TOUCHING]
+        if _solution(centre, touching[-1])[1] > 0:
+            level = next((level for level in touching[:-1] if _solution(centre, level)[1] > 0), touching[-1])
+            return Optimum(noncausal.lower, level, noncausal, "noncausal")
+        low = touching[-1]
     low, high = _root(centre, low)
     return Optimum(low, high, noncausal, "causal")
 
 
+class _Search:
+    """The largest unachievable and the smallest achievable level tried so far."""
+
+    def __init__(self, centre: KalmanCentre, low: float) -> None:
+        self.centre, self.low, self.high = centre, low, np.inf
+
+    def tried(self, level: float) -> float | None:
+        """1/lambda - 1/level^2 with lambda = max_k lambda_max(W X_k W'), or None without a solution.
+
+        It is positive iff the level is achievable, and nearly a straight line as a function of 1/level^2.
+        """
+        slack = _solution(self.centre, level)[1]
+        if slack > 0:
+            self.high = min(self.high, level)
+        else:
+            self.low = max(self.low, level)
+        return slack / (1 - slack) / level**2 if slack > -1 else None
+
+
 def _root(centre: KalmanCentre, low: float) -> tuple[float, float]:
     """Largest unachievable and smallest achievable level met on the way to the root of the slack above `low`."""
-    from scipy.optimize import brentq  # slow to load
-
-    levels = {"low": low, "high": np.inf}
-
-    def slack(level: float) -> float:
-        found = _solution(centre, level)[1]
-        end = "high" if found > 0 else "low"
-        levels[end] = (min if found > 0 else max)(levels[end], level)
-        return found
-
+    search = _Search(centre, low)
+    # Points (1/level^2, value); at an infinite level the Kalman filter gives the value.
+    points = [(0.0, centre.floor**-2)] if centre.floor > 0 else []
     for _ in range(MAX_DOUBLINGS):
-        if slack(2 * levels["low"]) > 0:
+        level = 2 * search.low
+        if (value := search.tried(level)) is not None:
+            points.append((level**-2, value))
+        if level == search.high:
             break
     else:
-        raise SolverError(
-            f"no level up to {levels['low']:.3g} proved achievable: rounding spoils the recursion; rescale"
-        )
-    root = brentq(slack, levels["low"], levels["high"], rtol=LEVEL_TOLERANCE / 4, xtol=1e-300)
-    distance = LEVEL_TOLERANCE / 2
-    while slack(root * (1 + distance)) <= 0:
+        raise SolverError(f"no level up to {search.low:.3g} proved achievable: rounding spoils the recursion; rescale")
+    level, value = search.high, points[-1][1]
+    while search.high > search.low * (1 + LEVEL_TOLERANCE):
+        # Where there is no solution there is no value: halve then, and go on from where there is one.
+        guess = np.nan if value is None else _zero(points[-LAST:])
+        if not search.high**-2 < guess < search.low**-2:
+            guess = (search.high**-2 + search.low**-2) / 2
+        before, level = level, guess**-0.5
+        if abs(level - before) <= NEAR * level:
+            break
+        if (value := search.tried(level)) is not None:
+            points.append((guess, value))
+    # From here outwards, until both sides are known.
+    distance = LEVEL_TOLERANCE / 16
+    while search.high > level * (1 + distance):
+        search.tried(level * (1 + distance))
         distance *= 4
-    distance = LEVEL_TOLERANCE / 2
-    while levels["low"] < root * (1 - distance) and slack(root * (1 - distance)) > 0:
+    distance = LEVEL_TOLERANCE / 16
+    while search.low < level * (1 - distance):
+        search.tried(level * (1 - distance))
         distance *= 4
-    return levels["low"], levels["high"]
+    while search.high > search.low * (1 + LEVEL_TOLERANCE / 8):
+        search.tried((search.low + search.high) / 2)
+    return float(search.low), float(search.high)
+
+
+def _zero(points: list[tuple[float, float]]) -> float:
+    """Where the polynomial through (value, place) of the points is at the value zero; not a number if there is none."""
+    places = [place for place, _ in points]
+    values = [value for _, value in points]
+    if len(points) < 2 or len(set(values)) < len(values):
+        return np.nan
+    for width in range(1, len(points)):  # Neville
+        for i in range(len(points) - width):
+            a, b = values[i], values[i + width]
+            places[i] = (a * places[i + 1] - b * places[i]) / (a - b)
+    return places[0]
 
 
 def _solution(centre: KalmanCentre, level: float) -> tuple[Array | None, float]:

@@ -6,7 +6,6 @@ identity at every phase that rounding is harmless, whatever the units of the pla
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,7 +38,7 @@ class ScaledProblem:
     information: Array
     injected: tuple[Array, ...]
 
-    def maps(self, level: float = np.inf, *, extra_noise: float = 0.0) -> list[RiccatiMap]:
+    def maps(self, level: float = np.inf, *, extra_noise: float = 0.0) -> RiccatiMap:
         """Riccati maps of the filter at `level`: G_k = C_k'(D_k D_k')^-1 C_k - W'W/level^2, H = B_d B_d' + extra I.
 
         At an infinite level they are those of the Kalman filter. extra_noise is in the coordinates e, before scaling.
@@ -50,12 +49,11 @@ class ScaledProblem:
         if extra_noise:
             inverse = np.linalg.inv(np.roll(self.T, -1, axis=0))
             H = H + extra_noise * inverse @ inverse.mT
-        return [RiccatiMap(*parts) for parts in zip(self.A, G, H, strict=True)]
+        return RiccatiMap(self.A, G, H)
 
-    def corrected(self, states: Array, maps: Sequence[RiccatiMap]) -> Array:
+    def corrected(self, states: Array, maps: RiccatiMap) -> Array:
         """(I + X_k G_k)^-1 X_k for each phase, shape (N, n, n)."""
-        G = np.stack([stage.G for stage in maps])
-        return np.asarray(np.linalg.solve(np.eye(self.A.shape[-1]) + states @ G, states))
+        return np.asarray(np.linalg.solve(np.eye(self.A.shape[-1]) + states @ maps.G, states))
 
     def closed_loop(self, corrected: Array) -> Array:
         """A_k - L_k C_k for each phase, shape (N, n, n), all gains included."""

@@ -73,7 +73,11 @@ class SensingSchedule:
 
     def measured(self, k: int) -> tuple[int, ...]:
         """The sensors that measure at instant k, in order."""
-        return tuple(int(i) for i in np.flatnonzero(self.mask[k % self.period]))
+        return self._rows[k % self.period]
+
+    @cached_property
+    def _rows(self) -> tuple[tuple[int, ...], ...]:
+        return tuple(tuple(np.flatnonzero(row).tolist()) for row in self.mask)
 
     def selection(self, k: int) -> Array:
         """S_k of eq. (4), shape (q, q)."""

@@ -8,8 +8,10 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InfeasibleError, InvalidInputError
+from replication.estimation.api.signals import numbered
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.linear.riccati import RiccatiMap, apply, fixed_point
+from replication.estimation.linear.riccati import RiccatiMap, settled, stacked
+from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer
 
 
@@ -42,21 +44,25 @@ def simulate(system: PeriodicSystem, inputs: Array, initial_state: Array | None 
     return outputs
 
 
+def disturbances(plant: MultiratePlant) -> tuple[str, ...]:
+    """What the columns of the disturbance (d, w) are called."""
+    return (*numbered("d", plant.B_d.shape[1]), *numbered("w", plant.D.shape[1]))
+
+
 def white_noise_variance(system: PeriodicSystem) -> float:
     """Mean over one period of the stationary output variance, summed over channels, for white inputs of unit intensity.
 
     Raises InfeasibleError if the system is not stable.
     """
-    stages = [RiccatiMap(s.A, np.zeros_like(s.A), s.B @ s.B.T) for s in system.stages]
-    covariance = fixed_point(stages) if system.spectral_radius() < 1 else None
-    if covariance is None:
+    stages = stacked(RiccatiMap(s.A, np.zeros_like(s.A), s.B @ s.B.T) for s in system.stages)
+    covariances = settled(stages) if system.spectral_radius() < 1 else None
+    if covariances is None:
         raise InfeasibleError(
             "the system is not stable, so its outputs have no stationary variance; stabilise it first"
         )
     total = 0.0
-    for stage, step in zip(system.stages, stages, strict=True):
+    for stage, covariance in zip(system.stages, covariances, strict=True):
         total += float(np.trace(stage.C @ covariance @ stage.C.T + stage.D @ stage.D.T))
-        covariance = apply(step, covariance)
     return total / system.period
 
 

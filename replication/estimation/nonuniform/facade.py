@@ -230,7 +230,10 @@ def simulate(
         w = np.asarray(given)
     error = simulate_error(result.plant, result.filter, periods, w)
     # Nothing is held after the last sample.
-    signals = {"error": error, "disturbance": np.vstack([w, np.zeros_like(w[:1])])}
+    signals = {
+        "error": (error, result.signals.called(result.signals.outputs)),
+        "disturbance": (np.vstack([w, np.zeros_like(w[:1])]), numbered("w", w.shape[1])),
+    }
     time = np.concatenate([[0.0], np.cumsum(periods)])
     return simulated(result.method, time, signals, ratio=error_ratio(periods, w, error) if np.any(w) else None)
 

@@ -3,7 +3,7 @@
 import doctest
 import importlib
 import json
-import time
+import os
 from dataclasses import replace
 from itertools import pairwise
 from unittest.mock import patch
@@ -52,9 +52,9 @@ SHORT = {"horizon": 60}
 )
 def test_knowing_the_period_is_worth_what_it_should(plant, periods, share):
     """Its guaranteed level is at most a share of what the robust filter attains, in a few seconds."""
-    began = time.process_time()
+    began = sum(os.times()[:4])  # of solvers in processes of their own too
     stamped = design_stamped(plant, periods=periods)
-    assert time.process_time() - began < 5.0
+    assert sum(os.times()[:4]) - began < 5.0
     robust = nonuniform.design(plant, periods=periods, **EFFORT)
     assert stamped.value <= share * robust.bracket.lower
     assert stamped.value <= stamped.fact("level without sensors").value

@@ -7,15 +7,14 @@ and 6: the discrete-time game with delayed measurements; here all is periodic, a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from replication.estimation.dualrate.slow.problem import SlowProblem, in_natural_units
-from replication.estimation.linear.periodic import block_diagonal
-from replication.estimation.linear.riccati import RiccatiMap
+from replication.estimation.linear.periodic import block_diagonal, monodromy
+from replication.estimation.linear.riccati import RiccatiMap, reversed_in_time, stacked
 from replication.estimation.multirate.kalman import semidefinite, stationary
 from replication.estimation.validation import Array
 
@@ -68,11 +67,11 @@ class Equations:
                 known[rows] = (weighed, weighed @ C)
         return [known[tuple(rows)] for rows in self.problem.measured()]
 
-    def filtering(self, level: float) -> list[RiccatiMap]:
+    def filtering(self, level: float) -> RiccatiMap:
         """Of the error covariance, forwards in time."""
         A, G = self.problem.sampled.state, self.problem.noise
         lost = self.problem.period * self.problem.state_weight / level**2
-        return [RiccatiMap(A, seen - lost, G @ G.T) for _, seen in self.information]
+        return stacked(RiccatiMap(A, seen - lost, G @ G.T) for _, seen in self.information)
 
     def regulating(self, level: float) -> list[tuple[RiccatiMap, Array, Array]]:
         """Of the cost to go on (x, u before), one map for each instant; then R^-1 B' and the part of v that is fixed.
@@ -109,9 +108,9 @@ class Equations:
         (sigma, cost), p = solved, self.problem
         n, m = p.plant.input.shape
         observed = []
-        for X, stage, (weighed, _) in zip(sigma, self.filtering(level), self.information, strict=True):
-            gain = stage.A @ np.linalg.solve(np.eye(n) + X @ stage.G, X)
-            observed.append((stage.A - gain @ stage.G, gain @ weighed))
+        for X, A, G, (weighed, _) in zip(sigma, *self.filtering(level)[:2], self.information, strict=True):
+            gain = A @ np.linalg.solve(np.eye(n) + X @ G, X)
+            observed.append((A - gain @ G, gain @ weighed))
         laws = []
         for k, ((stage, moves, fixed), S) in enumerate(zip(self.regulating(level), p.changed(), strict=True)):
             following = cost[(k + 1) % len(cost)]
@@ -130,28 +129,23 @@ class Equations:
         n, m = self.problem.plant.input.shape
         # The cost runs backwards in time.
         sigma = _solution(self.filtering(level), n)
-        back = _solution([stage for stage, *_ in self.regulating(level)[::-1]], n + m)
+        back = _solution(reversed_in_time(stacked(stage for stage, *_ in self.regulating(level))), n + m)
         if sigma is None or back is None:
             return None, -1.0
         cost = np.roll(back[::-1], 1, axis=0)
         return (sigma, cost), _margin(self.problem, sigma, cost, level)
 
 
-def _solution(maps: Sequence[RiccatiMap], size: int) -> Array | None:
+def _solution(maps: RiccatiMap, size: int) -> Array | None:
     """The stabilising periodic solution (N, size, size), or None."""
-    reference = np.broadcast_to(np.eye(size), (len(maps), size, size))
-    states = stationary(list(maps), reference)
+    states = stationary(maps, np.broadcast_to(np.eye(size), maps.A.shape))
     if states is None or not np.all(np.isfinite(states)) or not semidefinite(states):
         return None
-    A, G = np.stack([stage.A for stage in maps]), np.stack([stage.G for stage in maps])
-    total = np.eye(size)
     try:
-        closed = np.linalg.solve((np.eye(size) + states @ G).mT, A.mT).mT
+        closed = np.linalg.solve((np.eye(size) + states @ maps.G).mT, maps.A.mT).mT
     except np.linalg.LinAlgError:
         return None
-    for step in closed:
-        total = step @ total
-    return states if np.max(np.abs(np.linalg.eigvals(total))) < STABLE else None
+    return states if np.max(np.abs(np.linalg.eigvals(monodromy(np.asarray(closed, dtype=float))))) < STABLE else None
 
 
 def _margin(problem: SlowProblem, sigma: Array, cost: Array, level: float) -> float:

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from replication.estimation.api.signals import Signals
 from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.dualrate.problem import row_of_output
 from replication.estimation.dualrate.sampled import held
 from replication.estimation.dualrate.slow.result import SlowRateResult
-from replication.estimation.validation import finite_vector, positive_integer
+from replication.estimation.validation import Array, finite_vector, positive_integer
 
 
 def simulate_slow(
@@ -33,9 +34,17 @@ def simulate_slow(
     outputs = [states[:, :n] @ part.state.T @ row + inputs @ part.input.T @ row for part in between]
     time = problem.period * np.arange(count)[:, None] + width * np.arange(substeps)
     errors = np.repeat(states[:, :n] - states[:, n : 2 * n], substeps, axis=0)
-    signals = {
-        "output": np.stack(outputs, axis=1).reshape(-1, 1),
-        "input": np.repeat(inputs, substeps, axis=0),
-        "estimation error": errors,
-    }
+    shown = np.stack(outputs, axis=1).reshape(-1, 1)
+    signals = closed_loop_signals(result.signals, output, shown, np.repeat(inputs, substeps, axis=0), errors)
     return simulated(result.method, time.ravel(), signals, ratio=None, steps=False)
+
+
+def closed_loop_signals(
+    names: Signals, output: int, shown: Array, inputs: Array, errors: Array
+) -> dict[str, tuple[Array, tuple[str, ...]]]:
+    """The signals of a closed loop and the names of their columns: an output, the inputs, the errors of the states."""
+    return {
+        "output": (shown, names.called([names.measurements[output]])),
+        "input": (inputs, names.called(names.inputs)),
+        "estimation error": (errors, names.called(names.states)),
+    }

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from replication.estimation.linear.phases import solve
-from replication.estimation.linear.riccati import RiccatiMap, along_period, fixed_point
+from replication.estimation.linear.riccati import RiccatiMap, settled, solve
 from replication.estimation.multirate.h2.steady import Correction, Sensing, corrected, sensing
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
@@ -73,11 +72,9 @@ def smoothing_limit(problem: MultirateProblem, predicted: Array) -> Array:
     closed = problem.plant.A - step.L @ sensors.C
     told = sensors.C.mT @ np.linalg.solve(step.innovation, sensors.C)
     # What later innovations tell, backwards in time: Z(k) = told(k) + closed(k)' Z(k+1) closed(k).
-    back = [RiccatiMap(A.T, np.zeros_like(A), H) for A, H in zip(closed[::-1], told[::-1], strict=True)]
-    start = fixed_point(back)
-    if start is None:
+    after = settled(RiccatiMap(closed[::-1].mT, np.zeros_like(closed), told[::-1]))  # Z(N), Z(N-1), ... Z(1)
+    if after is None:
         return predicted
-    after = np.stack(along_period(back, start))  # Z(N), Z(N-1), ... Z(1)
     later = np.roll(after[::-1], 1, axis=0)  # Z(0) = Z(N), Z(1), ...
     return np.asarray(predicted - predicted @ later @ predicted)
 

@@ -1,6 +1,6 @@
 """The stationary covariances of a periodic Kalman filter, of all phases at once; None where they need more care.
 
-The states of all phases come from `linear.phases`; one step by covariances, which shares no formula with it, corrects
+The states of all phases come from `linear.riccati`; one step by covariances, which shares no formula with it, corrects
 and judges them.
 """
 
@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from replication.estimation.linear.phases import from_zero, product, solve
-from replication.estimation.linear.riccati import RiccatiMap, symmetric
+from replication.estimation.linear.riccati import RiccatiMap, from_zero, product, solve, symmetric
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.validation import Array
 

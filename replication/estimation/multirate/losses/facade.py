@@ -25,7 +25,7 @@ from replication.estimation.multirate.losses.simulation import (
 )
 from replication.estimation.multirate.losses.worst import least_gains
 from replication.estimation.multirate.result import MultirateResult
-from replication.estimation.multirate.simulation import worst_case_response
+from replication.estimation.multirate.simulation import disturbances, worst_case_response
 from replication.estimation.validation import positive_integer
 
 SHARE = 10
@@ -143,7 +143,12 @@ def simulate(
         response = worst_case_response(along(problem, gains, result.worst), count)
         arrived = np.array([result.automaton.edges[i].arrived for i in result.worst], dtype=float)
         came = arrived[np.arange(count) % len(arrived)]
-        signals = {"error": response.outputs, "disturbance": response.inputs, "arrived": came}
+        names = result.signals
+        signals = {
+            "error": (response.outputs, names.called(names.outputs)),
+            "disturbance": (response.inputs, disturbances(problem.plant)),
+            "arrived": (came, names.measurements),
+        }
         return simulated(result.method, time, signals, ratio=response.ratio)
     if not isinstance(rng, np.random.Generator):
         raise InvalidInputError("drawn losses need `rng`, for example numpy.random.default_rng(1)")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from replication.estimation.linear.phases import from_zero, solve
-from replication.estimation.linear.riccati import RiccatiMap, along_period, apply, fixed_point
+from replication.estimation.linear.riccati import RiccatiMap, apply, from_zero, settled, solve, stacked
 from replication.estimation.validation import Array
 from tests.tolerances import ROUNDING
 
@@ -19,20 +18,16 @@ def maps(rng: np.random.Generator, count: int, n: int, size: float) -> list[Ricc
     return found
 
 
-def stacked(stages: list[RiccatiMap]) -> RiccatiMap:
-    return RiccatiMap(*(np.stack(parts) for parts in zip(*stages, strict=True)))
-
-
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 7, 8, 13])
 @pytest.mark.parametrize("size", [0.9, 1.3])
 def test_they_are_those_of_the_recursion(count: int, size: float) -> None:
     stages = maps(np.random.default_rng(count), count, 3, size)
-    found, start = from_zero(stacked(stages)), fixed_point(stages)
-    assert found is not None and start is not None
-    for one, other in zip(found, along_period(stages, start), strict=True):
-        np.testing.assert_allclose(one, other, atol=ROUNDING * np.linalg.norm(other))
-    wanted: Array = found[0]
-    np.testing.assert_allclose(apply(stages[-1], found[-1]), wanted, atol=ROUNDING * np.linalg.norm(wanted))
+    found, wanted = from_zero(stacked(stages)), settled(stacked(stages))
+    assert found is not None and wanted is not None
+    np.testing.assert_allclose(found, wanted, atol=ROUNDING * np.linalg.norm(wanted))
+    for k, stage in enumerate(stages):
+        following: Array = found[(k + 1) % count]
+        np.testing.assert_allclose(apply(stage, found[k]), following, atol=ROUNDING * np.linalg.norm(following))
 
 
 def test_singular_transitions_are_no_exception() -> None:
