@@ -140,6 +140,7 @@ def test_page_shows_each_change_with_its_cause_and_escapes() -> None:
     tree = html5lib.parse(page, namespaceHTMLElements=False)
     text = " ".join("".join(tree.itertext()).split())
     assert "1 of 1 claims changed, 0 of them in the verdict." in text
+    assert "The same verdict" in text and "Changed verdicts" not in text
     assert f"Cause: {Cause.CLAIM}; {Cause.MACHINE}." in text
     assert "value1.32681.3269+7.54e-05 relative" in text
     assert "<script>alert(1)</script>" in text

@@ -11,6 +11,8 @@ from sample import results as sample
 from replication.audit.inspect import controls as module
 from replication.audit.inspect.controls import Control, moved
 from replication.audit.judge.printed import parse
+from replication.audit.judge.recording import rejudge
+from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Evidence, Judgement, Kind, Proof, Verdict
 from replication.audit.report.claim import targets
 from replication.audit.report.sections.lineage import lineages
@@ -91,3 +93,15 @@ def test_sections_are_left_out_without_claims(results: ResultsFile, tmp_path: Pa
     empty = replace(results, claims=())
     assert controls(empty) == ()
     assert lineages(empty) == ()
+
+
+def test_what_is_denied_is_judged_as_a_statement_that_does_not_hold(results: ResultsFile) -> None:
+    """And not refused as evidence that contradicts itself, which would count as noticed too."""
+    errata, tried = {erratum.id: erratum for erratum in results.errata}, 0
+    for made in results.claims:
+        for name, record, known in module._alterations(made, errata, None):
+            if name == "a statement that holds turned into one that does not":
+                verdict = rejudge(record, known, readings=results.readings.get(made.paper, ())).verdict
+                tried += 1
+                assert verdict not in (Verdict.ERROR, *AGREES)
+    assert tried >= 2

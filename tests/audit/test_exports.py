@@ -9,13 +9,14 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 import yaml
 from lab import Lab, make_lab
 from sample import results as sample
 
 from replication.audit.publish.archive import changed_files
-from replication.audit.publish.exports import badge, draw, export_texts
+from replication.audit.publish.exports import badge, codecheck, draw, export_texts
 from replication.audit.publish.linked_data import media_type
 from replication.audit.publish.software import read_software
 from replication.audit.store.records import ResultsFile
@@ -74,9 +75,19 @@ def test_codecheck_names_every_figure_and_no_checker(texts: dict[str, str], resu
     for paper in results.papers:
         content = yaml.safe_load(texts[f"codecheck/{paper.key}/codecheck.yml"])
         files = {entry["file"] for entry in content["manifest"]}
-        assert files >= {f"figures/{f.name}.svg" for f in results.figures if f.paper == paper.key and not f.error}
+        drawn = {f"figures/{f.name}.svg" for f in results.figures if f.paper == paper.key and not f.error}
+        assert {file for file in files if file.endswith(".svg")} == drawn
         assert content["paper"]["title"] == paper.title
         assert not {"codechecker", "certificate", "check_time"} & content.keys()
+
+
+def test_the_figures_of_one_paper_are_not_those_of_another(results: ResultsFile) -> None:
+    (paper, *_), software = results.papers, read_software(ROOT)
+    others = msgspec.structs.replace(
+        results, figures=tuple(msgspec.structs.replace(f, paper="other") for f in results.figures)
+    )
+    assert "figures/" in codecheck(paper, results, software)
+    assert "figures/" not in codecheck(paper, others, software)
 
 
 def test_metadata_names_every_paper(texts: dict[str, str], results: ResultsFile) -> None:

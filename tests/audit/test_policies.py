@@ -115,6 +115,8 @@ def test_a_repeated_number_is_counted_once() -> None:
     assert sentence((first, again)).startswith("Of 1 claim, 1 agrees")
     file = results_file(first, again)
     assert (headline(file).total, headline(file).repeated) == (1, 1)
+    more = results_file(first, again, other)
+    assert (headline(more).total, headline(more).repeated) == (2, 1)
     page = replace(paper_record(()), key="toy")
     assert "toy: 1 of 1 agree" in results_block(replace(file, papers=(page,)))
 

@@ -112,3 +112,10 @@ def test_lanczos_says_when_it_does_not_settle(monkeypatch: pytest.MonkeyPatch) -
         largest_singular_value(gram, 50)
     monkeypatch.undo()
     assert largest_singular_value(gram, 50) == pytest.approx(7.0, rel=ROUNDING)
+
+
+def test_only_a_value_below_the_floor_is_rounding() -> None:
+    """The floor is one of the singular value, the operator has its square."""
+    gram = np.full(3, 0.01)
+    assert largest_singular_value(lambda v: gram * v, 3, floor=0.05) == pytest.approx(0.1, rel=ROUNDING)
+    assert largest_singular_value(lambda v: gram * v, 3, floor=0.2) == 0.0

@@ -11,6 +11,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.validation import (
     as_array,
     as_matrix,
+    at_most,
     positive_integer,
     positive_scalar,
     undetectable_mode,
@@ -102,3 +103,9 @@ def test_stability_of_a_mode_depends_on_the_time_axis() -> None:
     state, output = np.diag([-0.5, -2.0]), np.zeros((1, 2))
     assert undetectable_mode(state, output, discrete=False) is None
     assert undetectable_mode(state, output, discrete=True) == pytest.approx(-2.0)
+
+
+def test_the_largest_number_is_allowed() -> None:
+    assert at_most("count", 5, 5) == 5
+    with pytest.raises(InvalidInputError, match="at most 5, got 6"):
+        at_most("count", 6, 5)

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
 
-from replication.errors import InvalidInputError
+from replication.errors import InvalidInputError, SolverError
 from replication.estimation import delay, dualrate, multirate, nonuniform
+from replication.estimation.api.forms.statespace import statespace
+from replication.estimation.api.running import PeriodicObserver, Phase, vector
+from replication.estimation.delay import error_system, hinf_norm
+from replication.estimation.delay import result as delay_result
 from replication.estimation.dualrate.sampled import over_time
 from replication.estimation.nonuniform.worst_case import simulate_error
-from tests.estimation.api.api_plants import METHODS, TANKS, TIMES, WAVES, result_of
+from tests.estimation.api.api_plants import CASES, METHODS, TANKS, TIMES, WAVES, result_of
 
 EXACT = 1e-10
 SAMPLED = 1e-3
@@ -206,3 +213,40 @@ def test_a_start_must_fit(bad: Any) -> None:
 def test_a_delay_observer_needs_a_sampling_period(bad: Any) -> None:
     with pytest.raises(InvalidInputError, match="dt must"):
         result_of("delay").observer(bad)
+
+
+def test_the_state_space_of_a_delay_observer_is_the_running_one() -> None:
+    observer = result_of("delay").observer(0.01)
+    system = observer.to_statespace()
+    samples = np.random.default_rng(6).normal(size=(60, 1))
+    samples[0] = 0.0
+    state = np.zeros(system.nstates)
+    for y in samples:
+        assert np.allclose(system.C @ state + system.D @ y, observer.step(None, y), atol=EXACT)
+        state = system.A @ state + system.B @ y
+    assert np.abs(observer.estimate).max() > 1e-3
+
+
+def test_gains_that_miss_their_own_level_are_an_error() -> None:
+    result = result_of("delay")
+    wrong = replace(hinf_norm(error_system(result.system, result.operators, 4)), lower=1e3 * result.value)
+    with patch.object(delay_result, "hinf_norm", return_value=wrong), pytest.raises(SolverError, match="raise `order`"):
+        CASES["delay"].design()
+
+
+def test_the_parts_of_a_periodic_observer_take_their_turns() -> None:
+    """Two phases that read different states; the second sensor is due at the second instant only."""
+    due = np.array([[True, False], [True, True]])
+    phases = [Phase(np.eye(2), np.zeros((2, 0)), np.eye(2), np.eye(2)[[k]], due[k]) for k in range(2)]
+    observer = PeriodicObserver(phases, [np.eye(2)] * 2)
+    observer.reset([3.0])
+    start = observer.estimate
+    observer.step(None, [1.0, math.nan])
+    assert observer.missed == 0 and start.shape == (1,)
+    assert observer.estimate == pytest.approx(phases[1].readout @ observer._state)
+    assert observer._completed(np.array([5.0, 6.0]), np.array([7.0, 8.0]), due[0]).tolist() == [5.0, 8.0]
+    # What is not due has no effect in the lifted form either.
+    system = statespace(phases, None)
+    assert np.all(system.B[:, 1] == 0) and np.any(system.B[:, 3] != 0)
+    with pytest.raises(InvalidInputError, match="must be finite"):
+        vector("y", [1.0, math.inf], 2)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from replication.estimation import dualrate, load
+from replication.estimation.api.results import Bracket
 from replication.estimation.multirate import losses
 from tests.estimation.api.api_plants import SERVO, result_of
 from tests.estimation.nonuniform.test_stamped_c import observer_of
@@ -50,3 +51,8 @@ def test_a_controller_at_the_slow_rate(tmp_path: Path) -> None:
         assert np.array_equal(controller.step(None, [y]), loaded.step({"camera": y}))
         assert np.array_equal(controller.command, loaded.command)
     assert result.estimator().noutputs == len(controller.phases) * 2
+
+
+def test_the_width_of_a_bracket_is_a_share_of_its_upper_end() -> None:
+    assert Bracket(1.0, 4.0, "m").width == 0.75
+    assert Bracket(0.0, 0.0, "m").width == 0.0

@@ -8,7 +8,7 @@ import scipy.sparse as sparse
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.clarabel import solve_clarabel
-from replication.estimation.conic.program import Inequalities, Program, program_under
+from replication.estimation.conic.program import Inequalities, Program, Solution, program_under
 from replication.estimation.conic.sdpa import solve_sdpa
 from replication.estimation.delay import SdpaOptions
 
@@ -100,3 +100,14 @@ def test_inequalities_of_different_sizes_under_one_cost(solve: object) -> None:
     np.testing.assert_allclose(solution.blocks[0], [[0.5, -0.5], [-0.5, 0.5]], atol=1e-5)
     np.testing.assert_allclose(solution.blocks[1], [[1.0]], atol=1e-5)
     assert -solution.dual_objective == pytest.approx(3.0, abs=1e-5)
+
+
+def test_what_is_missed_is_a_size_and_a_proof_of_the_trace_divides_by_what_is_reached_at_most() -> None:
+    """x = 1 where 3 is asked for: 2 is missed, whatever its sign. From 4 tr X = 3: the trace is 3/4 of y for any y."""
+    program = Program(sparse.csr_array(4.0 * np.eye(2).reshape(1, -1)), 3.0 * np.ones(1), np.zeros(4), 0, (2,))
+    report = solve_clarabel(least_eigenvalue(np.eye(2))).report
+    for x, missed in ((0.0, 3.0), (1.0, 5.0)):
+        point = Solution(program, (x * np.eye(2)).ravel(), -np.ones(1), report)
+        assert point.missed == pytest.approx([missed]) and point.slip == pytest.approx(missed)
+    for multiplier in (0.5, 1.0, 2.0):
+        assert program.least_trace(np.array([multiplier])) == pytest.approx(0.75)

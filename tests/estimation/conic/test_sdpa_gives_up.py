@@ -11,7 +11,8 @@ import pytest
 from replication.errors import SolverError
 from replication.estimation.conic import sdpa
 from replication.estimation.conic.program import Inequalities
-from replication.estimation.conic.refined import LEAST, OPTIONS, minimise_refined
+from replication.estimation.conic.refined import LEAST, OPTIONS, _accurate, _measured, minimise_refined
+from replication.estimation.conic.solvers import SolverReport
 
 COST = np.array([1.0])
 # [[x, 1], [1, 1]] >= 0: the least x is 1.
@@ -50,3 +51,20 @@ def test_an_error_within_the_call_is_that_error() -> None:
     with pytest.raises(sdpa.SdpaGaveUp):
         sdpa._apart(fail)
     assert sdpa._apart(lambda: {"x": np.arange(3.0)})["x"].tolist() == [0.0, 1.0, 2.0]
+
+
+def test_duals_that_are_no_proof_open_the_gap() -> None:
+    """x = 3 has the slack diag(4, 1) turned; duals of the right cost with an eigenvalue -1 lack their trace."""
+    said = SolverReport(name="SDPA", version="7", status="pdOPT")
+    x, good, bad = np.array([3.0]), np.array([[[1.0, 0.0], [0.0, 0.0]]]), np.array([[[1.0, 0.0], [0.0, -1.0]]])
+    slack = np.array([[3.0, 1.0], [1.0, 1.0]])
+    for duals, lacking in ((good, 0.0), (bad, np.trace(slack))):
+        bound = -np.sum(GROUP.constant * duals)
+        expected = (abs(3.0 - bound) + lacking) / (1 + 3.0)
+        assert _measured(COST, GROUP, x, duals, said).residuals["gap"] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("gap", "primal", "accurate"), [(0.0, 0.0, True), (1e-3, 0.0, False), (0.0, 1e-3, False)])
+def test_a_solution_has_no_gap_and_violates_nothing(gap: float, primal: float, accurate: bool) -> None:
+    said = SolverReport(name="SDPA", version="7", status="pdOPT", residuals={"gap": gap, "primal": primal})
+    assert _accurate(said) is accurate

@@ -223,3 +223,9 @@ def test_what_has_no_level() -> None:
     model = ladder_model(plant_terms(unseen), 3)
     with pytest.raises(InfeasibleError, match="no finite level"):
         filter_level(model)
+
+
+def test_the_price_of_causality_is_what_the_future_would_save() -> None:
+    found = limit(late(-0.5, 0.3, 1.0), 1e-4)
+    assert 0 < found.causality == found.level - found.smoother < found.level
+    assert replace(found, smoother=2 * found.level).causality == 0.0

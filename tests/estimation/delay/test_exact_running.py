@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.loop import error_response, exact_gain
 from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.sampled import running as module
 from replication.estimation.delay.sampled.recursion import exact_response, sampled
 from replication.estimation.delay.sampled.running import InnovationsObserver, running, simulate_error
 from tests.estimation.compiled import EXACT, STEPS, Compiled
@@ -121,6 +123,15 @@ def test_steps_that_do_not_fit_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="finite"):
         observer.step([0.0], [math.inf])
     assert observer.instant == 0
+
+
+def test_no_more_samples_are_kept_than_allowed() -> None:
+    made = made_up(averaged(), 0.2)
+    longest = max(plant_terms(made.plant).terms.delays)
+    with patch.object(module, "LONGEST", 10):
+        running(made, longest / 10 * (1 + 1e-9))
+        with pytest.raises(InvalidInputError, match="keeps the samples of its longest delay"):
+            running(made, longest / 10 * (1 - 1e-9))
 
 
 @pytest.mark.parametrize("name", OBSERVERS)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError, ReplicationError
-from replication.estimation.delay import chebyshev_model, hinf_gain, lmi_gain, pade_model, riccati_gain
+from replication.estimation.delay import chebyshev_model, hinf_gain, lmi, lmi_gain, pade_model, riccati_gain
 from replication.estimation.delay.models import Model
 from tests.estimation.delay.plants import blind_pair, blind_two_delays, one_delay, scalar, unstable_pair
 
@@ -72,3 +72,10 @@ def test_optimum_of_zero() -> None:
     a, eye = np.array([[-1.0, 0.5], [0.3, -2.0]]), np.eye(2)
     for b, c1, c2 in (([[1.0], [1.0]], eye, [[1.0, 0.0]]), (eye, eye, eye), (eye, [[0.0, 3.0]], [[0.0, 1.0]])):
         assert riccati_gain(Model(a, np.array(b), np.array(c1), np.array(c2))) == 0.0
+
+
+def test_a_negative_solution_of_the_equation_is_none() -> None:
+    """Y^2 + 4 Y + 1 = 0 has a stabilising solution, and it is negative; with -4 Y both are positive."""
+    one, zero = np.eye(1), np.zeros((1, 1))
+    assert not lmi._solvable(2.0 * one, one, one, zero, 1.0)
+    assert lmi._solvable(-2.0 * one, one, one, zero, 1.0)

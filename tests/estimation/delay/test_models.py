@@ -89,6 +89,7 @@ def test_grids_differentiate_and_integrate() -> None:
     assert net.weights @ np.exp(net.points) == pytest.approx(1 - np.exp(-1), abs=1e-13)
     lumped = grid(200, Scheme.LUMPED)
     assert lumped.weights @ np.exp(lumped.points) == pytest.approx(1 - np.exp(-1), abs=5e-3)
+    assert (lumped.slope @ np.exp(lumped.points))[1:] == pytest.approx(np.exp(lumped.points[1:]), abs=5e-3)
 
 
 @pytest.mark.parametrize("order", [0, -2, 1.5])

@@ -9,6 +9,8 @@ from scipy.special import lambertw
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import delay_system, frequency_response, hinf_gain, minimum_gain, rightmost_roots
 from replication.estimation.delay.spectrum import _output, undetectable_root
+from replication.estimation.delay.system import time_scaled
+from replication.estimation.delay.units import natural_units
 from tests.estimation.delay.plants import one_delay, scalar, two_delays, unstable_pair
 
 
@@ -62,3 +64,17 @@ def test_derivatives_of_a_delayed_output_are_those_of_differences() -> None:
     for power in (0, 1):
         difference = (_output(system, s + step, power) - _output(system, s - step, power)) / (2 * step)
         assert np.abs(_output(system, s, power + 1) - difference).max() < 1e-6
+
+
+def test_the_root_that_no_sensor_sees_is_told_in_the_unit_of_the_plant() -> None:
+    system = delay_system(np.diag([0.5, -1.0]), [np.zeros((2, 2))], [1.0], np.eye(2), [[1, 0]], [[0, 1]])
+    for factor in (1e-6, 1e6):
+        assert natural_units(time_scaled(system, factor)).time != 1.0
+        assert undetectable_root(time_scaled(system, factor)) == pytest.approx(0.5 * factor, rel=1e-9)
+
+
+def test_the_rightmost_roots_are_told_in_the_unit_of_the_plant() -> None:
+    roots = rightmost_roots(two_delays(), 2)
+    for factor in (1e-6, 1e6):
+        found = rightmost_roots(time_scaled(two_delays(), factor), 2)
+        assert np.sort(found.real) == pytest.approx(np.sort(roots.real) * factor, rel=1e-7)

@@ -10,7 +10,7 @@ import pytest
 from replication.errors import InvalidInputError
 from replication.estimation.delay import certificate_at, delay_system, minimum_gain
 from replication.estimation.delay.observer import error_system
-from replication.estimation.delay.system import measured_last, transformed
+from replication.estimation.delay.system import checked_delays, measured_last, transformed
 from tests.estimation.delay.plants import one_delay, scalar, two_delays
 
 GOOD: dict[str, Any] = {
@@ -95,3 +95,9 @@ def test_bad_order() -> None:
 
     with pytest.raises(InvalidInputError, match="order"):
         error_system(two_delays(), observer_gains(certificate), 0)
+
+
+def test_equal_delays_are_refused() -> None:
+    with pytest.raises(InvalidInputError, match="delays must increase strictly"):
+        checked_delays([0.5, 0.5])
+    assert checked_delays([0.5, 0.6]) == (0.5, 0.6)

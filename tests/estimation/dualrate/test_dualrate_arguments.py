@@ -13,7 +13,7 @@ from papers.shao.method.steady import bandwidth
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, noise_gain, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
+from replication.estimation.dualrate.problem import MAX_RATIO, DualRateDesign, dual_rate_design, make_plant
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.dualrate.tracking import Points, steady_state, tracking_error_ratio
@@ -155,3 +155,9 @@ def test_overflow_over_a_slow_period_is_named() -> None:
     design = dual_rate_design(make_plant([[1]], [[1]], [[1]]), feedback=[[0]], injection=[[0]], period=0.1, ratio=20000)
     with pytest.raises(InvalidInputError, match="the loop overflows over M T = 2000 s"):
         stability_radius(close_loop(design, APO))
+
+
+def test_ratios_up_to_the_largest_are_taken_and_no_others() -> None:
+    assert replace(MOTOR_DESIGN, ratio=MAX_RATIO).ratio == MAX_RATIO
+    with pytest.raises(InvalidInputError, match=f"must be at most {MAX_RATIO}, got {MAX_RATIO + 1}"):
+        replace(MOTOR_DESIGN, ratio=MAX_RATIO + 1)

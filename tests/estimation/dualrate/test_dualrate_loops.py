@@ -24,8 +24,8 @@ from replication.estimation.dualrate.loop import (
 )
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant, plant_of
-from replication.estimation.dualrate.sampled import Harmonic
-from replication.estimation.dualrate.tracking import steady_state, tracking_error_ratio
+from replication.estimation.dualrate.sampled import Harmonic, sampled_model
+from replication.estimation.dualrate.tracking import Points, fast_errors, steady_state, tracking_error_ratio
 from replication.estimation.validation import ComplexArray
 
 ROUND_OFF = 1e-9
@@ -252,3 +252,28 @@ def test_plants_come_from_continuous_strictly_proper_systems() -> None:
             ),
             OBSERVERS["fast_sensor"],
         )
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_noise_on_a_reading_acts_like_the_state_that_gives_it(name: str) -> None:
+    """A noise w = C x moves estimate, command and all that follows as x does, but for the motion of x itself."""
+    loop = close_loop(MOTOR_DESIGN, OBSERVERS[name])
+    x = np.array([0.3, -0.2, 0.7])
+    reading = x if name == "state_feedback" else MOTOR.output @ x
+    own = scipy.linalg.expm(MOTOR.state * MOTOR_DESIGN.period) @ x
+    for step in loop.steps:
+        moved = step.state[:, :3] @ x
+        moved[:3] -= own
+        np.testing.assert_allclose(step.noise @ reading, moved, atol=ROUND_OFF)
+
+
+def test_a_single_correction_comes_with_the_measurement() -> None:
+    first, *later = OBSERVERS["single_correction"](sampled_model(MOTOR_DESIGN, None)).steps
+    assert np.any(first.injection) and not any(np.any(step.injection) for step in later)
+
+
+def test_the_error_at_the_slow_instants_is_that_of_the_first() -> None:
+    loop = motor_loop("alternating_predictive", 1.5)
+    errors = fast_errors(loop)
+    assert tracking_error_ratio(loop, Points.SLOW) == errors[0] < errors.max()
+    assert tracking_error_ratio(loop, Points.FAST) == errors.max()

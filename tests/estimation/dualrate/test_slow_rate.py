@@ -18,7 +18,7 @@ from replication.estimation import dualrate
 from replication.estimation.dualrate.slow.controller import Controller, Equations
 from replication.estimation.dualrate.slow.levels import limit
 from replication.estimation.dualrate.slow.loop import closed, of_gains, root_mean_square
-from replication.estimation.dualrate.slow.problem import slow_problem
+from replication.estimation.dualrate.slow.problem import in_natural_units, slow_problem
 from replication.estimation.linear.norms import l2_gain
 from tests.estimation.api.test_c_code import EXACT, STEPS, Compiled
 
@@ -296,3 +296,31 @@ def test_the_errors_of_a_simulation_are_state_minus_estimate() -> None:
     assert np.abs(right.signals["estimation error"]).max() < SAME
     wrong = dualrate.simulate(designed(), x, slow_periods=2, estimate=guess)
     np.testing.assert_array_equal(wrong.signals["estimation error"][0], np.subtract(x, guess))
+
+
+def test_a_state_that_only_noise_drives_has_its_natural_unit() -> None:
+    """Whatever unit the second state is given in, it is found again, as the balance of a matrix finds it: roughly."""
+    size, weights = 2.0**40, (np.eye(2), np.eye(1), np.eye(2), np.eye(1))
+    units = np.array([1.0, size])
+    plant = dualrate.make_plant([[-1.0, 0.0], [0.0, -2.0]], [[1.0], [0.0]], [[1.0, 1.0]])
+    moved = dualrate.make_plant(plant.state, plant.input, plant.output / units)
+    given = slow_problem(plant, period=0.1, ratio=2, hold=1, weights=weights)
+    scaled = (np.diag(1 / units**2), np.eye(1), np.diag(units**2), np.eye(1))
+    other = slow_problem(moved, period=0.1, ratio=2, hold=1, weights=scaled)
+    beside = [t[1] / t[0] for _, t, _ in (in_natural_units(given), in_natural_units(other))]
+    assert 1 / 16 < beside[1] / beside[0] / size < 16
+
+
+def test_between_the_instants_the_plant_moves_by_itself() -> None:
+    result = designed()
+    shown = dualrate.simulate(result, [1.0, 0.0, -0.5], slow_periods=2, output=1)
+    step = np.diff(shown.time)
+    assert step == pytest.approx(np.full(len(step), step[0]))
+    # Halfway to the next sample the matrix exponential says the same.
+    errors = shown.signals["output"][:, 0]
+    A, B, C = (np.asarray(matrix) for matrix in TWO)
+    x, u = np.array([1.0, 0.0, -0.5]), shown.signals["input"][0]
+    for k in range(round(RATES["period"] / step[0])):
+        block = scipy.linalg.expm(np.block([[A, B], [np.zeros((2, 5))]]) * k * step[0])
+        assert errors[k] == pytest.approx(C[1] @ (block[:3, :3] @ x + block[:3, 3:] @ u), rel=SAME)
+    assert round(RATES["period"] / step[0]) > 1

@@ -187,3 +187,14 @@ def test_the_good_covariances_beside_them_are_taken() -> None:
 def test_noise_of_the_wrong_width_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="B_w must have as many columns as D, 2"):
         MultiratePlant(A=np.eye(2), B_d=np.eye(2), C=np.eye(2), D=np.eye(2), B_w=np.ones((2, 1)))
+
+
+def test_noise_that_drives_the_state_meets_its_own_correction() -> None:
+    """One unit of w at an instant, plant and observer at zero: e^+ = B_w w - L (y - 0), with y = D w."""
+    found = correlated(problem(UNSTABLE, (1, 2)), 3)
+    gains = np.random.default_rng(4).normal(size=(2, 2, 2))
+    for k, stage in enumerate(found.error_system(gains).stages):
+        due = found.schedule.mask[k]
+        for i, w in enumerate(np.eye(2)):
+            error = found.plant.B_w @ w - gains[k] @ (due * (found.plant.D @ w))
+            near(stage.B[:, 1 + i], error, ROUNDING)

@@ -231,3 +231,9 @@ def test_correlated_noise_and_a_start_do_not_go_with_latency() -> None:
         multirate.design(replace(CART, B_w=[[0.1, 0], [0, 0]]), periods=(1, 4), latency=(0, 1))
     with pytest.raises(InvalidInputError, match="P0 and latency"):
         multirate.design(CART, periods=(1, 4), latency=(0, 1), goal="h2", P0=np.eye(2))
+
+
+def test_the_noise_of_the_sensors_is_given_once() -> None:
+    for noise in ({}, {"D": [[0.1]], "R": [[0.01]]}):
+        with pytest.raises(InvalidInputError, match="give the sensor noise once"):
+            ContinuousPlant(A=[[-1.0]], C=[[1.0]], dt=0.1, **noise).after(0.1)  # type: ignore[arg-type]

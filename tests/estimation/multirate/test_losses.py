@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from itertools import product
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -17,9 +18,10 @@ from replication.estimation.linear.norms import hinf_norm, l2_gain
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.multirate import MultiratePlant, losses
 from replication.estimation.multirate.kalman import kalman_design
+from replication.estimation.multirate.losses import mean, worst
 from replication.estimation.multirate.losses.automaton import Automaton, along, automaton, closed_loop
 from replication.estimation.multirate.losses.mean import mean_square, mean_square_gains
-from replication.estimation.multirate.losses.storage import Walks, least_level, proved_level
+from replication.estimation.multirate.losses.storage import Walks, central_gains, kernel, least_level, proved_level
 from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.schedule import SensingSchedule
 from replication.estimation.multirate.simulation import white_noise_variance
@@ -364,3 +366,54 @@ def test_a_plant_of_five_states_is_bracketed() -> None:
     best = multirate.design(MultiratePlant(A=A, D=np.diag([0.5, 0.3]), **drawn), periods=(1, 3))
     result = losses.design(best, losses.InARow(1))
     assert best.value < result.bracket.lower <= result.value < 1.01 * result.bracket.lower
+
+
+@pytest.mark.parametrize("factor", [1.5, 12.0])
+def test_central_gains_keep_every_level_above_the_least(factor: float) -> None:
+    """With the storage functions that they are made from, and whatever unit the levels are counted in."""
+    problem = MultirateProblem(CART, SensingSchedule((1, 2)))
+    given = automaton(problem, LOST)
+    walks = Walks.of(problem, given, 1.0)
+    opened = [walks.open_loop(i) for i in range(len(given.edges))]
+    kernels = [kernel(seen, moved.shape[1]) for moved, seen in opened]
+    storage = least_level(walks, [moved for moved, _ in opened], kernels)
+    squared = factor**2 * storage.squared
+    gains = central_gains(walks, storage, squared)
+    closed = [walks.moved(i, gain) for i, gain in enumerate(gains)]
+    assert proved_level(walks, closed, storage.P) <= np.sqrt(squared) * (1 + EQUAL)
+
+
+def test_covariances_with_too_many_entries_are_refused(best: multirate.MultirateResult) -> None:
+    with patch.object(mean, "MOST_UNKNOWNS", 2), pytest.raises(InvalidInputError, match="entries, more than 2;"):
+        losses.analyse(best, losses.Independent(0.1))
+
+
+DIRECT = replace(CART, D_u=np.array([[0.7], [-0.4]]))
+
+
+def test_a_known_input_that_the_sensors_read_at_once_is_no_innovation() -> None:
+    """With and without losses: an observer that starts at the state follows it without an error."""
+    design_ = multirate.design(DIRECT, periods=(1, 2))
+    for observer in (design_.observer(), losses.design(design_, LOST).observer()):
+        rng, x = np.random.default_rng(8), np.array([0.4, -0.3])
+        observer.reset(x)
+        for k in range(12):
+            u = rng.normal(size=1)
+            y = DIRECT.C @ x + DIRECT.D_u @ u
+            observer.step(u, [y[0], None if k % 2 else y[1]])
+            x = DIRECT.A @ x + DIRECT.B_u @ u
+            assert np.abs(observer.estimate - x).max() < EQUAL
+
+
+def test_the_worst_pattern_is_the_one_with_the_largest_gain(guaranteed: losses.LossResult) -> None:
+    problem, given, gains = guaranteed.problem, guaranteed.automaton, guaranteed.gains["L"]
+    words = given.cycles()[: worst.MEASURED]
+    levels = [l2_gain(along(problem, gains, word)).lower for word in words]
+    assert min(levels) < max(levels) * (1 - 1e-3)
+    assert worst.worst_pattern(problem, given, gains, words) == (max(levels), words[int(np.argmax(levels))])
+
+
+def test_storage_functions_are_told_in_the_units_of_plant_and_level(guaranteed: losses.LossResult) -> None:
+    given, P = guaranteed.automaton, np.stack([np.eye(2)] * len(guaranteed.automaton.phases))
+    one, two = (Walks.of(guaranteed.problem, given, unit) for unit in (1.0, 2.0))
+    assert two.storage(P) == pytest.approx(4 * one.storage(P))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ from papers.okajima2023.method.lmi import cyclic
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.multirate.kalman import kalman_centre, kalman_design, stabilises, state_units
+from replication.estimation.multirate import optimum
+from replication.estimation.multirate.kalman import kalman_centre, kalman_design, semidefinite, stabilises, state_units
 from replication.estimation.multirate.optimum import optimal_design
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem
@@ -190,3 +192,29 @@ def test_bad_simulations_are_named() -> None:
     uneven = PeriodicSystem(tuple(Stage(np.eye(1), np.ones((1, m)), np.eye(1), np.ones((1, m))) for m in (1, 2)))
     with pytest.raises(InvalidInputError, match="same number of inputs"):
         worst_case_response(uneven, 3)
+
+
+@pytest.mark.parametrize(("push", "noise"), [(10.0, 0.01), (0.01, 10.0)])
+def test_the_unit_of_a_state_is_the_smaller_of_what_pushes_it_and_what_hides_it(push: float, noise: float) -> None:
+    plant = MultiratePlant(A=[[0.5]], B_d=[[push]], C=[[1.0]], D=[[noise]])
+    (unit,) = state_units(problem(plant, (1,)))
+    assert unit < 0.1
+
+
+def test_a_solution_that_does_not_stabilise_is_none() -> None:
+    centre = kalman_centre(problem(PAPER, (2, 3)))
+    states, slack = optimum._solution(centre, 2 * centre.floor + 10.0)
+    assert states is not None and slack > 0
+    with patch.object(optimum, "stabilises", return_value=False):
+        assert optimum._solution(centre, 2 * centre.floor + 10.0) == (None, -1.0)
+
+
+def test_one_negative_direction_is_not_semidefinite() -> None:
+    assert semidefinite(np.stack([np.eye(2), np.diag([1.0, 0.0])]))
+    assert not semidefinite(np.stack([np.eye(2), np.diag([1.0, -0.5])]))
+
+
+@pytest.mark.parametrize("periods", [(1,), (1, 2, 2)])
+def test_a_schedule_has_the_sensors_of_the_plant(periods: tuple[int, ...]) -> None:
+    with pytest.raises(InvalidInputError, match="sensors, the plant has 2"):
+        problem(PAPER, periods)

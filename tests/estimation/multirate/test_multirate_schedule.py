@@ -101,3 +101,8 @@ def test_bad_periods_of_a_search_are_named() -> None:
             search_timing(PAPER, periods)  # type: ignore[arg-type]
     with pytest.raises(InvalidInputError, match="leave 1000000 sets of offsets"):
         search_timing(PAPER, (10,) * 7)
+
+
+def test_periods_that_hardly_ever_meet_are_refused_though_each_is_short() -> None:
+    with pytest.raises(InvalidInputError, match="repeat together only every"):
+        SensingSchedule((997, 1009, 1013))

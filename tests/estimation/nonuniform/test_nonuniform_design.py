@@ -1,14 +1,26 @@
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, random_plant, stable_plants
+from sampled_cases import (
+    MOTOR,
+    MOTOR_RANGE,
+    OSCILLATOR,
+    OSCILLATOR_RANGE,
+    random_plant,
+    stable_plants,
+)
 
 from papers.mustafa.method.comparisons import dense_design, floor_for_any_filter, lmi_size
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.refined import GAP
-from replication.estimation.nonuniform import exchange, filter_lmi
+from replication.estimation.linear.norms import GainBracket
+from replication.estimation.nonuniform import exchange, filter_lmi, nominal
+from replication.estimation.nonuniform.baselines import constant_baselines, smoother_limit, without_sensors
 from replication.estimation.nonuniform.exchange import NEGLIGIBLE, VIOLATION, robust_design, violations
 from replication.estimation.nonuniform.facade import design as design_filter
+from replication.estimation.nonuniform.facade import simulate
 from replication.estimation.nonuniform.filter_lmi import (
     LmiVariables,
     Solver,
@@ -234,3 +246,53 @@ def test_six_states_over_a_very_wide_range():
 def test_a_level_that_may_be_zero_is_told_by_name():
     with pytest.raises(InfeasibleError, match="cannot be told from zero"):
         design_filter(OSCILLATOR, periods=(0.05, 0.05))
+
+
+def test_a_level_that_its_filter_does_not_have_is_an_error():
+    h = OSCILLATOR_RANGE.middle
+    level = riccati_level(OSCILLATOR, h).level
+    for factor in (0.5, 2.0):
+        wrong = GainBracket(factor * level, factor * level, 0.0)
+        with (
+            patch.object(nominal, "periodic_gain", return_value=wrong),
+            pytest.raises(SolverError, match="but its filter has the norm"),
+        ):
+            riccati_level(OSCILLATOR, h)
+
+
+def test_a_new_period_meets_the_nearest_inner_one_halfway():
+    periods = PeriodRange(1.0, 2.0)
+    assert exchange.halfway([1.0, 1.2, 1.5, 2.0], 1.22, periods) == pytest.approx(1.21)
+    assert exchange.halfway([1.0, 1.2, 1.5, 2.0], 1.35, periods) == 1.35
+    # The ends of the range stay where they are.
+    assert exchange.halfway([1.0, 2.0], 1.01, periods) == 1.01
+
+
+def test_the_limit_of_smoothers_is_that_of_the_worst_period():
+    """The sensor has noise of its own, and tells nothing of the disturbance at once."""
+    plant = SampledPlant(OSCILLATOR.A, [[0, 0], [16, 0]], [[1, 0]], [[0, 0.1]], [[1, 0]])
+    periods = PeriodRange(0.05, 0.5)
+    facts = constant_baselines(plant, riccati_level(plant, 0.2, tolerance=1e-6).filter, periods)
+    limits = [smoother_limit(plant, h) for h in periods.nodes(9)]
+    assert min(limits) < max(limits) * (1 - 1e-5)
+    [told] = [fact.value for fact in facts if fact.what == "limit of any smoother"]
+    assert told == pytest.approx(max(limits), rel=1e-9)
+    nothing = [without_sensors(plant, [h]) for h in periods.nodes(2)]
+    assert without_sensors(plant, periods.nodes(2)) == max(nothing) > min(nothing) * (1 + 1e-3)
+
+
+def test_a_solution_that_violates_a_period_is_no_answer_where_the_next_one_fails():
+    first = exchange.solve_for_periods(normalise(MOTOR, MOTOR_RANGE.middle), [0.05], solver=Solver.SDPA)
+    with (
+        patch.object(exchange, "solve_for_periods", side_effect=[first, SolverError("lost")]),
+        patch.object(exchange, "worst_periods", return_value=[(1.0, 0.07)]),
+        pytest.raises(SolverError, match="lost"),
+    ):
+        robust_design(MOTOR, MOTOR_RANGE)
+
+
+def test_sampling_periods_must_lie_in_the_range_of_the_level():
+    result = design_filter(MOTOR, periods=(0.02, 0.09), horizon=20)
+    for periods in ([0.05, 0.091], [0.019, 0.05]):
+        with pytest.raises(InvalidInputError, match=r"must lie in \[0.02, 0.09\]"):
+            simulate(result, periods)

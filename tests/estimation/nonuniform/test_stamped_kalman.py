@@ -273,3 +273,12 @@ def test_a_statespace_names_the_sensors():
         NoisyPlant.from_statespace(control.ss(-1, 1, 1, 1), [[1]], [1])
     with pytest.raises(InvalidInputError, match="continuous-time"):
         NoisyPlant.from_statespace(control.ss(-1, 1, 1, 0, 0.1), [[1]], [1])
+
+
+def test_the_prediction_at_the_newest_sample_is_the_estimate():
+    observer = StampedKalman(CART)
+    observer.step([1.0, 0.5], t=0.3)
+    np.testing.assert_allclose(observer.predict(0.3).x, observer.estimate, rtol=0, atol=EXACT)
+    np.testing.assert_allclose(observer.predict(0.3).P, observer.covariance, rtol=0, atol=EXACT)
+    with pytest.raises(InvalidInputError, match="before the newest sample"):
+        observer.predict(0.3 - 1e-6)
