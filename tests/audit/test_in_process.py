@@ -134,9 +134,11 @@ def test_inputs_of_an_experiment_must_be_a_dictionary() -> None:
 @pytest.mark.parametrize("found", [paper(claim(), key="other"), "a string", None])
 def test_the_package_of_a_paper_must_define_the_paper_of_its_key(tmp_path: Path, found: Any) -> None:
     project = Project(tmp_path, Settings())
-    with patch("importlib.import_module", return_value=SimpleNamespace(PAPER=found)):
-        with pytest.raises(AuditError, match="papers/toy must define PAPER, a Paper whose key is 'toy'"):
-            project._paper("toy")
+    with (
+        patch("importlib.import_module", return_value=SimpleNamespace(PAPER=found)),
+        pytest.raises(AuditError, match="papers/toy must define PAPER, a Paper whose key is 'toy'"),
+    ):
+        project._paper("toy")
     right = paper(claim())
     with patch("importlib.import_module", return_value=SimpleNamespace(PAPER=right)):
         assert project._paper("toy") is right

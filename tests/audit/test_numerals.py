@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from replication.audit.judge import numerals
-from replication.audit.report.pictures.number_line import Band, Mark, span_of, strip
+from replication.audit.report.pictures.number_line import Band, Mark, _clip, span_of, strip
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
@@ -144,3 +144,7 @@ def test_a_bracket_decides_and_its_words_say_so() -> None:
 )
 def test_agreement_is_the_common_beginning_with_the_points_aligned(printed: str, computed: str, common: str) -> None:
     assert computed[: numerals.agreement(printed, computed)] == common
+
+
+def test_nothing_is_drawn_beyond_the_ends_of_the_line() -> None:
+    assert _clip(7.0, 2.0) == _clip(2.0, 2.0) > _clip(1.0, 2.0) > _clip(-2.0, 2.0) == _clip(-9.0, 2.0)

@@ -276,3 +276,19 @@ def test_a_paper_with_no_claim_or_with_300_has_a_page(made: ResultsFile, tmp_pat
     assert page.count('<details class="claim"') == page.count('class="k"') == number
     assert len(evidence(page)) == number + 1
     assert ("There is no claim to judge." in page) is (number == 0)
+
+
+def test_of_several_that_differ_the_nearest_is_shown() -> None:
+    differing = [
+        claim(name, Kind.VALUE, Verdict.DIFFERS, "1.93", bracketed(value, 1e-8))
+        for name, value in (("near", 1.9240), ("far", 1.9225))
+    ]
+    (shown,) = examples(paper_of(differing).claims)
+    assert shown.view.record.id == f"{KEY}.near"
+
+
+def test_a_paper_without_a_theorem_has_none_that_passes() -> None:
+    holds = claim("sound", Kind.VALUE, Verdict.REPRODUCED, "1.33", bracketed(1.3287, 1e-8))
+    with_theorem, without = (paper_of([altered(holds, place=place)]) for place in ("Theorem 1", "Sec. II"))
+    assert "every theorem passes our tests" in field([with_theorem]).answer.lower()
+    assert "every theorem passes our tests" not in field([with_theorem, without]).answer.lower()

@@ -76,6 +76,7 @@ def test_a_claim_that_differs_may_be_reached_by_rounding() -> None:
     (found,) = rooms(file_with("1.33", 1.35, (1.349, 1.351), (1.334, 1.36), (1.36, 1.30)))
     assert not found.agrees
     assert [room.moves.parameter for room in found.reaching] == ["p1", "p2"]
+    assert found.breaking == () and min(room.share for room in found.rooms) < 1
 
 
 def test_an_unknown_claim_is_an_error() -> None:

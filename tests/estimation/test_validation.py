@@ -12,6 +12,7 @@ from replication.estimation.validation import (
     as_array,
     as_matrix,
     at_most,
+    increasing_grid,
     positive_integer,
     positive_scalar,
     undetectable_mode,
@@ -109,3 +110,15 @@ def test_the_largest_number_is_allowed() -> None:
     assert at_most("count", 5, 5) == 5
     with pytest.raises(InvalidInputError, match="at most 5, got 6"):
         at_most("count", 6, 5)
+
+
+@pytest.mark.parametrize("entry", [np.inf, -np.inf, np.nan])
+def test_entries_must_be_finite(entry: float) -> None:
+    with pytest.raises(InvalidInputError, match="finite"):
+        as_array("x", [1.0, entry], (2,))
+
+
+def test_what_stands_still_does_not_increase() -> None:
+    assert increasing_grid("times", [0.0, 1.0, 2.0]).tolist() == [0.0, 1.0, 2.0]
+    with pytest.raises(InvalidInputError, match="times"):
+        increasing_grid("times", [0.0, 1.0, 1.0])

@@ -11,7 +11,7 @@ import sceptic
 
 LISTED = sceptic.changes()
 WANTED = [change for change in LISTED if not change.equivalent]
-EVERY = 1 if os.environ.get("MUTANTS") == "all" else 16
+EVERY = 1 if os.environ.get("MUTANTS") == "all" else 32
 """One change of so many is tried, evenly spread over the rooms; all of them with MUTANTS=all (`make mutants`)."""
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.estimation.api.forms.statespace import statespace
+from replication.estimation.api.forms.statespace import MOST_STATES, require_small, statespace
 from replication.estimation.api.running import PeriodicObserver, Phase, vector
 from replication.estimation.delay import error_system, hinf_norm
 from replication.estimation.delay import result as delay_result
@@ -250,3 +250,23 @@ def test_the_parts_of_a_periodic_observer_take_their_turns() -> None:
     assert np.all(system.B[:, 1] == 0) and np.any(system.B[:, 3] != 0)
     with pytest.raises(InvalidInputError, match="must be finite"):
         vector("y", [1.0, math.inf], 2)
+
+
+def test_one_name_for_an_input_and_a_measurement_needs_two_dicts() -> None:
+    observer = result_of("multirate").observer()
+    assert observer.signals is not None
+    observer.signals = replace(observer.signals, inputs=("encoder",))
+    with pytest.raises(InvalidInputError, match="'encoder' is an input and a measurement; give two dicts"):
+        observer.step({"encoder": 1.0, "camera": 2.0})
+
+
+def test_a_stable_error_decays_at_a_positive_rate() -> None:
+    result = result_of("delay")
+    norm = hinf_norm(error_system(result.system, result.operators, result.order))
+    assert result.fact("error decays at").value == pytest.approx(-norm.abscissa) and norm.abscissa < 0
+
+
+def test_a_linear_system_has_at_most_so_many_states() -> None:
+    require_small(MOST_STATES)
+    with pytest.raises(InvalidInputError, match=str(MOST_STATES)):
+        require_small(MOST_STATES + 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 from unittest.mock import patch
 
@@ -18,7 +19,7 @@ from replication.estimation.multirate.h2.steady import steady_state
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import MultirateProblem
+from replication.estimation.multirate.problem import MultirateProblem, observer_system
 from replication.estimation.validation import Array
 from tests.tolerances import AGREEMENT, ROUNDING
 
@@ -198,3 +199,11 @@ def test_noise_that_drives_the_state_meets_its_own_correction() -> None:
         for i, w in enumerate(np.eye(2)):
             error = found.plant.B_w @ w - gains[k] @ (due * (found.plant.D @ w))
             near(stage.B[:, 1 + i], error, ROUNDING)
+
+
+def test_what_the_sensors_read_of_a_known_input_is_taken_off() -> None:
+    """With y = D_u u and both states at zero the innovation is zero: x^+ = B_u u."""
+    plant = replace(UNSTABLE, B_u=np.array([[0.3], [-0.2]]), D_u=np.array([[0.5], [2.0]]))
+    given = problem(plant, (1, 2))
+    for stage in observer_system(given, np.random.default_rng(5).normal(size=(2, 2, 2))).stages:
+        near(stage.B @ np.concatenate([[1.0], plant.D_u[:, 0]]), plant.B_u[:, 0], ROUNDING)

@@ -232,3 +232,18 @@ def test_the_plant_of_the_paper_has_covariances_that_samples_have() -> None:
         x = PAPER.A @ x + PAPER.B_d @ rng.standard_normal(1)
     wanted = np.mean(np.diagonal(gains.filtered, axis1=1, axis2=2), axis=0)
     assert np.mean(errors, axis=0) == pytest.approx(wanted, rel=0.08)
+
+
+def test_what_was_due_and_did_not_come_is_counted() -> None:
+    plain = cases()["plain"]
+    run, start = (
+        KalmanFilter(plain, filter_gains(plain, kalman_design(plain).X, 0)),
+        StartingFilter(cases()["plain"], P0),
+    )
+    for found in (run, start):
+        for k, y in enumerate(([1.0, 2.0], [None, 2.0], [1.0, None], [None, None])):
+            found.step([0.0], y)
+            due = plain.schedule.mask[np.arange(k + 1) % plain.schedule.period]
+            came = np.array([[True, True], [False, True], [True, False], [False, False]])[: k + 1]
+            assert found.missed == np.sum(due & ~came)
+        assert found.missed > 0

@@ -400,9 +400,11 @@ def test_a_known_input_that_the_sensors_read_at_once_is_no_innovation() -> None:
         for k in range(12):
             u = rng.normal(size=1)
             y = DIRECT.C @ x + DIRECT.D_u @ u
-            observer.step(u, [y[0], None if k % 2 else y[1]])
+            observer.step(u, [None if k == 4 else y[0], None if k % 2 else y[1]])
             x = DIRECT.A @ x + DIRECT.B_u @ u
             assert np.abs(observer.estimate - x).max() < EQUAL
+            # What is not due is not missed.
+            assert observer.missed == (k >= 4)
 
 
 def test_the_worst_pattern_is_the_one_with_the_largest_gain(guaranteed: losses.LossResult) -> None:
@@ -417,3 +419,12 @@ def test_storage_functions_are_told_in_the_units_of_plant_and_level(guaranteed: 
     given, P = guaranteed.automaton, np.stack([np.eye(2)] * len(guaranteed.automaton.phases))
     one, two = (Walks.of(guaranteed.problem, given, unit) for unit in (1.0, 2.0))
     assert two.storage(P) == pytest.approx(4 * one.storage(P))
+
+
+def test_a_proved_level_does_not_depend_on_its_unit(guaranteed: losses.LossResult) -> None:
+    levels = []
+    for unit in (1.0, 2.0):
+        whole = Walks.of(guaranteed.problem, guaranteed.automaton, unit)
+        moved = [whole.moved(i, gain) for i, gain in enumerate(guaranteed.gains["L"])]
+        levels.append(proved_level(whole, moved, least_level(whole, moved).P))
+    assert levels[1] == pytest.approx(levels[0], rel=1e-4)

@@ -218,3 +218,10 @@ def test_one_negative_direction_is_not_semidefinite() -> None:
 def test_a_schedule_has_the_sensors_of_the_plant(periods: tuple[int, ...]) -> None:
     with pytest.raises(InvalidInputError, match="sensors, the plant has 2"):
         problem(PAPER, periods)
+
+
+def test_the_value_of_an_optimum_is_the_end_that_is_attained() -> None:
+    found = optimum.optimum(problem(PAPER, (2, 3)))
+    wide = replace(found, lower=1.0, upper=2.0)
+    assert replace(wide, limited_by="noncausal").value == 1.0
+    assert replace(wide, limited_by="causal").value == 2.0

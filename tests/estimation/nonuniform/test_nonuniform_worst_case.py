@@ -20,6 +20,7 @@ from replication.estimation.nonuniform.guarantee import guarantee
 from replication.estimation.nonuniform.guarantee.certificate import certify
 from replication.estimation.nonuniform.guarantee.context_tree import ContextTree
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee.path_lyapunov import Cells
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.worst_case import (
     error_ratio,
@@ -184,3 +185,7 @@ def test_a_search_of_more_runs_finds_worse_sequences():
     assert len(found.runs) > 2
     rivals = (repeated(OSCILLATOR_RANGE, (burst, rest), 300) for burst in (3, 4, 5) for rest in (46, 50, 54))
     assert found.level > max(sequence_gain(OSCILLATOR, subject, rival)[0] for rival in rivals)
+
+
+def test_three_edges_cut_two_cells() -> None:
+    assert len(Cells((0.1, 0.2, 0.4))) == 2

@@ -317,6 +317,17 @@ def test_samples_that_make_no_sense_leave_the_estimate_unharmed(sample, message)
     assert observer.outside == 1
 
 
+def test_the_ends_of_the_range_lie_inside_it_however_the_time_is_rounded():
+    observer = design_stamped(UNSTABLE, periods=RANGE, horizon=20).observer()
+    low, high = observer.periods.h_l, observer.periods.h_u
+    times = np.cumsum([7.3, low, low, high, high, low, high])
+    for time in times:
+        observer.step([1.0], t=time)
+    assert observer.outside == 0
+    observer.step([1.0], t=times[-1] + 0.99 * low)
+    assert observer.outside == 1
+
+
 def test_small_matrices_are_multiplied_on_one_thread():
     """Threads that wait for each other cost most of the time of a design where processors are busy."""
     importlib.import_module("replication.estimation.conic.sdpa")  # brings a BLAS of its own
