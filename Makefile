@@ -30,8 +30,8 @@ picture: report ## take the picture of the README from the report (needs Chromiu
 test: lint ## all checks: lint, types, every test
 	$(BIN)/python -m pytest --numprocesses=auto --dist=loadfile --no-loadscope-reorder
 
-test-fast: $(STAMP) ## the tests that take no more than a few seconds and need no browser
-	$(BIN)/python -m pytest -m "not slow and not browser"
+test-fast: $(STAMP) ## the tests that take about a second at most and need no browser
+	$(BIN)/python -m pytest -m "not slow and not browser" --numprocesses=auto --dist=loadfile
 
 mutants: $(STAMP) ## every small change of the verifier, and a sceptic's of library and audit engine (about half an hour)
 	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py tests/sceptic --numprocesses=auto

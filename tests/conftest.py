@@ -9,16 +9,30 @@ import pytest
 HERE = Path(__file__).parent
 LONGEST = (
     "papers/test_committed.py",
-    "recheck/test_both_agree.py",
-    "audit/test_site.py",
-    "estimation/multirate/test_multirate_optimum.py",
-    "recheck/test_recheck.py",
     "verify/test_mutants.py",
-    "test_cli.py",
-    "verify/test_lines.py",
+    "audit/test_site.py",
+    "papers/test_processors.py",
+    "recheck/test_both_agree.py",
     "audit/test_runner.py",
+    "test_cli.py",
+    "sceptic/test_sceptic.py",
+    "audit/test_cluster.py",
+    "papers/test_report_page.py",
+    "audit/test_browser_access.py",
+    "audit/test_browser.py",
+    "estimation/nonuniform/test_stamped_design.py",
+    "machine/test_coq.py",
+    "test_notebooks.py",
+    "verify/test_attacks.py",
+    "recheck/test_recheck.py",
+    "test_docs.py",
+    "audit/test_report.py",
+    "audit/test_mistakes.py",
+    "estimation/multirate/test_multirate_optimum.py",
+    "estimation/multirate/test_losses_c.py",
+    "ownplant/test_stamps_command.py",
 )
-"""The first one computes what most tests of the papers read."""
+"""Those of more than ten seconds. The first one computes what most tests of the papers read."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -16,6 +16,9 @@ from lab import Lab, hear_interruptions, make_lab
 from replication import commands
 from replication.cli import main
 
+pytestmark = pytest.mark.slow
+"""Each runs the program in a process of its own."""
+
 HEAVY = ("numpy", "scipy", "matplotlib", "cvxpy", "control", "joblib", "jinja2", "rich", "msgspec")
 
 

@@ -5,7 +5,7 @@ import control
 from replication.estimation import multirate
 
 cart = control.ss([[1.0, 0.1], [0.0, 0.98]], [[0.0], [0.1]], [[0.0, 1.0], [1.0, 0.0]], 0, 0.1)
-best = multirate.design(cart, periods=(1, 4), noise=[0.5, 0.1])
+best = multirate.design(cart, periods=(1, 4), noise=[0.5, 0.1]).named(states=["position", "speed"])
 print(f"guaranteed level: {best.value:.4f}, bracket: [{best.bracket.lower:.4f}, {best.bracket.upper:.4f}]")
 print(f"level of a Kalman filter: {best.fact('level of the Kalman filter').value:.4f}")
 observer = best.observer()  # runs in a loop

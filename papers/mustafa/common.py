@@ -8,7 +8,6 @@ import numpy as np
 
 from replication.audit.parts import CommonLevel
 from replication.estimation import nonuniform
-from replication.estimation.nonuniform.nominal import riccati_level
 
 IRREGULAR = "irregular: 1 to m instants apart"
 
@@ -22,6 +21,8 @@ def levels(plant: dict[str, Any], multiples: list[int], leaves: int, horizon: in
 
 def _bracket(system: nonuniform.SampledPlant, h: float, m: int, leaves: int, horizon: int) -> list[float]:
     if m == 1:
+        from replication.estimation.nonuniform.nominal import riccati_level  # slow to load
+
         level = riccati_level(system, h).level
         return [level, level]
     found = nonuniform.design(system, periods=(h, m * h), leaves=leaves, horizon=horizon).bracket

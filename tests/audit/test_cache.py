@@ -1,3 +1,4 @@
+import hashlib
 import json
 import struct
 from pathlib import Path
@@ -109,9 +110,19 @@ def test_result_of_another_key_cannot_be_passed_off(cache: Cache) -> None:
     cache.store("e", entry(1.0))
     path = cache.directory / "e.json"
     content = json.loads(path.read_bytes())
+    key, _ = content.pop("key"), content.pop("sha256")
+    assert _forged(content, key) == path.read_text(encoding="utf-8")
     content["dependencies"]["inputs"] = '{"x":2}'
-    path.write_text(json.dumps(content), encoding="utf-8")
+    path.write_text(_forged(content, key), encoding="utf-8")
     assert cache.lookup("e", dependencies(inputs='{"x":2}')).reason == UNREADABLE
+    path.write_text(_forged(content, dependencies(inputs='{"x":2}').key), encoding="utf-8")
+    assert cache.lookup("e", dependencies(inputs='{"x":2}')).entry is not None
+
+
+def _forged(content: Any, key: str) -> str:
+    """An entry whose checksum is right."""
+    text = json.dumps(content, separators=(",", ":"))
+    return f'{{"key":"{key}","sha256":"{hashlib.sha256(text.encode()).hexdigest()}",{text[1:]}\n'
 
 
 def test_no_other_file_is_left_behind(cache: Cache) -> None:

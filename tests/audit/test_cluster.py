@@ -102,6 +102,17 @@ def test_worker_with_other_sources_refuses(lab: Lab) -> None:
     assert "papers.toy2020.squares is not a file" in fulfilled(lab, order)["error"]
 
 
+SOON = """
+import sys
+from replication.audit.run import cluster
+from replication.cli import main
+assert cluster.TIMEOUT > 1
+cluster.TIMEOUT = 1
+raise SystemExit(main(sys.argv[1:]))
+"""
+"""The command line, which waits a second alone for a scheduler."""
+
+
 @pytest.mark.parametrize(
     ("arguments", "advice"),
     [
@@ -113,7 +124,7 @@ def test_worker_with_other_sources_refuses(lab: Lab) -> None:
     ],
 )
 def test_wrong_options_say_what_to_do(lab: Lab, arguments: tuple[str, ...], advice: str) -> None:
-    done = lab.cli("run", *arguments)
+    done = lab.python("-c", SOON, "run", *arguments)
     assert done.returncode == 2
     assert advice in done.stderr
     assert "Traceback" not in done.stderr

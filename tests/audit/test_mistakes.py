@@ -15,6 +15,9 @@ from replication.audit.judge.recording import plain
 from replication.audit.model import Evidence, Kind, Verdict
 from replication.errors import AuditError
 
+pytestmark = pytest.mark.slow
+"""Each runs the program in a process of its own."""
+
 CLAIMS = "toy2020/claims.py"
 AT = r" \[papers/toy2020/claims\.py:\d+\]"
 

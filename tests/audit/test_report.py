@@ -142,6 +142,7 @@ def test_tables_have_captions_and_scopes_and_headings_are_in_order(tree: Any) ->
     assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
 
 
+@pytest.mark.slow
 def test_the_nu_html_checker_finds_nothing(page_path: Path) -> None:
     if shutil.which("java") is None:
         if os.environ.get("CI"):

@@ -10,6 +10,9 @@ from typing import Any
 import pytest
 from lab import AUDIT, Lab, hear_interruptions, make_lab
 
+pytestmark = pytest.mark.slow
+"""Each runs the program in a process of its own."""
+
 ALL = {"other2021.half", "toy2020.square", "toy2020.spectrum", "toy2020.wait-a", "toy2020.wait-b"}
 
 

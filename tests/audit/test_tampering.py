@@ -127,6 +127,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> Lab:
     return lab
 
 
+@pytest.mark.slow
 def test_every_field_is_derived_or_on_the_list(ran: Lab) -> None:
     done = ran.python("-c", TAMPER)
     assert done.returncode == 0, done.stderr[-2000:]

@@ -137,6 +137,7 @@ def test_a_pattern_that_is_too_long_for_balls_is_cut() -> None:
     assert float(Fraction(made["bound"]["lower"])) <= l2_gain(cut).value
 
 
+@pytest.mark.slow
 def test_a_file_says_that_samples_have_time_stamps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -22,6 +22,9 @@ from replication.audit.data import PrintedValue
 from replication.audit.judge.recording import make_record
 from replication.audit.model import NO_READING, Kind, Verdict
 
+pytestmark = pytest.mark.slow
+"""All read what several experiments give, which takes seconds even where they are cheap."""
+
 KEY = PAPER.key
 CLAIMS = {claim.id.removeprefix(f"{KEY}."): claim for claim in PAPER.claims}
 CHEAPER: dict[str, dict[str, Any]] = {

@@ -6,7 +6,6 @@ for the verifiers to say.
 
 from __future__ import annotations
 
-import copy
 import json
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -74,21 +73,28 @@ def _changed(certificate: Certificate, group: str, random: Random) -> Iterator[C
     chosen = [random.choice(places) for places in alike.values()]
     for change in CHANGES:
         for place in chosen:
-            found = copy.deepcopy(certificate)
-            holder: Any = found[group]
-            for key in place[:-1]:
-                holder = holder[key]
-            new = change(holder[place[-1]])
+            new = change(_at(certificate[group], place))
             if new is not None:
-                holder[place[-1]] = new
-                yield found
-    for key in [*certificate[group], "another"]:
-        found = copy.deepcopy(certificate)
-        if key in certificate[group]:
-            del found[group][key]
-        else:
-            found[group][key] = "1"
-        yield found
+                yield {**certificate, group: _with(certificate[group], place, new)}
+    for key in certificate[group]:
+        yield {**certificate, group: {other: value for other, value in certificate[group].items() if other != key}}
+    yield {**certificate, group: {**certificate[group], "another": "1"}}
+
+
+def _at(value: Any, way: tuple[Any, ...]) -> Any:
+    for key in way:
+        value = value[key]
+    return value
+
+
+def _with(value: Any, way: tuple[Any, ...], new: Any) -> Any:
+    """The value with `new` in one place; what lies off the way there is not copied."""
+    if not way:
+        return new
+    key, *rest = way
+    found = value.copy()
+    found[key] = _with(value[key], tuple(rest), new)
+    return found
 
 
 def _places(value: Any) -> Iterator[tuple[Any, ...]]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import cProfile
+import signal
 import sys
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType
@@ -99,13 +101,34 @@ def _case(certificate: Certificate, limit: float) -> Case | None:
     for room, ask in ASK.items():
         profile = cProfile.Profile()
         begin = time.process_time()
-        said[room] = profile.runcall(ask, certificate)
+        with suppress(TooLong), _within(limit):
+            said[room] = profile.runcall(ask, certificate)
         seconds[room] = time.process_time() - begin
-        if seconds[room] > limit:
+        if room not in said or seconds[room] > limit:
             return None
         for name, line in _called(profile):
             entered[name].add(line)
     return Case(certificate, said["verify"], said["recheck"], seconds, entered)
+
+
+class TooLong(BaseException):
+    """The time is over; no exception of a verifier, which would tell it as a refusal."""
+
+
+@contextmanager
+def _within(limit: float) -> Iterator[None]:
+    """Raise TooLong after so many seconds of the processor."""
+
+    def stop(*_: object) -> None:
+        raise TooLong
+
+    before = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, limit)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
 
 
 def _called(profile: cProfile.Profile) -> Iterator[tuple[str, int]]:

@@ -118,6 +118,7 @@ FAULTS = (
 """Module, line, change, and the certificate of whose alterations one must tell it."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("module", "text", "change", "name"), FAULTS)
 def test_a_fault_of_the_mathematics_is_told(module: str, text: str, change: str, name: str) -> None:
     module = f"replication.{module}"

@@ -54,6 +54,7 @@ def agreed(name: str) -> bool:
     return pair.checked
 
 
+@pytest.mark.slow
 def test_both_prove_the_same_of_what_is_soon_checked() -> None:
     names = [name for name in FILES if name not in LONG]
     assert len(names) > 130

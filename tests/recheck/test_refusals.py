@@ -29,6 +29,12 @@ def first_negative(values: Any) -> Any:
     return [negative(values[0]), *values[1:]]
 
 
+def second_sensor(plant: Any) -> Any:
+    """A plant with its sensor twice, and a filter that takes both."""
+    own = {**plant["filter"], "B": [[*row, "0"] for row in plant["filter"]["B"]]}
+    return {**plant, "C": plant["C"] * 2, "D": plant["D"] * 2, "filter": own}
+
+
 def to(value: Any) -> Change:
     """Another value, whatever stood there."""
     return lambda _: value
@@ -48,6 +54,8 @@ REFUSALS: list[tuple[str, tuple[Any, ...], Change, str]] = [
     ("mustafa/condition-8-2", ("witness", "P"), first_negative, "one that is not positive"),
     ("mustafa/stable-2", ("plant", "A"), negative, "A is not Hurwitz"),
     ("mustafa/output-matrix", ("witness", "above"), to([[], []]), "no point"),
+    ("mustafa/output-matrix", ("plant",), second_sensor, "one disturbance, measurement and output"),
+    ("mustafa/output-matrix", ("plant", "filter"), to({part: [["0"]] for part in "ABC"}), "another order"),
     ("shao/radius-motor-apo", ("bound", "upper"), to("1/1000000"), "crossed"),
     ("shao/estimate-2-one-correction", ("parameters", "than"), to("single_correction"), "surely the smaller"),
     ("shao/counterexample", ("plant", "L"), to([["3"]]), "the loop is another one"),

@@ -40,6 +40,7 @@ def test_every_change_is_noticed(change: sceptic.Change) -> None:
     assert sceptic.noticed(change), f"{change.test} does not notice it"
 
 
+@pytest.mark.slow
 def test_what_changes_nothing_is_not_noticed_and_a_test_that_is_not_there_notices_nothing() -> None:
     change = sceptic.Change("audit.data", "import", "import", "audit/test_data.py")
     with pytest.raises(ValueError, match="name it anew"):

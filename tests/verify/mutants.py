@@ -65,48 +65,63 @@ SWAPPED = {"any": "all", "all": "any", "min": "max", "max": "min"}
 class Mutant:
     """One changed module.
 
-    line, text: of the change; change: what became of what; source: the whole module; function: the lines of the
-    function in which it is, none if it is done at import.
+    line, text: of the change; change: what became of what; place: the numbers of the node among those that may change,
+    and of its change; function: the lines of the function in which it is, none if it is done at import.
     """
 
     module: str
     line: int
     text: str
     change: str
-    source: str
+    place: tuple[int, int]
     function: range
 
     def __str__(self) -> str:
         return f"{self.module}:{self.line}: {self.change}"
 
+    @functools.cached_property
+    def source(self) -> str:
+        """The whole module, changed: written of those alone that are tried."""
+        tree, (node, change) = ast.parse(_original(self.module)), self.place
+        _apply(list(_places(tree))[node], change)
+        return ast.unparse(ast.fix_missing_locations(tree))
+
 
 def mutants_of(module: str) -> list[Mutant]:
     """All mutants of a module, from its source; texts, annotations and imports are left alone."""
-    spec = importlib.util.find_spec(module)
-    assert spec is not None and spec.origin is not None
-    original = Path(spec.origin).read_text(encoding="utf-8")
+    original = _original(module)
     tree, lines = ast.parse(original), [line.strip() for line in original.split("\n")]
-    found = []
-    for node in list(_places(tree)):
+    functions, found = _functions(tree), []
+    for number, node in enumerate(list(_places(tree))):
         whole = {field: list(value) if isinstance(value, list) else value for field, value in vars(node).items()}
         for change in itertools.count():
             words = _apply(node, change)
             if words is None:
                 break
-            source = ast.unparse(ast.fix_missing_locations(tree))
             line = getattr(node, "lineno", 0)
-            found.append(Mutant(module, line, lines[line - 1], words, source, _function_at(tree, node)))
+            place = functions.get(id(node), range(0))
+            found.append(Mutant(module, line, lines[line - 1], words, (number, change), place))
             vars(node).update({field: list(v) if isinstance(v, list) else v for field, v in whole.items()})
     return found
 
 
-def _function_at(tree: ast.Module, node: ast.AST) -> range:
-    """The lines of the outermost function, or method, in whose body a node is."""
+def _original(module: str) -> str:
+    spec = importlib.util.find_spec(module)
+    assert spec is not None and spec.origin is not None
+    return Path(spec.origin).read_text(encoding="utf-8")
+
+
+def _functions(tree: ast.Module) -> dict[int, range]:
+    """By the identity of each node in the body of a function, or method, the lines of the outermost one."""
+    found: dict[int, range] = {}
     for outer in ast.walk(tree):
-        if isinstance(outer, ast.FunctionDef) and any(node is inner for part in outer.body for inner in ast.walk(part)):
+        if isinstance(outer, ast.FunctionDef):
             first = min(part.lineno for part in (outer, *outer.decorator_list))
-            return range(first, (outer.end_lineno or first) + 1)
-    return range(0)
+            lines = range(first, (outer.end_lineno or first) + 1)
+            for part in outer.body:
+                for inner in ast.walk(part):
+                    found.setdefault(id(inner), lines)
+    return found
 
 
 def survivors(module: str, mutants: Sequence[Mutant], tests: Sequence[str]) -> list[Mutant]:

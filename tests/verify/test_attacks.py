@@ -114,6 +114,7 @@ for path in sys.argv[1:]:
 """
 
 
+@pytest.mark.slow
 def test_what_asks_for_much_work_is_refused_within_a_gigabyte(tmp_path: Path) -> None:
     paths = [tmp_path / f"{bomb.__name__}.json" for bomb in BOMBS]
     for bomb, path in zip(BOMBS, paths, strict=True):

@@ -250,7 +250,7 @@ def test_as_many_cases_as_are_allowed_and_one_more() -> None:
 
 def test_too_many_cases_are_refused_before_any_work() -> None:
     one = copy.deepcopy(made())
-    one["parameters"] |= {"periods": [31, 32], "misses": [40, 40]}
+    one["parameters"] |= {"periods": [16, 17], "misses": [6, 6]}
     with pytest.raises(Refused, match="more than 2000 cases"):
         check(one)
     with pytest.raises(Unproved, match="more than 2000 cases"):

@@ -187,21 +187,30 @@ def _trace_misfit(A: Array, gains: Array, C: Array, target: _Target) -> Array:
 
     Of shape (m,).
     """
-    measured = _measured(gains)
+    # Candidates last, where they are multiplied at once.
+    measured, stack = _measured(gains), np.ascontiguousarray(C.transpose(1, 2, 0))
     # Where the last sensor is not measured, there is one factor for all of them.
-    factors = [A - gain @ (C if last else C[0]) for gain, last in zip(gains, measured[:, -1], strict=True)]
+    factors = [
+        A[:, :, None] - _product(gain[:, :, None], stack if last else stack[:, :, :1])
+        for gain, last in zip(gains, measured[:, -1], strict=True)
+    ]
     N, n = len(gains), len(A)
-    before, after = [np.eye(n)], [np.eye(n)]
+    before, after = [np.eye(n)[:, :, None]], [np.eye(n)[:, :, None]]
     for k in range(N - 1):
-        before.append(factors[k] @ before[-1])
-        after.append(after[-1] @ factors[N - 1 - k])
+        before.append(_product(factors[k], before[-1]))
+        after.append(_product(after[-1], factors[N - 1 - k]))
     reach = np.full(len(C), target.reach[0])
     for k in np.flatnonzero(measured.any(axis=1)).tolist():
         # d tr(A_e) = -tr(C (A_e(k-1) ... A_e0) (A_e(N-1) ... A_e(k+1)) dL_k)
-        gradient = C @ (before[k] @ after[N - 1 - k])
-        reach += HALF_UNIT_GAIN * np.abs(gradient).sum(axis=2) @ measured[k]
-    trace = np.trace(factors[-1] @ before[-1], axis1=-2, axis2=-1)
+        gradient = _product(stack, _product(before[k], after[N - 1 - k]))
+        reach += HALF_UNIT_GAIN * measured[k] @ np.abs(gradient).sum(axis=1)
+    trace = np.trace(_product(factors[-1], before[-1]))
     return np.asarray(np.abs(-trace - target.coefficients[0]) / reach)
+
+
+def _product(left: Array, right: Array) -> Array:
+    """Of matrices (p, q, m) and (q, r, m), those with the same last index multiplied; m may be one in either."""
+    return np.asarray((left[:, :, None] * right).sum(axis=1))
 
 
 def _misfit(A: Array, gains: Array, C: Array, target: _Target) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,8 @@ NOT_KEPT = "not kept: the cache cannot be written"
 NAMED = 4
 """Changes that a reason names; it counts the others."""
 FIELDS = ("function", "inputs", "lock", "python", "kernel")
+_FRONT = re.compile(rb'\{"key":"(?P<key>[0-9a-f]{64})","sha256":"(?P<sha256>[0-9a-f]{64})",')
+"""How an entry begins: its checksum is that of the text without these two fields, byte for byte."""
 Checksums = Callable[[str], str | None]
 
 
@@ -128,12 +131,12 @@ class Cache:
 
     def store(self, name: str, entry: Entry) -> str:
         """Write the entry, whole or not at all; why it could not be written, empty if it was."""
-        content = msgspec.to_builtins(entry)
-        text = encode(name, {"key": entry.key, "sha256": _checksum(content), **content})
+        content = encode(name, msgspec.to_builtins(entry)).encode()
         if not self.write:
             return ""
+        front = f'{{"key":"{entry.key}","sha256":"{_sha256(content)}",'
         try:
-            write_atomically(self._path(name), text.encode() + b"\n")
+            write_atomically(self._path(name), front.encode() + content[1:] + b"\n")
         except OSError as error:
             return f"{NOT_KEPT}: {error.strerror}"
         return ""
@@ -144,14 +147,16 @@ class Cache:
 
 def _read(text: bytes) -> Entry | None:
     """The entry of a file's content, or None unless it is exactly what `store` wrote."""
+    front = _FRONT.match(text)
+    content = b"{" + text[front.end() : -1] if front else b""
+    if front is None or not text.endswith(b"}\n") or front["sha256"].decode() != _sha256(content):
+        return None
     # The standard reader keeps integers of any size, which msgspec turns into floats.
     try:
-        content = json.loads(text)
-        key, checksum = content.pop("key"), content.pop("sha256")
-        entry = msgspec.convert(content, Entry)
-    except (ValueError, KeyError, AttributeError, TypeError, RecursionError):
+        entry = msgspec.convert(json.loads(content), Entry)
+    except (ValueError, TypeError, RecursionError):
         return None
-    return entry if checksum == _checksum(content) and key == entry.key else None
+    return entry if front["key"].decode() == entry.key else None
 
 
 def _changes(old: Dependencies, new: Dependencies) -> Iterator[str]:
@@ -168,10 +173,6 @@ def _moved(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[str]:
             yield f"{name} (no longer used)"
         elif old[name] != new[name]:
             yield name
-
-
-def _checksum(content: Any) -> str:
-    return _sha256(json.dumps(content, sort_keys=True, separators=(",", ":")).encode())
 
 
 def _sha256(content: bytes) -> str:

@@ -55,6 +55,8 @@ class SourceTree:
         self._modules: dict[str, _Module | None] = {}
         self._paths: dict[str, Path | None] = {}
         self._labels: dict[str, str] = {}
+        self._located: dict[str, str] = {}
+        self._data: dict[str, dict[str, str]] = {}
         self._directly: dict[str, tuple[str, ...]] = {}
         self._files: dict[str, dict[str, str]] = {}
 
@@ -85,11 +87,16 @@ class SourceTree:
         enclosing = {parent for name in followed for parent in _parents(name)}
         listed = {name: self._module(name) for name in followed | enclosing}
         files = {self._label_of(name): found.sha256 for name, found in listed.items() if found}
-        # A module reads the data file beside it that has its name, printed.py printed.toml, or that it names in full.
-        data = [label.removesuffix(".py") + ".toml" for label in files]
-        data += [label for name, found in listed.items() if found for label in self._named(name, found)]
-        files |= {label: sha256 for label in data if (sha256 := self.now(label)) is not None}
+        for name, found in listed.items():
+            files |= self._data_of(name, found) if found else {}
         return dict(sorted(files.items()))
+
+    def _data_of(self, name: str, module: _Module) -> dict[str, str]:
+        """The data file beside a module that has its name, printed.py printed.toml, and those that it names in full."""
+        if name not in self._data:
+            labels = [self._label_of(name).removesuffix(".py") + ".toml", *self._named(name, module)]
+            self._data[name] = {label: sha256 for label in labels if (sha256 := self.now(label)) is not None}
+        return self._data[name]
 
     def unchanged(self, files: Mapping[str, str]) -> bool:
         """Whether the files still have the checksums given, as they are on the disk now."""
@@ -102,6 +109,12 @@ class SourceTree:
                 return f"{name}/{path.relative_to(directory).as_posix()}"
         return ""
 
+    def _label_at(self, file: str) -> str:
+        """`label` of a path as code notes it."""
+        if file not in self._located:
+            self._located[file] = self.label(Path(file).resolve())
+        return self._located[file]
+
     def location(self, function: Callable[..., Any]) -> str:
         """`file:line` where a function, method, partial or callable object is defined; empty if outside the project.
 
@@ -109,13 +122,13 @@ class SourceTree:
         """
         while isinstance(function, functools.partial) or hasattr(function, "__wrapped__"):
             if declared := getattr(function, "declared", None):
-                label = self.label(Path(declared[0]).resolve())
+                label = self._label_at(declared[0])
                 return f"{label}:{declared[1]}" if label else ""
             function = function.func if isinstance(function, functools.partial) else function.__wrapped__
         code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
         if code is None:
             return ""
-        label = self.label(Path(code.co_filename).resolve())
+        label = self._label_at(code.co_filename)
         return f"{label}:{code.co_firstlineno}" if label else ""
 
     def mentioned(self, name: str) -> str:
@@ -137,7 +150,7 @@ class SourceTree:
         """`file:line` of the innermost frame in the project, those that call its functions aside; empty if none."""
         found = ""
         while traceback is not None:
-            label = self.label(Path(traceback.tb_frame.f_code.co_filename).resolve())
+            label = self._label_at(traceback.tb_frame.f_code.co_filename)
             found = f"{label}:{traceback.tb_lineno}" if label and label not in CALLERS else found
             traceback = traceback.tb_next
         return found

@@ -90,10 +90,11 @@ def design(
     at : str
         "continuous" or "slow".
     goal : str
-        At the slow rate "h2", the least mean of x'Qx + u'Ru at the fast instants under white noise, or "hinf", the
-        least worst-case gain.
+        At the slow rate "h2", the least mean of x'Qx + u'Ru at the fast instants under white noise; "hinf", the least
+        worst-case gain; or "mixed", a mean bounded from above at a level.
     level : float, optional
-        Gain to keep, of "hinf"; one per cent above the least unless given.
+        Gain to keep; of "hinf" one per cent above the least unless given, of "mixed" the one at which gain and root
+        mean square exceed the least ones by the same share.
     hold : int or sequence of int
         At the slow rate: an input changes every so many T and is held between. One number, or one for each input.
     observer : str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,7 @@ def held(state: Array, inputs: Array, time: float, forced: ComplexArray | None =
     Shapes: state (n, n), inputs (n, m), forced (n,). Raises InvalidInputError if the exponential overflows.
     """
     n, m = inputs.shape
-    scale = matrix_balance(state, permute=False, separate=True)[1][0]
+    scale = _balance(state.tobytes(), n)
     state, inputs = state * scale / scale[:, None], inputs / scale[:, None]
     block = np.zeros((n + m, n + m))
     block[:n, :n], block[:n, n:] = state, inputs
@@ -126,6 +127,12 @@ def sampled_model(
         observer = over_time(guided, design.period, harmonic)
         F, G, H, forcing = observer.state, observer.input[:, :inputs], observer.input[:, inputs:], observer.forcing
     return SampledModel(predictor, F, G, H, forcing, model.output, design.ratio)
+
+
+@lru_cache(maxsize=256)
+def _balance(state: bytes, n: int) -> Any:
+    """The units in which the entries of a state matrix (n, n) are alike: the same for every time."""
+    return matrix_balance(np.frombuffer(state).reshape(n, n), permute=False, separate=True)[1][0]
 
 
 def _exponential(matrix: Any) -> Any:

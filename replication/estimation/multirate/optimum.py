@@ -183,6 +183,8 @@ def _root(centre: KalmanCentre, low: float) -> tuple[float, float]:
     while search.low < level * (1 - distance):
         search.tried(level * (1 - distance))
         distance *= 4
+    while search.high > search.low * (1 + LEVEL_TOLERANCE / 8):
+        search.tried((search.low + search.high) / 2)
     return float(search.low), float(search.high)
 
 

@@ -9,26 +9,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from replication.drawing.panel import Panel
-from replication.errors import InvalidInputError
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence, GainResult
 from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals, each_instant
+from replication.estimation.api.tradeoff import TradeOff
 from replication.estimation.linear.norms import gain_curve, l2_gain
 from replication.estimation.linear.periodic import lifted_statespace
-from replication.estimation.multirate.h2.tradeoff import TradeOff, tradeoff
+from replication.estimation.multirate.h2.tradeoff import tradeoff
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.optimum import Optimum, optimum
 from replication.estimation.multirate.problem import MultirateProblem, observer_system
 from replication.estimation.multirate.simulation import white_noise_variance
-from replication.estimation.validation import at_most
 
 if TYPE_CHECKING:
     import control
 
-MOST_POINTS = 1000
 SIMPLER = "the Kalman filter has the least mean error: goal='h2', or goal='mixed' for something of both"
 
 
@@ -119,10 +117,7 @@ class MultirateResult(GainResult):
         InvalidInputError
             `points` is no whole number from 2 to 1000.
         """
-        count = at_most("points", points, MOST_POINTS)
-        if count < 2:
-            raise InvalidInputError(f"points must be at least 2, the two ends, got {count}")
-        return tradeoff(self.problem, optimum(self.problem), count)
+        return tradeoff(self.problem, optimum(self.problem), points)
 
 
 def result_of(

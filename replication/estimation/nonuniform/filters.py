@@ -148,13 +148,14 @@ class Filter(Estimator):
         """Plant and filter side by side."""
         n, transitions = plant.order, plant.transitions(periods)
         output = self.error_output(plant)
+        drives, noises = transitions[:, :n, n:] @ w[:, :, None], plant.D @ w[:, :, None]
         x, estimate = np.zeros(n), np.zeros(len(self.A))
-        found = [output @ np.concatenate([x, estimate])]
-        for step, disturbance in zip(transitions, w, strict=True):
-            estimate = self.A @ estimate + self.B @ (plant.C @ x + plant.D @ disturbance)
-            x = step[:n, :n] @ x + step[:n, n:] @ disturbance
-            found.append(output @ np.concatenate([x, estimate]))
-        return np.array(found)
+        states = [np.concatenate([x, estimate])]
+        for step, drive, noise in zip(transitions[:, :n, :n], drives[:, :, 0], noises[:, :, 0], strict=True):
+            estimate = self.A @ estimate + self.B @ (plant.C @ x + noise)
+            x = step @ x + drive
+            states.append(np.concatenate([x, estimate]))
+        return np.asarray((output @ np.array(states)[:, :, None])[:, :, 0])
 
     def require_settling(self, plant: SampledPlant) -> None:
         """A_f must be Schur stable."""

@@ -202,7 +202,8 @@ class SampledPlant:
         array (K, n + m, n + m)
             One after the other.
         """
-        return np.asarray(scipy.linalg.expm(np.asarray(periods)[:, None, None] * self.generator()))
+        distinct, which = np.unique(periods, return_inverse=True)  # sequences repeat themselves
+        return np.asarray(scipy.linalg.expm(distinct[:, None, None] * self.generator())[which])
 
     def generator(self) -> Array:
         """The plant with w held constant, as an autonomous system.

@@ -115,9 +115,7 @@ def sequence_gain(
 
 def _error_steps(plant: SampledPlant, filter_: Estimator, periods: Array) -> tuple[Array, Array, Array]:
     """Stacks of A-bar(h_k), B-bar(h_k), and C-bar."""
-    distinct, which = np.unique(periods, return_inverse=True)
-    upper = plant.transitions(distinct)[which][:, : plant.order]
-    steps, drives = filter_.steps_along(plant, periods, upper)
+    steps, drives = filter_.steps_along(plant, periods, plant.transitions(periods)[:, : plant.order])
     return steps, drives, filter_.error_output(plant)
 
 

@@ -51,7 +51,8 @@ def output_matrix(given: Certificate) -> Proof:
     plant, level = read_plant(given.plant), positive(reached, "level")
     own = read_filter(given.plant["filter"], plant)
     case, size = case_of(plant, own, plant.low, plant.high), len(own.A)
-    need(len(plant.L) == 1 and len(plant.B[0]) == 1, "more than one disturbance or output")
+    need(len(plant.B[0]) == len(plant.C) == len(plant.L) == 1, "not one disturbance, measurement and output")
+    need(size == len(plant.A), "the filter has another order than the plant")
     case.require_stable()
     step = case.step_after(0, plant.step(seconds(plant.time("middle"))))
     sides = [

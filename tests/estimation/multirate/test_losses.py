@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import product
 from types import SimpleNamespace
@@ -296,6 +297,21 @@ def test_losses_that_hide_a_mode_have_a_message() -> None:
             work(best, losses.InARow(1))
         with pytest.raises(InvalidInputError, match="not detectable under losses"):
             work(best, losses.Independent(1.0))
+
+
+def test_a_pattern_that_grows_is_named_even_if_no_short_one_does() -> None:
+    """Each short pattern settles, and two of them by turns do not; the pattern in the message is multiplied out."""
+    cart = MultiratePlant(A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], C=[[0, 1], [1, 0]], D=[[0.5, 0], [0, 0.1]])
+    best = multirate.design(cart, periods=(1, 4))
+    with pytest.raises(InfeasibleError, match="the error grows by") as told:
+        losses.analyse(best, losses.InARow(4))
+    came = re.search(r"come as ([01 ]+) \(1: comes\)", str(told.value))
+    assert came is not None
+    total = np.eye(2)
+    for k, samples in enumerate(came[1].split()):
+        total = (cart.A - best.gains["L"][k % 4] @ np.diag([float(bit) for bit in samples]) @ cart.C) @ total
+    assert max(abs(np.linalg.eigvals(total))) > 1
+    assert losses.analyse(best, losses.InARow(3)).value < np.inf
 
 
 def test_too_many_losses_have_a_message() -> None:

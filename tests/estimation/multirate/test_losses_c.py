@@ -38,6 +38,7 @@ def result_of(kind: str) -> losses.LossResult:
     return losses.design(multirate.design(plant, periods=periods), model)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_it_is_equal_over_many_steps(kind: str, tmp_path: Path) -> None:
     observer, rng = result_of(kind).observer(), np.random.default_rng(11)
@@ -58,6 +59,7 @@ def test_it_is_equal_over_many_steps(kind: str, tmp_path: Path) -> None:
     assert (observer.unforeseen > 0) is (kind != "random")
 
 
+@pytest.mark.slow
 def test_another_gain_is_noticed(tmp_path: Path) -> None:
     result = result_of("each sensor")
     compiled = Compiled(result.observer(), tmp_path)
@@ -67,6 +69,7 @@ def test_another_gain_is_noticed(tmp_path: Path) -> None:
     assert not np.allclose(compiled.step([0.5], [1.0, 2.0])[1], other.step([0.5], [1.0, 2.0]), rtol=EXACT, atol=EXACT)
 
 
+@pytest.mark.slow
 def test_what_python_refuses_changes_nothing(tmp_path: Path) -> None:
     observer: Any = result_of("each sensor").observer()
     compiled = Compiled(observer, tmp_path)

@@ -3,34 +3,46 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from functools import partial
+from math import isfinite
 from typing import Any
 
-from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
-from replication.estimation.dualrate.slow.controller import Controller, Equations
-from replication.estimation.dualrate.slow.levels import beside, kalman, least_level, of_continuous_gains
+from replication.estimation.api.tradeoff import balanced
+from replication.estimation.dualrate.slow.controller import Controller
+from replication.estimation.dualrate.slow.levels import (
+    MARGIN,
+    beside,
+    central,
+    kalman,
+    least_level,
+    measures,
+    of_continuous_gains,
+)
 from replication.estimation.dualrate.slow.loop import closed, gain, noise_to_output, root_mean_square
 from replication.estimation.dualrate.slow.problem import SlowProblem
 from replication.estimation.dualrate.slow.result import SlowRateResult
 from replication.estimation.validation import positive_scalar
 
-MARGIN = 0.01
-"""Relative distance above the least level at which gains are computed: nearer to it they grow without bound."""
-
 
 class Goal(StrEnum):
-    """What is made small: the mean square under white noise, or the worst-case gain."""
+    """What is made small: the mean square under white noise, the worst-case gain, or something of both."""
 
     H2 = "h2"
     HINF = "hinf"
+    MIXED = "mixed"
+
+
+GOALS = {Goal.H2: "linear-quadratic-Gaussian", Goal.HINF: "H-infinity", Goal.MIXED: "least entropy at a level"}
 
 
 def require_level(goal: Goal, level: Any) -> float | None:
     """The level as a number; raises InvalidInputError."""
-    if level is not None and goal is not Goal.HINF:
-        raise InvalidInputError('level belongs to goal="hinf"; the linear-quadratic-Gaussian controller has none')
+    if level is not None and goal is Goal.H2:
+        raise InvalidInputError('level belongs to goal="hinf" or "mixed"; the other is linear-quadratic-Gaussian')
     return None if level is None else positive_scalar("level", level)
 
 
@@ -44,14 +56,14 @@ def slow_design(
     controller, exact = kalman(problem)
     reached = exact.upper
     found: tuple[Evidence, ...] = ()
-    if goal is Goal.HINF:
-        controller, found = _worst_case(problem, reached, level)
+    if goal is not Goal.H2:
+        controller, found = _worst_case(problem, reached, level, goal)
         exact = gain(problem, closed(problem, controller))
     loop = closed(problem, controller)
     noise = gain(problem, noise_to_output(problem, loop)).upper
     rates = f"sensors {problem.sensors.periods}, inputs {problem.actuators.periods}"
     evidence = (
-        Evidence("goal", str(goal), "linear-quadratic-Gaussian" if goal is Goal.H2 else "H-infinity"),
+        Evidence("goal", str(goal), GOALS[goal]),
         Evidence("monodromy radius", loop.spectral_radius(), "largest eigenvalue over one period; stable below 1"),
         *found,
         Evidence(
@@ -75,18 +87,20 @@ def slow_design(
     )
 
 
-def _worst_case(problem: SlowProblem, reached: float, level: float | None) -> tuple[Controller, tuple[Evidence, ...]]:
-    """The controller for `level`, or for little more than the least one, and what is known of that."""
+def _worst_case(
+    problem: SlowProblem, reached: float, level: float | None, goal: Goal
+) -> tuple[Controller, tuple[Evidence, ...]]:
+    """The controller for `level`, or for that of the goal, and what is known of the least level."""
     low, high = least_level(problem, reached)
     if level is not None and level <= low:
         raise InfeasibleError(
             f"no controller at these rates keeps the level {level!r}: the least is from {low:.7g} to {high:.7g}"
         )
     aim = (1 + MARGIN) * high if level is None else max(level, high)
-    controller = Equations(problem).at(aim)
-    if controller is None:
-        raise SolverError(problem.lost())
-    return controller, (
+    if goal is Goal.MIXED and level is None:
+        aim = balanced(aim, high, partial(measures, problem))
+    return central(problem, aim), (
+        Evidence("level of the design", aim if isfinite(aim) else "infinite", "central solution, of least entropy"),
         Evidence("optimum", high, "least level of any controller at these rates; two coupled Riccati equations"),
         Evidence("optimum lies above", low, "the equations have no solution there"),
     )

@@ -9,12 +9,13 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.results import Evidence
+from replication.estimation.api.tradeoff import Measures
 from replication.estimation.dualrate.gains import Weights, continuous_gains
 from replication.estimation.dualrate.loop import close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.slow.controller import Controller, Equations
-from replication.estimation.dualrate.slow.loop import alone, closed, gain, of_gains
+from replication.estimation.dualrate.slow.loop import alone, closed, gain, of_gains, root_mean_square
 from replication.estimation.dualrate.slow.problem import SlowProblem, root
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.multirate.noncausal import noncausal_bound
@@ -26,14 +27,28 @@ MEASURE = "exact gain of the closed loop from process and sensor noise to (x, u)
 SEARCH_WIDTH = 1e-6
 """Relative width of the bracket of the least level."""
 DOUBLINGS = 60
+MARGIN = 0.01
+"""Relative distance above the least level at which gains are computed: nearer to it they grow without bound."""
 
 
 def kalman(problem: SlowProblem) -> tuple[Controller, GainBracket]:
     """The linear-quadratic-Gaussian controller and its level; raises SolverError if rounding spoils it."""
-    controller = Equations(problem).at(np.inf)
+    controller = central(problem, np.inf)
+    return controller, gain(problem, closed(problem, controller))
+
+
+def central(problem: SlowProblem, level: float) -> Controller:
+    """The controller of least entropy that keeps a level above the least; raises SolverError if rounding spoils it."""
+    controller = Equations(problem).at(level)
     if controller is None:
         raise SolverError(problem.lost())
-    return controller, gain(problem, closed(problem, controller))
+    return controller
+
+
+def measures(problem: SlowProblem, level: float) -> Measures:
+    """Exact gain and root mean square of `central`."""
+    loop = closed(problem, central(problem, level))
+    return gain(problem, loop).upper, root_mean_square(problem, loop)
 
 
 def least_level(problem: SlowProblem, reached: float) -> tuple[float, float]:

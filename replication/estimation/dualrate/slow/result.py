@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,9 @@ from replication.estimation.api.phase import Phase
 from replication.estimation.api.results import GainResult
 from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.signals import each_instant
+from replication.estimation.api.tradeoff import TradeOff, tradeoff
 from replication.estimation.dualrate.slow.controller import Controller
+from replication.estimation.dualrate.slow.levels import MARGIN, kalman, least_level, measures
 from replication.estimation.dualrate.slow.loop import closed
 from replication.estimation.dualrate.slow.problem import SlowProblem
 from replication.estimation.linear.norms import gain_curve
@@ -135,6 +138,29 @@ class SlowRateResult(GainResult):
             `@k` is added to the names for instant k. It is what `observer()` does.
         """
         return self.observer().to_statespace()
+
+    def tradeoff(self, points: int = 12) -> TradeOff:
+        """What a smaller guaranteed gain costs in mean square, for this plant, these rates and weights.
+
+        Parameters
+        ----------
+        points : int
+            Number of designs, from one per cent above the least level to the Kalman design; at least 2.
+
+        Returns
+        -------
+        TradeOff
+            Level, exact gain and exact root mean square of (x, u) of each; it prints and plots itself.
+
+        Raises
+        ------
+        InvalidInputError
+            `points` is no whole number from 2 to 1000, or the least level is zero.
+        SolverError
+            Rounding spoils the equations at a level.
+        """
+        least = (1 + MARGIN) * least_level(self.problem, kalman(self.problem)[1].upper)[1]
+        return tradeoff(self.method, "rms of (x, u)", points, least, partial(measures, self.problem))
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain over the frequency, with the guaranteed level."""

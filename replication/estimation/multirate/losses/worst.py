@@ -8,7 +8,7 @@ import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.linear.norms import l2_gain
-from replication.estimation.multirate.losses.automaton import Automaton, Word, along, patterns
+from replication.estimation.multirate.losses.automaton import Automaton, Word, along, closed_loop, patterns
 from replication.estimation.multirate.losses.storage import (
     Walks,
     central_gains,
@@ -27,6 +27,8 @@ SHARE = 0.3
 """Of the nodes that are told apart by their past in each round, those where most is at stake."""
 MEASURED = 10
 """Patterns whose exact gain is computed: the shortest, and those that forget the slowest."""
+LONGEST, FOLLOWED = 12, 4
+"""Periods of the schedule up to which growing patterns are followed, and how many of the largest at each node."""
 MARGINS = (1e-3, 1e-2, 0.1)
 """Relative distances above the least level at which gains are made, each where the one before proves nothing."""
 
@@ -69,6 +71,10 @@ def bracket(problem: MultirateProblem, given: Automaton, gains: Array, words: li
         moved = [walks.moved(i, gains[edge.origin]) for i, edge in enumerate(tree.edges)]
         try:
             storage = least_level(walks, moved)
+        except InfeasibleError:
+            # Most often no storage exists since some longer pattern grows; if it is found, that is the answer.
+            worst_pattern(problem, given, gains, [*growing(problem, given, gains), *words])
+            break
         except SolverError:
             break
         upper = proved_level(walks, moved, storage.P)
@@ -91,6 +97,29 @@ def bracket(problem: MultirateProblem, given: Automaton, gains: Array, words: li
             "fewer losses in a row, or change the units of the states"
         )
     return best
+
+
+def growing(problem: MultirateProblem, given: Automaton, gains: Array) -> list[Word]:
+    """A periodic pattern along which the error of `gains` (edges, n, q) grows, if large products lead to one."""
+    steps = [closed_loop(problem, gain)[0] for gain in gains]
+    period = max(given.phases) + 1
+    for start in (node for node, phase in enumerate(given.phases) if phase == 0):
+        front: list[tuple[int, Word, Array]] = [(start, (), np.eye(problem.plant.order))]
+        for _ in range(LONGEST * period):
+            ahead: dict[int, list[tuple[int, Word, Array]]] = {}
+            for node, word, moved in front:
+                for i in given.out[node]:
+                    target = given.edges[i].target
+                    ahead.setdefault(target, []).append((target, (*word, i), steps[i] @ moved))
+            for _, word, moved in ahead.get(start, []):
+                if np.max(np.abs(np.linalg.eigvals(moved))) >= 1:
+                    return [word]
+            front = [way for ways in ahead.values() for way in sorted(ways, key=lambda way: -_size(way[2]))[:FOLLOWED]]
+    return []
+
+
+def _size(matrix: Array) -> float:
+    return float(np.linalg.norm(matrix))
 
 
 def found_level(problem: MultirateProblem, given: Automaton, gains: Array, words: list[Word]) -> float:
