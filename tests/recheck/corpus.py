@@ -66,6 +66,16 @@ def altered(certificate: Certificate) -> Iterator[Certificate]:
             yield from _changed(own, group, random)
 
 
+def about_another(certificate: Certificate) -> Iterator[Certificate]:
+    """Another plant or other parameters of a statement that speaks of a paper, as if the paper were about these."""
+    random = Random(certificate["name"])
+    # A statement without a plant reads nothing of it.
+    groups = ["parameters"] if certificate["plant"] == {"name": ""} else ["plant", "parameters"]
+    if certificate["statement"] in {statement for listed in ABOUT.values() for statement in listed}:
+        for group in groups:
+            yield from _changed(certificate, group, random)
+
+
 def _changed(certificate: Certificate, group: str, random: Random) -> Iterator[Certificate]:
     alike: dict[tuple[Any, ...], list[tuple[Any, ...]]] = {}
     for place in _places(certificate[group]):
