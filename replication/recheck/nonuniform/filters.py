@@ -10,7 +10,16 @@ from replication.recheck.interval import Interval, enclosed
 from replication.recheck.nonuniform.definite import pivots_are_positive
 from replication.recheck.nonuniform.grid import run
 from replication.recheck.nonuniform.lower import require_attained
-from replication.recheck.nonuniform.sampled import Case, case_of, on_circle, printed_filter, read_filter, read_plant, resolved, seconds
+from replication.recheck.nonuniform.sampled import (
+    Case,
+    case_of,
+    on_circle,
+    printed_filter,
+    read_filter,
+    read_plant,
+    resolved,
+    seconds,
+)
 from replication.recheck.reading import Certificate, Matrix, Proof, need, number, positive, several, symmetric, take
 
 ROUNDS = 3

@@ -187,7 +187,9 @@ def sizes(given: Certificate) -> Proof:
     """F = V B_f is n x r, and the print says r x n."""
     _bare(given)
     plant = read_plant(given.plant)
-    need(len(printed_filter(given, plant).A) == len(plant.A) != len(plant.C), "another order, or both sizes are the same")
+    need(
+        len(printed_filter(given, plant).A) == len(plant.A) != len(plant.C), "another order, or both sizes are the same"
+    )
     return Proof(holds=True)
 
 

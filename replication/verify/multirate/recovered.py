@@ -62,7 +62,7 @@ def reading_of(parameters: Mapping[str, Any]) -> tuple[str, ...]:
 
 def read_stated(value: Any, path: str) -> Plant:
     """What the paper states of its plant, for the statements to read."""
-    known_fields(value, path, "A", "C", "L", "half_unit", "poles", "error_poles")
+    known_fields(value, path, "name", "A", "C", "L", "half_unit", "poles", "error_poles")
     return dict(value)
 
 
