@@ -299,7 +299,7 @@ def test_a_sensor_stands_once_and_a_range_has_two_ends() -> None:
 
 
 def test_what_is_said_is_what_was_checked() -> None:
-    """Of an own plant it is said that it is one, whatever its name, and how many losses, in what range, from what on."""
+    """Of an own plant it is said that it is one, whatever its name, how many losses, in what range."""
     outcome = faults.by_first(with_(lossy("1", STORED), "plant", "name", new="stable"))
     assert outcome.theorem is not None
     assert "For this plant and the periods [1], offsets [0] of the sensors [0]" in outcome.theorem.sentence
