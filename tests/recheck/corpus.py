@@ -13,6 +13,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import byhand
+
 from replication.recheck.run import ABOUT
 
 ROOT = Path(__file__).parents[2]
@@ -49,9 +51,10 @@ NAMES = {
 
 
 def true() -> dict[str, Certificate]:
-    """These certificates, by the paths of their files."""
+    """These certificates, by the paths of their files, and those of own plants."""
     paths = (f"{paper}/{name}" for paper, listed in NAMES.items() for name in listed.split())
-    return {path: json.loads((ROOT / "certificates" / f"{path}.json").read_bytes()) for path in paths}
+    listed = {path: json.loads((ROOT / "certificates" / f"{path}.json").read_bytes()) for path in paths}
+    return {**listed, **byhand.certificates()}
 
 
 def altered(certificate: Certificate) -> Iterator[Certificate]:

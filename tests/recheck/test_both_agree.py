@@ -85,7 +85,7 @@ def test_both_say_the_same_if_the_paper_were_about_another_plant(paper: str) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("paper", NAMES)
+@pytest.mark.parametrize("paper", [*NAMES, "own"])
 def test_both_say_the_same_of_altered_certificates(paper: str) -> None:
     found = [pair for path, one in true().items() if path.startswith(f"{paper}/") for pair in differing(path, one)]
     assert set(found) <= KNOWN
