@@ -13,6 +13,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import byhand
+
 from replication.recheck.run import ABOUT
 
 ROOT = Path(__file__).parents[2]
@@ -49,9 +51,10 @@ NAMES = {
 
 
 def true() -> dict[str, Certificate]:
-    """These certificates, by the paths of their files."""
+    """These certificates, by the paths of their files, and those of own plants."""
     paths = (f"{paper}/{name}" for paper, listed in NAMES.items() for name in listed.split())
-    return {path: json.loads((ROOT / "certificates" / f"{path}.json").read_bytes()) for path in paths}
+    listed = {path: json.loads((ROOT / "certificates" / f"{path}.json").read_bytes()) for path in paths}
+    return {**listed, **byhand.certificates()}
 
 
 def altered(certificate: Certificate) -> Iterator[Certificate]:
@@ -64,6 +67,16 @@ def altered(certificate: Certificate) -> Iterator[Certificate]:
         own = {**certificate, "paper": None, "claims": []}
         for group in ("plant", "parameters"):
             yield from _changed(own, group, random)
+
+
+def about_another(certificate: Certificate) -> Iterator[Certificate]:
+    """Another plant or other parameters of a statement that speaks of a paper, as if the paper were about these."""
+    random = Random(certificate["name"])
+    # A statement without a plant reads nothing of it.
+    groups = ["parameters"] if certificate["plant"] == {"name": ""} else ["plant", "parameters"]
+    if certificate["statement"] in {statement for listed in ABOUT.values() for statement in listed}:
+        for group in groups:
+            yield from _changed(certificate, group, random)
 
 
 def _changed(certificate: Certificate, group: str, random: Random) -> Iterator[Certificate]:

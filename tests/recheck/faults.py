@@ -14,6 +14,7 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
+import byhand
 import mutants
 from corpus import Certificate, altered, true
 
@@ -76,8 +77,9 @@ class Case:
 
 
 def cases(step: int) -> list[Case]:
-    """The corpus: of each true certificate itself, the first alterations, and every step-th of the others."""
-    return [case for certificate in true().values() for case in made_of(certificate, step)]
+    """The corpus: attacks, and of each true certificate itself, the first alterations, every step-th of the others."""
+    attacks = [case for one in byhand.attacks().values() if (case := _case(one, SLOW))]
+    return attacks + [case for certificate in true().values() for case in made_of(certificate, step)]
 
 
 def made_of(certificate: Certificate, step: int) -> list[Case]:

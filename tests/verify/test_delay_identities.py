@@ -89,7 +89,14 @@ RIGHT = delay_identity.quadratic_form
 
 def test_no_other_misprints_are_accepted() -> None:
     given = certificate("theorem-3-identity")
-    for misprints, reason in (([], "must be among"), (["none"], "must be among"), (["d-sign"] * 2, "names one twice")):
+    listed = given["parameters"]["misprints"]
+    for misprints, reason in (
+        ([], "must be all of"),
+        (["none"], "must be all of"),
+        # The sentence says that it holds if these are corrected.
+        (listed[:-1], "must be all of"),
+        ([*listed, "d-sign"], "names one twice"),
+    ):
         given["parameters"] = {"misprints": misprints}
         with pytest.raises(Refused, match=f"misprints {reason}"):
             delay_identity.dissipation_identity(given)

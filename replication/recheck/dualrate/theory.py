@@ -151,6 +151,7 @@ def counterexample(given: Certificate) -> Proof:
     highest = exponential([[time]])[0][0] - 1
     listed = several(ratios, "ratios", lambda value, at: count(value, at, 2))
     need(bool(listed) and max(listed) <= 30, "no ratio, or one above 30")
+    need(listed == sorted({*listed}), "the ratios do not increase")
     for ratio in listed:
         coefficients = margin(loop.K[0][0], ratio)
         start = next((i for i, c in enumerate(coefficients) if c != 0), None)

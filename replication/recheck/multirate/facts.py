@@ -76,7 +76,7 @@ def dual_rate(given: Certificate) -> Proof:
 
 def variables(given: Certificate) -> Proof:
     """The unknowns of Theorem 2."""
-    planned, (n, _, q) = _times(given), _sizes(given)
+    planned, (n, _, q, _) = _times(given), _sizes(given)
     need(len(planned.periods) == q, "a period for each sensor")
     return _exactly(planned.length * (n * (n + 1) // 2 + n * q) + 1)
 
@@ -84,20 +84,22 @@ def variables(given: Certificate) -> Proof:
 def rows(given: Certificate) -> Proof:
     """The rows of the matrix (30)."""
     take(given.witness, "witness")
-    n, inputs, q = _sizes(given)
-    return _exactly(2 * n + inputs + q)
+    n, inputs, _, noises = _sizes(given)
+    return _exactly(2 * n + inputs + noises)
 
 
 def cyclic_rows(given: Certificate) -> Proof:
     """The rows of the matrix (30) of one plant with as many times the states, disturbances and sensors as instants."""
-    planned, (n, inputs, q) = _times(given), _sizes(given)
+    planned, (n, inputs, q, noises) = _times(given), _sizes(given)
     need(len(planned.periods) == q, "a period for each sensor")
-    return _exactly(planned.length * (2 * n + inputs + q))
+    return _exactly(planned.length * (2 * n + inputs + noises))
 
 
-def _sizes(given: Certificate) -> tuple[int, int, int]:
+def _sizes(given: Certificate) -> tuple[int, int, int, int]:
+    """The states, disturbances, sensors and sensor noises."""
     n = len(_states(given))
-    return n, len(matrix(_field(given, "B_d"), "B_d", n)[0]), len(matrix(_field(given, "C"), "C", None, n))
+    inputs, q = len(matrix(_field(given, "B_d"), "B_d", n)[0]), len(matrix(_field(given, "C"), "C", None, n))
+    return n, inputs, q, len(matrix(_field(given, "D"), "D", q)[0])
 
 
 def unmeasured(given: Certificate) -> Proof:

@@ -166,7 +166,6 @@ def inputs_over(turn: Any, inputs: Any, rows: int, length: int) -> tuple[Matrix,
     rotation = square(turn, "turn")
     order = len(rotation)
     need(order <= 2 and times(turned(rotation), rotation) == unit(order), "turn is not orthogonal of order 1 or 2")
-    need(order == 1 or rotation[0][0] == rotation[1][1], "turn is no rotation")
     read = several(inputs, "inputs", lambda value, at: matrix(value, at, rows, order))
     need(bool(read) and len(read) % length == 0, "the inputs are not those of whole periods")
     return rotation, read

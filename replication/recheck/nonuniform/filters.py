@@ -10,7 +10,16 @@ from replication.recheck.interval import Interval, enclosed
 from replication.recheck.nonuniform.definite import pivots_are_positive
 from replication.recheck.nonuniform.grid import run
 from replication.recheck.nonuniform.lower import require_attained
-from replication.recheck.nonuniform.sampled import Case, case_of, on_circle, read_filter, read_plant, resolved, seconds
+from replication.recheck.nonuniform.sampled import (
+    Case,
+    case_of,
+    on_circle,
+    printed_filter,
+    read_filter,
+    read_plant,
+    resolved,
+    seconds,
+)
 from replication.recheck.reading import Certificate, Matrix, Proof, need, number, positive, several, symmetric, take
 
 ROUNDS = 3
@@ -49,7 +58,7 @@ def output_matrix(given: Certificate) -> Proof:
     (reached,) = take(given.parameters, "parameters", "level")
     above, below = take(given.witness, "witness", "above", "below")
     plant, level = read_plant(given.plant), positive(reached, "level")
-    own = read_filter(given.plant["filter"], plant)
+    own = printed_filter(given, plant)
     case, size = case_of(plant, own, plant.low, plant.high), len(own.A)
     need(len(plant.B[0]) == len(plant.C) == len(plant.L) == 1, "not one disturbance, measurement and output")
     need(size == len(plant.A), "the filter has another order than the plant")

@@ -94,8 +94,14 @@ def read_plant(plant: Mapping[str, Any]) -> Plant:
         (ends[0][0], ends[0][1]),
         (ends[1][0], ends[1][1]),
     )
-    need(seconds(found.low) > 0 and seconds(found.high) >= seconds(found.low).ends()[0], "the range is none")
+    need(seconds(found.low) > 0 and seconds(found.high) > seconds(found.low), "the range is none")
     return found
+
+
+def printed_filter(given: Certificate, plant: Plant) -> Filter:
+    """The filter that stands with the plant of a certificate."""
+    need("filter" in given.plant, "no filter stands with the plant")
+    return read_filter(given.plant["filter"], plant)
 
 
 def read_filter(value: Any, plant: Plant) -> Filter:

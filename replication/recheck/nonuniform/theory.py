@@ -8,7 +8,7 @@ from replication.recheck.exact import blocks, inverse, minus, nought, part, plus
 from replication.recheck.identities import Draw, same
 from replication.recheck.interval import Interval
 from replication.recheck.nonuniform.grid import logarithmic_norm
-from replication.recheck.nonuniform.sampled import read_filter, read_plant, seconds
+from replication.recheck.nonuniform.sampled import printed_filter, read_plant, seconds
 from replication.recheck.reading import Certificate, Matrix, Proof, count, need, take
 
 STATES = 2
@@ -187,7 +187,9 @@ def sizes(given: Certificate) -> Proof:
     """F = V B_f is n x r, and the print says r x n."""
     _bare(given)
     plant = read_plant(given.plant)
-    need(len(plant.A) != len(plant.C), "both sizes are the same")
+    need(
+        len(printed_filter(given, plant).A) == len(plant.A) != len(plant.C), "another order, or both sizes are the same"
+    )
     return Proof(holds=True)
 
 
@@ -198,7 +200,7 @@ def observer_column(given: Certificate) -> Proof:
     (column,) = take(given.parameters, "parameters", "column")
     plant = read_plant(given.plant)
     n = len(plant.A)
-    own = read_filter(given.plant["filter"], plant)
+    own = printed_filter(given, plant)
     need(count(column, "column") < n and len(own.A) == n, "the column is none, or the filter has another order")
     phi = [row[:n] for row in plant.step(seconds(plant.time("middle")))]
     entries = [row[column] for row in minus(phi, times(own.B, plant.C))]

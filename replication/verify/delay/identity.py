@@ -164,7 +164,7 @@ def dissipation_identity(misprints: list[str]) -> Found:
     differentiable self-adjoint storages, if these are corrected too; with any one of them as printed it is not:
     {corrected}.
     """
-    require(bool(misprints) and set(misprints) <= MISPRINTS.keys(), f"misprints must be among {', '.join(MISPRINTS)}")
+    require(set(misprints) == MISPRINTS.keys(), f"misprints must be all of {', '.join(MISPRINTS)}")
     require(len(set(misprints)) == len(misprints), "parameters.misprints names one twice")
     require_identity(misprints)
     return Found(words={"corrected": "; ".join(MISPRINTS[misprint] for misprint in misprints)})

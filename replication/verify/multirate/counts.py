@@ -73,7 +73,8 @@ def variables(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
 
     The unknowns of Theorem 2: entries of the symmetric P_k and of Y_k at every phase, and the level.
     """
-    n = states(plant["A"], "plant.A").nrows()
+    n, _, sensors, _ = _sizes(plant)
+    require(len(periods) == sensors, "parameters.periods must have one for each sensor")
     at_each_phase = sum(range(n + 1)) + n * len(periods)
     return _count(len(schedule(periods, offsets)) * at_each_phase + 1)
 
@@ -107,6 +108,7 @@ def cyclic_rows(plant: Plant, periods: list[int], offsets: list[int]) -> Found:
     its P.
     """
     instants = len(schedule(periods, offsets))
+    require(len(periods) == _sizes(plant)[2], "parameters.periods must have one for each sensor")
     return _count(instants * _rows(plant), instants=instants)
 
 
@@ -172,10 +174,16 @@ def _gains(plant: Plant, sensors: int, phases: int) -> list[fmpq_mat]:
 
 def _rows(plant: Plant) -> int:
     """Rows of the matrix (30): twice the states, the disturbances and the sensor noises."""
+    n, disturbances, _, noises = _sizes(plant)
+    return 2 * n + disturbances + noises
+
+
+def _sizes(plant: Plant) -> tuple[int, int, int, int]:
+    """The numbers of states, disturbances, sensors and sensor noises."""
     A, C = _observed(plant)
-    n = A.nrows()
-    B_d, D = matrix(plant["B_d"], "plant.B_d", rows=n), matrix(plant["D"], "plant.D", rows=C.nrows())
-    return int(2 * n + B_d.ncols() + D.ncols())
+    B_d, D = known_fields(plant, "plant", "B_d", "D")
+    disturbed, noisy = matrix(B_d, "plant.B_d", rows=A.nrows()), matrix(D, "plant.D", rows=C.nrows())
+    return int(A.nrows()), int(disturbed.ncols()), int(C.nrows()), int(noisy.ncols())
 
 
 def _instants(number: int) -> Found:

@@ -20,7 +20,7 @@ from replication.verify.multirate.bounds import monodromy
 from replication.verify.multirate.levels import require_theorem_2
 from replication.verify.multirate.sensing import TIMES, schedule, select, without_noise
 from replication.verify.reading import (
-    as_written,
+    known_fields,
     matrices,
     matrix,
     positive,
@@ -60,7 +60,13 @@ def reading_of(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     return RECOVERED_A if short else ("second-diagonal",)
 
 
-on_recovered = partial(statement, source="okajima2023", plant=as_written, parameters=RECOVERED)
+def read_stated(value: Any, path: str) -> Plant:
+    """What the paper states of its plant, for the statements to read."""
+    known_fields(value, path, "name", "A", "C", "L", "half_unit", "poles", "error_poles")
+    return dict(value)
+
+
+on_recovered = partial(statement, source="okajima2023", plant=read_stated, parameters=RECOVERED)
 
 
 @on_recovered(

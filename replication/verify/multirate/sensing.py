@@ -136,6 +136,7 @@ def read_plant(
     C = matrix(parts[2], f"{path}.C", columns=n)
     D = matrix(parts[3], f"{path}.D", rows=C.nrows())
     require(all(i < C.nrows() for i in sensors), f"parameters.sensors names a sensor that is not there: {sensors}")
+    require(len({*sensors}) == len(sensors), f"parameters.sensors names a sensor twice: {sensors}")
     B_d, W = matrix(parts[1], f"{path}.B_d", rows=n), matrix(parts[4], f"{path}.W", columns=n)
     return partial(select, A, B_d, W, take_rows(C, sensors), take_rows(D, sensors)), parts[5:]
 

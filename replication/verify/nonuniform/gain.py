@@ -19,7 +19,7 @@ from replication.verify.algebra.work import BALL, spend
 from replication.verify.kernel import Below, Positive, decide, holds
 from replication.verify.nonuniform import system
 from replication.verify.nonuniform.system import ONE_CELL, Case, CaseOf, Estimator, Plant
-from replication.verify.reading import MAX_ENTRIES, fields, integer, rational, sequence, sized, symmetric
+from replication.verify.reading import MAX_ENTRIES, fields, integer, rational, sequence, several, sized, symmetric
 from replication.verify.theorem import Refused, require
 
 Pair = tuple[int, int]
@@ -159,7 +159,7 @@ def read_pattern(value: Any, path: str) -> list[fmpq]:
         require(0 <= share <= 1, f"{path} must lie between the ends: a share from 0 to 1")
         return share, integer(pair[1], path, 1)
 
-    runs = sequence(value, path, run)
+    runs = several(value, path, run)
     samples = sum(count for _, count in runs)
     require(samples <= MAX_ENTRIES, f"{path} has {samples} samples, more than {MAX_ENTRIES}")
     return [share for share, count in runs for _ in range(count)]

@@ -92,6 +92,7 @@ def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: li
     spare = tilt * most / (1 - tilt)
     upper, lower = ([limit + spare for _, limit in side] for side in sides)
     items = tuple((_floor(-low), -_floor(-high)) for low, high in zip(lower, upper, strict=True))
+    require(all(low <= high for low, high in items), "no C_f has this level")
     entries = " and ".join(f"[{below_(low, 4)}, {above_(high, 4)}]" for low, high in items)
     return Found(words={"entries": entries, "period": in_words(plant.middle)}, items=items)
 
