@@ -81,9 +81,36 @@ STORED = ("3", "3/2")
 WIDE = ("3/2", "3/2")
 
 
+def phased() -> Certificate:
+    """Two sensors, one after the other in every three instants, and one packet of which none is lost: the last gain
+    stands where nothing is measured, and would spoil the error elsewhere."""
+    certificate = lossy("3", ("3", "3", "6"))
+    certificate["plant"] |= {"C": [["1"], ["1"]], "D": [[str(NOISE), "0"], ["0", str(NOISE)]]}
+    certificate["parameters"] |= {
+        "sensors": [0, 1], "periods": [3, 3], "offsets": [0, 1], "together": 1, "misses": [0],
+    }  # fmt: skip
+    certificate["witness"] |= {
+        "L": [[["3/4", "0"]], [["0", "3/4"]], [["5", "5"]]],
+        "at": [0, 1, 2],
+        "to": [[1], [2], [0]],
+        "word": [0, 1, 2],
+        "v": [[["1"], ["0"], ["0"]]] * 3,
+    }
+    return certificate
+
+
+def exact() -> Certificate:
+    """Each sample that comes takes the whole error away, so that the lower bound is met exactly."""
+    certificate = lossy(LEVEL, STORED, (A, A, A))
+    certificate["bound"]["lower"] = str(B)
+    certificate["witness"] |= _word(0)
+    return certificate
+
+
 def certificates() -> dict[str, Certificate]:
     """Of each kind a true one."""
-    return {"own/lossy": lossy(LEVEL, STORED), "own/stamped": stamped("27/10", WIDE)}
+    made = {"lossy": lossy(LEVEL, STORED), "phased": phased(), "exact": exact(), "stamped": stamped("27/10", WIDE)}
+    return {f"own/{name}": {**one, "name": name} for name, one in made.items()}
 
 
 def _lossy(change: Mapping[str, Any]) -> Certificate:
