@@ -107,9 +107,23 @@ def exact() -> Certificate:
     return certificate
 
 
+def tight() -> Certificate:
+    """Bounds near each other, so that a level or a noise of another size is told."""
+    certificate = lossy("109/200", ("33/10", "13/8"))
+    certificate["bound"]["lower"] = "133/250"
+    certificate["witness"]["v"] = [[["27/50"], ["0"]], [["79/100"], ["-3/10"]]]
+    return certificate
+
+
 def certificates() -> dict[str, Certificate]:
     """Of each kind a true one."""
-    made = {"lossy": lossy(LEVEL, STORED), "phased": phased(), "exact": exact(), "stamped": stamped("27/10", WIDE)}
+    made = {
+        "lossy": lossy(LEVEL, STORED),
+        "phased": phased(),
+        "exact": exact(),
+        "tight": tight(),
+        "stamped": stamped("27/10", WIDE),
+    }
     return {f"own/{name}": {**one, "name": name} for name, one in made.items()}
 
 
@@ -146,6 +160,8 @@ LOSSY: Mapping[str, Mapping[str, Any]] = {
     "no such state": {"at": [0, 2], "to": [[0, 1], []]},
     "a gain too few": {"L": [[["3/4"]]] * 2},
     "a gain too many": {"L": [[["3/4"]]] * 4},
+    "a column too many": {"L": [[["3/4", "0"]]] * 3},
+    "one column too many": {"L": [[["3/4"]], [["3/4"]], [["3/4", "0"]]]},
     "negative": {"P": [[["-1000"]]] * 2, "L": [[["0"]]] * 3},
     "two packets": {"together": 2},
     "true packets": {"together": True},

@@ -185,7 +185,7 @@ def test_each_fault_of_the_newest_statements_is_told(module: str) -> None:
     module = f"replication.{module}"
     import_module(module)
     name = module.rsplit(".", 1)[1]
-    made = {"losses": ("lossy", "phased", "exact"), "stamped": ("stamped", "cells", "stamped-1")}[name]
+    made = {"losses": ("lossy", "phased", "exact", "tight"), "stamped": ("stamped", "cells", "stamped-1")}[name]
     cases = faults.attacked(made) + [
         case for path, one in true().items() if path.rsplit("/", 1)[1] in made for case in faults.made_of(one, 1)
     ]
