@@ -81,9 +81,50 @@ STORED = ("3", "3/2")
 WIDE = ("3/2", "3/2")
 
 
+def phased() -> Certificate:
+    """Two sensors, one after the other in every three instants, and one packet of which none is lost: the last gain
+    stands where nothing is measured, and would spoil the error elsewhere."""
+    certificate = lossy("3", ("3", "3", "6"))
+    certificate["plant"] |= {"C": [["1"], ["1"]], "D": [[str(NOISE), "0"], ["0", str(NOISE)]]}
+    certificate["parameters"] |= {
+        "sensors": [0, 1], "periods": [3, 3], "offsets": [0, 1], "together": 1, "misses": [0],
+    }  # fmt: skip
+    certificate["witness"] |= {
+        "L": [[["3/4", "0"]], [["0", "3/4"]], [["5", "5"]]],
+        "at": [0, 1, 2],
+        "to": [[1], [2], [0]],
+        "word": [0, 1, 2],
+        "v": [[["1"], ["0"], ["0"]]] * 3,
+    }
+    return certificate
+
+
+def exact() -> Certificate:
+    """Each sample that comes takes the whole error away, so that the lower bound is met exactly."""
+    certificate = lossy(LEVEL, STORED, (A, A, A))
+    certificate["bound"]["lower"] = str(B)
+    certificate["witness"] |= _word(0)
+    return certificate
+
+
+def tight() -> Certificate:
+    """Bounds near each other, so that a level or a noise of another size is told."""
+    certificate = lossy("109/200", ("33/10", "13/8"))
+    certificate["bound"]["lower"] = "133/250"
+    certificate["witness"]["v"] = [[["27/50"], ["0"]], [["79/100"], ["-3/10"]]]
+    return certificate
+
+
 def certificates() -> dict[str, Certificate]:
     """Of each kind a true one."""
-    return {"own/lossy": lossy(LEVEL, STORED), "own/stamped": stamped("27/10", WIDE)}
+    made = {
+        "lossy": lossy(LEVEL, STORED),
+        "phased": phased(),
+        "exact": exact(),
+        "tight": tight(),
+        "stamped": stamped("27/10", WIDE),
+    }
+    return {f"own/{name}": {**one, "name": name} for name, one in made.items()}
 
 
 def _lossy(change: Mapping[str, Any]) -> Certificate:
@@ -119,6 +160,8 @@ LOSSY: Mapping[str, Mapping[str, Any]] = {
     "no such state": {"at": [0, 2], "to": [[0, 1], []]},
     "a gain too few": {"L": [[["3/4"]]] * 2},
     "a gain too many": {"L": [[["3/4"]]] * 4},
+    "a column too many": {"L": [[["3/4", "0"]]] * 3},
+    "one column too many": {"L": [[["3/4"]], [["3/4"]], [["3/4", "0"]]]},
     "negative": {"P": [[["-1000"]]] * 2, "L": [[["0"]]] * 3},
     "two packets": {"together": 2},
     "true packets": {"together": True},

@@ -78,8 +78,13 @@ class Case:
 
 def cases(step: int) -> list[Case]:
     """The corpus: attacks, and of each true certificate itself, the first alterations, every step-th of the others."""
-    attacks = [case for one in byhand.attacks().values() if (case := _case(one, SLOW))]
-    return attacks + [case for certificate in true().values() for case in made_of(certificate, step)]
+    return attacked(("",)) + [case for certificate in true().values() for case in made_of(certificate, step)]
+
+
+def attacked(beginnings: Sequence[str]) -> list[Case]:
+    """The attacks whose names begin so."""
+    chosen = [one for what, one in byhand.attacks().items() if what.startswith(tuple(beginnings))]
+    return [case for one in chosen if (case := _case(one, SLOW))]
 
 
 def made_of(certificate: Certificate, step: int) -> list[Case]:

@@ -155,3 +155,41 @@ def test_a_fault_of_the_mathematics_is_told(module: str, text: str, change: str,
     (certificate,) = [one for one in true().values() if one["name"] == name]
     assert seeded
     assert list(faults.unnoticed(module, seeded, faults.made_of(certificate, 3))) == []
+
+
+NEWEST = tuple(
+    f"{room}.{name}" for room in ("recheck", "verify") for name in ("multirate.losses", "nonuniform.stamped")
+)
+LEAVES = (
+    ("MOST_", "how much work is asked for at most; the tests of the first verifier count it"),
+    ("is not positive", "the fall along a pattern that is stable, as the one from below must be, needs positive P"),
+    ("decide(Positive(P[i]", "the same"),
+    ("is not stable", "positive P that fall are stable in every pattern"),
+    ("is_schur(", "the same"),
+    ("every case of its state", "lists of two lengths are not walked together"),
+    ("needs an entry for each case", "the same"),
+    ("an input for each case", "the same"),
+    ("a case that is none", "there is no entry beyond a list"),
+    ("has a case that is not there", "the same"),
+    ("next_ < len(states)", "the same"),
+    ("fits = target < len(at)", "the same"),
+    ("inputs_over(turn, v, len(around[0]", "all cases have as many inputs"),
+    ("the bounds are not positive", "with a level of zero nothing falls"),
+)
+"""Lines of which a fault may change no answer, and why: what they refuse, another step refuses."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("module", NEWEST)
+def test_each_fault_of_the_newest_statements_is_told(module: str) -> None:
+    module = f"replication.{module}"
+    import_module(module)
+    name = module.rsplit(".", 1)[1]
+    made = {"losses": ("lossy", "phased", "exact", "tight"), "stamped": ("stamped", "cells", "stamped-1")}[name]
+    cases = faults.attacked(made) + [
+        case for path, one in true().items() if path.rsplit("/", 1)[1] in made for case in faults.made_of(one, 1)
+    ]
+    assert not [case for case in cases if twice.compared(case.one, case.other).conflict]
+    left = list(faults.unnoticed(module, mutants.mutants_of(module), cases))
+    unexplained = [f"{one}: {one.text}" for one in left if not any(text in one.text for text, _ in LEAVES)]
+    assert not unexplained, "\n".join(unexplained)

@@ -81,9 +81,7 @@ def gain_under_losses(given: Certificate) -> Proof:
     around = [steps[i] for i in walk]
     rotation, inputs = inputs_over(turn, v, len(around[0][1][0]), len(around))
     need(len(inputs) == len(around), "an input for each case of the pattern")
-    need(
-        is_schur(characteristic(times(*(a for a, _ in around[::-1])))), "the error system of the pattern is not stable"
-    )
+    need(is_schur(characteristic(times(*(a for a, _ in around[::-1])))), "the pattern is not stable")
     states = recurrent(((*step, one) for step, one in zip(around, inputs, strict=True)), rotation)
     produced = sum(squares(times(plant.W, state)) for state in states)
     spent = sum(squares(one) for one in inputs)
