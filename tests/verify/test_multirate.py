@@ -397,6 +397,12 @@ def test_counts() -> None:
     assert computed("variables", times(2), plant).upper == 2 * 3 + 2 * 2 + 1
     assert computed("rows", times(2), plant).upper == 2 + 2 + 3 + 1
     assert computed("cyclic-rows", times(2), plant).upper == 2 * (2 + 2 + 3 + 1)
+    noisy = {**plant, "D": [["1", "2"]]}
+    assert computed("cyclic-rows", times(2), noisy).upper == 2 * (2 + 2 + 3 + 2)
+    assert computed("variables", times(2), noisy).upper == 2 * 3 + 2 * 2 + 1
+    for counting in ("cyclic-rows", "variables"):
+        with pytest.raises(Refused, match="must have one for each sensor"):
+            computed(counting, times(2, 2), noisy)
     larger = {"name": "", "A": [["0"] * 3] * 3, "B_d": [["1"]] * 3, "D": [["1"]], "C": [["1"] * 3]}
     assert computed("rows", times(2), larger).upper == 3 + 3 + 1 + 1
     assert computed("observable", times(2), plant).holds

@@ -68,6 +68,12 @@ VERIFIER = {
 """The modules, and the tests that must notice each change of them."""
 EQUIVALENT = [
     ("delay.identity", "MOST = 2", "became 3", "more delays than are needed"),
+    (
+        "delay.identity",
+        "form = block([[rate, -P, one], [-P.transpose(), one * -2, zeros(2, 2)], [one, zeros(2, 2), one * -2]])",
+        "became 3",
+        "the example has the larger level too, since it has the smaller one",
+    ),
     ("dualrate.loop", "BITS = 256", "became 257", "more bits than are needed"),
     ("dualrate.response", "TERMS, PIECES, PARTS = 24, 32, 2000", "became 25", "more terms than are needed"),
     ("dualrate.response", "TERMS, PIECES, PARTS = 24, 32, 2000", "became 33", "more pieces than are needed"),

@@ -95,6 +95,7 @@ CHEATS = [
     ("output-matrix", [([["1", "0"], ["0", "1"]], "plant", "L")], "plant.filter.C must have 2 entries"),
     ("output-matrix", [("0", "parameters", "level")], "parameters.level must be positive"),
     ("output-matrix", [(LOWER_ORDER, "plant", "filter")], "equal orders"),
+    ("output-matrix", [("1/1000", "parameters", "level")], "no C_f has this level"),
 ]
 
 
