@@ -61,6 +61,9 @@ COVARIANCES = {"Q", "R", "S"}
 """Keys of a plant whose noise is given by covariances."""
 
 
+AIMS = "least worst-case gain, least mean error (Kalman), or between both (hinf)"
+"""What the option goal is."""
+
 LOSSES = ("misses", "lost", "burst", "packets")
 """Options that make a model of losses, for which `multirate.losses.design` finds gains."""
 
@@ -161,8 +164,15 @@ PLAIN = {"A0", "A", "delays", "B", "C10", "C1", "C2"}
 
 def _delay(values: Values, **options: Any) -> GainResult:
     """The observer of Peet and Gu, or with noise, delayed measurements or known inputs the one on the innovation."""
-    plant = delay.delay_system if PLAIN.issuperset(values) else delay.DelayPlant
-    return delay.design(plant(**{name.lower(): value for name, value in values.items()}), **options)
+    given = {name if name in COVARIANCES else name.lower(): value for name, value in values.items() if name != "goal"}
+    if "goal" in values:
+        options.setdefault("goal", values["goal"])
+    make: Callable[..., Any] = delay.delay_system if PLAIN.issuperset(values) else delay.DelayPlant
+    if not COVARIANCES.isdisjoint(values):
+        if missing := COVARIANCES - {"S"} - values.keys():
+            raise InvalidInputError(f"{missing.pop()} is missing; Q and R, the intensities of the noise, go together")
+        make = delay.DelayPlant.from_covariances
+    return delay.design(make(**given), **options)
 
 
 def _late(name: str, rows: str, columns: str, meaning: str) -> Field:
@@ -199,13 +209,7 @@ METHODS: Mapping[str, Method] = {
                 Option("periods", listed(whole), "N,N", "of each sensor, in base periods: 2,3", required=True),
                 Option("offsets", offsets, "K,K", "of each sensor (default: zeros), or: best"),
                 Option("level", positive, "G", "a level to keep (default: the least)"),
-                Option(
-                    "goal",
-                    str,
-                    None,
-                    "least worst-case gain, least mean error (Kalman), or between both (hinf)",
-                    choices=("hinf", "h2", "mixed"),
-                ),
+                Option("goal", str, None, AIMS, choices=("hinf", "h2", "mixed")),
                 Option("latency", listed(age), "L,L", "age of the samples of each sensor when used, in base periods"),
                 Option("misses", listed(natural), "M,M", "samples lost in a row at most: gains and level for them"),
                 Option("lost", listed(probability), "P,P", "probability of a loss (after an arrival, with --burst)"),
@@ -281,6 +285,9 @@ METHODS: Mapping[str, Method] = {
                 _late("C2_delayed", "q", "n", "delayed measurements (zero)"),
                 matrix("D21", "q", "m", "sensor noise (zero)", required=False),
                 _late("D21_delayed", "q", "m", "delayed sensor noise (zero)"),
+                matrix("Q", "m", "m", "intensity of the disturbance, with R (the identity)", required=False),
+                matrix("R", "q", "q", "intensity of the sensor noise, in place of D21", required=False),
+                matrix("S", "m", "q", "intensity of both together (zero)", required=False),
                 _late("B_delayed", "n", "m", "delayed disturbances in x' (zero)"),
                 matrix("D11", "z", "m", "disturbance in what is estimated (zero)", required=False),
                 matrix("B_known", "n", "u", "known inputs in x' (none)", required=False),
@@ -289,8 +296,10 @@ METHODS: Mapping[str, Method] = {
                 _late("C1_spread", "z", "n", "in what is estimated, times that mean (zero)"),
                 _late("C2_spread", "q", "n", "in the measurements, times that mean (zero)"),
                 matrix("ranges", "k", "ends", "shortest and longest delays, where they are uncertain", required=False),
+                Field("goal", Kind.WORD, (), required=False, meaning="hinf, h2 or mixed (hinf); as the option"),
             ),
             (
+                Option("goal", str, None, AIMS, choices=("hinf", "h2", "mixed")),
                 Option("degree", up_to(20), "D", "of the polynomials of the proof (3, less for large plants)"),
                 Option(
                     "rule",
@@ -299,7 +308,7 @@ METHODS: Mapping[str, Method] = {
                     "of the degrees without noise: bessel, tensor, total, outer, inner or wide (bessel)",
                 ),
                 Option("margin", positive, "R", "distance from the least level (0.05)"),
-                Option("level", positive, "G", "a level to keep, in place of the margin"),
+                Option("level", positive, "G", "a level to keep, in place of the margin; of the design with mixed"),
                 Option("order", up_to(400), "N", "points of each history less one (24)"),
             ),
             _delay,

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,15 @@ from replication.estimation.validation import Array, at_most
 BALANCE = 1e-6
 """Width, on the way from the least level (0) to the Kalman design (1), at which the search for the balance ends."""
 MOST_POINTS = 1000
+
+
+class Goal(StrEnum):
+    """What a design makes least: the worst-case gain, the mean square under white noise, or something of both."""
+
+    HINF = "hinf"
+    H2 = "h2"
+    MIXED = "mixed"
+
 
 Measures = tuple[float, float]
 """Exact gain and root mean square of a design."""

@@ -15,9 +15,11 @@ from replication.estimation.api.plants import PlantReader
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.signals import Signals, measured_outputs, numbered
 from replication.estimation.api.simulation import Simulation, simulated
+from replication.estimation.api.tradeoff import Goal
 from replication.estimation.delay.general.design import design_general
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult
+from replication.estimation.delay.h2.design import mean_design
 from replication.estimation.delay.observer import error_system
 from replication.estimation.delay.response import simulate as simulate_error
 from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of
@@ -68,6 +70,7 @@ read_plant = DelaySystemReader()
 def design(
     plant: DelayPlant | DelaySystem | control.StateSpace,
     *,
+    goal: Goal | str = Goal.HINF,
     degree: int | None = None,
     rule: DegreeRule | str = DegreeRule.BESSEL,
     margin: float = MARGIN,
@@ -84,15 +87,19 @@ def design(
     plant : DelayPlant, DelaySystem or control.StateSpace
         A `DelayPlant(...)` with noise, delayed measurements or known inputs; a `delay_system(...)`; or the delay-free
         part as a continuous-time system with inputs w and outputs y and z.
+    goal : "hinf", "h2" or "mixed"
+        Least gain; for a plant with noise also the least mean square error for white w of unit intensity (the Kalman
+        filter), or a gain below `level` with the least entropy, a bound of the mean square error.
     degree : int, optional
         Degree of the polynomials; 3 unless given, or less for a large plant, whose cost grows steeply with it; up to 6
-        for a plant with noise. The evidence names it.
+        for a plant with noise. The evidence names it. With "h2" and "mixed" up to 12 moments of each delay.
     rule : DegreeRule or str
         Which monomials the degree stands for; a plant with noise has one rule only.
     margin : float
-        Relative distance from the least level, whose gains have no bound.
+        Relative distance from the least level, whose gains have no bound; of the goal hinf.
     level : float, optional
-        Level to prove, in place of the margin.
+        Level to prove, in place of the margin. With "mixed" the level of the design, that at which gain and mean error
+        exceed the least ones by the same share unless given.
     order : int
         Histories are evaluated at order + 1 points; for a plant with noise, moments of each delay in `to_statespace`.
     delayed : sequence of array (n, n)
@@ -106,7 +113,8 @@ def design(
     -------
     DelayResult or InnovationsResult
         The gains of eq. (9), the level that they prove and the certificate; for a plant with noise,
-        gains on the present innovation.
+        gains on the present innovation. With "h2" and "mixed" the exact gain, which nothing certifies, and the
+        covariance of the error of z.
 
     Raises
     ------
@@ -120,7 +128,8 @@ def design(
     Notes
     -----
     Theorem 3 of Peet and Gu as a sum-of-squares program; the gains follow from its solution by Lemma 5. With noise, the
-    program of `replication.estimation.delay.general`, whose observer keeps no history of y.
+    program of `replication.estimation.delay.general`, whose observer keeps no history of y. The mean-square gains are
+    those of the filter Riccati equation with each delay by its moments; both measures are taken without them.
 
     Examples
     --------
@@ -131,7 +140,9 @@ def design(
     >>> 0 < best.bracket.lower <= best.value
     True
     """
-    rule = one_of(DegreeRule, rule)
+    rule, goal = one_of(DegreeRule, rule), one_of(Goal, goal)
+    if goal is not Goal.HINF:
+        return _mean(plant, goal, rule, degree, margin, level, order)
     if isinstance(plant, DelayPlant):
         if any(value is not None for value in (delayed, delays, measured)):
             raise InvalidInputError(DelaySystemReader.refusal)
@@ -161,6 +172,28 @@ def _general(
         plant,
         degree=None if degree is None else at_most("degree", degree, HIGHEST),
         margin=positive_scalar("margin", margin),
+        level=None if level is None else positive_scalar("level", level),
+        order=at_most("order", order, FINEST),
+    )
+
+
+def _mean(
+    plant: Any, goal: Goal, rule: DegreeRule, degree: int | None, margin: float, level: float | None, order: int
+) -> InnovationsResult:
+    """An observer for white noise, with every argument checked."""
+    if not isinstance(plant, DelayPlant) or plant.noiseless:
+        raise InvalidInputError(
+            f"the goal {goal} needs a plant with noise in y: without it the gains are infinite; give a "
+            "DelayPlant(..., d21=..)"
+        )
+    if rule is not DegreeRule.BESSEL or margin != MARGIN:
+        raise InvalidInputError("rule and margin belong to the goal hinf")
+    if goal is Goal.H2 and level is not None:
+        raise InvalidInputError("level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has")
+    return mean_design(
+        plant,
+        goal=goal,
+        degree=None if degree is None else at_most("degree", degree, HIGHEST),
         level=None if level is None else positive_scalar("level", level),
         order=at_most("order", order, FINEST),
     )

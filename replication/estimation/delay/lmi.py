@@ -19,6 +19,9 @@ from replication.estimation.validation import Array, undetectable_mode
 AXIS = 1e-6
 """Eigenvalues this close to the imaginary axis (relative) count as on it: they leave it like √(γ - γ_min)."""
 
+SLOW = 1e-6
+"""Rates below this share of the fastest say nothing of the unit of time."""
+
 
 @dataclass(frozen=True)
 class LmiResult:
@@ -70,6 +73,8 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
 
     require_detectable_model(model)
     n, r, p = model.a.shape[0], model.b.shape[1], model.c1.shape[0]
+    rate = _natural_rate(model.a)
+    model = Model(model.a / rate, model.b / rate**0.5, model.c1 / rate**0.5, model.c2)
     gamma = cp.Variable(nonneg=True)
     storage = cp.Variable((n, n), PSD=True)
     if eliminate:
@@ -94,8 +99,15 @@ def lmi_gain(model: Model, *, eliminate: bool = True, tolerance: float = 1e-9) -
         raise SolverError(f"Clarabel stopped with status {status} on LMI (3); loosen the tolerance")
     gain = None
     if injection is not None:
-        gain = np.linalg.lstsq(np.asarray(storage.value), np.asarray(injection.value), rcond=None)[0]
+        gain = rate * np.linalg.lstsq(np.asarray(storage.value), np.asarray(injection.value), rcond=None)[0]
     return LmiResult(float(np.asarray(gamma.value)), gain, status, "Clarabel")
+
+
+def _natural_rate(a: Array) -> float:
+    """The geometric mean of the rates of the model, 1/s: in this unit of time the solver's numbers stay moderate."""
+    rates = np.abs(np.linalg.eigvals(a))
+    rates = rates[rates > SLOW * rates.max(initial=0.0)]
+    return float(np.exp(np.mean(np.log(rates)))) if rates.size else 1.0
 
 
 def riccati_gain(model: Model, *, relative: float = 1e-10) -> float:

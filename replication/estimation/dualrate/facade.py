@@ -18,6 +18,7 @@ from replication.estimation.api.baselines import LITTLE
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.simulation import Simulation, simulated
+from replication.estimation.api.tradeoff import Goal
 from replication.estimation.dualrate.gains import Weights, checked_weights, continuous_gains
 from replication.estimation.dualrate.loop import (
     MARGINAL,
@@ -30,7 +31,7 @@ from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, dual_rate_design, signals_of
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.result import DualRateResult, noise_to_output
-from replication.estimation.dualrate.slow.design import Goal, require_level, slow_design
+from replication.estimation.dualrate.slow.design import require_level, slow_design
 from replication.estimation.dualrate.slow.levels import MEASURE, beside, kalman
 from replication.estimation.dualrate.slow.loop import gain, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem

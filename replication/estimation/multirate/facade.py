@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -19,8 +18,9 @@ from replication.estimation.api.plants import PlantReader
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.signals import Signals, numbered
 from replication.estimation.api.simulation import Simulation, simulated
+from replication.estimation.api.tradeoff import Goal
+from replication.estimation.linear.covariances import covariance
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.multirate.h2.covariances import covariance
 from replication.estimation.multirate.h2.result import kalman_result, mean_error_facts
 from replication.estimation.multirate.h2.tradeoff import balanced
 from replication.estimation.multirate.latency.continuous import ContinuousPlant, is_continuous, sampled_statespace
@@ -37,14 +37,6 @@ from replication.estimation.validation import Array, as_array, one_of, positive_
 
 if TYPE_CHECKING:
     import control
-
-
-class Goal(StrEnum):
-    """What a design makes least."""
-
-    HINF = "hinf"
-    H2 = "h2"
-    MIXED = "mixed"
 
 
 class MultirateReader(PlantReader[MultiratePlant]):

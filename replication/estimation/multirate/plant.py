@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.signals import index_of, is_statespace
-from replication.estimation.multirate.h2.covariances import noise_factors
+from replication.estimation.linear.covariances import noise_factors
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 _NOT_GIVEN = np.zeros((0, 0))

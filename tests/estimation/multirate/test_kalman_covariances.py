@@ -13,8 +13,8 @@ from multirate_examples import PAPER, Recipe, problem, problems
 from noisy_plants import by_lifted_equation, by_plain_recursion, correlated, with_noise_as_state
 
 from replication.errors import InvalidInputError
+from replication.estimation.linear.covariances import noise_factors
 from replication.estimation.multirate import kalman
-from replication.estimation.multirate.h2.covariances import noise_factors
 from replication.estimation.multirate.h2.steady import steady_state
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.optimum import optimum

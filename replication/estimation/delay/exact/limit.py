@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from replication.errors import InvalidInputError
 from replication.estimation.delay.exact.filtering import filter_level
 from replication.estimation.delay.exact.forms import plant_terms
-from replication.estimation.delay.exact.ladder import ladder_model
+from replication.estimation.delay.exact.ladder import FilterModel, ladder_model
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.exact.terms import PlantTerms
 from replication.estimation.delay.general.plant import DelayPlant
@@ -104,20 +105,31 @@ def limit_of(plant: PlantTerms, tolerance: float) -> Limit:
     """As `limit`, of a plant that is written as terms."""
     require_seen(plant)
     bound = smoother_bound(plant)
+    rungs, moving = climbed(plant, lambda model, near: filter_level(model, near).value, bound.level, tolerance)
+    level = max(rungs[-1][1], bound.level)
+    return Limit(level, moving, moving <= tolerance * level, bound.level, bound.frequency, rungs)
+
+
+def climbed(
+    plant: PlantTerms, value: Callable[[FilterModel, float], float], floor: float, tolerance: float
+) -> tuple[tuple[tuple[int, float], ...], float]:
+    """The value of models of rising order until it moves by less than `tolerance`, relative, over two rungs.
+
+    value: called with a model and a value near it. floor: no value is below it. Returns (order, value) of each rung,
+    and how much the value still moves.
+    """
     rungs: list[tuple[int, float]] = []
     changes = (np.inf, np.inf)
     for order in ORDERS:
         model = ladder_model(plant, order)
         if len(model.a) > LARGEST and len(rungs) >= FEWEST:
             break
-        value = filter_level(model, rungs[-1][1] if rungs else bound.level).value
-        changes = (changes[1], abs(value - rungs[-1][1]) if rungs else np.inf)
-        rungs.append((order, value))
-        if max(*changes, bound.level - value) <= tolerance * value:
+        found = value(model, rungs[-1][1] if rungs else floor)
+        changes = (changes[1], abs(found - rungs[-1][1]) if rungs else np.inf)
+        rungs.append((order, found))
+        if max(*changes, floor - found) <= tolerance * found:
             break
-    level = max(rungs[-1][1], bound.level)
-    moving = float(max(*changes, level - rungs[-1][1]))
-    return Limit(level, moving, moving <= tolerance * level, bound.level, bound.frequency, tuple(rungs))
+    return tuple(rungs), float(max(*changes, floor - rungs[-1][1]))
 
 
 def require_seen(plant: PlantTerms) -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from replication.estimation.delay.exact.kernel import Complex
 from replication.estimation.delay.exact.terms import PlantTerms, axis
 from replication.estimation.validation import Array
 
@@ -68,14 +69,20 @@ def smoother_bound(plant: PlantTerms, further: Array | None = None) -> SmootherB
 
 def smoother_gains(plant: PlantTerms, omega: Array) -> Array:
     """|G_z null(G_y)| at each frequency (M,); infinite where a motion without disturbance leaves y at rest."""
-    n, _, q, r = plant.sizes
+    maps, hidden = smoother_maps(plant, omega)
+    return np.asarray(np.where(hidden, np.inf, np.linalg.norm(maps, 2, axis=(1, 2))))
+
+
+def smoother_maps(plant: PlantTerms, omega: Array) -> tuple[Complex, Array]:
+    """G_z null(G_y) at each frequency (M, p, k), and where a motion without disturbance leaves y at rest (M,)."""
+    n, p, q, r = plant.sizes
     if r <= q:
-        return np.zeros(len(omega))
+        return np.zeros((len(omega), p, 1), dtype=complex), np.zeros(len(omega), dtype=bool)
     values = plant.terms.at(axis(omega))
     kernel = np.linalg.svd(plant.pencil(omega, values))[2][:, n + q :].conj().swapaxes(1, 2)
     output, noise = values[:, plant.rows[1]] @ kernel, kernel[:, n:]
     _, sizes, right = np.linalg.svd(noise, full_matrices=False)
     moved = np.where(sizes > PARALLEL, 1.0 / np.maximum(sizes, PARALLEL), 0.0)
-    gains = np.linalg.norm(output @ right.conj().swapaxes(1, 2) * moved[:, None, :], 2, axis=(1, 2))
-    hidden = np.linalg.norm(output @ right.conj().swapaxes(1, 2) * (moved == 0.0)[:, None, :], axis=(1, 2)) > PARALLEL
-    return np.asarray(np.where(hidden, np.inf, gains))
+    turned = output @ right.conj().swapaxes(1, 2)
+    hidden = np.linalg.norm(turned * (moved == 0.0)[:, None, :], axis=(1, 2)) > PARALLEL
+    return turned * moved[:, None, :], hidden

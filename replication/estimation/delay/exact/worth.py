@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.results import Evidence
+from replication.estimation.delay.exact.central import central
 from replication.estimation.delay.exact.ladder import FilterModel, ladder_model
 from replication.estimation.delay.exact.loop import error_response
 from replication.estimation.delay.exact.peak import gain_bracket
@@ -62,9 +62,7 @@ def kalman_level(model: FilterModel) -> float:
     size = np.sqrt(np.diag(R))
     if np.any(size == 0) or np.linalg.eigvalsh(R / np.outer(size, size))[0] < DEPENDENT:
         raise np.linalg.LinAlgError
-    noise = model.b @ model.dy.T
-    P = scipy.linalg.solve_continuous_are(model.a.T, model.cy.T, model.b @ model.b.T, R, s=noise)
-    L = np.linalg.solve(R, (P @ model.cy.T + noise).T).T
+    L, _ = central(model)
     Lz = np.linalg.solve(R, (model.dz @ model.dy.T).T).T
     error = model.a - L @ model.cy, model.b - L @ model.dy, model.cz - Lz @ model.cy, model.dz - Lz @ model.dy
     return hinf_norm(*_sampled(*error)).upper

@@ -10,7 +10,6 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.shown import frozen
-from replication.estimation.api.signals import Signals, numbered
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.limit import limit, require_seen
 from replication.estimation.delay.exact.loop import error_response, exact_gain, worst_gain
@@ -19,7 +18,7 @@ from replication.estimation.delay.exact.worth import worth
 from replication.estimation.delay.general.noise import require_noise
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.general.result import InnovationsResult, arrays_of
+from replication.estimation.delay.general.result import InnovationsResult, arrays_of, signals_of
 from replication.estimation.delay.general.scaling import scaling_of
 from replication.estimation.delay.general.synthesis import GeneralLevel, degree_of, least_level, observer_at
 
@@ -44,13 +43,13 @@ def design_general(
         least = _least(plant, degree)
         proof, observer = observer_at(plant, least.level * (1.0 + margin), degree, least.scaling)
         how = f"degree {degree}, {least.steps} steps of the interior-point method; evaluated afterwards"
-        facts = (Evidence("least level", least.level, how), *_known(plant))
+        facts = (Evidence("least level", least.level, how), *known_levels(plant))
         return _result(proof, observer, facts, order)
     try:
         proof, observer = observer_at(plant, level, degree, replace(scaling_of(plant), gain=level))
     except (InfeasibleError, SolverError) as error:
         _refuse(plant, level, error)
-    return _result(proof, observer, _known(plant), order)
+    return _result(proof, observer, known_levels(plant), order)
 
 
 def _least(plant: DelayPlant, degree: int) -> GeneralLevel:
@@ -58,7 +57,7 @@ def _least(plant: DelayPlant, degree: int) -> GeneralLevel:
     try:
         return least_level(plant, degree)
     except SolverError as error:
-        known = "; ".join(f"{fact.what}: {fact.value}" for fact in _known(plant))
+        known = "; ".join(f"{fact.what}: {fact.value}" for fact in known_levels(plant))
         raise SolverError(
             f"degree {degree} is found to prove no level, and which one is least stays open ({known}): {error}; raise "
             "the degree"
@@ -87,7 +86,7 @@ def _refuse(plant: DelayPlant, level: float, error: Exception) -> NoReturn:
     ) from error
 
 
-def _known(plant: DelayPlant) -> tuple[Evidence, ...]:
+def known_levels(plant: DelayPlant) -> tuple[Evidence, ...]:
     """What is known of the least level of any observer: the exact one, and that of a smoother."""
     try:
         found = limit(plant)
@@ -128,12 +127,7 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
         gains=frozen(arrays),
         axes=axes,
         evidence=tuple(evidence),
-        signals=Signals(
-            numbered("x", plant.states),
-            numbered("u", plant.known_inputs),
-            numbered("y", plant.measurements),
-            numbered("z", plant.outputs),
-        ),
+        signals=signals_of(plant),
         gains_of=observer,
         proof=proof,
         order=order,

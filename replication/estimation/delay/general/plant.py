@@ -18,6 +18,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay.system import DelaySystem, PlantSizes, checked_delays, delay_system, listed
+from replication.estimation.linear.covariances import noise_factors
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 Matrices = tuple[Array, ...]
@@ -106,6 +107,55 @@ class DelayPlant(PlantSizes):
         """Check every field and fill in what was not given."""
         for name, value in _checked(self).items():
             object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_covariances(cls, *, Q: Any, R: Any, S: Any = None, b: Any = None, **terms: Any) -> DelayPlant:
+        """The plant whose white noise has given intensities: d drives the states by `b`, n disturbs the sensors.
+
+        Parameters
+        ----------
+        Q : array (m, m)
+            Intensity of d, positive semidefinite.
+        R : array (q, q)
+            Intensity of n, positive definite.
+        S : array (m, q), optional
+            Intensity of d and n together; zero unless given.
+        b : array (n, m), optional
+            Effect of d; the identity unless given: each state has its own.
+        **terms : array
+            The other fields, `b_delayed` (n, m) among them; not d11, d21 or d21_delayed.
+
+        Returns
+        -------
+        DelayPlant
+            With noise w of unit intensity, m + q of it.
+
+        Raises
+        ------
+        InvalidInputError
+            A matrix is no intensity, S does not fit, or a field is wrong or not one of these.
+
+        Examples
+        --------
+        >>> late = DelayPlant.from_covariances(Q=[[4]], R=[[9]], a0=[[0]], delays=[1], c10=[[1]], c2=[[1]])
+        >>> late.b.tolist(), late.d21.tolist()
+        ([[2.0, 0.0]], [[0.0, 3.0]])
+        """
+        known = {field.name for field in fields(cls)} - {"b", "d11", "d21", "d21_delayed"}
+        if unknown := sorted(terms.keys() - known):
+            raise InvalidInputError(f"{unknown[0]} does not go with Q and R; there are: {', '.join(sorted(known))}")
+        if missing := [name for name in ("a0", "delays", "c10", "c2") if terms.get(name) is None]:
+            raise InvalidInputError(f"{missing[0]} is missing; give a0, delays, c10 and c2")
+        sensors = as_matrix("c2", terms["c2"]).shape[0]
+        B = np.eye(len(as_matrix("a0", terms["a0"]))) if b is None else as_matrix("b", b)
+        noise = noise_factors(Q, R, S, disturbances=B.shape[1], sensors=sensors)
+        drive = np.hstack([noise.F, noise.E])
+        if terms.get("b_delayed"):
+            late = listed("b_delayed", terms["b_delayed"])
+            terms["b_delayed"] = [
+                as_matrix(f"b_delayed[{i}]", part, columns=B.shape[1]) @ drive for i, part in enumerate(late)
+            ]
+        return cls(b=B @ drive, d21=np.hstack([np.zeros((sensors, noise.F.shape[1])), noise.D]), **terms)
 
     @property
     def known_inputs(self) -> int:

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.linalg
 
 from replication.errors import InvalidInputError
+from replication.estimation.delay.exact.ladder import FilterModel
 from replication.estimation.delay.general.lines import LineForm
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
@@ -100,6 +101,27 @@ def rates(form: LineForm, degree: int) -> Rates:
     rate = np.vstack([flow[:n], *(line.slopes.reshape(-1, size) for line in lines)])
     change, unit = _pivoted(flow[n + p :], order)
     return Rates(zeta[:order], rate, flow[n : n + p], flow[n + p :], zeta[size - r :], tuple(lines), change, unit)
+
+
+def moment_plant(form: LineForm, order: int) -> FilterModel:
+    """The plant with each line replaced by its first `order` moments (Legendre-tau method); its states are u.
+
+    Raises InvalidInputError as `rates`.
+    """
+    over = rates(form, order)
+    k, size = over.rate.shape
+    # The coefficient of p_order makes psi(0) what enters; psi(-1) follows.
+    first, last = legendre.evaluate(order + 1, 0.0)[0], legendre.evaluate(order + 1, -1.0)[0]
+    ends = [
+        np.tensordot(last[:-1], line.moments, axes=1)
+        + last[-1] / first[-1] * (line.entry - np.tensordot(first[:-1], line.moments, axes=1))
+        for line in over.lines
+    ]
+    known = np.vstack([over.u, over.w]).T  # zeta of (u, w), the far ends left out
+    basis = known.copy()
+    basis[k : size - len(over.w)] = np.vstack([np.zeros((0, size)), *ends]) @ known
+    rate, z, y = over.rate @ basis, over.z @ basis, over.y @ basis
+    return FilterModel(rate[:, :k], rate[:, k:], z[:, :k], z[:, k:], y[:, :k], y[:, k:])
 
 
 def _pivoted(y: Array, order: int) -> tuple[Array, Array]:

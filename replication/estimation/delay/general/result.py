@@ -9,19 +9,21 @@ import numpy as np
 
 from replication.drawing.panel import Panel
 from replication.estimation.api.results import GainResult
+from replication.estimation.api.signals import Signals, numbered
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.loop import error_response
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.general.plant import DelayPlant
-from replication.estimation.delay.general.rates import rates
+from replication.estimation.delay.general.rates import moment_plant
 from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.observer import ErrorSystem
 from replication.estimation.delay.sampled.running import InnovationsObserver, running
-from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array, positive_integer
 
 if TYPE_CHECKING:
     import control
+
+    from replication.estimation.api.tradeoff import TradeOff
 
 DECADES, FREQUENCIES = 2, 200
 """The plot: decades on both sides of the rate of the longest delay, and points."""
@@ -35,8 +37,11 @@ class InnovationsResult(GainResult):
     ----------
     gains_of : DelayObserver
         The gains with the plant.
-    proof : GeneralLevel
-        The storage function that proves the level.
+    proof : GeneralLevel or None
+        The storage function that proves the level; None for gains of a Riccati equation, whose gain is that of the
+        exact closed loop.
+    covariance : array (p, p) or None
+        Of the error of z for white w of unit intensity; None with the goal hinf.
     order : int
         Moments of each delay in the state-space model of the error.
     """
@@ -44,7 +49,8 @@ class InnovationsResult(GainResult):
     method: str = "delay"
     quantity: str = "L2 gain from the disturbance w to the estimation error of z"
     gains_of: DelayObserver
-    proof: GeneralLevel
+    proof: GeneralLevel | None = None
+    covariance: Array | None = None
     order: int
 
     @property
@@ -96,6 +102,32 @@ class InnovationsResult(GainResult):
         """
         return self.observer(dt).to_statespace()
 
+    def tradeoff(self, points: int = 12) -> TradeOff:
+        """What a smaller guaranteed gain costs in mean error of z, for this plant.
+
+        Parameters
+        ----------
+        points : int
+            Number of designs, from one per cent above the least level of any observer to the Kalman filter; at least 2.
+
+        Returns
+        -------
+        TradeOff
+            Level, exact gain and exact rms error of each; it prints and plots itself.
+
+        Raises
+        ------
+        InvalidInputError
+            `points` is no whole number from 2 to 1000, or z holds w itself.
+        InfeasibleError
+            The least level is zero.
+        SolverError
+            The gains at a level, or their measures, are not found.
+        """
+        from replication.estimation.delay.h2.design import tradeoff
+
+        return tradeoff(self.plant, points)
+
     def panels(self) -> tuple[Panel, ...]:
         """The exact gain of the error over the frequency, beside the guaranteed level."""
         rate = 1.0 / self.plant.delays[-1]
@@ -103,6 +135,16 @@ class InnovationsResult(GainResult):
         response = error_response(plant_terms(self.plant), injection_terms(self.gains_of))
         curves = {"gain": response.gains(omega)}
         return self._panel(np.log10(omega), "frequency, log10 of rad/s", "largest gain to the error", curves)
+
+
+def signals_of(plant: DelayPlant) -> Signals:
+    """x[0], u[0], y[0], z[0] and so on."""
+    return Signals(
+        numbered("x", plant.states),
+        numbered("u", plant.known_inputs),
+        numbered("y", plant.measurements),
+        numbered("z", plant.outputs),
+    )
 
 
 def arrays_of(observer: DelayObserver) -> tuple[dict[str, Array], dict[str, str]]:
@@ -134,22 +176,10 @@ def moment_model(observer: DelayObserver, order: int) -> tuple[ErrorSystem, Arra
     InvalidInputError
         `order` is below one, or below what the averages of the plant need.
     """
-    over = rates(observer.form, positive_integer("order", order))
-    k, size = over.rate.shape
-    # The coefficient of p_order makes psi(0) what enters; psi(-1) follows.
-    first, last = legendre.evaluate(order + 1, 0.0)[0], legendre.evaluate(order + 1, -1.0)[0]
-    ends = [
-        np.tensordot(last[:-1], line.moments, axes=1)
-        + last[-1] / first[-1] * (line.entry - np.tensordot(first[:-1], line.moments, axes=1))
-        for line in over.lines
-    ]
-    known = np.vstack([over.u, over.w]).T  # zeta of (u, w), the far ends left out
-    basis = known.copy()
-    basis[k : size - len(over.w)] = np.vstack([np.zeros((0, size)), *ends]) @ known
-    rate, z, eps = over.rate @ basis, over.z @ basis, over.y @ basis
+    plant = moment_plant(observer.form, positive_integer("order", order))
     injection = np.vstack([observer.l0, *(_moments(kernel, order) for kernel in observer.kernels)])
-    a, out = rate - injection @ eps, z - observer.lz @ eps
-    return ErrorSystem(a[:, :k], a[:, k:], out[:, :k]), out[:, k:]
+    a, b = plant.a - injection @ plant.cy, plant.b - injection @ plant.dy
+    return ErrorSystem(a, b, plant.cz - observer.lz @ plant.cy), plant.dz - observer.lz @ plant.dy
 
 
 def _moments(kernel: Array, order: int) -> Array:

@@ -77,6 +77,11 @@ class InnovationsObserver(RunningObserver):
         """z^(t_k), the estimate of z at the instant of the last step, (p,); zeros before the first."""
         return np.array(self._output)
 
+    @property
+    def innovation(self) -> Array:
+        """eps(t_k) = y(t_k) - y^(t_k), (q,), zero where y was missing; zeros before the first step."""
+        return np.array(self._innovation)
+
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """As in `RunningObserver`; NAME_output gives the estimate of z."""
         return c_form(name, comment, self.recursion)
@@ -132,8 +137,9 @@ class InnovationsObserver(RunningObserver):
         return np.asarray(apart / np.linalg.norm(exact, 2, axis=(1, 2)))
 
     def _begin(self, start: Array) -> None:
-        n, p, _, _ = self.recursion.sizes
+        n, p, q, _ = self.recursion.sizes
         self._state, self._rate, self._output = np.array(start), np.zeros(n), np.zeros(p)
+        self._innovation = np.zeros(q)
         self._past[:] = 0.0
         self._past[:, :n] = start  # newest first
 
@@ -153,6 +159,7 @@ class InnovationsObserver(RunningObserver):
             found = np.concatenate([free, self._first @ (y - expected)])
         rows = known + now[:, : n + q] @ found
         self._state, self._rate, self._output = found[:n], rows[states], rows[estimated]
+        self._innovation = found[n:]
         self._past = np.vstack([np.concatenate([found, u])[None], self._past[:-1]])
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from functools import partial
 from math import isfinite
 from typing import Any
@@ -11,7 +10,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.results import EXACT_GAIN, Bracket, Evidence
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
-from replication.estimation.api.tradeoff import balanced
+from replication.estimation.api.tradeoff import Goal, balanced
 from replication.estimation.dualrate.slow.controller import Controller
 from replication.estimation.dualrate.slow.levels import (
     MARGIN,
@@ -26,15 +25,6 @@ from replication.estimation.dualrate.slow.loop import closed, gain, noise_to_out
 from replication.estimation.dualrate.slow.problem import SlowProblem
 from replication.estimation.dualrate.slow.result import SlowRateResult
 from replication.estimation.validation import positive_scalar
-
-
-class Goal(StrEnum):
-    """What is made small: the mean square under white noise, the worst-case gain, or something of both."""
-
-    H2 = "h2"
-    HINF = "hinf"
-    MIXED = "mixed"
-
 
 GOALS = {Goal.H2: "linear-quadratic-Gaussian", Goal.HINF: "H-infinity", Goal.MIXED: "least entropy at a level"}
 

@@ -11,7 +11,7 @@ import numpy as np
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import frozen
-from replication.estimation.multirate.h2.covariances import covariance
+from replication.estimation.linear.covariances import covariance
 from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
 from replication.estimation.multirate.h2.running import KalmanFilter
 from replication.estimation.multirate.h2.starting import StartingFilter

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from replication.estimation.linear.covariances import covariance
 from replication.estimation.linear.riccati import solve
-from replication.estimation.multirate.h2.covariances import covariance
 from replication.estimation.multirate.h2.running import KalmanStep, Mask, RunningKalman
 from replication.estimation.multirate.h2.steady import Correction, Sensing, corrected, sensing
 from replication.estimation.multirate.problem import MultirateProblem
