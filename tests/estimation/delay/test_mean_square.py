@@ -264,7 +264,8 @@ def test_central_gains_exist_from_the_least_level_on(seed: int) -> None:
 
 
 def test_plant_files_have_a_goal_and_intensities(tmp_path: Path) -> None:
-    text = "A0 = [[0.0]]\nA = [[[0.0]]]\ndelays = [1.0]\nB = [[1.0]]\nC10 = [[1.0]]\nC2 = [[0.0]]\nC2_delayed = [[[1.0]]]\n"
+    text = "A0 = [[0.0]]\nA = [[[0.0]]]\ndelays = [1.0]\nB = [[1.0]]\n"
+    text += "C10 = [[1.0]]\nC2 = [[0.0]]\nC2_delayed = [[[1.0]]]\n"
     file = tmp_path / "cart.toml"
     file.write_text(text + 'Q = [[1.0]]\nR = [[1.0]]\ngoal = "h2"\n')
     values = read_plant(file, "delay").values

@@ -22,10 +22,11 @@ from replication.estimation.delay.exact.terms import PlantTerms, Terms, axis
 from replication.estimation.validation import Array
 
 FAR, TURNED, FARTHEST = 30.0, 80.0, 1000.0
-"""Where the window begins, in units of the frequency beyond which there are no dynamics, at least; phase of the shortest
-delay there, rad; and in those units at the most."""
+"""Where the window begins: in units of the frequency beyond which there are no dynamics, at least; phase of the
+shortest delay there, rad; in those units at the most."""
 DECADES, PANELS, PER_DELAY, WINDOW = 8, 100, 8.0, 32
-"""The first panels: decades and number of the logarithmic ones; phase of the longest delay over one, rad; in the window."""
+"""The first panels: decades and number of the logarithmic ones; phase of the longest delay over one, rad; number in the
+window."""
 COARSE, FINE, DIGITS = 6, 12, 1e-9
 """Points of both rules on a panel, and by how much of the integral they may differ, all panels together."""
 MOST = 2_000_000
