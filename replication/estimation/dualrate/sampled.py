@@ -76,11 +76,16 @@ def held(state: Array, inputs: Array, time: float, forced: ComplexArray | None =
 
 def over_time(plant: Plant, time: float, harmonic: Harmonic | None) -> Held:
     """`held` of a plant, with the forcing of the harmonic's command on its first inputs if that acts continuously."""
-    if harmonic is None:
+    if harmonic is None or not harmonic.continuous:
         return held(plant.state, plant.input, time)
-    commanded = plant.input[:, : len(harmonic.amplitude)]
-    forced = commanded @ harmonic.amplitude if harmonic.continuous else None
-    return held(plant.state, plant.input, time, forced, harmonic.exponent)
+    return held(plant.state, plant.input, time, forced(plant, harmonic), harmonic.exponent)
+
+
+def forced(plant: Plant, harmonic: Harmonic | None) -> ComplexArray:
+    """What the command, with w = 1, adds to x' (n,); zero unless it acts continuously."""
+    if harmonic is None or not harmonic.continuous:
+        return np.zeros(plant.size, dtype=complex)
+    return np.asarray(plant.input[:, : len(harmonic.amplitude)] @ harmonic.amplitude)
 
 
 def check_fit(model: Plant, plant: Plant, harmonic: Harmonic | None) -> None:

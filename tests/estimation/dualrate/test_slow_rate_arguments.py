@@ -29,7 +29,7 @@ def weights(plant: Any, **given: Any) -> tuple[Any, ...]:
 
 REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "at": (SERVO, {"at": "fast"}, "at must be one of 'continuous', 'slow', got 'fast'"),
-    "goal": (SERVO, {"goal": "best"}, "goal must be one of 'h2', 'hinf', 'mixed', got 'best'"),
+    "goal": (SERVO, {"goal": "best"}, "goal must be one of 'hinf', 'h2', 'mixed', got 'best'"),
     "level of h2": (SERVO, {"level": 2.0}, 'level belongs to goal="hinf"'),
     "level": (SERVO, {"goal": "hinf", "level": -1}, "level must be positive"),
     "period": (SERVO, {"period": 0}, "period T must be positive"),
