@@ -39,7 +39,7 @@ mutants: $(STAMP) ## every small change of the verifier, and a sceptic's of libr
 mutants-both: $(STAMP) ## every small change of either verifier, told by the other (about an hour)
 	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py
 
-processors: $(STAMP) ## a fresh run on four types of processor; `make test` tries one, on two papers (ten minutes)
+processors: $(STAMP) ## a fresh run on four types of processor; `make test` runs two papers on each (six minutes)
 	PROCESSORS=all $(BIN)/python -m pytest tests/papers/test_processors.py --numprocesses=0
 
 rebuild: $(STAMP) ## the archive, unpacked beside nothing but Python and make, builds itself again (five minutes, needs the network)

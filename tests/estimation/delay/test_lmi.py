@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from replication.errors import InvalidInputError, ReplicationError
-from replication.estimation.delay import chebyshev_model, hinf_gain, lmi, lmi_gain, pade_model, riccati_gain
+from replication.estimation.delay import (
+    ErrorSystem,
+    chebyshev_model,
+    hinf_gain,
+    hinf_norm,
+    lmi,
+    lmi_gain,
+    pade_model,
+    riccati_gain,
+)
 from replication.estimation.delay.models import Model
 from tests.estimation.delay.plants import blind_pair, blind_two_delays, one_delay, scalar, unstable_pair
 
@@ -51,7 +60,9 @@ def test_gain_of_the_printed_form_stabilises() -> None:
     model = pade_model(one_delay(), 3)
     result = lmi_gain(model, eliminate=False, tolerance=1e-7)
     assert result.gain is not None
-    assert np.linalg.eigvals(model.a + result.gain @ model.c2).real.max() < 0
+    error = model.a + result.gain @ model.c2
+    assert np.linalg.eigvals(error).real.max() < 0
+    assert hinf_norm(ErrorSystem(error, -model.b, model.c1)).lower <= result.gamma * (1 + 1e-5)
 
 
 def test_undetectable_model() -> None:

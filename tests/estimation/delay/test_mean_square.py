@@ -137,7 +137,7 @@ def test_between_both_goals() -> None:
         design(plant, goal="mixed", level=0.99 * least)
     lost = np.linalg.LinAlgError("failed to find a finite solution")
     with (
-        patch("replication.estimation.delay.h2.design.central", side_effect=lost),
+        patch("replication.estimation.delay.h2.designs.central", side_effect=lost),
         pytest.raises(SolverError, match=r"12 moments.*finite solution.*raise the level"),
     ):
         design(plant, goal="mixed", level=1.2 * least)
@@ -213,8 +213,10 @@ def test_plants_without_a_mean_square_are_refused() -> None:
     with pytest.raises(InvalidInputError, match="not detectable"):
         design(unseen, goal="h2")
     silent = DelayPlant([[-1]], [1.0], [[1, 0]], [[1]], [[1], [2]], d21=[[0, 1], [0, 2]])
-    with pytest.raises(InvalidInputError, match="free of noise"):
-        design(silent, goal="h2")
+    echo = DelayPlant([[-1]], [1.0], [[1, 0]], [[1]], [[1]], d21=[[0, 1]], d21_delayed=[[[0, 1]]])
+    for noiseless in (silent, echo):  # of two sensors with one noise; at 1/2, 3/2 .. turns of the delay
+        with pytest.raises(InvalidInputError, match="free of noise"):
+            design(noiseless, goal="h2")
 
 
 def test_the_estimate_zero_and_errors_that_grow() -> None:

@@ -5,19 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from dualrate_examples import MOTOR_DESIGN, START, motor_loop
+from scipy.optimize import minimize_scalar
 
 from papers.shao.method.motor import Feedforward, ReferenceTiming
 from papers.shao.method.simulation import SIMULATED, simulate
 from papers.shao.method.steady import bandwidth, estimation_error_ratio, estimation_lag
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.loop import close_loop
+from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
 from replication.estimation.dualrate.response import time_response
 from replication.estimation.dualrate.sampled import Harmonic
 from replication.estimation.dualrate.tracking import (
     Points,
+    _error_at,
     steady_state,
+    tracking_error_peak,
     tracking_error_ratio,
 )
 
@@ -112,6 +115,39 @@ def test_the_refined_peak_is_above_a_much_finer_grid(frequency: float) -> None:
     start = np.imag(steady_state(loop).states[0])
     fine = time_response(loop, start[:3], start[3:6], slow_periods=50, substeps=2000)
     assert np.abs(fine.error).max() <= tracking_error_ratio(loop) * (1 + 1e-12)
+
+
+LAG = Harmonic(1.5, np.array([0.6 + 0.2j]), continuous=True)
+
+
+def lag_loop() -> DualRateLoop:
+    """A first-order plant, whose output feels a continuous command at once."""
+    plant = make_plant([[-1.0]], [[2.0]], [[1.0]])
+    design = dual_rate_design(plant, period=0.2, ratio=3, feedback=[[-0.3]], injection=[[0.5]])
+    return close_loop(design, OBSERVERS["running_prediction"], harmonic=LAG)
+
+
+@pytest.mark.parametrize("loop", [motor_loop("held_measurement", 1.5), lag_loop()], ids=["motor", "lag"])
+def test_slope_and_bend_of_the_error_are_its_derivatives(loop: DualRateLoop) -> None:
+    steady, step, time = steady_state(loop), 1e-6, 2.3 * loop.design.period
+    before, here, after = (_error_at(loop, steady, time + way * step) for way in (-1, 0, 1))
+    assert (after[0] - before[0]) / (2 * step) == pytest.approx(here[1], rel=1e-6)
+    assert (after[1] - before[1]) / (2 * step) == pytest.approx(here[2], rel=1e-6)
+
+
+@pytest.mark.parametrize("frequency", [0.5, 1.5, 3.0])
+def test_the_refined_peak_is_where_a_search_without_derivatives_finds_it(frequency: float) -> None:
+    loop = motor_loop("held_measurement", frequency)
+    steady, (highest, where) = steady_state(loop), tracking_error_peak(loop)
+    width = MOTOR_DESIGN.period / 100
+    found = minimize_scalar(
+        lambda time: -abs(_error_at(loop, steady, time)[0]),
+        bounds=(where - 0.7 * width, where + width),
+        method="bounded",
+        options={"xatol": 1e-9 * width},
+    )
+    assert -found.fun == pytest.approx(highest, rel=1e-13)
+    assert -found.fun > max(abs(_error_at(loop, steady, where + way * width)[0]) for way in (-0.7, 1.0))
 
 
 def test_errors_at_fewer_points_are_never_larger() -> None:

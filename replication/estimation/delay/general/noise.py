@@ -3,6 +3,8 @@ least level is not attained."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from replication.errors import InvalidInputError
@@ -37,32 +39,38 @@ def require_noise(plant: DelayPlant) -> None:
 
 def _direct_noise(plant: DelayPlant) -> float:
     """The least singular value of D_21 + sum D_21i e^{-j omega tau_i} over frequencies beyond all dynamics."""
-    shortest = plant.delays[0]
-    omega = np.linspace(0.0, 40.0 * np.pi / shortest, 4000)
-    values = np.tile(plant.d21.astype(complex), (len(omega), 1, 1))
-    for delay, matrix in zip(plant.delays, plant.d21_delayed, strict=True):
-        values += np.exp(-1j * omega * delay)[:, None, None] * matrix
     sizes = np.linalg.norm(plant.d21, axis=1) + sum(np.linalg.norm(d, axis=1) for d in plant.d21_delayed)
-    if values.shape[1] > values.shape[2] or np.any(sizes == 0.0):
+    if plant.measurements > plant.inputs or np.any(sizes == 0.0):
         return 0.0
-    return float(np.linalg.svd(values / sizes[:, None], compute_uv=False)[:, -1].min())
+
+    def values(omega: Array) -> Array:
+        total = np.tile(plant.d21.astype(complex), (len(omega), 1, 1))
+        for delay, matrix in zip(plant.delays, plant.d21_delayed, strict=True):
+            total += np.exp(-1j * omega * delay)[:, None, None] * matrix
+        return np.asarray(np.linalg.svd(total / sizes[:, None], compute_uv=False)[:, -1])
+
+    return _least(values, np.linspace(0.0, 40.0 * np.pi / plant.delays[0], 4000))[1]
 
 
 def _weakest(plant: DelayPlant) -> tuple[float, float]:
     """The frequency where the pencil comes closest to losing a row, and how close."""
     terms, rate = plant_terms(plant), 1.0 / plant.delays[-1]
     grid = np.concatenate([[0.0], rate * np.logspace(-DECADES, DECADES / 2, POINTS), rate * np.linspace(0, 50, POINTS)])
-    omega = np.unique(grid)
-    values = _sizes(terms, omega)
-    best = int(np.argmin(values))
+    return _least(lambda omega: _sizes(terms, omega), np.unique(grid))
+
+
+def _least(values: Callable[[Array], Array], omega: Array) -> tuple[float, float]:
+    """Where a function is least, near the least of its values on a grid, and that value."""
+    on_grid = values(omega)
+    best = int(np.argmin(on_grid))
     left, right = omega[max(best - 1, 0)], omega[min(best + 1, len(omega) - 1)]
     for _ in range(ROUNDS):
         first, second = left + (right - left) / 3.0, right - (right - left) / 3.0
-        low, high = _sizes(terms, np.array([first, second]))
+        low, high = values(np.array([first, second]))
         left, right = (left, second) if low < high else (first, right)
     middle = (left + right) / 2.0
-    found = float(_sizes(terms, np.array([middle]))[0])
-    return (middle, found) if found < values[best] else (float(omega[best]), float(values[best]))
+    found = float(values(np.array([middle]))[0])
+    return (middle, found) if found < on_grid[best] else (float(omega[best]), float(on_grid[best]))
 
 
 def _sizes(terms: PlantTerms, omega: Array) -> Array:

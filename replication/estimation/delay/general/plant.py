@@ -122,7 +122,7 @@ class DelayPlant(PlantSizes):
             Intensity of d and n together; zero unless given.
         b : array (n, m), optional
             Effect of d; the identity unless given: each state has its own.
-        **terms : array
+        terms : array
             The other fields, `b_delayed` (n, m) among them; not d11, d21 or d21_delayed.
 
         Returns

@@ -10,20 +10,20 @@ import numpy as np
 from replication.drawing.panel import Panel
 from replication.estimation.api.results import GainResult
 from replication.estimation.api.signals import Signals, numbered
+from replication.estimation.api.tradeoff import TradeOff
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.loop import error_response
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.rates import moment_plant
 from replication.estimation.delay.general.synthesis import GeneralLevel
+from replication.estimation.delay.h2.designs import tradeoff
 from replication.estimation.delay.observer import ErrorSystem
 from replication.estimation.delay.sampled.running import InnovationsObserver, running
 from replication.estimation.validation import Array, positive_integer
 
 if TYPE_CHECKING:
     import control
-
-    from replication.estimation.api.tradeoff import TradeOff
 
 DECADES, FREQUENCIES = 2, 200
 """The plot: decades on both sides of the rate of the longest delay, and points."""
@@ -124,8 +124,6 @@ class InnovationsResult(GainResult):
         SolverError
             The gains at a level, or their measures, are not found.
         """
-        from replication.estimation.delay.h2.design import tradeoff
-
         return tradeoff(self.plant, points)
 
     def panels(self) -> tuple[Panel, ...]:
