@@ -143,6 +143,37 @@ def test_between_both_goals() -> None:
         design(plant, goal="mixed", level=1.2 * least)
 
 
+def echoing(size: float) -> DelayPlant:
+    """The noise that y shows drives the state again 0.7 s later."""
+    return DelayPlant([[-1]], [0.7], [[0, 0]], [[1]], [[1]], b_delayed=[[[size, 0]]], d21=[[0.4, 1]])
+
+
+def test_noise_that_acts_again_later() -> None:
+    result = design(echoing(1.0), goal="h2")
+    least = float(result.fact("least rms error of any observer").value)
+    assert 1e-3 < rms(result) / least - 1 < 2e-2
+    assert "jump" in result.fact("above the least").method
+    with pytest.raises(KeyError):
+        design(echoing(0.0), goal="h2").fact("above the least")
+    for refused in (result.tradeoff, lambda: design(echoing(1.0), goal="mixed", level=1.0)):
+        with pytest.raises(InvalidInputError, match="acts again later"):
+            refused()
+    found = random_plant(np.random.default_rng(105))
+    twice = replace(found, d11=np.zeros_like(found.d11))
+    with pytest.raises(SolverError, match=r"do not stabilise the error \(a disturbance"):
+        design(twice, goal="h2")
+
+
+def test_gains_that_do_not_keep_the_level_are_not_given() -> None:
+    plant = late(0.0, 1.0, 1.0)
+    kalman = design(plant, goal="h2")
+    with (
+        patch("replication.estimation.delay.h2.designs.Designs.at", return_value=kalman.gains_of),
+        pytest.raises(SolverError, match="have the gain"),
+    ):
+        design(plant, goal="mixed", level=0.9 * kalman.value)
+
+
 def test_units_of_states_time_and_noise_do_not_matter() -> None:
     result = design(two_delays(), goal="h2")
     units, hour = np.diag([1e3, 1e-4]), 3600.0

@@ -17,19 +17,18 @@ from replication.estimation.delay.exact.central import central
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.ladder import FilterModel
 from replication.estimation.delay.exact.limit import climbed
-from replication.estimation.delay.exact.loop import exact_gain
 from replication.estimation.delay.exact.terms import PlantTerms, Terms
 from replication.estimation.delay.exact.worth import worth
 from replication.estimation.delay.general.design import known_levels
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult, arrays_of, signals_of
-from replication.estimation.delay.h2.designs import OF, WIDTH, Designs
+from replication.estimation.delay.h2.designs import OF, Designs, returns
 from replication.estimation.delay.h2.variance import error_covariance, smoother_covariance
 from replication.estimation.validation import Array
 
 BOTH_ENDS = "exact closed loop with true exponentials, all frequencies; not certified"
-TOLERANCE = 1e-8
-"""Relative change of the least mean error over two models at which the climb ends."""
+TOLERANCE, NOTICED = 1e-8, 1e-3
+"""Relative change of the least mean error over two models at which the climb ends; excess over it that is told."""
 
 
 def mean_design(
@@ -45,8 +44,7 @@ def mean_design(
     if goal is Goal.MIXED:
         aim = designs.balance() if level is None else designs.above_least(level)
         asked += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
-    observer = designs.at(aim)
-    gain = exact_gain(observer, WIDTH)
+    observer, gain = designs.exact(aim)
     covariance, reach = error_covariance(plant_terms(plant), injection_terms(observer))
     arrays, axes = arrays_of(observer)
     evidence = (
@@ -81,8 +79,17 @@ def _mean_facts(plant: DelayPlant, covariance: Array, reach: float) -> tuple[Evi
         Evidence(OF, own, how),
         *(Evidence(f"rms error of z[{i}]", value, how) for i, value in enumerate(each) if len(each) > 1),
         Evidence("least rms error of any observer", least, models),
+        *_excess(plant, own, least),
         *baselines(own, how, what="rms error", without=_alone(terms, plant.measurements), limit=limit_rms),
     )
+
+
+def _excess(plant: DelayPlant, own: float, least: float) -> tuple[Evidence, ...]:
+    """What is lost where the optimal gains jump."""
+    if own <= least * (1 + NOTICED) or not returns(plant):
+        return ()
+    why = "a disturbance that y has shown acts again later, and the optimal gains jump there"
+    return (Evidence("above the least", f"{100 * (own / least - 1):.2g} %", why),)
 
 
 def _model_rms(model: FilterModel, _: float) -> float:

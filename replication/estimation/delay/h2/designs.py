@@ -13,6 +13,7 @@ from replication.estimation.delay.exact.central import central
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.limit import Limit, limit, require_seen
 from replication.estimation.delay.exact.loop import exact_gain
+from replication.estimation.delay.exact.peak import GainBracket
 from replication.estimation.delay.general.lines import line_form
 from replication.estimation.delay.general.noise import require_noise
 from replication.estimation.delay.general.observer import DelayObserver
@@ -21,8 +22,8 @@ from replication.estimation.delay.general.rates import moment_plant
 from replication.estimation.delay.general.scaling import scaling_of
 from replication.estimation.delay.h2.variance import error_covariance
 
-WIDTH = 1e-6
-"""Relative width of the exact gain."""
+WIDTH, KEPT = 1e-6, 1e-3
+"""Relative width of the exact gain, and excess over the level of the model that is left to it."""
 MARGIN = 0.01
 """Relative distance above the least level at which gains are computed: nearer to it they grow without bound."""
 DEGREE, STATES = 12, 120
@@ -50,6 +51,28 @@ class Designs:
         self.degree = max(min(DEGREE, most), self.form.moments, 1) if degree is None else degree
         self.model = moment_plant(self.form, self.degree)
 
+    def exact(self, level: float) -> tuple[DelayObserver, GainBracket]:
+        """The observer and its exact gain; raises SolverError if it does not keep the level."""
+        observer = self.at(level)
+        try:
+            gain = exact_gain(observer, WIDTH)
+        except InfeasibleError as error:
+            raise SolverError(f"{self._few()} do not stabilise the error{self._why()}; set `degree`") from error
+        except SolverError as error:
+            raise SolverError(f"{self._few()} are of no use: {error}; raise the level, or set `degree`") from error
+        if gain.upper > level * (1 + KEPT):
+            raise SolverError(
+                f"{self._few()} found for the level {level:.6g} have the gain {gain.upper:.6g}; raise the level, "
+                "or set `degree`"
+            )
+        return observer, gain
+
+    def _few(self) -> str:
+        return f"the gains of {self.degree} moments of each delay"
+
+    def _why(self) -> str:
+        return " (a disturbance that y has shown acts again later, where they jump)" if returns(self.plant) else ""
+
     def at(self, level: float) -> DelayObserver:
         """The observer, in the units of the plant."""
         try:
@@ -73,13 +96,18 @@ class Designs:
 
     def measures(self, level: float) -> Measures:
         """The exact gain and root mean square of the design at a level."""
-        observer = self.at(level)
+        observer, gain = self.exact(level)
         covariance, _ = error_covariance(plant_terms(self.plant), injection_terms(observer))
-        return exact_gain(observer, WIDTH).upper, float(np.sqrt(np.trace(covariance)))
+        return gain.upper, float(np.sqrt(np.trace(covariance)))
 
     @cached_property
     def limit(self) -> Limit:
         """The least level of any observer."""
+        if returns(self.plant):
+            raise InvalidInputError(
+                "a disturbance that y has shown acts again later (b_delayed or d21_delayed): the gains between both "
+                "goals jump there, and are not found; take the goal hinf or h2, or let that noise pass a state"
+            )
         found = limit(self.plant)
         if found.level <= 0.0:
             raise InfeasibleError("the least level cannot be told from zero: there is nothing to trade; take goal h2")
@@ -102,6 +130,13 @@ class Designs:
     def balance(self) -> float:
         """The level whose design loses the same share of both measures."""
         return balanced(self.least(), self.limit.level, self.measures)
+
+
+def returns(plant: DelayPlant) -> bool:
+    """Whether a disturbance reaches y and, with a longer delay, x or y once more."""
+    shown = [plant.d21, *plant.d21_delayed]
+    later = [np.vstack(pair) for pair in zip(plant.b_delayed, plant.d21_delayed, strict=True)]
+    return any(np.any(seen @ again.T) for i, seen in enumerate(shown) for again in later[i:])
 
 
 def tradeoff(plant: DelayPlant, points: int) -> TradeOff:
