@@ -9,13 +9,16 @@ import re
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import msgspec
 import pytest
 from sample import KEY, brief, explorer, results
 
+from replication.audit.brief import Curve
 from replication.audit.model import Verdict
 from replication.audit.report.claim import targets, views
+from replication.audit.report.pictures import explore
 from replication.audit.report.pictures.axes import scale_of, ticks
 from replication.audit.report.pictures.explore import PictureView, explorers
 from replication.audit.report.pictures.ladder import Ladder, ladders
@@ -98,6 +101,17 @@ def test_what_cannot_be_drawn_is_named(made: ResultsFile, folder: Path, more: An
         shown(made, folder, **more)
 
 
+@pytest.mark.parametrize(("least", "drawn"), [(0.5, True), (0.0, False)])
+def test_zero_has_no_place_on_a_logarithmic_axis(made: ResultsFile, folder: Path, least: float, drawn: bool) -> None:
+    one = {"curves": (Curve(label="one", columns=("error 1",)),), "log_y": True, "limit": (1.0, "one")}
+    with patch.object(explore, "_numbers", lambda *given: [[least] + [1.0] * (given[-1] - 1)]):
+        if drawn:
+            assert shown(made, folder, **one)
+        else:
+            with pytest.raises(AuditError, match="nothing to draw"):
+                shown(made, folder, **one)
+
+
 def test_a_title_is_short(made: ResultsFile, folder: Path) -> None:
     long = msgspec.structs.replace(brief(), explorers=(explorer("word " * 16),))
     with pytest.raises(AuditError, match="a title has at most 15 words, this one 16"):
@@ -140,7 +154,7 @@ def test_the_ladder_tells_the_distance_to_the_nearer_end(made: ResultsFile) -> N
 
 
 def test_only_what_is_proved_and_beside_its_interval_has_a_ladder(made: ResultsFile) -> None:
-    name = next(iter(rungs(made)))
+    name = next(name for name, ladder in rungs(made).items() if ladder.inside)
 
     def changed(**evidence: Any) -> ResultsFile:
         claims = [
@@ -154,7 +168,9 @@ def test_only_what_is_proved_and_beside_its_interval_has_a_ladder(made: ResultsF
     interval = rungs(made)[name].entry.interval
     assert interval is not None
     edge = float(interval[0])
-    assert name not in rungs(changed(lower=edge - 1e-4, upper=edge + 1e-4)), "neither inside nor outside"
+    assert name in rungs(changed(value=edge + 2e-4, lower=edge + 1e-4, upper=edge + 3e-4))
+    across = {"lower": edge - 1e-4, "upper": edge + 1e-4}
+    assert name not in rungs(changed(value=edge, **across)), "neither inside nor outside"
     unproved = [
         msgspec.structs.replace(r, judgement=msgspec.structs.replace(r.judgement, proved=False)) for r in made.claims
     ]

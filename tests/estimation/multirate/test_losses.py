@@ -324,8 +324,12 @@ def test_too_many_losses_have_a_message() -> None:
     with pytest.raises(InfeasibleError, match="no stationary value"):
         losses.analyse(best, losses.Independent(1.02 * critical))
     weak = replace(best, gains={"L": np.array([[[0.25]]])})
-    with pytest.raises(InfeasibleError, match="no level is guaranteed"):
+    with pytest.raises(InfeasibleError, match="no level is guaranteed") as told:
         losses.analyse(weak, losses.InARow(1))
+    # A sample and a loss by turns: (1.2 - 0.25) 1.2 over two instants.
+    growth = re.search(r"grows by ([0-9.]+) an instant", str(told.value))
+    assert growth is not None
+    assert float(growth[1]) ** 2 == pytest.approx((1.2 - 0.25) * 1.2, rel=1e-5)
 
 
 BAD: dict[str, Any] = {
