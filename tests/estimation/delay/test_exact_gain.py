@@ -16,7 +16,8 @@ from replication.estimation.delay.exact.forms import injection_terms, plant_term
 from replication.estimation.delay.exact.kernel import _spherical, fitted, polynomial
 from replication.estimation.delay.exact.loop import error_response, exact_gain, mismatched_response, worst_gain
 from replication.estimation.delay.exact.peak import right_roots
-from replication.estimation.delay.exact.response import Cells
+from replication.estimation.delay.exact.response import Cells, Response
+from replication.estimation.delay.exact.terms import Terms
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.delay.general.plant import DelayPlant
 from tests.estimation.delay.exact_cases import augmented, augmented_gains, averaged, delayed_output, made_up, two_delays
@@ -117,6 +118,19 @@ def test_the_bound_of_a_cell_holds_inside_it(worst: float) -> None:
         assert np.all(made.gains(omega + shift * half, delays + move * spread) <= above * (1 + 1e-12))
     small = (half < 1e-3) & (spread.max(axis=1) < 1e-4)
     assert np.any(small) and np.all(above[small] <= middle[small] * 1.01)
+
+
+@pytest.mark.parametrize("least", [1e-2, 1e-4])
+def test_a_bend_counts_where_the_slope_is_zero(least: float) -> None:
+    """X = jw + least - 1 + e^-jw has no slope at w = 0, and all but vanishes beside it."""
+    constant = np.array([[least - 1.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    loop = Terms(constant, (1.0,), (np.diag([1.0, 0.0, 0.0]),), (None,))
+    one_state = Response(loop, (1, 1, 1), Terms(np.zeros((1, 1))), ((1.0, 1.0),))
+    half = np.sqrt(2.0 * least * 0.89)
+    _, bound, _ = one_state.bounded(one_state.cells(np.array([-half, half])))
+    by_hand = 1.0 / abs(1j * half + least - 1.0 + np.exp(-1j * half))
+    assert one_state.gains(np.array([half])) == pytest.approx([by_hand])
+    assert by_hand <= bound[0] < np.inf
 
 
 def test_few_cells_give_a_wide_bracket() -> None:

@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay import DelaySystem, pade_model, riccati_gain
+from replication.estimation.delay.exact import filtering
 from replication.estimation.delay.exact import limit as module
 from replication.estimation.delay.exact.filtering import filter_level
 from replication.estimation.delay.exact.forms import plant_terms
@@ -229,3 +230,17 @@ def test_the_price_of_causality_is_what_the_future_would_save() -> None:
     found = limit(late(-0.5, 0.3, 1.0), 1e-4)
     assert 0 < found.causality == found.level - found.smoother < found.level
     assert replace(found, smoother=2 * found.level).causality == 0.0
+
+
+@pytest.mark.parametrize("share", [1.0, 0.7])
+def test_where_a_filter_leaves_only_a_sign_the_least_level_is_found_by_halving(share: float) -> None:
+    """Below a share of the least level no equation has a solution, and above it a filter is told by how much."""
+    rng = np.random.default_rng(1)
+    model = FilterModel(-np.eye(2), rng.normal(size=(2, 3)), np.eye(2), np.zeros((2, 3)), np.eye(1, 2), np.eye(3)[[2]])
+    least = 5.0 * filter_level(model).smoother
+
+    def angle(model: FilterModel, level: float) -> float:
+        return -1.0 if level < share * least else float(np.arctan(level / least - 1.0)) + 0.1 * (share == 1.0)
+
+    with patch.object(filtering, "_angle", angle):
+        assert filter_level(model).value == pytest.approx(least, rel=1e-10)

@@ -15,7 +15,7 @@ from slow_loops import LEVITATION, RATES, TWO, WEIGHTS, ByHand, largest
 
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
-from replication.estimation.dualrate.slow.controller import Controller, Equations
+from replication.estimation.dualrate.slow.controller import Controller, Equations, _margin
 from replication.estimation.dualrate.slow.levels import limit
 from replication.estimation.dualrate.slow.loop import closed, of_gains, root_mean_square
 from replication.estimation.dualrate.slow.problem import in_natural_units, slow_problem
@@ -324,3 +324,15 @@ def test_between_the_instants_the_plant_moves_by_itself() -> None:
         block = scipy.linalg.expm(np.block([[A, B], [np.zeros((2, 5))]]) * k * step[0])
         assert errors[k] == pytest.approx(C[1] @ (block[:3, :3] @ x + block[:3, 3:] @ u), rel=SAME)
     assert round(RATES["period"] / step[0]) > 1
+
+
+def test_at_a_level_that_the_estimate_alone_takes_up_there_is_no_controller() -> None:
+    """Sigma Q = level^2 to the last bit: I - Sigma Q / level^2 has no inverse, and none is asked for."""
+    one = [[1.0]]
+    problem = slow_problem(
+        dualrate.make_plant([[-1.0]], one, one), period=1.0, ratio=1, hold=1, weights=tuple(np.ones((4, 1, 1)))
+    )
+    for sigma, positive in ((4.0, False), (5.0, False), (0.1, True)):
+        found = _margin(problem, np.full((1, 1, 1), sigma), np.zeros((1, 2, 2)), 2.0)
+        assert found <= 1.0 - sigma / 4.0
+        assert (found > 0.0) == positive

@@ -29,7 +29,7 @@ from replication.estimation.nonuniform.stamped import proof as proof_module
 from replication.estimation.nonuniform.stamped import result as stamped_module
 from replication.estimation.nonuniform.stamped.design import Storage, stamped_design, violations
 from replication.estimation.nonuniform.stamped.facade import design_stamped
-from replication.estimation.nonuniform.stamped.proof import prove, proved_design
+from replication.estimation.nonuniform.stamped.proof import LOOSE, prove, proved_design
 from replication.estimation.nonuniform.stamped.result import floor_of_any_filter
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
 from replication.estimation.nonuniform.worst_case import sequence_gain, simulate_error, worst_sequence
@@ -142,6 +142,14 @@ def test_the_gains_meet_the_inequality_from_which_they_were_eliminated(plant, pe
         assert prove(plant, wrong).level > proof.level * 1.01
     except SolverError as error:
         assert "not for certain" in str(error)
+
+
+@pytest.mark.parametrize("cells", [1, 2])
+def test_where_hulls_are_loose_they_are_halved_until_the_level_of_the_design_is_proved(cells):
+    found = stamped_design(MOTOR, MOTOR_RANGE, cells=cells)
+    assert prove(MOTOR, found).level <= found.level * (1 + LOOSE) * (1 + 1e-6)
+    with patch.object(proof_module, "LOOSE", 0.1):
+        assert prove(MOTOR, found).level > found.level * (1 + 3 * LOOSE)
 
 
 def test_more_cells_lower_the_level_towards_that_of_no_filter():
