@@ -47,7 +47,8 @@ BRIEF = Brief(
     topic="A slow sensor in a fast loop",
     card="[The stability theorem](-theory.stability) is false: a loop that meets its condition diverges. "
     "[No reading tried](-table.any-reading) gives a whole column of numbers of Table I.",
-    holds="The motor loop is [stable under DRC-APO](stability.apo) and [unstable under SRC](stability.src); "
+    holds="The motor loop is [stable under the alternating observer, DRC-APO](stability.apo), and [unstable at the "
+    "single slow rate, SRC](stability.src); "
     "[both gains](motor.hurwitz-feedback) are as the theorem supposes.",
     correct="[The stability theorem](theory.stability) is false; its proof breaks at "
     "[eq. (15)](theory.prediction-bound). [Table I](table.any-reading) does not come out under any reading tried.",

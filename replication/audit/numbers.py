@@ -104,7 +104,8 @@ def _declare(
     answer = partial(_answer, where, str(printed), result, claim.method, check)
     part.claim(
         kind,
-        filled(claim.id) or ".".join([name.replace("_", "-"), *keys]),
+        # An id is in lower case, whatever points or cases are called in print.
+        (filled(claim.id) or ".".join([name.replace("_", "-"), *keys])).lower(),
         printed,
         statement=filled(claim.statement),
         pinned=claim.pinned or ("reproduced after erratum" if claim.meant else ""),

@@ -52,6 +52,15 @@ def test_each_entry_is_a_claim_of_the_part_that_its_place_begins_with(tmp_path: 
     assert evidence.value == 0.25 and "0.2501" in evidence.cross_check
 
 
+def test_points_in_capitals_have_ids_in_lower_case(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    path.write_text(path.read_text(encoding="utf-8").replace("slow = ", "P = "), encoding="utf-8")
+    claim = numbers(path)[0].claims[0]
+    assert (claim.id, claim.statement) == ("rate.p", "The P rate.")
+    points = {"model": {"rates": {"P": 0.25}}, "closed": {"P": [0.2501]}}
+    assert claim.answer(points).value == 0.25
+
+
 @pytest.mark.parametrize(("printed", "kind"), [("(1.0, 2.5)", Kind.MATRIX), (">1", Kind.BOUND), ("1.0", Kind.VALUE)])
 def test_the_kind_follows_from_the_print(tmp_path: Path, printed: str, kind: Kind) -> None:
     assert numbers(written(tmp_path, printed))[1].claims[0].kind is kind

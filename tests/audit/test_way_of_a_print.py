@@ -5,6 +5,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+import pytest
 from msgspec.structs import replace
 from sample import results
 
@@ -21,15 +22,15 @@ PRINT = "7.31"
 MOST = 12
 
 
-def answer(results: Results) -> Evidence:
-    """The value."""
-    return Evidence(method="by hand", cross_check="twice", value=7.312)
-
-
-def published(folder: Path) -> str:
+def published(folder: Path, text: str = PRINT, value: float = 7.312) -> str:
     """A paper with one printed value, declared, judged and shown; the text of its report."""
-    (folder / "printed.toml").write_text(f'[level]\nplace = "Table 9"\nvalue = "{PRINT}"\n', encoding="utf-8")
+    (folder / "printed.toml").write_text(f'[level]\nplace = "Table 9"\nvalue = "{text}"\n', encoding="utf-8")
     part = Part("Table 9", reading="none")
+
+    def answer(results: Results) -> Evidence:
+        """The value."""
+        return Evidence(method="by hand", cross_check="twice", value=value)
+
     part.value("level", read_printed(folder / "printed.toml")["level"])(answer)
     file = results(folder)
     about = {"title": "t", "authors": ("A. Author",), "year": None, "venue": "", "doi": "", "summary": "", "bibtex": ""}
@@ -37,6 +38,28 @@ def published(folder: Path) -> str:
     record = make_record(claim, answer({}), code="papers/toy.py:1", seconds=0.0, error="", certificates=[], unproved="")
     build_report(replace(file, figures=(), claims=(*file.claims, record)), folder, folder / "index.html")
     return (folder / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("2.6×10⁻⁶", 2.61e-6),
+        ("2.6e-6", 2.61e-6),
+        ("−2.6×10⁻⁶", -2.64e-6),
+        ("3.1 x 10^-3", 3.06e-3),
+        ("1.2×10⁵", 123456.0),
+        ("6.674(15)×10⁻¹¹", 6.68e-11),
+        ("66,033", 66033.2),
+        ("1,33", 1.3312),
+        ("1.23 ± 0.04", 1.246),
+        ("4.72 %", 4.7193),
+        ("−0.0000", -1.2e-5),
+        (".580", 0.58021),
+    ],
+)
+def test_every_form_of_a_print_reaches_the_page(tmp_path: Path, text: str, value: float) -> None:
+    """The finished page is read again: each number on it must be found among the results."""
+    assert text.replace("-", "−") in published(tmp_path, text, value)
 
 
 def test_a_printed_value_passes_few_files(tmp_path: Path) -> None:

@@ -123,7 +123,7 @@ def estimate_bound(results: Results) -> Evidence:
     pinned="refuted",
 )
 def prediction_rate(results: Results) -> Evidence:
-    """Over a fast period the virtual output (6) has the rate C A ζ + C B u."""
+    """Over a fast period the virtual output (6) changes by the integral of C A ζ + C B u and no more."""
     theorem = results["theorem"]
     order, gap = theorem["increment_order"], theorem["increment_rate_gap"]
     return by_margin(

@@ -22,7 +22,7 @@ EXCESS_REASON = (
 )
 
 
-CHOSEN = "The parameters that the text chooses are exact, so that no rounding of theirs explains it."
+CHOSEN = "The parameters are the text's own choice and count as exact: no rounding of theirs is taken to explain it."
 """Of the inputs of an optimum: a plant and a schedule are what a text computes with, not results that it rounds."""
 
 

@@ -95,6 +95,9 @@ class ClaimView:
             return numerals.layout(evidence.value)
         if evidence.probability is not None:
             return f"probability {numerals.short(evidence.probability, 3)}"
+        answers = [outcome.holds for outcome in evidence.outcomes if outcome.holds is not None]
+        if self.record.verdict is Verdict.UNDETERMINED and len(set(answers)) == 2:
+            return f"holds under {sum(answers)} of {len(answers)} readings"
         if evidence.holds is not None:
             return "holds" if evidence.holds else "does not hold"
         return f"{len(evidence.outcomes)} readings" if evidence.outcomes else ""

@@ -31,9 +31,9 @@ WITHIN = frozenset({"span", "sub", "sup"})
 WHOLE = 100
 """Integers below are compared exactly; from here on they may be rounded numbers."""
 
-_POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_POWERS = str.maketrans("⁻−⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
 _NUMBER = re.compile(
-    r"(?<![\w.])([0-9]++(?:\.[0-9]++)?+|\.[0-9]++)(?:×10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|e([-+]?[0-9]+))?(?![⁻⁰¹²³⁴⁵⁶⁷⁸⁹])"
+    r"(?<![\w.])([0-9]++(?:\.[0-9]++)?+|\.[0-9]++)(?:×10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|e([-+−]?[0-9]+))?(?![⁻⁰¹²³⁴⁵⁶⁷⁸⁹])"
 )
 _POWER = re.compile(r"(?<![\w.×])10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)")
 _RATIONAL = re.compile(r"-?[0-9]+/[0-9]+")
