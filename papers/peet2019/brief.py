@@ -18,7 +18,8 @@ def _estimate(x: float) -> float:
 BRIEF = Brief(
     topic="A state with memory",
     card="Once corrected, [Theorem 3](-theory.theorem-3-feasible) can be met and [Theorem 4](-theory.theorem-4) "
-    "inverts; gains of [Example 1](+ex1.gamma-d3) come out, of [2](-ex2.gamma-d1) and [3](-ex3.gamma-d1) at degree 1 not.",
+    "inverts; gains of [Example 1](+ex1.gamma-d3) come out, of [2](-ex2.gamma-d1) and [3](-ex3.gamma-d1) at degree 1 "
+    "not.",
     holds="The least gains by Padé of [Example 1](ex1.gamma-pade), [Example 2](ex2.gamma-pade) and "
     "[Example 3](ex3.gamma-pade); those of [Example 1](ex1.gamma-d3) come out once Theorem 3 is corrected.",
     correct="[Theorem 1](theory.theorem-1) needs 𝒫 = 𝒫*, [Theorem 3](theory.d-sign) has wrong signs, "
