@@ -151,7 +151,10 @@ def test_error_is_exit_code_3_and_the_report_is_written(lab: Lab) -> None:
     done = lab.cli("run")
     assert done.returncode == 3
     assert "error: experiment toy2020.square: ValueError: planted [papers/toy2020/squares.py:9]" in done.stdout
-    assert "error: claim toy2020.square.two: " in done.stdout
+    # One line for all claims that the experiment takes down, and no word on what they would have read.
+    lost = "error: claims toy2020.square.two, toy2020.square.wrong: AuditError: experiment toy2020.square failed: "
+    assert f"{lost}ValueError: planted [papers/toy2020/squares.py:9]\n" in done.stdout
+    assert "no claim, erratum, figure or finding uses" not in done.stdout
     assert "error: erratum toy2020.power: " in done.stdout
     assert "error: figure toy2020-fig1: " in done.stdout
     assert "error: findings of toy2020: " in done.stdout

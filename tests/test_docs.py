@@ -41,7 +41,7 @@ def test_the_guide_gives_a_paper_whose_claims_hold(lab: Lab) -> None:
     blocks = BLOCK.findall(GUIDE)
     assert [name.rpartition("/")[2] for name, _ in blocks] == [
         "printed.toml", "experiments.py", "claims.py", "text.py", "theorems.json", "statements.py", "certificates.py",
-        "figures.py", "paper.py", "coverage.toml",
+        "figures.py", "paper.toml", "paper.py", "coverage.toml",
     ]  # fmt: skip
     for name, text in blocks:
         (lab.root / name).write_text(text, encoding="utf-8")

@@ -16,8 +16,8 @@ from papers.mustafa.figures import gains, responses
 from papers.mustafa.findings import findings
 from papers.mustafa.printed import EXAMPLES
 from papers.mustafa.readings import READINGS
+from replication.audit.about import about
 from replication.audit.declare import Part, paper
-from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.parts import Formula, Table
 
@@ -33,14 +33,6 @@ FORMULAS = (
         text="Path-dependent Lyapunov inequality behind the proved level g: c begins the coming periods, d is next",
         latex=r"e^T e + \bar{x}_{+}^T P_d \bar{x}_{+} \le \bar{x}^T P_c \bar{x} + g^2 w^T w",
     ),
-)
-
-SUMMARY = (
-    "The paper designs filters for measurements at irregular instants by solving matrix inequalities at a grid of "
-    "sampling periods that a small-gain argument chooses. Two plants of two states are the examples. Sec. V-A "
-    "calls the level of Algorithm 1 nominal, for the periods of its grid. The grid of each example has one period, and "
-    "there the levels come out. This page sets beside each a bracket of the worst case over all sampling sequences, "
-    "for the printed filter or, where none is printed, for ours."
 )
 
 PARTS = (
@@ -73,19 +65,7 @@ LEVELS_TABLE = Table(
 )
 
 PAPER = paper(
-    key="mustafa",
-    title="Robust H∞ Filtering for Nonuniformly Sampled Systems",
-    authors=("Ghulam Mustafa", "Tongwen Chen", "Hisaya Fujioka"),
-    year=None,
-    venue="manuscript; its latest reference is of 2010",
-    doi="",
-    summary=SUMMARY,
-    notebook="nonuniform",
-    bibtex="""@misc{mustafa,
-  author = {Mustafa, Ghulam and Chen, Tongwen and Fujioka, Hisaya},
-  title  = {Robust $\\mathcal{H}_\\infty$ Filtering for Nonuniformly Sampled Systems},
-  note   = {Year and venue are not stated in the text; the latest reference is of 2010}
-}""",
+    **about(__file__),
     parts=PARTS,
     experiments=EXPERIMENTS,
     errata=ERRATA,
@@ -93,7 +73,6 @@ PAPER = paper(
     tables=(LEVELS_TABLE,),
     formulas=FORMULAS,
     readings=READINGS,
-    coverage=tallies(__file__),
     findings=findings,
     brief=BRIEF,
     common=lambda results: common.common(results["common"], TRIED),

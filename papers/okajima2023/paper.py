@@ -12,8 +12,8 @@ from papers.okajima2023.figures import periods, responses
 from papers.okajima2023.findings import findings
 from papers.okajima2023.printed import TABLE_1
 from papers.okajima2023.readings import READINGS
+from replication.audit.about import about
 from replication.audit.declare import Part, paper
-from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.parts import Formula, Table
 
@@ -112,31 +112,9 @@ FORMULAS = (
 )
 
 PAPER = paper(
-    key="okajima2023",
-    title="State Observer Under Multi-Rate Sensing Environment and Its Design Using l₂-Induced Norm",
-    authors=("Hiroshi Okajima", "Yohei Hosoe", "Tomomichi Hagiwara"),
-    year=2023,
-    venue="IEEE Access 11, 20079-20087",
-    doi="10.1109/ACCESS.2023.3249187",
-    summary=(
-        "The paper designs observers for plants whose sensors have different periods and timings: the gains change "
-        "periodically with the sensors that are measured, and matrix inequalities minimise the worst-case ratio of the "
-        "l₂ norm of the estimation error to that of the noise. A plant of three states and two sensors is the example; "
-        "the first author's blog post repeats most of its levels."
-    ),
-    notebook="multirate",
-    bibtex="""@article{okajima2023,
-  author  = {Okajima, Hiroshi and Hosoe, Yohei and Hagiwara, Tomomichi},
-  title   = {State Observer Under Multi-Rate Sensing Environment and Its Design Using $l_2$-Induced Norm},
-  journal = {IEEE Access},
-  volume  = {11},
-  pages   = {20079--20087},
-  year    = {2023},
-  doi     = {10.1109/ACCESS.2023.3249187}
-}""",
+    **about(__file__),
     parts=PARTS,
     readings=READINGS,
-    coverage=tallies(__file__),
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=(*responses.FIGURES, *periods.FIGURES),

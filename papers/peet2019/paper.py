@@ -16,8 +16,8 @@ from papers.peet2019.experiments.readings import READINGS as RULES
 from papers.peet2019.figures import cost, observer, optimum
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, seconds
 from papers.peet2019.readings import JORDAN, READINGS
+from replication.audit.about import about
 from replication.audit.declare import Part, paper
-from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.numerals import at_most
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.model import Results
@@ -105,30 +105,12 @@ def _sensitivity(results: Results) -> tuple[Sensitivity, ...]:
 
 
 PAPER = paper(
-    key="peet2019",
-    title="SOS for Systems with Multiple Delays: Part 2. H∞-Optimal Estimation",
-    authors=("Matthew M. Peet", "Keqin Gu"),
-    year=2019,
-    venue="American Control Conference",
-    doi="",
-    summary=(
-        "Observers for systems with several state delays that correct the estimate of the present state and of the "
-        "history, designed by sums of squares so that the gain from disturbance to estimation error is least."
-    ),
-    notebook="delay",
-    bibtex=(
-        "@inproceedings{peet2019,\n"
-        "  author = {Peet, Matthew M. and Gu, Keqin},\n"
-        "  title = {{SOS} for Systems with Multiple Delays: Part 2. {$H_\\infty$}-Optimal Estimation},\n"
-        "  booktitle = {Proceedings of the American Control Conference},\n"
-        "  year = {2019}\n}"
-    ),
+    **about(__file__),
     parts=(
         FRAME, INTRODUCTION, DEFINITIONS, THEOREM_1, COROLLARY_2, THEOREM_3, THEOREM_4, REMARKS, IMPLEMENTATION,
         COMPARISON, CLOSED_LOOPS, EXAMPLES_1_TO_3, FIG_1, EXAMPLE_4,
     ),
     readings=READINGS,
-    coverage=tallies(__file__),
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=(*observer.FIGURES, *optimum.FIGURES, *cost.FIGURES),

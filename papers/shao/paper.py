@@ -19,33 +19,13 @@ from papers.shao.figures import tracking as tracking_figures
 from papers.shao.findings import findings
 from papers.shao.printed import REFERENCES
 from papers.shao.readings import READINGS
+from replication.audit.about import about
 from replication.audit.declare import Part, paper
-from replication.audit.inspect.coverage import tallies
 from replication.audit.judge.perturb import sensitivities
 from replication.audit.parts import Formula, Table
 
 PAPER = paper(
-    key="shao",
-    title=("A New Alternating Predictive Observer Approach for Higher Bandwidth Control of Dual-Rate Dynamic Systems"),
-    authors=("Liren Shao", "Jun Yang", "Shihua Li", "Yang Yi"),
-    year=None,
-    venue="manuscript; its newest reference is of 2022",
-    doi="",
-    summary=(
-        "A sensor delivers the output once in M fast periods of the controller. The alternating predictive observer "
-        "feeds its correction with a virtual measurement, predicted by the model, at the instants between. The audit "
-        "analyses the loop as a periodic system without a time stepper, searches readings of its simulation, which the "
-        "text leaves open, and tests the stability theorem and most steps of its proof."
-    ),
-    notebook="dualrate",
-    bibtex=(
-        "@unpublished{shao,\n"
-        "  author = {Shao, Liren and Yang, Jun and Li, Shihua and Yi, Yang},\n"
-        "  title = {A New Alternating Predictive Observer Approach for Higher Bandwidth Control of Dual-Rate Dynamic "
-        "Systems},\n"
-        "  note = {Undated manuscript}\n"
-        "}"
-    ),
+    **about(__file__),
     parts=(
         ABSTRACT,
         INTRODUCTION,
@@ -92,7 +72,6 @@ PAPER = paper(
         ),
     ),
     readings=READINGS,
-    coverage=tallies(__file__),
     experiments=EXPERIMENTS,
     errata=ERRATA,
     figures=(

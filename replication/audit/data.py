@@ -81,6 +81,12 @@ def line_of(path: Path, table: str) -> int:
     return 1
 
 
+def line_of_field(path: Path, field: str) -> int:
+    """The line of a TOML file on which a field of its top level is given; 1 if it is nowhere."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return next((number for number, line in enumerate(lines, 1) if re.match(rf"{re.escape(field)}\s*=", line)), 1)
+
+
 def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:
     """The values of the tables of `path` by name; raises as `read_printed`."""
     return Entries({name: _entry(f"{path}:{line_of(path, name)}: [{name}]", table) for name, table in tables.items()})

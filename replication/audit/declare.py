@@ -18,6 +18,7 @@ import msgspec
 
 from replication.audit.brief import Consequence
 from replication.audit.data import PrintedValue
+from replication.audit.judge.printed import number as number
 from replication.audit.judge.printed import parse
 from replication.audit.model import Claim, Experiment, Kind, Verdict
 from replication.audit.model import Erratum as Erratum

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 from replication.errors import AuditError
 
 LONGEST = 80
 """Characters that a message repeats of what was typed."""
+
+
+SHOWN = 3
+"""Names that a list of them shows; it counts the others."""
+
+
+def listed(names: Sequence[str]) -> str:
+    """The first names, and how many more there are."""
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return f"{', '.join(names[:SHOWN])}{more}"
 
 
 def one_of(kind: str, name: str, known: Collection[str]) -> str:

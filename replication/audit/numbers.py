@@ -10,13 +10,14 @@
     check = "closed.doubling"        # the same number by another method
     part = "Sec. 3"                  # optional, as are reading, pinned, erratum, meant and id
 
-Where the value is a table or a list, `{key}` in these texts stands for the name of each entry.
+Where the value is a table or a list, `{key}` in these texts stands for the name of each entry, and `erratum`, `meant`,
+`pinned` and `reading` may be tables with what holds for some of the entries, such as meant = { B = "1.85" }.
 """
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,11 @@ from replication.audit.model import NO_READING, Evidence, Kind, Results
 from replication.audit.names import meant
 from replication.errors import AuditError
 
+OfEntries = str | dict[str, str]
+"""What holds for each entry of a value, or by name what holds for some of them."""
+SPLIT = ("reading", "pinned", "erratum", "meant")
+"""Fields that may be such tables."""
+
 
 class Declared(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A claim as the file declares it; id: without the key of the paper, by default the name of the entry."""
@@ -39,11 +45,16 @@ class Declared(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     method: str
     check: str = ""
     part: str = ""
-    reading: str = NO_READING
-    pinned: str = ""
-    erratum: str | None = None
-    meant: str = ""
+    reading: OfEntries = NO_READING
+    pinned: OfEntries = ""
+    erratum: OfEntries = ""
+    meant: OfEntries = ""
     id: str = ""
+
+    def of(self, field: str, name: str, default: str = "") -> str:
+        """What a field says of the entry of this name."""
+        said = getattr(self, field)
+        return str(said.get(name, default) if isinstance(said, dict) else said)
 
 
 def numbers(file: str | Path) -> tuple[Part, ...]:
@@ -65,12 +76,24 @@ def numbers(file: str | Path) -> tuple[Part, ...]:
             except msgspec.ValidationError as error:
                 unknown = sorted(set(table["claim"]) - set(Declared.__struct_fields__)) if _is_table(table) else []
                 advice = meant(unknown[0], Declared.__struct_fields__) if unknown else "correct it"
-                raise AuditError(f"{where}: {error}; {advice}") from None
+                said = str(error).replace("`str | object`", "a string, or a table by entry")
+                raise AuditError(f"{where}: {said}; {advice}") from None
             title = claim.part or table["place"].partition(",")[0]
             part = parts.setdefault(title, Part(title))
-            for keys, printed in _entries(data[name], ()):
+            entries = list(_entries(data[name], ()))
+            _require_named(claim, [".".join(keys) for keys, _ in entries if keys], where)
+            for keys, printed in entries:
                 _declare(part, name, claim, keys, printed, where, (str(path), line))
     return tuple(parts.values())
+
+
+def _require_named(claim: Declared, names: Sequence[str], where: str) -> None:
+    """Raise AuditError for a field that says something of an entry that is not there."""
+    for field in SPLIT:
+        said = getattr(claim, field)
+        for name in said if isinstance(said, dict) else ():
+            if name not in names:
+                raise AuditError(f"{where}: {field} speaks of the entry {name!r}; {meant(name, names)}")
 
 
 def _is_table(table: Any) -> bool:
@@ -91,8 +114,10 @@ def _declare(
     if not isinstance(printed, str):
         raise AuditError(f"{where}: a claim is on a printed number, and {printed!r} is none; write it as a string")
 
+    entry = ".".join(keys)
+
     def filled(text: str) -> str:
-        return text.replace("{key}", ".".join(keys))
+        return text.replace("{key}", entry)
 
     found = parse(printed)
     kind = Kind.BOUND if found.relation else Kind.MATRIX if found.shape else Kind.VALUE
@@ -101,6 +126,7 @@ def _declare(
         raise AuditError(
             f"{where}: check is {check!r}, the result itself; give the same number by another method, or leave it out"
         )
+    meant_here = claim.of("meant", entry)
     answer = partial(_answer, where, str(printed), result, claim.method, check)
     part.claim(
         kind,
@@ -108,11 +134,11 @@ def _declare(
         (filled(claim.id) or ".".join([name.replace("_", "-"), *keys])).lower(),
         printed,
         statement=filled(claim.statement),
-        pinned=claim.pinned or ("reproduced after erratum" if claim.meant else ""),
+        pinned=claim.of("pinned", entry) or ("reproduced after erratum" if meant_here else ""),
         uses=dict.fromkeys(path.partition(".")[0] for path in (result, check) if path),
-        erratum=claim.erratum,
-        meant=claim.meant,
-        reading=claim.reading,
+        erratum=claim.of("erratum", entry) or None,
+        meant=meant_here,
+        reading=claim.of("reading", entry, NO_READING),
     )(declared(place, answer))
 
 

@@ -17,8 +17,8 @@ from replication.files import write_atomically
 
 FILES = {
     "__init__.py": "init.py",
-    **{name: name for name in ("printed.toml", "printed.py", "experiments.py", "claims.py", "figures.py", "paper.py")},
-    "coverage.toml": "coverage.toml",
+    **{name: name for name in ("paper.toml", "printed.toml", "printed.py", "experiments.py", "claims.py")},
+    **{name: name for name in ("figures.py", "paper.py", "coverage.toml")},
 }
 """Files of the package, each with the name of its template; `test.py` is that of the test."""
 LONGEST = 40

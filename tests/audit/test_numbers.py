@@ -100,7 +100,7 @@ def test_a_way_that_ends_is_told_with_what_is_there(tmp_path: Path, results: dic
     [
         ("colour = 1", "unknown field `colour`"),
         ("chekc = 'a'", "unknown field `chekc`; did you mean check"),
-        ("meant = 3", r"Expected `str`, got `int`"),
+        ("meant = 3", "Expected a string, or a table by entry, got `int`"),
     ],
 )
 def test_a_field_that_does_not_do_names_file_and_entry(tmp_path: Path, more: str, said: str) -> None:
@@ -143,3 +143,22 @@ def test_an_experiment_that_failed_is_told_as_that_and_counts_as_used(tmp_path: 
 def test_an_experiment_that_is_asked_for_by_a_wrong_name_is_told_with_those_there_are() -> None:
     with pytest.raises(AuditError, match=r"experiment modle is not among those it says it uses; did you mean model\?"):
         Available({"model": 1.0}, {"closed": "failed"})["modle"]
+
+
+def test_what_holds_for_one_entry_of_a_table_stands_in_a_table(tmp_path: Path) -> None:
+    more = 'erratum = { fast = "digits" }\nmeant = { fast = "1.60" }\nreading = { slow = "slowly" }'
+    slow, fast = numbers(written(tmp_path, more=more))[0].claims
+    assert (slow.erratum, slow.meant, slow.reading, slow.expected) == (None, "", "slowly", Verdict.REPRODUCED)
+    assert (fast.erratum, fast.meant, fast.reading) == ("digits", "1.60", "none")
+    assert fast.expected is Verdict.REPRODUCED_AFTER_ERRATUM
+    pinned = numbers(written(tmp_path, more='pinned = { fast = "differs" }'))[0].claims
+    assert [claim.expected for claim in pinned] == [Verdict.REPRODUCED, Verdict.DIFFERS]
+
+
+@pytest.mark.parametrize("field", ["erratum", "meant", "reading", "pinned"])
+def test_an_entry_that_is_not_there_is_told_with_its_line(tmp_path: Path, field: str) -> None:
+    path = written(tmp_path, more=f'{field} = {{ fats = "x" }}')
+    with pytest.raises(
+        AuditError, match=rf"printed\.toml:5: \[rate\.claim\]: {field} speaks of the entry 'fats'; did you mean fast"
+    ):
+        numbers(path)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replication.audit.judge.printed import decimal_fraction, parse
+from replication.audit.judge.printed import decimal_fraction, number, parse
 from replication.errors import AuditError
 
 
@@ -256,3 +256,27 @@ def test_decimal_fraction_of_a_tolerance() -> None:
     assert decimal_fraction("0.005") == Fraction(1, 200)
     with pytest.raises(AuditError, match="half"):
         decimal_fraction("half")
+
+
+@pytest.mark.parametrize(
+    ("printed", "meant"),
+    [
+        ("1,204.315", 1204.315),
+        ("−4.118", -4.118),
+        ("2.6×10⁻⁶", 2.6e-6),
+        ("47.218 ± 0.012", 47.218),
+        ("36.3 %", 36.3),
+        ("1.2–1.4", [1.2, 1.4]),
+        ("(1.031, 1.085)", [1.031, 1.085]),
+        ("[0.2 0.3; −0.1 0.2]", [[0.2, 0.3], [-0.1, 0.2]]),
+        ({"AP": "1.2", "PQ": ["0.9", "1.6"]}, {"AP": 1.2, "PQ": [0.9, 1.6]}),
+    ],
+)
+def test_number_of_a_print_in_any_form(printed: object, meant: object) -> None:
+    assert number(printed) == meant
+
+
+@pytest.mark.parametrize("printed", ["<0.5", "1.0+0.2i", {"a": "≥2"}, "half"])
+def test_what_is_no_real_number_is_no_input(printed: object) -> None:
+    with pytest.raises(AuditError, match="printed value"):
+        number(printed)

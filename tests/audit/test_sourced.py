@@ -42,7 +42,7 @@ def sources_copied_to(directory: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def shows(text: str) -> bool:
     try:
-        require_sourced(text, SOURCE)
+        require_sourced({"": text}, SOURCE)
     except AuditError:
         return False
     return True
@@ -94,18 +94,18 @@ def test_any_other_number_is_found(text: str) -> None:
 
 def test_error_says_which_number_and_where() -> None:
     with pytest.raises(AuditError, match=r"'0\.64' in 'the level is 0\.64 here'.*take it from the results"):
-        require_sourced("<p>the level is 0.64 here</p>", SOURCE)
+        require_sourced({"": "<p>the level is 0.64 here</p>"}, SOURCE)
 
 
 def test_texts_count_in_the_results_only() -> None:
-    require_sourced("<p>0.64</p>", SOURCE, {"derived": (Fraction(16, 25),)})
+    require_sourced({"": "<p>0.64</p>"}, SOURCE, {"derived": (Fraction(16, 25),)})
     with pytest.raises(AuditError, match=r"0\.64"):
-        require_sourced("<p>0.64</p>", SOURCE, {"sentence": "the level is 0.64"})
+        require_sourced({"": "<p>0.64</p>"}, SOURCE, {"sentence": "the level is 0.64"})
 
 
 def test_an_exact_number_is_no_text_with_words() -> None:
     with pytest.raises(AuditError, match="4711"):
-        require_sourced("<p>4711</p>", {"intervals": (("4711/200", "5000/200"),)})
+        require_sourced({"": "<p>4711</p>"}, {"intervals": (("4711/200", "5000/200"),)})
 
 
 def test_numbers_are_found_at_any_depth(made: ResultsFile) -> None:

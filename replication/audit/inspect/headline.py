@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from replication.audit.judge.policies import once
+from replication.audit.judge.printed import has_uncertainty
 from replication.audit.judge.proofs import NUMERIC
 from replication.audit.model import NO_READING, Kind, Verdict
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
@@ -41,6 +42,11 @@ def basis(claim: ClaimRecord) -> Basis:
         return Basis.DIGITS
     drawn = claim.claim.kind is Kind.STATISTICAL and claim.evidence.probability is not None
     return Basis.DRAW if drawn else Basis.STATEMENT
+
+
+def has_spread(claim: ClaimRecord) -> bool:
+    """Whether it is judged by digits, and the text prints their uncertainty."""
+    return basis(claim) is Basis.DIGITS and has_uncertainty(claim.claim.printed)
 
 
 def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
@@ -129,7 +135,9 @@ def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> t
             c.verdict is Verdict.COMPATIBLE and c.claim.erratum in inferred for c in claims
         ),
         "that rest on a reading of the text": (c.claim.reading not in ("", NO_READING) for c in claims),
-        "with printed digits and a tolerance other than half a unit": (c.claim.tolerance is not None for c in claims),
+        "with printed digits and a tolerance other than half a unit": (
+            c.claim.tolerance is not None or has_spread(c) for c in claims
+        ),
         "whose statement holds up to a threshold of ours": (c.evidence.threshold is not None for c in claims),
         "judged by the probability of a random draw": (basis(c) is Basis.DRAW for c in claims),
         "with neither a check by a second method nor a proof": (

@@ -13,11 +13,10 @@ from pathlib import Path
 from replication.audit.inspect.coverage import faults
 from replication.audit.judge.proofs import flat
 from replication.audit.model import Verdict
+from replication.audit.names import listed
 from replication.audit.parts import Paper
 from replication.audit.store.records import ClaimRecord, ResultsFile
 
-SHOWN = 3
-"""Names that a note lists; it counts the others."""
 LIKENESS = 0.75
 """Of two words, from which one may be the other with a slip; `Tabel` and `Table` have 0.8."""
 
@@ -27,12 +26,14 @@ def _both_ways(number: float) -> tuple[tuple[str, float], tuple[str, float]]:
     return (f"{number:g}", number), (f"1/{number:g}", 1 / number)
 
 
+SIGN = "−1"
 FACTORS = {
+    SIGN: -1.0,
     **{f"10^{power}": 10.0**power for power in (*range(-9, 0), *range(1, 10))},
     **{"2π": 2 * math.pi, "1/(2π)": 1 / (2 * math.pi), "180/π": 180 / math.pi, "π/180": math.pi / 180},
     **{name: times for number in (60.0, 3600.0, 4.184) for name, times in _both_ways(number)},
 }
-"""By which a number in another unit is off."""
+"""By which a number is off whose sign was lost, or that is in another unit."""
 
 
 def notes(
@@ -45,7 +46,7 @@ def notes(
     papers.
     """
     if unused:
-        yield f"no claim, erratum, figure or finding uses {_listed(unused)}"
+        yield f"no claim, erratum, figure or finding uses {listed(unused)}"
     unchecked = [
         claim.id
         for claim in results.claims
@@ -53,16 +54,17 @@ def notes(
         and not (claim.evidence.cross_check or claim.judgement.proved)
     ]
     if unchecked:
-        yield f"neither a check by a second method nor a proof: {_listed(unchecked)}"
+        yield f"neither a check by a second method nor a proof: {listed(unchecked)}"
     for claim in results.claims:
         if claim.verdict is Verdict.DIFFERS and (words := factor(claim)):
-            yield f"{claim.id}: the computed number is {words} times the print; another unit, or a decimal comma?"
+            cause = "a sign lost" if words == SIGN else "another unit, or a decimal comma"
+            yield f"{claim.id}: the computed number is {words} times the print; {cause}?"
     for paper in papers:
         yield from (f"{where}: {slip}" for where, slip in slips(paper))
         drawn = {figure.name for figure in paper.figures}
         files = sorted({path for path in figures.glob(f"{paper.key}-*") if path.stem not in drawn})
         if files:
-            yield f"no figure is called {_listed([path.name for path in files])}; remove what is left in {figures}"
+            yield f"no figure is called {listed([path.name for path in files])}; remove what is left in {figures}"
         yield from _uncovered(folder / paper.key, paper)
 
 
@@ -103,8 +105,3 @@ def slips(paper: Paper) -> Iterator[tuple[str, str]]:
 def _same_stem(first: str, second: str) -> bool:
     """Whether the words differ by a capital or in number only."""
     return first.lower().rstrip("s") == second.lower().rstrip("s")
-
-
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return f"{', '.join(names[:SHOWN])}{more}"

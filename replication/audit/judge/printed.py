@@ -17,10 +17,11 @@ either side. All arithmetic is exact (`Fraction`), so no rounding of ours decide
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
+from typing import Any
 
 from replication.audit.model import Numbers
 from replication.errors import AuditError
@@ -43,7 +44,7 @@ _PER_CENT = re.compile(r"(?<=[0-9.)])\s*(?:%|per ?cent)$")
 _RANGE = re.compile(rf"({_REAL.pattern})\s*(?:–|—|…|\.\.\.|\bto\b)\s*({_REAL.pattern})")
 _SPREAD = re.compile(rf"({_REAL.pattern})\s*(?:±|\+/-)\s*({_UNSIGNED})")
 _LAST = re.compile(r"([+-]?[0-9]+(?:\.[0-9]*)?|[+-]?\.[0-9]+)\(([0-9]{1,3})\)((?:[eE][+-]?[0-9]{1,2})?)")
-UNCERTAINTY = re.compile(r"[0-9]\([0-9]+\)|(?:±|\+/-)\s*[0-9.]+(?:e-?[0-9]+)?$")
+_UNCERTAINTY = re.compile(r"[0-9]\([0-9]+\)|(?:±|\+/-)\s*[0-9.]+(?:e-?[0-9]+)?$")
 """What only a print with an uncertainty holds."""
 _TOLERANCE = "write the number alone, and what is allowed as its tolerance, with tolerance_reason"
 _ADVICE = (
@@ -185,6 +186,32 @@ def parse(text: str) -> Printed:
     if relation and (shape != () or len(cells[0]) != 1):
         raise AuditError(f"printed value {text!r}: a relation stands before one real number only")
     return Printed(text, relation, cells, shape, f"{relation}{body}")
+
+
+def number(printed: Any) -> Any:
+    """What a print stands for, as input of an experiment: a float, the rows of a matrix, a list, or an interval's ends.
+
+    Of a table or a list of prints those of its entries, under the same names. An uncertainty is left out, a number of
+    per cent stays one. Raises AuditError for a bound and for a complex number, and as `parse`.
+    """
+    if isinstance(printed, Mapping):
+        return {key: number(entry) for key, entry in printed.items()}
+    if isinstance(printed, list | tuple):
+        return [number(entry) for entry in printed]
+    found = parse(str(printed))
+    if found.relation or any(len(cell) > 1 for cell in found.cells):
+        what = "a bound" if found.relation else "a complex number"
+        raise AuditError(f"printed value {printed!r} is {what} and no real number; say in Python what is computed with")
+    values = [float(entry.value) for entry in found.entries]
+    if len(found.shape) == 2:
+        rows, columns = found.shape
+        return [values[row * columns : (row + 1) * columns] for row in range(rows)]
+    return values if found.shape else values[0]
+
+
+def has_uncertainty(text: str) -> bool:
+    """Whether an uncertainty is printed with the number."""
+    return _UNCERTAINTY.search(text) is not None
 
 
 def decimal_fraction(text: str) -> Fraction:

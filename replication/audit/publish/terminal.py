@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
@@ -10,12 +11,14 @@ import msgspec
 from replication.audit.inspect.headline import theorems
 from replication.audit.judge.policies import once
 from replication.audit.model import Outcome, Reading, SolverRecord, Verdict
+from replication.audit.names import listed
 from replication.audit.parts import Paper
 from replication.audit.run.progress import Action, Step
 from replication.audit.store.records import DECIDING, CertificateRecord, ClaimRecord, ResultsFile
 from replication.verify.quantities import in_words
 
 SLOWEST = 5
+_PLACE = re.compile(r" \[[^\[\]]+:\d+\]$")
 NOT_SHOWN = frozenset(
     {"statement", "solvers", "quantities", "as_printed", "intervals", "outcomes", "over_inputs", "says"}
 )
@@ -68,8 +71,20 @@ def errors(results: ResultsFile) -> tuple[str, ...]:
     experiments = [f"experiment {part.name}: {part.error}" for part in results.experiments if part.error]
     errata = [f"erratum {part.id}: {part.error}" for part in results.errata if part.error]
     figures = [f"figure {part.name}: {part.error}" for part in results.figures if part.error]
-    claims = [f"claim {part.id}: {part.judgement.reason}" for part in results.claims if part.verdict is Verdict.ERROR]
-    return (*experiments, *claims, *errata, *figures)
+    return (*experiments, *_claims(results.claims), *errata, *figures)
+
+
+def _claims(claims: Iterable[ClaimRecord]) -> Iterator[str]:
+    """A line for each error, however many claims ended in it; where each of them met it then matters no longer."""
+    found: dict[str, list[ClaimRecord]] = {}
+    for claim in claims:
+        if claim.verdict is Verdict.ERROR:
+            found.setdefault(_PLACE.sub("", claim.judgement.reason), []).append(claim)
+    for reason, same in found.items():
+        if len(same) == 1:
+            yield f"claim {same[0].id}: {same[0].judgement.reason}"
+        else:
+            yield f"claims {listed([claim.id for claim in same])}: {reason}"
 
 
 def list_lines(papers: Sequence[Paper], records: Mapping[str, ClaimRecord]) -> Iterator[str]:
@@ -138,8 +153,8 @@ def solver_text(solver: SolverRecord) -> str:
 def _counts(claims: Sequence[ClaimRecord]) -> str:
     counted = once(claims)
     found = Counter(claim.verdict for claim in counted)
-    listed = ", ".join(f"{found[verdict]} {verdict}" for verdict in Verdict if found[verdict])
-    return f"{len(counted)} claims{listed and f': {listed}'}"
+    several = ", ".join(f"{found[verdict]} {verdict}" for verdict in Verdict if found[verdict])
+    return f"{len(counted)} claims{several and f': {several}'}"
 
 
 def _text(value: object) -> str:

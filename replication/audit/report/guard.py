@@ -41,25 +41,32 @@ _RATIONAL = re.compile(r"-?[0-9]+/[0-9]+")
 _AROUND = 60
 
 
-def require_sourced(page: str, *sources: Any) -> None:
+def require_sourced(page: Mapping[str, str], *sources: Any) -> None:
     """Raise AuditError that names the first number on `page` that is in none of `sources`, with the text around it.
 
+    page: HTML by the part of the report that it is, which the message names; "" for the page itself.
     sources: what the page was made from, first of all the results; dataclasses, structs, mappings and sequences are
     looked through for numbers, and the texts of the first one for numbers in words.
     """
     known = sorted({abs(Fraction(number)) for source in sources for number in numbers_of(source)})
     words = {number.group() for text in _texts(sources[0]) for number in _numbers(text)}
+    for name, html in page.items():
+        for text in _read(html):
+            for number in _numbers(text):
+                if number.group() not in words and not _is_one_of(number, known):
+                    around = text[max(0, number.start() - _AROUND) : number.end() + _AROUND].strip()
+                    where = f" of #{name}" if name else ""
+                    raise AuditError(
+                        f"the report{where} says {number.group()!r} in {around!r}, and the results hold no such "
+                        "number; take it from the results, or hand it over from a builder as a number, not as a text"
+                    )
+
+
+def _read(html: str) -> list[str]:
     reader = _Reader()
-    reader.feed(page)
+    reader.feed(html)
     reader.close()
-    for text in reader.texts:
-        for number in _numbers(text):
-            if number.group() not in words and not _is_one_of(number, known):
-                around = text[max(0, number.start() - _AROUND) : number.end() + _AROUND].strip()
-                raise AuditError(
-                    f"the report says {number.group()!r} in {around!r}, and the results hold no such number; "
-                    "take it from the results, or hand it over from a builder as a number, not as a text"
-                )
+    return reader.texts
 
 
 def numbers_of(source: Any) -> Iterator[float | Fraction]:

@@ -51,7 +51,7 @@ def build_report(results: ResultsFile, figures: Path, output: Path, root: Path |
     if made_from(output) == key:
         return output
     page, evidence, shown = _made(results, figures, "../" * depth)
-    require_sourced(" ".join([page, *evidence.values()]), results, shown)
+    require_sourced({"": page, **evidence}, results, shown)
     write_page(output, page, key)
     return output
 

@@ -11,7 +11,7 @@ from replication.audit.inspect.sentences import require_short
 from replication.audit.judge.proofs import no_theorem
 from replication.audit.judge.recording import make_record
 from replication.audit.judge.validate import unused_readings
-from replication.audit.model import Claim, Erratum, Experiment, Proof, Reading
+from replication.audit.model import Claim, Erratum, Experiment, Proof, Reading, Verdict
 from replication.audit.names import meant
 from replication.audit.parts import Paper
 from replication.audit.run.worker import describe
@@ -132,7 +132,10 @@ def assemble(
         certificates=tuple(certificates),
     )
     read = state.read.union(*(figure.uses for paper in papers for figure in paper.figures))
-    return results, tuple(failures), tuple(record.name for record in experiments if record.name not in read)
+    # What ended in an error may not have come to all that it would read.
+    whole = not (failures or any(claim.verdict is Verdict.ERROR for claim in claims) or any(e.error for e in errata))
+    unused = tuple(record.name for record in experiments if whole and record.name not in read)
+    return results, tuple(failures), unused
 
 
 def _experiment(state: _Run, paper: str, experiment: Experiment) -> ExperimentRecord:

@@ -17,7 +17,7 @@ from replication.audit.run.tracing import checksums, data_tree, opened_files
 from replication.audit.store.jsonvalues import encode
 from replication.audit.store.provenance import THREADS
 from replication.audit.store.sources import SourceTree
-from replication.errors import AuditError
+from replication.errors import AuditError, ReplicationError
 from replication.extras import told
 
 LARGEST = 20_000_000
@@ -89,9 +89,12 @@ def _encoded(name: str, value: Any) -> str:
 
 
 def describe(failure: BaseException, sources: SourceTree) -> str:
-    """Type, message and the innermost line of the project of an exception, on one line."""
+    """Type, message and the innermost line of the project of an exception, on one line.
+
+    An error that we raise on account of a paper says the line of the paper.
+    """
     message = told(failure)
-    where = sources.last_line(failure.__traceback__)
+    where = sources.last_line(failure.__traceback__, of_papers=isinstance(failure, ReplicationError))
     return f"{type(failure).__name__}{message and f': {message}'}{where and f' [{where}]'}"
 
 

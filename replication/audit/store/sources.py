@@ -8,7 +8,7 @@ import functools
 import hashlib
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -137,23 +137,36 @@ class SourceTree:
         for package, directory in self.packages.items():
             own = (directory / key).is_dir() and bool(short)
             front = rf"(?:{re.escape(key)}[.-])?" if own else ""
-            pattern = re.compile(rf"(?<![\w.-]){front}{re.escape(short if own else name)}(?![\w-])")
+            word = f"{front}{re.escape(short if own else name)}"
             files = (directory / key if own else directory).rglob("*.*") if package != "replication" else ()
-            for path in sorted(files):
-                if path.suffix in (".py", ".toml") and path.name != "coverage.toml":
-                    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-                        if pattern.search(line):
-                            return f" [{self.label(path)}:{number}]"
+            written = [
+                path for path in sorted(files) if path.suffix in (".py", ".toml") and path.name != "coverage.toml"
+            ]
+            # In quotes it is a name for sure; a word like another one may stand in any docstring.
+            for pattern in (rf"[\"']{word}[\"']", rf"(?<![\w.-]){word}(?![\w-])"):
+                if place := self._first_line(re.compile(pattern), written):
+                    return f" [{place}]"
         return ""
 
-    def last_line(self, traceback: TracebackType | None) -> str:
-        """`file:line` of the innermost frame in the project, those that call its functions aside; empty if none."""
-        found = ""
+    def _first_line(self, pattern: re.Pattern[str], files: Iterable[Path]) -> str:
+        for path in files:
+            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+                if pattern.search(line):
+                    return f"{self.label(path)}:{number}"
+        return ""
+
+    def last_line(self, traceback: TracebackType | None, *, of_papers: bool = False) -> str:
+        """`file:line` of the innermost frame in the project, those that call its functions aside; empty if none.
+
+        of_papers: in a module of a paper, if one is among them.
+        """
+        found, theirs = "", ""
         while traceback is not None:
             label = self._label_at(traceback.tb_frame.f_code.co_filename)
             found = f"{label}:{traceback.tb_lineno}" if label and label not in CALLERS else found
+            theirs = found if label and not label.startswith(f"{replication.__name__}/") else theirs
             traceback = traceback.tb_next
-        return found
+        return (theirs or found) if of_papers else found
 
     def now(self, label: str) -> str | None:
         """The checksum of a file as it is on the disk now, None if there is none."""

@@ -1,21 +1,14 @@
 """A note on an epidemic."""
 
 from papers.epidemic import errata, experiments, figures, printed
-from replication.audit.declare import Part, experiment, paper
-from replication.audit.inspect.coverage import tallies
+from replication.audit.about import about
+from replication.audit.declare import Part, experiment, number, paper
 from replication.audit.numbers import numbers
 
-R, DAYS = (float(printed.DATA[name]) for name in ("reproduction", "days"))
+R, DAYS = (number(printed.DATA[name]) for name in ("reproduction", "days"))
 
 PAPER = paper(
-    key="epidemic",
-    title="A note on an epidemic",
-    authors=("A. Author",),
-    year=2031,
-    venue="Made up",
-    doi="",
-    summary="Growth, doubling time and final size of an epidemic.",
-    bibtex="@misc{epidemic, title = {A note on an epidemic}}",
+    **about(__file__),
     parts=(
         Part("Sec. 2", reason="Parameters."),
         *numbers(printed.__file__),
@@ -27,5 +20,4 @@ PAPER = paper(
     ),
     errata=errata.ERRATA,
     figures=(figures.COURSE,),
-    coverage=tallies(__file__),
 )

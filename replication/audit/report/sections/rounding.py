@@ -6,10 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from replication.audit.inspect.headline import Basis, basis
+from replication.audit.inspect.headline import Basis, basis, has_spread
 from replication.audit.judge import numerals
 from replication.audit.judge.agreement import stored_intervals
-from replication.audit.judge.printed import UNCERTAINTY
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.parts import Sensitivity
 from replication.audit.store.records import ClaimRecord, ResultsFile
@@ -38,7 +37,7 @@ def allowances(claims: Iterable[ClaimRecord]) -> tuple[Allowance, ...]:
 def _of(claim: ClaimRecord) -> Iterator[tuple[str, str, str]]:
     if claim.claim.tolerance is not None:
         yield "distance from the print", f"≤ {claim.claim.tolerance}", claim.claim.tolerance_reason
-    if basis(claim) is Basis.DIGITS and UNCERTAINTY.search(claim.claim.printed):
+    if has_spread(claim):
         yield "distance from the print", "as printed with it", f"The text prints {claim.claim.printed}."
     for evidence in (claim.evidence, claim.evidence.as_printed):
         if evidence is not None and evidence.threshold is not None:
