@@ -169,6 +169,17 @@ def test_failing_figure_alone_is_exit_code_3(lab: Lab) -> None:
     assert re.search(r"error: figure toy2020-fig1: .*no ink", done.stdout)
 
 
+def test_a_report_that_cannot_be_made_says_that_the_page_there_is_older(lab: Lab) -> None:
+    assert lab.cli("run").returncode == 0
+    (lab.root / "figures" / "toy2020-fig1.svg").unlink()
+    done = lab.cli("report")
+    assert done.returncode == 2
+    page = lab.root / "report" / "index.html"
+    assert done.stderr.rstrip().endswith(f"{page} is of an earlier run")
+    page.unlink()
+    assert "earlier run" not in lab.cli("report").stderr
+
+
 def test_run_of_one_paper_leaves_the_report_on_all_alone(ran: Lab) -> None:
     whole = (ran.root / "report" / "results.json").read_bytes()
     done = ran.cli("run", "other2021")

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from replication.errors import AuditError
 from replication.verify.workers import jobs as jobs
 
 if TYPE_CHECKING:
@@ -46,7 +47,10 @@ def say_report(results: ResultsFile, figures: Path, output: Path) -> None:
     """Build the report at `output` and say where it is, and which of the tutorials that it links to are not built."""
     from replication.audit.report.page import build_report
 
-    say([f"report: {build_report(results, figures, output, project_root())}"])
+    try:
+        say([f"report: {build_report(results, figures, output, project_root())}"])
+    except AuditError as error:
+        raise (AuditError(f"{error}; {output} is of an earlier run") if output.is_file() else error) from None
     say_tutorials(tutorials(results))
 
 
