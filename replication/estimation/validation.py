@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-import scipy.linalg
+import scipy
 
 from replication.errors import InvalidInputError
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from papers.mustafa.method.stability import delta_block
 from replication.estimation.linear.periodic import block_diagonal
-from replication.estimation.nonuniform.filter_lmi import LmiVariables, lmi10
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
@@ -95,6 +94,8 @@ def _transfer(filter_: Filter, z: float) -> Array:
 
 def _theorem_3(rng: np.random.Generator, plant: SampledPlant, filter_: Filter, h: float) -> dict[str, float]:
     """Residuals of J' (6) J = (10) for a random P-bar, and of the filter by (11) against the one that went in."""
+    from replication.estimation.nonuniform.filter_lmi import LmiVariables, lmi10  # slow to load
+
     n, m, s, delta = plant.order, plant.B.shape[1], len(plant.L), 1.7
     root = rng.standard_normal((2 * n, 2 * n))
     P = root @ root.T + np.eye(2 * n)

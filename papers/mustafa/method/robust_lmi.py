@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from papers.mustafa.method.stability import logarithmic_norm, small_gain_alpha
 from replication.errors import InfeasibleError, InvalidInputError

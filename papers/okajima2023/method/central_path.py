@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import scipy.linalg
+import scipy
 
 from papers.okajima2023.method.reduced_lmi import Layout, inequalities
 from replication.errors import InfeasibleError, InvalidInputError, SolverError

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.linalg import solve_continuous_are
+import scipy
 
 from replication.estimation.delay.observer import ErrorSystem
 from replication.estimation.delay.response import hinf_norm
@@ -65,7 +65,7 @@ def lmi_3(trials: int, seed: int) -> dict[str, Any]:
         a, b = plant["a"] + gain @ plant["c2"], -(plant["b"] + gain @ plant["d"])
         level = ABOVE * norm
         weight = plant["c1"].T @ plant["c1"] / level + SLACK * np.eye(N)
-        p = np.asarray(solve_continuous_are(a, b, weight, -level * np.eye(INPUTS)))
+        p = np.asarray(scipy.linalg.solve_continuous_are(a, b, weight, -level * np.eye(INPUTS)))
         z = p @ gain
         least = least_level(p, z, plant, level)
         found = np.linalg.solve(p, z)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sparse
+import scipy
 
 from papers.peet2019.experiments.examples import LOOSE
 from replication.estimation.conic.sdpa import solve_sdpa
@@ -140,10 +140,10 @@ def inside(small: Rule, big: Rule, degree: int) -> bool:
     )
 
 
-def _cone(space: FormSpace, shape: Shape) -> tuple[sparse.csr_array, tuple[Index, ...]]:
+def _cone(space: FormSpace, shape: Shape) -> tuple[scipy.sparse.csr_array, tuple[Index, ...]]:
     plain, weighted = _blocks(shape)
     maps = [cone_map(block, space) for block in (plain, weighted)]
-    return sparse.hstack(maps, format="csr"), (plain.labels(space), weighted.labels(space))
+    return scipy.sparse.hstack(maps, format="csr"), (plain.labels(space), weighted.labels(space))
 
 
 def least(system: DelaySystem, reading: Rule, epsilon: float, degree: int = 1) -> float:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy
 
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
@@ -112,7 +112,7 @@ def lifted(
     for a, coefficient in enumerate(bessel.RAMP):
         risen[function, space.points + a * width + function] = coefficient
     diagonals = (blocks[1 + i * space.delays : 1 + (i + 1) * space.delays] for i in range(2))
-    rest = [block_diag(*parts) if len(parts) else np.zeros((width, width)) for parts in diagonals]
+    rest = [scipy.linalg.block_diag(*parts) if len(parts) else np.zeros((width, width)) for parts in diagonals]
     first = functionals.T @ blocks[0] @ functionals + beyond.T @ rest[0] @ beyond + risen.T @ rest[1] @ risen
     second = np.zeros((weighted.size(space), weighted.size(space)))
     second[space.points : space.points + width, space.points : space.points + width] = rest[1]  # 1+η = (1+η)² - η(1+η)

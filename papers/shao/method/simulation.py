@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import matrix_balance
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, row_of_output
@@ -107,7 +107,7 @@ def _hold(state: Array, inputs: Array, time: float) -> tuple[Array, Array]:
     The state is scaled first: position, speed and acceleration of a fast mode differ by orders of magnitude.
     """
     n = state.shape[0]
-    scale = matrix_balance(state, permute=False, separate=True)[1][0]
+    scale = scipy.linalg.matrix_balance(state, permute=False, separate=True)[1][0]
     state, inputs = state * scale[None, :] / scale[:, None], inputs / scale[:, None]
     halvings = max(0, int(np.ceil(np.log2(np.linalg.norm(state, 2) * time + 1e-300))) + 4)
     short = time / 2**halvings

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import scipy.io
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.validation import Array

@@ -7,7 +7,7 @@ from typing import Any
 
 import clarabel
 import numpy as np
-import scipy.sparse as sparse
+import scipy
 
 from replication.estimation.conic.program import Indices, Program, Solution
 from replication.estimation.conic.solvers import CLARABEL_OPTIONS, SolverReport, raise_unless_solved
@@ -44,8 +44,8 @@ def solve_clarabel(
     if matrices:
         cones.insert(0, clarabel.ZeroConeT(len(program.b)))
         q, right = cost, np.concatenate([program.b, np.zeros(len(place))])
-        matrix = sparse.vstack([packed.T, -sparse.identity(len(place))], format="csc")
-    said = clarabel.DefaultSolver(sparse.csc_matrix((len(q), len(q))), q, matrix, right, cones, settings).solve()
+        matrix = scipy.sparse.vstack([packed.T, -scipy.sparse.identity(len(place))], format="csc")
+    said = clarabel.DefaultSolver(scipy.sparse.csc_matrix((len(q), len(q))), q, matrix, right, cones, settings).solve()
     report = SolverReport(
         name="Clarabel",
         version=version("clarabel"),
@@ -65,15 +65,15 @@ def solve_clarabel(
     return Solution(program, x, y, report)
 
 
-def _packed(program: Program, place: Indices, weights: Array) -> sparse.csc_matrix:
+def _packed(program: Program, place: Indices, weights: Array) -> scipy.sparse.csc_matrix:
     """Aᵀ on the scaled triangles."""
-    entries = sparse.coo_array(program.a)
+    entries = scipy.sparse.coo_array(program.a)
     row = np.full(program.a.shape[1], -1)
     row[place] = np.arange(len(place))
     row = row[entries.col]
     kept = row >= 0
     data = entries.data[kept] * weights[row[kept]]
-    return sparse.csc_matrix((data, (row[kept], entries.row[kept])), shape=(len(place), len(program.b)))
+    return scipy.sparse.csc_matrix((data, (row[kept], entries.row[kept])), shape=(len(place), len(program.b)))
 
 
 def _triangles(program: Program) -> tuple[Indices, Indices, Array]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sparse
+import scipy
 
 from replication.estimation.conic.solvers import SolverReport
 from replication.estimation.validation import Array
@@ -28,7 +28,7 @@ class Program:
     linear: the number l of scalars x; blocks: the orders N_j. Entries of `a` that stand twice count as their sum.
     """
 
-    a: sparse.csr_array | sparse.coo_array
+    a: scipy.sparse.csr_array | scipy.sparse.coo_array
     b: Array
     c: Array
     linear: int
@@ -90,7 +90,7 @@ def program_under(cost: Array, *groups: Inequalities) -> Program:
         blocks += [size] * count
         start += count * size * size
     position = np.concatenate(unknowns), np.concatenate(entries)
-    a = sparse.coo_array((np.concatenate(data), position), shape=(len(cost), start))
+    a = scipy.sparse.coo_array((np.concatenate(data), position), shape=(len(cost), start))
     return Program(a, -cost, np.concatenate(constants), 0, tuple(blocks))
 
 

@@ -15,10 +15,7 @@ from functools import cache
 from importlib.metadata import version
 from typing import TypeVar, cast
 
-import scipy.sparse as sparse
-from sdpap.param import param
-from sdpap.sdpacall import sdpacall
-from sdpap.symcone import SymCone
+import scipy
 from threadpoolctl import ThreadpoolController
 
 from replication.errors import InfeasibleError, SolverError
@@ -84,11 +81,15 @@ class SdpaOptions:
 
 def run_sdpa(program: Program, options: Options, threads: int = 1) -> tuple[Array, Array, SolverReport]:
     """The points x and y at which SDPA ended, and what it said, without residuals."""
+    from sdpap.param import param  # slow to load
+    from sdpap.sdpacall import sdpacall
+    from sdpap.symcone import SymCone
+
     option = param({**options, "print": "no", "numThreads": threads})
     arguments = (
-        sparse.csc_matrix(program.a),
-        sparse.csc_matrix(program.b[:, None]),
-        sparse.csc_matrix(program.c[:, None]),
+        scipy.sparse.csc_matrix(program.a),
+        scipy.sparse.csc_matrix(program.b[:, None]),
+        scipy.sparse.csc_matrix(program.c[:, None]),
         SymCone(f=0, l=program.linear, q=(), s=program.blocks),
         option,
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import schur
+import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.solvers import solve_modelled
@@ -170,7 +170,7 @@ def _solvable(drift: Array, process: Array, output: Array, sensor: Array, gamma:
     """Whether the Riccati equation at level γ has a stabilising solution Y >= 0."""
     n = drift.shape[0]
     hamiltonian = np.block([[drift.T, output / gamma**2 - sensor], [-process, -drift]])
-    _, vectors, stable = schur(hamiltonian, output="complex", sort="lhp")
+    _, vectors, stable = scipy.linalg.schur(hamiltonian, output="complex", sort="lhp")
     eigenvalues = np.linalg.eigvals(hamiltonian)
     if stable != n or np.any(np.abs(eigenvalues.real) <= AXIS * (1.0 + np.abs(eigenvalues))):
         return False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm, matrix_balance, schur, solve_triangular
+import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.observer import ErrorSystem
@@ -72,16 +72,16 @@ def hinf_norm(error: ErrorSystem, relative: float = 1e-8) -> NormBracket:
 
 def _balanced(error: ErrorSystem) -> ErrorSystem:
     """The same response with the states in units that balance `a`, as its Schur form needs."""
-    a, (scale, _) = matrix_balance(error.a, permute=False, separate=True)
+    a, (scale, _) = scipy.linalg.matrix_balance(error.a, permute=False, separate=True)
     return ErrorSystem(a, error.b / scale[:, None], error.c * scale)
 
 
 def _peak(error: ErrorSystem, omega: Array) -> tuple[float, float]:
     """Frequency and largest singular value over the given frequencies; one Schur form serves all of them."""
-    triangle, basis = schur(error.a, output="complex")
+    triangle, basis = scipy.linalg.schur(error.a, output="complex")
     b, c = basis.conj().T @ error.b, error.c @ basis
     eye = np.eye(error.a.shape[0])
-    gains = [float(np.linalg.norm(c @ solve_triangular(1j * w * eye - triangle, b), 2)) for w in omega]
+    gains = [float(np.linalg.norm(c @ scipy.linalg.solve_triangular(1j * w * eye - triangle, b), 2)) for w in omega]
     best = int(np.argmax(gains))
     return float(omega[best]), gains[best]
 
@@ -154,7 +154,7 @@ def simulate(error: ErrorSystem, times: Array, disturbance: Array, states: int) 
     augmented = np.zeros((n + 2 * r, n + 2 * r))
     augmented[:n, :n], augmented[:n, n : n + r] = error.a, error.b
     augmented[n : n + r, n + r :] = np.eye(r) / h
-    phi = expm(augmented * h)
+    phi = scipy.linalg.expm(augmented * h)
     step, hold, ramp = phi[:n, :n], phi[:n, n : n + r], phi[:n, n + r :]
     state = np.zeros((len(instants), n))
     for m in range(len(instants) - 1):

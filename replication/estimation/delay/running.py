@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.forms.statespace import require_small, single

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import matrix_balance
+import scipy
 
 from replication.estimation.delay.system import DelaySystem, time_scaled, transformed
 from replication.estimation.validation import Array
@@ -41,14 +41,14 @@ def _balance(system: DelaySystem) -> Array:
     """Factors of the states: Σ|A_i| decides, B and C_1 where states are apart, and the largest of both are equal."""
     size = _size(system)
     np.fill_diagonal(size, 0.0)  # no change of units moves it
-    scale = matrix_balance(size, permute=False, separate=True)[1][0]
+    scale = scipy.linalg.matrix_balance(size, permute=False, separate=True)[1][0]
     drive = np.abs(system.b).max(axis=1, initial=0.0) / scale
     output = np.max([np.abs(c).max(axis=0, initial=0.0) for c in (system.c10, *system.c1)], axis=0) * scale
     if not (np.any(drive) and np.any(output)):
         return np.asarray(1.0 / scale)
     row, column = drive / drive.max(), output / output.max()  # beside rates of about one
     node = np.block([[size / scale[:, None] * scale, row[:, None]], [column[None, :], np.zeros((1, 1))]])
-    further = matrix_balance(node, permute=False, separate=True)[1][0]
+    further = scipy.linalg.matrix_balance(node, permute=False, separate=True)[1][0]
     further = further[:-1] / further[-1]
     drive, output = drive / further, output * further
     return np.asarray(np.sqrt(output.max() / drive.max()) / (scale * further))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.problem import Plant

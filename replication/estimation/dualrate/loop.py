@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.observers import Builder, ObserverStep

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.signals import Signals, is_statespace, numbered

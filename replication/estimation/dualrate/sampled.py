@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.linalg import expm, matrix_balance
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.dualrate.problem import DualRateDesign, Plant
@@ -137,12 +137,12 @@ def sampled_model(
 @lru_cache(maxsize=256)
 def _balance(state: bytes, n: int) -> Any:
     """The units in which the entries of a state matrix (n, n) are alike: the same for every time."""
-    return matrix_balance(np.frombuffer(state).reshape(n, n), permute=False, separate=True)[1][0]
+    return scipy.linalg.matrix_balance(np.frombuffer(state).reshape(n, n), permute=False, separate=True)[1][0]
 
 
 def _exponential(matrix: Any) -> Any:
     with np.errstate(over="ignore", invalid="ignore"):
-        power = expm(matrix)
+        power = scipy.linalg.expm(matrix)
     if not np.all(np.isfinite(power)):
         raise InvalidInputError("exp(A T) overflows: the plant grows too fast for this period; choose a shorter period")
     return power

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import SolverError
 from replication.estimation.linear.periodic import PeriodicSystem, Stage

@@ -11,8 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
-from scipy.linalg.lapack import dgesv
+import scipy
 
 from replication.estimation.validation import Array
 
@@ -80,7 +79,7 @@ def solve(matrix: Array, right: Array) -> Array:
     if matrix.ndim > 2:
         return np.asarray(np.linalg.solve(matrix, right))
     # A small system takes longer to hand to numpy than to solve.
-    _, _, solution, failed = dgesv(matrix, right)
+    _, _, solution, failed = scipy.linalg.lapack.dgesv(matrix, right)
     if failed:
         raise np.linalg.LinAlgError("singular")
     return solution  # type: ignore[no-any-return]

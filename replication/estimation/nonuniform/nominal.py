@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import hinf_norm

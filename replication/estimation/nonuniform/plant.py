@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
-import scipy.linalg
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.signals import measured_outputs

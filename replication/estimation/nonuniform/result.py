@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.sparse.linalg import ArpackNoConvergence
+import scipy
 from threadpoolctl import threadpool_limits
 
 from replication.drawing.panel import Panel
@@ -194,7 +194,7 @@ def searched(horizon: int) -> Iterator[None]:
     """Tell what to change where no worst disturbance over `horizon` samples is found."""
     try:
         yield
-    except ArpackNoConvergence as error:
+    except scipy.sparse.linalg.ArpackNoConvergence as error:
         raise SolverError(
             f"no worst disturbance over {horizon} samples was found ({error}): many hurt alike; change `horizon`, or "
             "widen the range of sampling periods"

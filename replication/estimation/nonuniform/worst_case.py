@@ -14,8 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import scipy.sparse
-import scipy.sparse.linalg
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.filters import Estimator

@@ -7,7 +7,7 @@ equation. trace(C_z P C_z') bounds the mean square of the error of z for white n
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.ladder import FilterModel

@@ -11,8 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import matrix_balance, schur
-from scipy.optimize import brentq
+import scipy
 
 from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.ladder import FilterModel
@@ -74,7 +73,7 @@ def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
         middle = (low + high) / 2.0
         low, high = (low, middle) if _angle(model, middle) > 0.0 else (middle, high)
     if high - low > DIGITS * high:
-        high = float(brentq(lambda level: _angle(model, level), low, high, rtol=DIGITS, xtol=1e-300))
+        high = float(scipy.optimize.brentq(lambda level: _angle(model, level), low, high, rtol=DIGITS, xtol=1e-300))
     return FilterLevel(high, smoother)
 
 
@@ -139,7 +138,7 @@ def _direct(model: FilterModel) -> float:
 
 def _balanced(model: FilterModel) -> FilterModel:
     """The same model with states in units that balance `a`, and measurements with noise of unit size."""
-    a, (scale, _) = matrix_balance(model.a, permute=False, separate=True)
+    a, (scale, _) = scipy.linalg.matrix_balance(model.a, permute=False, separate=True)
     model = replace(model, a=a, b=model.b / scale[:, None], cz=model.cz * scale, cy=model.cy * scale)
     if not len(model.cy):
         return model
@@ -178,7 +177,7 @@ def _angle(model: FilterModel, level: float) -> float:
         return -1.0
     n = len(model.a)
     try:
-        _, vectors, stable = schur(matrix, sort="lhp")
+        _, vectors, stable = scipy.linalg.schur(matrix, sort="lhp")
     except np.linalg.LinAlgError:  # eigenvalues at the axis change sides as they are sorted
         return -1.0
     if stable != n:

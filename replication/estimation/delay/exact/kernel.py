@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 from numpy.polynomial import legendre
-from scipy.special import ive
 
 from replication.errors import SolverError
 from replication.estimation.validation import Array
@@ -111,7 +111,7 @@ def _legendre_transforms(b: Complex, count: int) -> Complex:
     if not np.any(b.real):
         return np.asarray(2.0 * (-1j) ** orders * _spherical(b.imag.astype(float), count))
     b = np.where(b == 0.0, 1e-200, b)
-    bessel = np.sqrt(np.pi / (2.0 * b))[:, None] * ive(orders + 0.5, b[:, None])
+    bessel = np.sqrt(np.pi / (2.0 * b))[:, None] * scipy.special.ive(orders + 0.5, b[:, None])
     return np.asarray(2.0 * (-1.0) ** orders * bessel)
 
 

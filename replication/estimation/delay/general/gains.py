@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.estimation.delay.general.cone import Storage, dissipation, scalars_of
 from replication.estimation.delay.general.lines import LineForm

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay.exact.ladder import FilterModel

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import scipy
 from numpy.polynomial import legendre
-from scipy.special import expit
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.delay.exact.kernel import Complex
@@ -82,7 +82,9 @@ def integrated(spectrum: Function, reach: float, delays: Sequence[float]) -> Arr
 
     def beyond(omega: Array) -> Array:
         """Rises smoothly from 0 to 1 over the window."""
-        return np.asarray(np.where(omega < top, 0.0, expit(1.0 / (1.0 - along(omega)) - 1.0 / along(omega))))
+        return np.asarray(
+            np.where(omega < top, 0.0, scipy.special.expit(1.0 / (1.0 - along(omega)) - 1.0 / along(omega)))
+        )
 
     def middle(omega: Array) -> Array:
         """A smooth weight inside the window."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy.sparse as sparse
+import scipy
 
 from replication.estimation.delay.sos.forms import FormSpace, Index
 
@@ -19,7 +19,7 @@ RAMP = (0.5, 0.5 / math.sqrt(3.0))
 """Legendre coefficients of 1+η."""
 
 
-def cone(space: FormSpace, moments: int, *, ramp: bool) -> tuple[sparse.csr_array, tuple[Index, ...]]:
+def cone(space: FormSpace, moments: int, *, ramp: bool) -> tuple[scipy.sparse.csr_array, tuple[Index, ...]]:
     """Coefficients of the form as a linear function of (vec X, vec S_1, .., vec S_K, vec T_1, .., vec T_K).
 
     Returns the sparse map and, for each matrix, the variable behind each of its rows: points are numbered first, then
@@ -35,21 +35,21 @@ def cone(space: FormSpace, moments: int, *, ramp: bool) -> tuple[sparse.csr_arra
         functionals < space.points, functionals, space.points + (functionals - space.points) % space.functions
     )
     parts = [space.points + part for part in functions]
-    return sparse.hstack(maps, format="csr"), (behind, *parts, *(parts if ramp else ()))
+    return scipy.sparse.hstack(maps, format="csr"), (behind, *parts, *(parts if ramp else ()))
 
 
-def _square(space: FormSpace, functionals: Index) -> sparse.coo_array:
+def _square(space: FormSpace, functionals: Index) -> scipy.sparse.coo_array:
     """vec X ↦ uᵀXu."""
     first, second = (part.ravel() for part in np.meshgrid(functionals, functionals, indexing="ij"))
     where = (space.pair(first, second), np.arange(first.size))
-    return sparse.coo_array((np.ones(first.size), where), shape=(space.size, first.size))
+    return scipy.sparse.coo_array((np.ones(first.size), where), shape=(space.size, first.size))
 
 
-def _multiplier(space: FormSpace, functions: Index, weight: tuple[float, ...], moments: int) -> sparse.coo_array:
+def _multiplier(space: FormSpace, functions: Index, weight: tuple[float, ...], moments: int) -> scipy.sparse.coo_array:
     """vec S ↦ ∫g φᵀSφ - Σ_{c<moments} μ_cᵀSμ_c, g with the Legendre coefficients `weight`."""
     first, second = (part.ravel() for part in np.meshgrid(functions, functions, indexing="ij"))
     rows = [space.multiplier(np.int64(c), first, second) for c in range(len(weight))]  # type: ignore[arg-type]
     rows += [space.pair(space.moment(c, first), space.moment(c, second)) for c in range(moments)]
     values = np.repeat([*weight, *[-1.0] * moments], first.size)
     where = (np.concatenate(rows), np.tile(np.arange(first.size), len(rows)))
-    return sparse.coo_array((values, where), shape=(space.size, first.size))
+    return scipy.sparse.coo_array((values, where), shape=(space.size, first.size))

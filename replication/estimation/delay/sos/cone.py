@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-import scipy.sparse as sparse
+import scipy
 
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.forms import FormSpace, Index
@@ -81,7 +81,7 @@ def required_count(degree: int, rule: DegreeRule) -> int:
     return 2 * degree + (3 if rule is DegreeRule.WIDE else 1)
 
 
-def cone_map(block: ConeBlock, space: FormSpace) -> sparse.csr_array:
+def cone_map(block: ConeBlock, space: FormSpace) -> scipy.sparse.csr_array:
     """Coefficients of ∫gζᵀMζ as a linear function of vec(M): sparse, shape (space.size, N²), rows symmetric in M.
 
     M is ordered as ζ: x; then Z_1 by (degree, function); then Z_2 by (member, function).
@@ -128,14 +128,14 @@ def cone_map(block: ConeBlock, space: FormSpace) -> sparse.csr_array:
     return _assemble(entries, space.size, size)
 
 
-def _assemble(entries: list[tuple[Index, Index, Index, float]], monomials: int, size: int) -> sparse.csr_array:
+def _assemble(entries: list[tuple[Index, Index, Index, float]], monomials: int, size: int) -> scipy.sparse.csr_array:
     """Sum the entries into a sparse matrix that gives M_pq and M_qp the same weight."""
     rows = np.concatenate([entry[0] for entry in entries])
     columns = np.concatenate([entry[1] for entry in entries])
     target = np.concatenate([entry[2] for entry in entries])
     weights = np.concatenate([np.full(entry[0].size, entry[3] / 2.0) for entry in entries])
     where = (np.concatenate([target, target]), np.concatenate([rows * size + columns, columns * size + rows]))
-    matrix = sparse.coo_array((np.concatenate([weights, weights]), where), shape=(monomials, size * size)).tocsr()
+    matrix = scipy.sparse.coo_array((np.concatenate([weights, weights]), where), shape=(monomials, size * size)).tocsr()
     matrix.sum_duplicates()
     matrix.eliminate_zeros()
     return matrix

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
+import scipy
 
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import Array
@@ -43,7 +43,7 @@ def by_rates(system: DelaySystem) -> Drive:
     against = np.maximum(np.linalg.norm(np.hstack([system.a0, *system.a]), axis=1), size.max())
     if system.inputs < n or np.any(size < WEAK * against) or not np.any(size):
         return plain
-    triangle, order = qr(system.b / size[:, None], mode="r", pivoting=True)
+    triangle, order = scipy.linalg.qr(system.b / size[:, None], mode="r", pivoting=True)
     if np.abs(np.diag(triangle)).min() < PIVOT:
         return plain
     chosen = order[:n]

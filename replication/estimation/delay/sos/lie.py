@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sparse
+import scipy
 
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.drive import Drive, direct
@@ -59,7 +59,7 @@ def _rates(system: DelaySystem, source: FormSpace, target: FormSpace, drive: Dri
     return embed, rate
 
 
-def lie_derivative(system: DelaySystem, count: int, drive: Drive | None = None) -> sparse.csr_array:
+def lie_derivative(system: DelaySystem, count: int, drive: Drive | None = None) -> scipy.sparse.csr_array:
     """Map from the coefficients of V to those of dV/dt; sparse, shape (derivative space size, state space size).
 
     drive: the variables of the derivative; `direct` if None.
@@ -68,7 +68,7 @@ def lie_derivative(system: DelaySystem, count: int, drive: Drive | None = None) 
     source, target = state_space(system, count), derivative_space(system, count)
     embed, rate = _rates(system, source, target, drive or direct(system))
     where = np.argmax(embed, axis=1)  # each functional of V is one functional of h
-    rates = sparse.csr_array(rate)
+    rates = scipy.sparse.csr_array(rate)
     first, second = triangle(source.functionals)
     monomial = np.arange(first.size, dtype=np.int64)
     rows, columns, values = [], [], []
@@ -85,7 +85,7 @@ def lie_derivative(system: DelaySystem, count: int, drive: Drive | None = None) 
     columns.append(extra[1])
     values.append(extra[2])
     data = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return sparse.coo_array(data, shape=(target.size, source.size)).tocsr()
+    return scipy.sparse.coo_array(data, shape=(target.size, source.size)).tocsr()
 
 
 def _multiplier_terms(system: DelaySystem, source: FormSpace, target: FormSpace) -> tuple[Index, Index, Array]:

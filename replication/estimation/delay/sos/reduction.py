@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sparse
+import scipy
 
 from replication.estimation.delay.sos import lie
 from replication.estimation.delay.sos.forms import FormSpace, Index, triangle
@@ -47,8 +47,8 @@ def reduced(assembly: Assembly) -> Assembly:
 
 
 def _restricted(
-    columns: sparse.csr_array, labels: tuple[Index, ...], keep: Mask
-) -> tuple[sparse.csr_array, tuple[Index, ...]]:
+    columns: scipy.sparse.csr_array, labels: tuple[Index, ...], keep: Mask
+) -> tuple[scipy.sparse.csr_array, tuple[Index, ...]]:
     """The map without the rows and columns of its matrices whose variable is not kept; empty matrices are left out."""
     rows = [keep[label] for label in labels]
     mask = np.concatenate([np.outer(row, row).ravel() for row in rows])

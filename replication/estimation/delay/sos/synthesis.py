@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sparse
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.conic.program import Program
@@ -42,9 +42,9 @@ class Assembly:
     degree: int
     rule: DegreeRule
     count: int
-    storage: sparse.csr_array
-    derivative: sparse.csr_array
-    dissipation: sparse.csr_array
+    storage: scipy.sparse.csr_array
+    derivative: scipy.sparse.csr_array
+    dissipation: scipy.sparse.csr_array
     v_labels: tuple[Index, ...]
     h_labels: tuple[Index, ...]
     kept: npt.NDArray[np.bool_]
@@ -82,12 +82,14 @@ def degree_for(system: DelaySystem, rule: DegreeRule) -> int:
     return next((degree for degree in DEGREES if monomials(system, degree, rule) <= MONOMIALS), DEGREES[-1])
 
 
-def _cone(space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool) -> tuple[sparse.csr_array, tuple[Index, ...]]:
+def _cone(
+    space: FormSpace, degree: int, rule: DegreeRule, *, ramp: bool
+) -> tuple[scipy.sparse.csr_array, tuple[Index, ...]]:
     """Map from the matrices of the cone to the coefficients of its forms, and what stands behind their rows."""
     if rule is DegreeRule.BESSEL:
         return bessel.cone(space, degree, ramp=ramp)
     blocks = cone_blocks(degree, rule)
-    stacked = sparse.hstack([cone_map(block, space) for block in blocks], format="csr")
+    stacked = scipy.sparse.hstack([cone_map(block, space) for block in blocks], format="csr")
     return stacked, tuple(block.labels(space) for block in blocks)
 
 
@@ -106,16 +108,16 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     )
     _, first, second = v_space.multiplier_functions()
     coupled = v_space.pair_count + np.flatnonzero(first // system.states != second // system.states)
-    empty = sparse.csr_array((coupled.size, assembly.dissipation.shape[1]))
+    empty = scipy.sparse.csr_array((coupled.size, assembly.dissipation.shape[1]))
     kept = assembly.kept
     if gamma is not None:
         constant = constant + gamma * level
     columns = [assembly.derivative[kept] @ assembly.storage, assembly.dissipation[kept]]
     upper = [assembly.storage[coupled], empty]
     if gamma is None:
-        columns.insert(0, sparse.csr_array(level[kept][:, None]))
-        upper.insert(0, sparse.csr_array((coupled.size, 1)))
-    matrix = sparse.vstack([sparse.hstack(upper), sparse.hstack(columns)], format="csr")
+        columns.insert(0, scipy.sparse.csr_array(level[kept][:, None]))
+        upper.insert(0, scipy.sparse.csr_array((coupled.size, 1)))
+    matrix = scipy.sparse.vstack([scipy.sparse.hstack(upper), scipy.sparse.hstack(columns)], format="csr")
     right = np.concatenate([np.zeros(coupled.size), -constant[kept]])
     used = np.diff(matrix.indptr) > 0
     if np.any(right[~used] != 0.0):

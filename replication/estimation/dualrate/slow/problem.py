@@ -14,7 +14,7 @@ from math import lcm
 from typing import Any
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode

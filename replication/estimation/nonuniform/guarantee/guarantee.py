@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.conic.clarabel import ALMOST

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.estimation.conic.clarabel import ALMOST, solve_clarabel
 from replication.estimation.conic.program import Inequalities, program_under, symmetric_basis

@@ -18,7 +18,7 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.clarabel import solve_clarabel

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.filters import Estimator

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
