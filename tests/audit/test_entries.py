@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from sample import claim
 
 from replication.audit.judge.agreement import Target
-from replication.audit.model import Evidence, Kind, Proof, Verdict
+from replication.audit.model import Evidence, Kind, Outcome, Proof, Verdict
 from replication.audit.parts import Table
 from replication.audit.report import entries as shown
 from replication.audit.report.claim import targets, views
@@ -181,3 +181,26 @@ def test_a_table_counts_its_entries_by_their_verdicts() -> None:
     assert (made.agree, made.corrected, made.judged, made.chosen, made.unsettled) == (3, 1, 7, 1, 1)
     assert [row[1].headings for row in made.rows] == [(f"K = {n}", "n = 1") for n in range(len(records))]
     assert {row[2].text for row in made.rows} == {"N/A"}
+
+
+@pytest.mark.parametrize(
+    ("printed", "own", "other", "told"),
+    [
+        ("0.0952", 0.09512, 0.09519, ("0.09519000", "at-output")),
+        ("(1.0, 2.0)", (1.2, 2.0), (1.0, 2.01), ("all 2 agree", "at-output")),
+        ("0.0952", 0.09519, 0.09512, None),  # the value that is shown agrees itself
+        ("0.0952", 0.09512, 0.09513, None),  # nothing does
+    ],
+)
+def test_what_agrees_under_another_reading_stands_beside_the_verdict(
+    printed: str, own: object, other: object, told: tuple[str, str] | None
+) -> None:
+    outcomes = tuple(
+        Outcome(reading=name, value=value)
+        for name, value in (("at-rest", own), ("at-output", other))  # type: ignore[arg-type]
+    )
+    evidence = Evidence(method="m", value=own, outcomes=outcomes)  # type: ignore[arg-type]
+    kind = Kind.MATRIX if printed.startswith("(") else Kind.VALUE
+    record = claim("case", kind, Verdict.COMPATIBLE, printed, evidence, reading="at-rest")
+    (view,) = views([record], targets([record]))
+    assert view.elsewhere == told

@@ -15,7 +15,7 @@ from replication.audit.brief import Consequence
 from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.printed import Printed
-from replication.audit.model import Kind, Verdict
+from replication.audit.model import Evidence, Kind, Verdict
 from replication.audit.report.consequence import consequence
 from replication.audit.report.entries import EntryView, side_by_side
 from replication.audit.store.records import ClaimRecord
@@ -54,7 +54,8 @@ class ClaimView:
     place: number of the claim in the order of the paper. residual: what the threshold of a statement is compared with.
     within: how many entries agree with the print. rows: the same entries as they stand in print, row by row,
     each a tuple of cells, each of one entry or, if complex, of two. meant: the same beside what is meant instead of a
-    misprinted result, if the claim agrees with that.
+    misprinted result, if the claim agrees with that. elsewhere: where the claim agrees under another reading than its
+    own, what came out there, and the name of that reading.
     """
 
     record: ClaimRecord
@@ -67,6 +68,7 @@ class ClaimView:
     strip: Markup
     consequence: Consequence
     off: tuple[float, str] | None
+    elsewhere: tuple[str, str] | None
 
     @property
     def settled(self) -> str:
@@ -167,7 +169,22 @@ def _view(place: int, record: ClaimRecord, target: Target | None) -> ClaimView:
         strip=strip,
         consequence=consequence(record.claim),
         off=_off(target, record),
+        elsewhere=_elsewhere(target, record, entries),
     )
+
+
+def _elsewhere(target: Target | None, record: ClaimRecord, entries: tuple[EntryView, ...]) -> tuple[str, str] | None:
+    """What agrees with the print, and under which reading, where the value of the claim itself does not."""
+    if record.verdict is not Verdict.COMPATIBLE or target is None or all(entry.inside for entry in entries):
+        return None
+    for outcome in record.evidence.outcomes:
+        if outcome.value is not None:
+            under = Evidence(method="", value=outcome.value, lower=outcome.lower, upper=outcome.upper)
+            found = side_by_side(target, under)[0]
+            if all(entry.inside for entry in found):
+                number = found[0].head + found[0].tail
+                return number if len(found) == 1 else f"all {len(found)} agree", outcome.reading
+    return None
 
 
 def _meant(record: ClaimRecord) -> tuple[tuple[tuple[EntryView, ...], ...], ...]:

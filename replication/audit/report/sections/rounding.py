@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -49,20 +50,19 @@ def _of(claim: ClaimRecord) -> Iterator[tuple[str, str, str]]:
 
 @dataclass(frozen=True, kw_only=True)
 class Room:
-    """One parameter. share: of half a unit that the claim bears, to the worse side, by linear interpolation.
+    """One parameter, moved by up to half a unit of its last place to the side that matters, by linear interpolation.
 
-    1 if the claim rounds to its print on all of it, 0 if it does not at the printed number. reaches: for a claim that
-    does not agree, whether some value within the rounding would make it agree.
+    share: of that half unit, how much a claim that agrees bears, 1 if it rounds to its print on all of it; of one that
+    does not agree, how much it takes until it does, None if it never does.
     """
 
     moves: Sensitivity
-    share: float
-    reaches: bool
+    share: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClaimRoom:
-    """One claim and the parameters that it was tried with, the tightest first.
+    """One claim and the parameters that it was tried with, first the one whose rounding decides soonest.
 
     agrees: whether the result rounds to the print at the printed parameters.
     """
@@ -74,12 +74,12 @@ class ClaimRoom:
     @property
     def breaking(self) -> tuple[Room, ...]:
         """The parameters whose own rounding is enough to break the agreement."""
-        return tuple(room for room in self.rooms if self.agrees and room.share < 1)
+        return tuple(room for room in self.rooms if self.agrees and room.share != 1.0)
 
     @property
     def reaching(self) -> tuple[Room, ...]:
         """The parameters whose own rounding is enough to reach an agreement that there is not."""
-        return tuple(room for room in self.rooms if room.reaches)
+        return tuple(room for room in self.rooms if not self.agrees and room.share is not None)
 
 
 def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
@@ -98,19 +98,20 @@ def _claim_room(claim: ClaimRecord, tried: Sequence[Sensitivity]) -> ClaimRoom:
     if len(intervals) != 1:
         raise AuditError(f"a sensitivity names {claim.id!r}, which does not print one number that is a value")
     least, most = intervals[0].ends
-    made = sorted((_room(moves, least, most) for moves in tried), key=lambda room: room.share)
+    made = sorted(
+        (_room(moves, least, most) for moves in tried), key=lambda room: math.inf if room.share is None else room.share
+    )
     return ClaimRoom(claim=claim, agrees=least <= Fraction(tried[0].base) <= most, rooms=tuple(made))
 
 
 def _room(moves: Sensitivity, least: Fraction, most: Fraction) -> Room:
-    if not least <= Fraction(moves.base) <= most:
-        ends = [Fraction(end) for end in (moves.low, moves.high) if end is not None]
-        reaches = any(
-            min(end, Fraction(moves.base)) <= most and max(end, Fraction(moves.base)) >= least for end in ends
-        )
-        return Room(moves=moves, share=0.0, reaches=reaches)
-    shares = [_share(Fraction(moves.base), end, least, most) for end in (moves.low, moves.high)]
-    return Room(moves=moves, share=min(shares), reaches=False)
+    base = Fraction(moves.base)
+    if least <= base <= most:
+        return Room(moves=moves, share=min(_share(base, end, least, most) for end in (moves.low, moves.high)))
+    nearest = least if base < least else most
+    ways = [(nearest - base) / (Fraction(end) - base) for end in (moves.low, moves.high) if end not in (None, base)]
+    needed = [way for way in ways if 0 < way <= 1]
+    return Room(moves=moves, share=float(min(needed)) if needed else None)
 
 
 def _share(base: Fraction, end: float | None, least: Fraction, most: Fraction) -> float:
