@@ -46,7 +46,7 @@ def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float
 BRIEF = Brief(
     topic="A slow sensor in a fast loop",
     card="[The stability theorem](-theory.stability) is false: a loop that meets its condition diverges. "
-    "[No reading tried](-table.any-reading) gives a whole column of numbers of Table I.",
+    "[No reading tried](-table.any-reading) gives the two columns of numbers of Table I.",
     holds="The motor loop is [stable under the alternating observer, DRC-APO](stability.apo), and [unstable at the "
     "single slow rate, SRC](stability.src); "
     "[both gains](motor.hurwitz-feedback) are as the theorem supposes.",

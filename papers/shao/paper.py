@@ -84,7 +84,10 @@ PAPER = paper(
     tables=(
         Table(
             place="Table I",
-            caption="Largest tracking error over the amplitude of the reference, percent",
+            caption=(
+                "Largest tracking error over the amplitude of the reference, percent; ours as the text reads "
+                "literally, with SRC from ζ(0) = 0"
+            ),
             header=("Reference", "SRC", "DRC-PMI", "DRC-APO"),
             rows=tuple(
                 (reference, *(f"claim:table.{column}-{number}" for column in ("src", "pmi", "apo")))

@@ -137,6 +137,8 @@ def test_search_finds_place_name_and_words(visit: Any, query: str, first: str) -
     page.find_element(By.NAME, "find").send_keys(query)
     hits = page.find_elements(By.CSS_SELECTOR, "#hits a")
     assert hits[0].get_attribute("href").endswith(claim_id(first))
+    cited = page.find_element(By.CSS_SELECTOR, "[data-cited]").get_attribute("data-cited")
+    assert cited and all(hit.text.endswith(cited) for hit in hits)
     press(page, Keys.ENTER)
     assert drawn(page, first).is_displayed()
     assert not page.find_element(By.CSS_SELECTOR, ".hits").is_displayed()

@@ -50,7 +50,8 @@ def plot_errors(names: Mapping[str, str], figure: FigureData) -> Any:
             axis.set(xlim=(0, LAST_SHOWN), ylim=(-AXIS_LIMIT, AXIS_LIMIT), yticks=(-AXIS_LIMIT, 0, AXIS_LIMIT))
             axis.set_xticks((0, 200, 400))
             axis.tick_params(bottom=row == len(names) - 1, left=i == 0)
-            axis.set_title(f"{title}\n" * (i == 0) + f"e{'₁₂₃'[i]}: RMS {rms(values):.3f}")
+            above = (f"{title}\n", "", f"all: RMS {rms_of_all(name, figure):.3f}\n")[i]
+            axis.set_title(f"{above}e{'₁₂₃'[i]}: RMS {rms(values):.3f}")
     axes[-2].set_xlabel("instant k")
     return drawing
 
@@ -72,13 +73,13 @@ def rms_of_all(name: str, figure: FigureData) -> float:
 def say_cases(figure: FigureData) -> str:
     """The message of Figs. 2-5: what a sensor more is worth in this draw."""
     proposed, *others = (rms_of_all(name, figure) for name in CASES)
-    return f"In one draw the proposed observer's RMS error is at most {_factor(proposed, others)} of any other's"
+    return f"One draw: the proposed observer's overall RMS error is at most {_factor(proposed, others)} of any other's"
 
 
 def say_timings(figure: FigureData) -> str:
     """The message of Figs. 6-8: how near the three timings are in this draw."""
     sizes = [rms_of_all(name, figure) for name in TIMINGS]
-    return f"In one draw the three timings differ little: RMS errors from {min(sizes):.3f} to {max(sizes):.3f}"
+    return f"In one draw the three timings differ little: overall RMS errors from {min(sizes):.3f} to {max(sizes):.3f}"
 
 
 def _factor(one: float, others: Iterable[float]) -> str:

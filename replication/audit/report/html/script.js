@@ -95,18 +95,19 @@
   const box = one(".hits", form);
   let index = null;
   const plain = (text) => text.toLowerCase().replace(/_/g, "").replace(/\s+/g, " ").trim();
+  const paper = (part) => part.closest("[data-cited]")?.dataset.cited ?? "";
   function entries() {
     return all(".claim").map((claim) => ({
       link: claim.id, mark: one(".mark", claim), place: plain(one(".pl", claim).textContent), name: plain(claim.dataset.id),
-      title: plain(one(".st > bdi", claim).textContent), shown: () => copied(".st > bdi", claim), at: () => copied(".pl", claim),
+      of: paper(claim), title: plain(one(".st > bdi", claim).textContent), shown: () => copied(".st > bdi", claim), at: () => copied(".pl", claim),
     })).concat(all("figure[id]").map((figure) => {
       const [place, title] = all("figcaption strong bdi", figure);
-      return { link: figure.id, mark: null, place: plain(place.textContent), name: plain(figure.id), title: plain(title.textContent),
+      return { link: figure.id, of: paper(figure), mark: null, place: plain(place.textContent), name: plain(figure.id), title: plain(title.textContent),
         shown: () => title.cloneNode(true).childNodes, at: () => place.cloneNode(true).childNodes };
     }));
   }
   function rank(entry, query, words) {
-    if (!words.every((word) => `${entry.place} ${entry.name} ${entry.title}`.includes(word))) return null;
+    if (!words.every((word) => `${entry.place} ${entry.name} ${entry.title} ${entry.of.toLowerCase()}`.includes(word))) return null;
     const after = entry.place[query.length];
     if (entry.place.startsWith(query) && (!after || !/[\w.]/.test(after))) return 0;
     if (entry.place.startsWith(query)) return 1;
@@ -134,7 +135,9 @@
       if (entry.mark) link.append(entry.mark.cloneNode(true));
       const place = document.createElement("b");
       place.append(...entry.at());
-      link.append(place, " ", ...entry.shown());
+      const of = document.createElement("small");
+      of.textContent = entry.of;
+      link.append(place, " ", ...entry.shown(), " ", of);
       line.append(link);
       return line;
     }));
