@@ -39,13 +39,14 @@ class FigureView:
 
 @dataclass(frozen=True, kw_only=True)
 class PaperView:
-    """All that the report shows of one paper."""
+    """All that the report shows of one paper; beyond: how many undetermined claims the text alone cannot settle."""
 
     record: PaperRecord
     claims: tuple[ClaimView, ...]
     counts: Mapping[Verdict, int]
     total: int
     proved: int
+    beyond: int
     figures: tuple[FigureView, ...]
     errata: tuple[ErratumRecord, ...]
     formulas: tuple[tuple[str, Markup], ...]
@@ -95,6 +96,7 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
     """
     claims = _of(paper, results.claims)
     shown = views(claims, read)
+    undetermined = [claim for claim in once(claims) if claim.verdict is Verdict.UNDETERMINED]
     drawn = tuple(_figure(record, figures) for record in _of(paper, results.figures))
     names = [figure.record.name for figure in drawn if figure.drawing]
     return PaperView(
@@ -103,6 +105,7 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
         counts=counts(claims),
         total=len(once(claims)),
         proved=sum(claim.judgement.proved for claim in once(claims)),
+        beyond=sum(bool(claim.evidence.not_checkable) for claim in undetermined),
         figures=drawn,
         errata=_of(paper, results.errata),
         formulas=tuple((formula.text, mathml(formula.latex)) for formula in paper.formulas),
