@@ -234,7 +234,12 @@ def test_counts_of_all_verdicts_fit_a_narrow_window(visit: Any) -> None:
     page = visit(320)
     lines = page.find_elements(By.CSS_SELECTOR, ".card .tally li")
     found = Counter(str(claim.verdict) for claim in claims())
-    assert {line.text.partition(" ")[2]: int(line.text.partition(" ")[0]) for line in lines} == dict(found)
+    told = [line.text.partition(" (")[0].split(" ", 1) for line in lines]
+    assert {verdict: int(number) for number, verdict in told} == dict(found)
+    beyond = sum(bool(one.evidence.not_checkable) for one in claims() if str(one.verdict) == "undetermined")
+    assert [line.text.partition(" (")[2] for line in lines if "(" in line.text] == [
+        f"{beyond} not checkable from the text)"
+    ]
     assert all(line.rect["x"] + line.rect["width"] <= 320 for line in lines)
 
 
