@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sdpap.sdpacall import sdpacall
 
 from replication.errors import SolverError
-from replication.estimation.conic import sdpa
 from replication.estimation.conic.program import Inequalities
 from replication.estimation.conic.refined import LEAST, OPTIONS, _accurate, _measured, minimise_refined
 from replication.estimation.conic.solvers import SolverReport
@@ -17,7 +17,7 @@ from replication.estimation.conic.solvers import SolverReport
 COST = np.array([1.0])
 # [[x, 1], [1, 1]] >= 0: the least x is 1.
 GROUP = Inequalities(np.array([[[0.0, 1.0], [1.0, 1.0]]]), np.array([[[[1.0, 0.0], [0.0, 0.0]]]]), np.array([[0]]))
-solve = sdpa.sdpacall.solve_sdpa
+solve = sdpacall.solve_sdpa
 
 
 def giving_up_beyond(iterations: int) -> Any:
@@ -32,13 +32,13 @@ def giving_up_beyond(iterations: int) -> Any:
 
 
 def test_the_end_of_its_process_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sdpa.sdpacall, "solve_sdpa", giving_up_beyond(LEAST - 1))
+    monkeypatch.setattr(sdpacall, "solve_sdpa", giving_up_beyond(LEAST - 1))
     with pytest.raises(SolverError, match="SDPA gave up in the middle of a factorisation; rescale the plant"):
         minimise_refined(COST, GROUP)
 
 
 def test_it_is_asked_again_for_fewer_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sdpa.sdpacall, "solve_sdpa", giving_up_beyond(30))
+    monkeypatch.setattr(sdpacall, "solve_sdpa", giving_up_beyond(30))
     point, _, report = minimise_refined(COST, GROUP)
     assert point == pytest.approx([1.0], abs=1e-6)
     assert LEAST <= report.options["maxIteration"] <= 30 < OPTIONS["maxIteration"]
