@@ -10,6 +10,7 @@ import pytest
 from sdpap.sdpacall import sdpacall
 
 from replication.errors import SolverError
+from replication.estimation.conic import sdpa
 from replication.estimation.conic.program import Inequalities
 from replication.estimation.conic.refined import LEAST, OPTIONS, _accurate, _measured, minimise_refined
 from replication.estimation.conic.solvers import SolverReport
