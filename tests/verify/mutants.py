@@ -24,6 +24,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from types import CodeType, FrameType, ModuleType
 from typing import Any
@@ -211,9 +212,17 @@ def _calls(function: Callable[..., None], parameters: list[tuple[Any, ...]]) -> 
         tables.append([dict(zip(keys, row if len(keys) > 1 else _single(row), strict=True)) for row in rows])
     wanted = set(function.__code__.co_varnames[: function.__code__.co_argcount])
     for chosen in itertools.product(*tables):
-        arguments = {key: value for row in chosen for key, value in row.items()}
+        arguments = {key: _current(value) for row in chosen for key, value in row.items()}
         if wanted - FIXTURES.keys() == set(arguments):
             yield functools.partial(_call, function, arguments, wanted & FIXTURES.keys())
+
+
+def _current(value: Any) -> Any:
+    """A member of an enumeration as its module has it now: no mutant is noticed for defining the class anew."""
+    if not isinstance(value, Enum):
+        return value
+    kind = type(value)
+    return vars(sys.modules[kind.__module__])[kind.__name__][value.name]
 
 
 def _call(function: Callable[..., None], arguments: Mapping[str, Any], fixtures: Iterable[str]) -> None:

@@ -546,3 +546,9 @@ def test_files_that_are_not_certificates_are_refused(tmp_path: Path) -> None:
     huge = copy.deepcopy(certificate("ex1-upper"))
     huge["witness"]["storage"][0][0][0] = "9" * 3000
     assert "digits" in refusal(huge)
+
+
+@pytest.mark.parametrize("name", ["ex1-upper", "ex1-near-optimal"])
+def test_a_level_that_is_reached_says_that_the_conditions_are_met(name: str) -> None:
+    said = [one.holds for one in check(certificate(name)).says if one.of.quantity == delay.MET]
+    assert said == [True]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from unittest import mock
 
 import pytest
@@ -76,6 +77,33 @@ def test_an_identity_that_fails_is_refused(spoiled: str) -> None:
         delay_identity.require_identity([])
 
 
+@pytest.mark.parametrize("count", range(delay_identity.MOST + 1))
+def test_an_identity_that_fails_with_so_many_delays_alone_is_refused(count: int) -> None:
+    with (
+        mock.patch.object(delay_identity, "quadratic_form", only(range(1, count + 1))),
+        pytest.raises(Refused, match=f"the corrected statement with {count} delays is no identity"),
+    ):
+        check(certificate("theorem-3-identity"))
+
+
+def test_a_misprint_is_sought_with_two_delays() -> None:
+    with mock.patch.object(delay_identity, "quadratic_form", only(BOTH, "f-sign")):
+        delay_identity.require_identity(["f-sign"])
+
+
+def only(where: range, misprint: str = "") -> Callable[[range, str], Words]:
+    """The form without misprints, wrong with these delays and the misprint alone."""
+    return lambda delays, given: RIGHT(delays, "") + a("P") * ((delays, given) == (where, misprint))
+
+
+def test_the_output_of_the_error() -> None:
+    """C_0 e_0 + C_1 e_1 + C_2 e_2 with late errors; it is one letter in the identities, which hold for any."""
+    letters = ("C0", "e0", "C1", "e1(-tau)", "C2", "e2(-tau)")
+    values = {name: fmpq(prime) for name, prime in zip(letters, (2, 3, 5, 7, 11, 13), strict=True)}
+    assert delay_identity.output(BOTH).at(values) == 2 * 3 + 5 * 7 + 11 * 13
+    assert delay_identity.output(range(1, 1)).at(values) == 2 * 3
+
+
 def test_a_misprint_that_does_not_matter_is_refused() -> None:
     with (
         mock.patch.object(delay_identity, "quadratic_form", lambda delays, _: RIGHT(delays, "")),
@@ -112,10 +140,27 @@ def test_the_bound_of_theorem_1_completes_a_square() -> None:
         check(certificate("observer-bound"))
 
 
+def test_the_bound_of_theorem_1_needs_the_rate_and_the_example() -> None:
+    with (
+        mock.patch.object(delay_identity, "canonical", lambda form: form + a("P")),
+        pytest.raises(Refused, match="the rate of V as the form is no identity"),
+    ):
+        check(certificate("observer-bound"))
+    with (
+        mock.patch.object(delay_identity, "require_self_adjoint", side_effect=Refused("as planted")),
+        pytest.raises(Refused, match="as planted"),
+    ):
+        check(certificate("observer-bound"))
+
+
 def test_theorem_1_needs_a_self_adjoint_operator() -> None:
     delay_identity.require_self_adjoint(fmpq(1))
     with pytest.raises(Refused, match="may vanish"):
         delay_identity.require_self_adjoint(fmpq(0))  # P = I, with which the theorem holds
+    # By Schur complements it holds if P P' = (1 + turn^2) I is below 3 I, while A is unstable for a turn above 1/2.
+    delay_identity.require_self_adjoint(fmpq(7, 5))
+    with pytest.raises(Refused, match="the inequality of Theorem 1"):
+        delay_identity.require_self_adjoint(fmpq(3, 2))
 
 
 @pytest.mark.parametrize("part", delay_inverse.PARTS)
@@ -145,6 +190,13 @@ def test_the_example_is_one_of_constant_functions_with_the_inverses_as_printed()
     assert (at["I_3"], at["I_6"], at["I_7"]) == (tau * at["y"], tau * image * at["W_6"] * at["y"], tau * at["y"])
     assert at["Pi"] * at["P"] == at["X"] * (1 + at["K"] * Gamma) == 1
     assert at["W"] * (at["K"] * at["H"] * at["Pi"] * at["H"] - 1 - at["K"] * Gamma) == 1
+
+
+def test_the_inverses_of_the_example_are_those_of_its_numbers() -> None:
+    with mock.patch.dict(delay_inverse.EXAMPLE, {"K": 3, "G": 5, "tau": 7}):
+        at = delay_inverse.example()
+    assert at["X"] * (1 + 3 * 7 * 5) == 1
+    assert at["W"] * (3 * at["H"] * at["Pi"] * at["H"] - 1 - 3 * 7 * 5) == 1
 
 
 def test_with_a_delay_of_one_the_inverse_holds_as_printed() -> None:

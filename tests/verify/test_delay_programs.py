@@ -360,3 +360,10 @@ def test_the_functional_is_weakly_dual() -> None:
     whole = delay_forms.total(delay_sos.rate(plant, gamma, forms[0]), forms[1])
     assert valued(weights, whole) == 0
     assert valued(weights, forms[1]) > 0
+
+
+@pytest.mark.parametrize("size", [1, 11])
+def test_a_storage_of_another_size_is_refused(size: int) -> None:
+    given = certificate("ex1-pade-upper")
+    given["witness"]["P"] = [row[:size] for row in given["witness"]["P"][:size]]
+    assert f"witness.P must have 12 rows, got {size}" in refusal(given)

@@ -1,6 +1,7 @@
 """The steps of the dual-rate verifier against floating point, closed forms, and examples with known answers."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 from unittest.mock import patch
@@ -401,3 +402,15 @@ def test_the_estimate_is_the_state_less_its_error() -> None:
     x, xi = 5, 3
     signals = {name: a * x + b * xi for name, (a, b) in dualrate_identities.SIGNALS.items()}
     assert signals == {"x": 5, "zeta": 2}
+
+
+def test_the_data_of_a_loop_are_written_out_for_one_state_only() -> None:
+    one = Loop(**{name: fmpq_mat([[k]]) for k, name in enumerate("ABCKL", start=1)}, T=fmpq(1), M=3)
+    assert one.data == "A = 1, B = 2, C = 3, K = 4, L = 5, M = 3"
+    assert loop_of(random_design(1, 5)).data == "2 states, M = 5"
+
+
+def test_where_the_observer_starts() -> None:
+    loop = replace(loop_of(random_design(2, 3)), C=fmpq_mat([[2, 5]]), start=fmpq_mat([[7], [11]]))
+    found = dualrate.read_starts(["zero", "output", "true"], "p", loop)
+    assert found == {"zero": [0, 0], "output": [2 * 7 + 5 * 11, 0], "true": [7, 11]}

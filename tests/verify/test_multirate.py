@@ -93,6 +93,16 @@ def every_entry(name: str, entry: str) -> Tamper:
     return tamper
 
 
+def third_sensor(certificate: Certificate) -> None:
+    """One without a gain, and shorter periods of which two pairs of three have no common factor."""
+    certificate["parameters"] = {"sensors": [0, 1, 2], "shorter": [2, 3, 4], "longer": [6, 6, 6]}
+    certificate["plant"]["C"].append(["0", "0", "1"])
+    certificate["plant"]["D"] = [[*row, "0"] for row in certificate["plant"]["D"]] + [["0", "0", "1"]]
+    for gain in certificate["witness"]["Y"]:
+        for row in gain:
+            row.append("0")
+
+
 LESS, MORE = "99999/100000", "100001/100000"
 COUNTED = {"common-period", "cyclic-rows", "idle-instants", "idle-instants-case-2", "rows", "variables"} | {
     f"selection-{name}" for name in ("case-1", "case-2", "case-3", "eqs-7-8", "eqs-11-12", "sec-4a")
@@ -135,6 +145,7 @@ REFUSED = [
     ("gains-33", put([0], "parameters", "sensors"), "parameters.periods must have 1 entries, got 2"),
     ("gains-33", put([0, 1, 1], "parameters", "sensors"), "parameters.periods must have 3 entries, got 2"),
     ("gains-33", put([0, 2], "parameters", "sensors"), "names a sensor that is not there"),
+    ("gains-33", put([1, 1], "parameters", "sensors"), r"names a sensor twice: \[1, 1\]"),
     ("gains-33", put([997, 991], "parameters", "periods"), "repeats after more than 1000 instants"),
     ("gains-33", put([0, 3], "parameters", "periods"), "must be at least 1, got 0"),
     ("optimum-2-3", both(LESS), "the matrix .30. of Theorem 2 at phase 0 is not positive definite"),
@@ -162,6 +173,7 @@ REFUSED = [
     ("shorter-periods", put([6, 6], "parameters", "shorter"), "are not shorter"),
     ("shorter-periods", put([4, 6], "parameters", "shorter"), r"\[4, 6\] have a common factor"),
     ("shorter-periods", put([1, 6], "parameters", "shorter"), HIDDEN),
+    ("shorter-periods", third_sensor, r"\[2, 3, 4\] have a common factor"),
     ("shorter-periods", put("1", "witness", "d", 0, 0, 0), HIDDEN),
     ("gains-38-one-matrix", scaled(MORE, "bound", "lower"), HIDDEN),
     ("gains-38-one-matrix", put("-1", "witness", "Z", 1, 0, 0), "Z_1 is not positive definite"),

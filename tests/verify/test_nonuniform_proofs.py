@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from flint import acb, arb, fmpq, fmpq_mat
 from stated import check_stated
 
 from replication.verify.nonuniform import output, smallgain
-from replication.verify.nonuniform.system import read_plant
+from replication.verify.nonuniform.system import read_filtered, read_plant
 from replication.verify.run import check
 from replication.verify.theorem import Refused
 
@@ -80,6 +81,8 @@ CHEATS = [
     ("condition-8-2", [([[["1", "0"], ["0", "1"]]], "witness", "P")], "is not proved between the shares"),
     ("condition-8-2", [([[["-1", "0"], ["0", "1"]]], "witness", "P")], "witness.P is not proved positive definite"),
     ("condition-8-2", [([["-1", "1"], ["-1", "-1"]], "plant", "A")], "not real and different"),
+    # Less than the square of the trace are the determinant and four, but not four times the determinant.
+    ("condition-8-2", [([["-2", "1"], ["-1", "-2"]], "plant", "A")], "not real and different"),
     ("condition-8-2", [(["99/100", "0"], "plant", "h_u")], "is not proved between the shares"),
     # Near to a double eigenvalue all is well until the matrix; near to a period of zero r is one at one end.
     ("condition-8-2", [([["-10", "0"], ["0", "-11"]], "plant", "A"), (NEGATIVE, "witness", "P")], "witness.P is not"),
@@ -115,6 +118,17 @@ def test_a_wider_level_gives_a_wider_box() -> None:
 def test_both_eigenvalues_are_found() -> None:
     found = smallgain.eigenvalues(fmpq_mat([[-1, 5], [0, -3]]))
     assert [value.real.contains(exact) for value, exact in zip(found, (-1, -3), strict=True)] == [True, True]
+    with pytest.raises(Refused, match="for two states"):
+        smallgain.eigenvalues(fmpq_mat([[-1, 0, 0], [0, -2, 0], [0, 0, -3]]))
+
+
+def test_as_many_pieces_as_are_allowed() -> None:
+    given = load("condition-8-2")
+    count = len(given["witness"]["P"])
+    with mock.patch.object(smallgain, "MOST_PIECES", count):
+        assert check(given).holds
+    with mock.patch.object(smallgain, "MOST_PIECES", count - 1), pytest.raises(Refused, match="must have 1 to"):
+        check(given)
 
 
 def test_the_state_block_of_condition_8_is_that_of_the_bounded_real_lemma() -> None:
@@ -128,19 +142,51 @@ def test_the_state_block_of_condition_8_is_that_of_the_bounded_real_lemma() -> N
         assert state[i, i].rad() < 1e-9
 
 
-def test_the_box_of_tilted_half_spaces() -> None:
+HALF, SMALL = fmpq(1, 2), fmpq(1, 8)
+AXES = ((1, 0), (0, 1), (-1, 0), (0, -1))
+TILTED = ((1, SMALL), (-SMALL, 1), (-1, SMALL), (SMALL, -1))
+
+
+def box(normals: Sequence[tuple[Any, ...]], limits: Sequence[Any]) -> tuple[Any, ...]:
+    """The box by these half-spaces, first those that bound the entries above."""
+    spaces = iter([([arb(entry) for entry in normal], arb(end)) for normal, end in zip(normals, limits, strict=True)])
+    with mock.patch.object(output, "half_space", lambda *_: next(spaces)):
+        return check(load("output-matrix")).items
+
+
+@pytest.mark.parametrize("scale", [fmpq(1), fmpq(1, 6)])
+def test_the_box_of_tilted_half_spaces(scale: fmpq) -> None:
     """All are tilted by 1/4 and the largest limit is 3, so that each is moved by 1/4 times 3 over 3/4."""
-    limits = iter([3, 1, 1, 2])
-    normals = iter([(1, 0.125), (-0.125, 1), (-1, 0.125), (0.125, -1)])
-
-    def half_space(*_: Any) -> tuple[list[arb], arb]:
-        return [arb(entry) for entry in next(normals)], arb(next(limits))
-
-    with mock.patch.object(output, "half_space", half_space):
-        items = check(load("output-matrix")).items
-    for pair, exact in zip(items, ((-2, 4), (-3, 2)), strict=True):
+    for pair, exact in zip(box(TILTED, [scale * end for end in (3, 1, 1, 2)]), ((-2, 4), (-3, 2)), strict=True):
         for side, end in zip(pair, exact, strict=True):
-            assert side is not None and abs(side - end) <= fmpq(1, 2**38)
+            assert side is not None and abs(side - scale * end) <= fmpq(1, 2**38)
+
+
+def test_a_box_of_one_point_is_stated_and_an_empty_one_is_not() -> None:
+    assert box(AXES, (1, HALF, -1, -HALF)) == ((1, 1), (HALF, HALF))
+    with pytest.raises(Refused, match="no C_f has this level"):
+        box(AXES, (1, HALF, 1, -1))
+
+
+def test_the_points_of_all_entries_are_counted() -> None:
+    with mock.patch.object(output, "MAX_ENTRIES", 3):
+        assert [len(points) for points in output.read_points([[POINT], [POINT] * 2], "p", 2)] == [1, 2]
+        with pytest.raises(Refused, match="p has more than 3 points"):
+            output.read_points([[POINT] * 2] * 2, "p", 2)
+
+
+def test_a_half_space_by_hand() -> None:
+    """x' = -x + w, y = x + 3 w, z = x, the filter f+ = y: at z = 1 constants answer a constant w, x = w and f = 4 w."""
+    filter_ = {"A": [["0"]], "B": [["1"]], "C": [["1"]]}
+    plant = {name: [[entry]] for name, entry in {"A": "-1", "B": "1", "C": "1", "D": "3", "L": "1"}.items()}
+    plant |= {"name": "own", "h_l": ["1/2", "0"], "h_u": ["3/2", "0"], "filter": filter_}
+    read = read_filtered(plant, "plant")
+    assert read.filter is not None
+    (normal,), limit = output.half_space(
+        read, read.filter, HALF, [output.read_point({"turn": "0", "u": ["2", "0"]}, "p")]
+    )
+    for found, exact in ((normal, 8), (limit, 3)):
+        assert found.contains(exact) and found.rad() < 1e-9
 
 
 def test_a_point_of_the_unit_circle_has_a_complex_weight() -> None:

@@ -271,6 +271,8 @@ def test_modal_coordinates_have_the_same_eigenvalues() -> None:
             grid.modal(fmpq_mat(other))
     with pytest.raises(Refused, match="two states"):
         grid.modal(fmpq_mat([[-1]]))
+    slow = fmpq_mat([[0, fmpq(1, 2)], [fmpq(-1, 2), 0]])
+    assert grid.modal(slow) == slow
 
 
 def test_sentences_say_what_they_are_about() -> None:
@@ -375,3 +377,8 @@ def test_numbers_in_sentences_are_short() -> None:
     assert re.search(r"mu\(A\) lies in \[\d\.\d{8,9} \+/- [^]]+\]\.$", check(load("lemma-3-1")).sentence)
     entries = r"in \[0\.0\d{6,8} \+/- [^]]+\], \[0\.\d{6,8} \+/- [^]]+\]\.$"
     assert re.search(entries, check(load("filter-second-column")).sentence)
+
+
+def test_a_grid_says_that_the_corrected_algorithm_ends_and_a_stall_that_the_printed_one_does_not() -> None:
+    for name, holds in (("grid-1", True), ("stall-1", False)):
+        assert [one.holds for one in check(load(name)).says if one.of.quantity == "Algorithm 1 ends"] == [holds]
