@@ -16,6 +16,10 @@ ComplexArray = npt.NDArray[np.complex128]
 Choice = TypeVar("Choice", bound=StrEnum)
 
 
+LARGEST = 1e120
+"""Entries above are refused: products of a few would overflow."""
+
+
 def as_matrix(name: str, value: Any, *, rows: int | None = None, columns: int | None = None) -> Array:
     """Return `value` as a read-only float matrix of the requested shape.
 
@@ -62,6 +66,11 @@ def _real_array(name: str, value: Any) -> Array:
     if not np.all(np.isfinite(array)):
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InvalidInputError(f"{name} must be finite, entry {where} is {array[where]}; remove NaN and infinities")
+    if array.size and np.max(np.abs(array)) > LARGEST:
+        raise InvalidInputError(
+            f"{name} has an entry of size {np.max(np.abs(array)):.3g}, and its products leave the range of numbers; "
+            f"choose other units, in which none exceeds {LARGEST:g}"
+        )
     return array
 
 

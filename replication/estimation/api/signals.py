@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     import control
 
 
+ADDED = "under way"
+"""What the states are called that a design adds to those of the plant."""
+
+
 @dataclass(frozen=True)
 class Signals:
     """Names of the states, the known inputs, the measurements and the estimated outputs.
@@ -51,9 +55,12 @@ class Signals:
         theirs. Raises InvalidInputError for another number of names, one twice, or the unit of no signal."""
         given = {"states": states, "inputs": inputs, "measurements": measurements, "outputs": outputs}
         own = {name: getattr(self, name) for name in given}
-        told: dict[str, Any] = {
-            name: _labels(name, names, len(own[name])) for name, names in given.items() if names is not None
-        }
+        own_states = sum(not name.startswith(f"{ADDED}[") for name in self.states)
+        told: dict[str, Any] = {}
+        for name, names in given.items():
+            if names is not None:
+                counts = {own_states, len(self.states)} if name == "states" else {len(own[name])}
+                told[name] = _labels(name, names, counts)
         if "states" in told:
             if "outputs" not in told and own["outputs"] == own["states"][: len(own["outputs"])]:
                 told["outputs"] = told["states"][: len(own["outputs"])]
@@ -65,11 +72,11 @@ class Signals:
         return replace(every, units=dict(units) if units is not None else self.units)
 
 
-def _labels(kind: str, names: Sequence[str], count: int) -> tuple[str, ...]:
+def _labels(kind: str, names: Sequence[str], counts: set[int]) -> tuple[str, ...]:
     if isinstance(names, str) or not all(isinstance(name, str) and name for name in names):
         raise InvalidInputError(f"{kind} must be a sequence of names, got {names!r}")
-    if len(set(names)) < len(names) or (len(names) > count if kind == "states" else len(names) != count):
-        raise InvalidInputError(f"{kind} must be {count} different names, got {', '.join(names)}")
+    if len(set(names)) < len(names) or len(names) not in counts:
+        raise InvalidInputError(f"{kind} must be {min(counts)} different names, got {', '.join(names) or 'none'}")
     return tuple(names)
 
 

@@ -24,6 +24,8 @@ UPPER_MARGIN = 1e-9
 """Relative distance from the attained lower bound to the level at which the pencil is tested for the upper bound."""
 CIRCLE_TOLERANCE = 1e-7
 """Eigenvalues nearer than this to the unit circle count as on it: the square root of rounding, for double ones."""
+ON_CIRCLE = 1e-12
+"""Multipliers nearer than this to the unit circle are on it, for all that their digits tell: of an undamped mode."""
 MAX_ROUNDS = 60
 ANGLES = 200
 """Points of a gain over the frequency."""
@@ -78,6 +80,23 @@ def l2_gain(system: PeriodicSystem) -> GainBracket:
         return stacked(bounded_real_map(stage, level) for stage in system.stages)
 
     return peak_on_circle(response_norm(system), maps, slowest_angle(system.monodromy()))
+
+
+def settles(system: PeriodicSystem) -> bool:
+    """Whether the system is stable by more than rounding leaves of a multiplier on the circle."""
+    return system.spectral_radius() < 1.0 - ON_CIRCLE
+
+
+def gain_if_finite(system: PeriodicSystem) -> float | None:
+    """The upper end of the l2-induced norm; None if it is infinite, or if no bracket shows that it is not."""
+    if not settles(system):
+        return None
+    try:
+        return l2_gain(system).upper
+    except (SolverError, np.linalg.LinAlgError):
+        if system.spectral_radius() < 1.0 - CIRCLE_TOLERANCE:
+            raise
+        return None
 
 
 def response_norm(system: PeriodicSystem) -> Callable[[float], float]:

@@ -16,7 +16,7 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.plants import PlantReader
 from replication.estimation.api.results import Evidence
-from replication.estimation.api.signals import Signals, numbered
+from replication.estimation.api.signals import ADDED, Signals, numbered
 from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.api.tradeoff import Goal
 from replication.estimation.linear.covariances import covariance
@@ -364,4 +364,4 @@ def _with_latency(plant: Any, latency: Any, dt: Any, given: dict[str, Any]) -> t
     if not np.size(latency):
         return checked, signals
     late = delivered(checked, latency, between)
-    return late, replace(signals, states=(*signals.states, *numbered("under way", late.under_way)))
+    return late, replace(signals, states=(*signals.states, *numbered(ADDED, late.under_way)))

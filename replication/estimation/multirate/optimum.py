@@ -46,6 +46,8 @@ TOUCHING = (1e-12, 1e-10, DESIGN_MARGIN)
 """Relative distances above the non-causal bound within which the optimum counts as sitting on it."""
 NEAR = 1e-13
 """Relative distance of two guesses at which the search goes on to the ends of its bracket."""
+LARGEST_TOLD = 1e14
+"""Variance of the error of a prediction over that of the noise of the measurement that corrects it, at most."""
 LAST = 4
 """How many points the next guess is drawn through."""
 MAX_DOUBLINGS = 100
@@ -109,13 +111,25 @@ def achievable(problem: MultirateProblem, level: float) -> bool:
 def optimum(problem: MultirateProblem) -> Optimum:
     """The smallest achievable gain: the non-causal bound where it is reached, else the root of the Riccati condition.
 
-    Raises InvalidInputError if nothing disturbs z = W e (the optimum is zero then) or an undisturbed mode is on the
-    unit circle (`kalman_design`), SolverError if rounding spoils the recursion.
+    Raises InvalidInputError if nothing disturbs z = W e (the optimum is zero then), an undisturbed mode is on the unit
+    circle (`kalman_design`), or rounding hides the noise of a measurement beside what it tells of; SolverError if
+    rounding spoils the recursion.
     """
     return _optimum(problem, kalman_centre(problem))
 
 
+def _require_noise(centre: KalmanCentre) -> None:
+    """Raise InvalidInputError where rounding hides the noise of a measurement beside the error that it tells of."""
+    told = float(np.max(np.abs(np.linalg.eigvals(centre.scaled.maps().G @ centre.states))))
+    if told > LARGEST_TOLD:
+        raise InvalidInputError(
+            f"the noise of a measurement is {told**-0.5:.1e} of the error that it tells of, too little for floating "
+            f"point; give the sensor more noise by D, {LARGEST_TOLD**-0.5:.0e} of that error or above"
+        )
+
+
 def _optimum(problem: MultirateProblem, centre: KalmanCentre) -> Optimum:
+    _require_noise(centre)
     noncausal = bound_in(problem, centre.units)
     # The square root of rounding in X_k; where disturbances reach z, the non-causal bound is not zero.
     if noncausal.lower == 0.0 and centre.floor <= 1e-7 * float(np.linalg.norm(centre.scaled.W)):

@@ -17,13 +17,17 @@ import numpy.typing as npt
 from replication.errors import InvalidInputError
 from replication.estimation.api.signals import index_of, is_statespace
 from replication.estimation.linear.covariances import noise_factors
-from replication.estimation.validation import Array, as_matrix, positive_scalar
+from replication.estimation.validation import Array, as_matrix, at_most, positive_scalar
 
 _NOT_GIVEN = np.zeros((0, 0))
 
 
 def _not_given() -> Array:
     return _NOT_GIVEN
+
+
+LARGEST_OF_A = 1e30
+"""Entries of A above are refused: a period is a product of many."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -112,6 +116,13 @@ class MultiratePlant:
             "B_u": np.zeros((n, 0)) if B_u is None else as_matrix("B_u", B_u, rows=n),
             "dt": positive_scalar("dt", self.dt, unit="seconds"),
         }
+        if np.max(np.abs(A)) > LARGEST_OF_A:
+            raise InvalidInputError(
+                f"A has an entry of size {np.max(np.abs(A)):.3g}, whose powers leave the range of numbers; "
+                f"choose other units of the states, in which none exceeds {LARGEST_OF_A:g}"
+            )
+        if self.under_way:
+            at_most("under_way", self.under_way, n - 1)
         if checked["B_w"].shape[1] not in (0, D.shape[1]):
             raise InvalidInputError(
                 f"B_w must have as many columns as D, {D.shape[1]}, for both belong to w; got shape "

@@ -16,7 +16,7 @@ from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals, each_instant
 from replication.estimation.api.tradeoff import TradeOff
-from replication.estimation.linear.norms import gain_curve, l2_gain
+from replication.estimation.linear.norms import gain_curve, gain_if_finite, l2_gain
 from replication.estimation.linear.periodic import lifted_statespace
 from replication.estimation.multirate.h2.tradeoff import tradeoff
 from replication.estimation.multirate.kalman import kalman_design
@@ -125,7 +125,7 @@ def result_of(
 ) -> MultirateResult:
     """The exact gain of `gains` (N, n, q) and what else is known of them, beside the optimum; `further` comes last."""
     error = problem.error_system(gains)
-    exact, alone = l2_gain(error), problem.without_sensors()
+    exact = l2_gain(error)
     bound = "non-causal bound: no smoother does better" if best.limited_by == "noncausal" else "Riccati condition"
     evidence = (
         Evidence("optimum", best.value, f"least gain of any observer; {bound}"),
@@ -141,7 +141,7 @@ def result_of(
         *baselines(
             exact.upper,
             "exact gain",
-            without=l2_gain(alone).upper if alone.spectral_radius() < 1 else None,
+            without=gain_if_finite(problem.without_sensors()),
             kalman=l2_gain(problem.error_system(kalman_design(problem).gains)).upper,
             limit=best.noncausal.upper,
             simpler="" if further else SIMPLER,

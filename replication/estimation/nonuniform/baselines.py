@@ -50,6 +50,16 @@ def constant_baselines(
     return tuple(facts)
 
 
+def attained(level: float, compared: Sequence[Evidence], upper: float) -> float:
+    """The larger of the levels of a sequence with its disturbance and of constant periods, which are sequences too.
+
+    compared: `constant_baselines`, of which the first is the filter's own. upper: what no sequence exceeds.
+    """
+    own = compared[0].value
+    assert isinstance(own, float)
+    return min(max(level, own), upper)
+
+
 def without_sensors(plant: SampledPlant, periods: Sequence[float]) -> float | None:
     """The largest gain of the estimate zero at constant periods; None if it is infinite."""
     if np.max(np.abs(np.linalg.eigvals(plant.discretise(max(periods))[0]))) >= SETTLED:

@@ -18,7 +18,7 @@ from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
-from replication.estimation.nonuniform.baselines import constant_baselines
+from replication.estimation.nonuniform.baselines import attained, constant_baselines
 from replication.estimation.nonuniform.bracket import WorstCaseGain, worst_case_gain
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
@@ -28,7 +28,9 @@ from replication.estimation.validation import Array
 if TYPE_CHECKING:
     import control
 
-BOTH_ENDS = "a sampling sequence with its disturbance; a Lyapunov certificate for all of them"
+BOTH_ENDS = (
+    "a sampling sequence with its disturbance, or a constant one over all time; a Lyapunov certificate for all of them"
+)
 QUANTITY = "l2 gain from the disturbance w (held between samples) to the error z - z^, over all sampling sequences"
 AXES = {"A_f": "(state, state)", "B_f": "(state, measurement)", "C_f": "(output, state)"}
 NODES = 60
@@ -178,7 +180,7 @@ def result_of(
         *compared,
     )
     return NonuniformResult(
-        bracket=Bracket(gain.lower, gain.upper, BOTH_ENDS),
+        bracket=Bracket(attained(gain.lower, compared, gain.upper), gain.upper, BOTH_ENDS),
         gains=frozen({"A_f": filter_.A, "B_f": filter_.B, "C_f": filter_.C}),
         evidence=(*evidence, *found),
         signals=signals,

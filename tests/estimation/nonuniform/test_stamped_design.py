@@ -100,7 +100,7 @@ def test_the_running_observer_has_the_error_whose_gain_is_proved(plant, periods)
         x, t = whole[:-1, :-1] @ x + whole[:-1, -1], t + h
         errors.append(plant.L @ (x - observer.predict(t)))
     ratio = np.linalg.norm(errors) / np.linalg.norm(attack.w)
-    assert ratio == pytest.approx(result.bracket.lower, rel=1e-6)
+    assert ratio == pytest.approx(result.gain.attack.level, rel=1e-6)
     assert observer.outside == 0
     simulated = nonuniform.simulate(result)
     assert np.allclose(simulated.signals["error"][1:], errors, atol=1e-6 * np.max(np.abs(errors)))

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError
+from replication.estimation.delay.exact.filtering import noise_unit
 from replication.estimation.delay.exact.ladder import FilterModel
 from replication.estimation.validation import Array
 
@@ -24,15 +25,18 @@ def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:
 
     Raises InfeasibleError if there is no P >= 0 that stabilises, LinAlgError where rounding decides.
     """
-    R, noise = model.dy @ model.dy.T, model.b @ model.dy.T
+    # In units of w in which the noise of y is about one; no gain hangs on them.
+    unit = noise_unit(model)
+    b, dy = model.b / unit, model.dy / unit
+    R, noise = dy @ dy.T, b @ dy.T
     c, weight, cross = model.cy, R, noise
     if np.isfinite(level):
         p = len(model.cz)
-        c = np.vstack([model.cz / level, c])
+        c = np.vstack([model.cz * (unit / level), c])
         weight = scipy.linalg.block_diag(-np.eye(p), R)
         cross = np.hstack([np.zeros((len(noise), p)), noise])
-    P = scipy.linalg.solve_continuous_are(model.a.T, c.T, model.b @ model.b.T, weight, s=cross)
+    P = scipy.linalg.solve_continuous_are(model.a.T, c.T, b @ b.T, weight, s=cross)
     values = np.linalg.eigvalsh(P)
     if values[0] < -NEGATIVE * max(values[-1], 0.0):
         raise InfeasibleError(f"no filter of the model keeps the level {level:.6g}")
-    return np.linalg.solve(R, (P @ model.cy.T + noise).T).T, P
+    return np.linalg.solve(R, (P @ model.cy.T + noise).T).T, unit**2 * P

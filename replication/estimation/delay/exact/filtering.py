@@ -47,6 +47,18 @@ def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
 
     Raises InfeasibleError if there is none.
     """
+    unit = noise_unit(model)
+    found = _filter_level(replace(model, b=model.b / unit, dz=model.dz / unit, dy=model.dy / unit), start / unit)
+    return FilterLevel(unit * found.value, unit * found.smoother)
+
+
+def noise_unit(model: FilterModel) -> float:
+    """The unit of w in which the noise of y is about one, a power of two so that nothing is rounded."""
+    size = float(np.linalg.norm(model.dy, 2)) if model.dy.size else 0.0
+    return float(2.0 ** np.round(np.log2(size))) if size > 0.0 else 1.0
+
+
+def _filter_level(model: FilterModel, start: float) -> FilterLevel:
     model = regular(model)
     if not len(model.a):
         level = _direct(model)

@@ -7,18 +7,21 @@ stay in the equations, and the plant has to be stable.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay.exact.forms import injection_terms, plant_terms
 from replication.estimation.delay.exact.peak import GainBracket, gain_bracket, right_roots
 from replication.estimation.delay.exact.response import Response
 from replication.estimation.delay.exact.terms import PlantTerms, Terms, stacked
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.validation import Array, as_array, positive_scalar
+
+T = TypeVar("T")
 
 
 def exact_gain(observer: DelayObserver, relative: float = 1e-6) -> GainBracket:
@@ -76,7 +79,7 @@ def worst_gain(
     InfeasibleError
         The plant is unstable: with the least error in a delay the estimate does not follow it.
     SolverError
-        Stability at the nominal delays stays open.
+        Stability at the nominal delays stays open, or the plant has a root on the axis, to rounding.
 
     Notes
     -----
@@ -91,7 +94,7 @@ def worst_gain(
     if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
         raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
     nothing = Terms(np.zeros((len(plant.terms.constant), plant.sizes[2])))
-    roots = right_roots(error_response(plant, nothing))[1]
+    roots = _decided(lambda: right_roots(error_response(plant, nothing))[1])
     if roots:
         raise InfeasibleError(
             f"the plant has {roots} unstable roots: with an error in a delay, however small, no estimate follows it; "
@@ -99,8 +102,20 @@ def worst_gain(
         )
     middle = [float(value) for value in ends.mean(axis=1)]
     pairs = [(float(low), float(high)) for low, high in ends]
-    found = gain_bracket(mismatched_response(plant, injection_terms(observer), middle, pairs), relative)
+    response = mismatched_response(plant, injection_terms(observer), middle, pairs)
+    found = _decided(lambda: gain_bracket(response, relative))
     return replace(found, delays=found.delays[: len(pairs)])
+
+
+def _decided(compute: Callable[[], T]) -> T:
+    """What it gives; SolverError where a root lies on the axis to rounding, so that a matrix there is singular."""
+    try:
+        return compute()
+    except np.linalg.LinAlgError:
+        raise SolverError(
+            "a root of the plant lies on the imaginary axis, to rounding; whether the estimate follows it with an "
+            "error in a delay is not decided"
+        ) from None
 
 
 def error_response(plant: PlantTerms, injection: Terms) -> Response:

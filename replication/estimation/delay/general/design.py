@@ -119,7 +119,7 @@ def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence,
         *closed,
         Evidence("upper end proved by", f"degree {proof.degree}", "storage with moments of each delay"),
         Evidence("slack of the proof", proof.slack, "least eigenvalue of its inequalities, in natural units; positive"),
-        *_over_ranges(observer),
+        *over_ranges(observer),
         *worth(plant_terms(plant), proof.level),
     ]
     return InnovationsResult(
@@ -150,7 +150,7 @@ def _closed_loop(observer: DelayObserver) -> tuple[float, list[Evidence]]:
     ]
 
 
-def _over_ranges(observer: DelayObserver) -> list[Evidence]:
+def over_ranges(observer: DelayObserver) -> list[Evidence]:
     """The worst gain where delays are known within ranges only."""
     plant = observer.plant
     if all(np.ptp(ends) == 0.0 for ends in plant.ranges):

@@ -4,6 +4,7 @@ least level is not attained."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.delay.exact.forms import plant_terms
 from replication.estimation.delay.exact.terms import PlantTerms, axis
 from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.scaling import scaling_of
 from replication.estimation.validation import Array
 
 NONE = 1e-6
@@ -29,7 +31,12 @@ def require_noise(plant: DelayPlant) -> None:
             "a combination of measurements is free of noise at high frequencies (D_21 with its delayed parts loses "
             "rank there); add a disturbance of its own to each row of d21"
         )
-    omega, least = _weakest(plant)
+    # Neither the unit of a state nor that of w makes noise small: in natural units, with disturbances of size one.
+    scaling = scaling_of(plant)
+    scaled = scaling.plant(plant)
+    size = max(float(np.max(np.abs(b), initial=0.0)) for b in (scaled.b, *scaled.b_delayed)) or 1.0
+    omega, least = _weakest(replace(scaling, gain=size**2).plant(plant))
+    omega /= scaling.time
     if least <= NONE:
         raise InvalidInputError(
             f"a combination of measurements is free of noise at {omega:.6g} rad/s; add a disturbance of its own to "

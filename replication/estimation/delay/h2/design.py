@@ -19,7 +19,7 @@ from replication.estimation.delay.exact.ladder import FilterModel
 from replication.estimation.delay.exact.limit import climbed
 from replication.estimation.delay.exact.terms import PlantTerms, Terms
 from replication.estimation.delay.exact.worth import worth
-from replication.estimation.delay.general.design import known_levels
+from replication.estimation.delay.general.design import known_levels, over_ranges
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult, arrays_of, signals_of
 from replication.estimation.delay.h2.designs import OF, Designs, returns
@@ -52,6 +52,7 @@ def mean_design(
         *_mean_facts(plant, covariance, reach),
         Evidence("gains computed with", f"{designs.degree} moments of each delay", "filter Riccati equation"),
         Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
+        *over_ranges(observer),
         *known_levels(plant),
         *worth(plant_terms(plant), gain.upper),
     )

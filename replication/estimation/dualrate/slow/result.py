@@ -74,7 +74,10 @@ class SlowRateResult(GainResult):
     """
 
     method: str = "dualrate"
-    quantity: str = "l2 gain of the closed loop from process and sensor noise to (x, u), both in units of their weights"
+    quantity: str = (
+        "l2 gain of the closed loop from process and sensor noise, as sequences, to (x, u) held over each fast period, "
+        "all in units of their weights"
+    )
     axes: Mapping[str, str] = field(
         default_factory=lambda: {
             "A": "(phase, state, state)",

@@ -12,6 +12,7 @@ from replication.estimation.api.baselines import baselines
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import frozen
 from replication.estimation.linear.covariances import covariance
+from replication.estimation.linear.norms import settles
 from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
 from replication.estimation.multirate.h2.running import KalmanFilter
 from replication.estimation.multirate.h2.starting import StartingFilter
@@ -124,7 +125,7 @@ def mean_error_facts(problem: MultirateProblem, gains: Array) -> tuple[Evidence,
     W = problem.plant.W
     limit = float(np.sqrt(np.mean(np.trace(W @ smoothing_limit(problem, kalman.X) @ W.T, axis1=1, axis2=2))))
     alone = problem.without_sensors()
-    without = float(np.sqrt(white_noise_variance(alone))) if alone.spectral_radius() < 1 else None
+    without = float(np.sqrt(white_noise_variance(alone))) if settles(alone) else None
     how = "periodic Lyapunov equation"
     return (
         Evidence("rms error", own, f"white noise of unit intensity; {how}"),

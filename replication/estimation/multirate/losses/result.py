@@ -13,7 +13,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.baselines import baselines
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import as_text, frozen
-from replication.estimation.linear.norms import gain_curve, l2_gain
+from replication.estimation.linear.norms import gain_curve, gain_if_finite, l2_gain
 from replication.estimation.multirate.h2.tradeoff import rms_error
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.losses.automaton import (
@@ -166,8 +166,7 @@ def _worst_case(
     words = require_detectable(problem, given)
     worst = bracket(problem, given, gains, words)
     shown = patterns(given.edges, worst.word)
-    alone = problem.without_sensors()
-    without = l2_gain(alone).upper if alone.spectral_radius() < 1 else None
+    without = gain_if_finite(problem.without_sensors())
     evidence = (
         Evidence("worst pattern found", shown, "samples that come, instant by instant, sensor by sensor; it repeats"),
         Evidence("level without losses", l2_gain(along(problem, gains, given.without_losses())).upper, "exact gain"),

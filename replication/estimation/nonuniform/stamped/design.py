@@ -30,11 +30,11 @@ from replication.estimation.nonuniform.guarantee.guarantee import balancing
 from replication.estimation.nonuniform.guarantee.path_lyapunov import ROUGH
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, innovations_filter
-from replication.estimation.validation import Array, positive_integer
+from replication.estimation.validation import Array, at_most
 
 SLACKS = (3e-6, 1e-3)
 """Excess that a certificate needs: little, and where that proves nothing, more, which costs level."""
-CELLS = 8
+CELLS, MOST_CELLS = 8, 64
 """Cells of the range, for each of which the filter has a gain."""
 MAX_ROUNDS = 40
 REGULAR = 1e-6
@@ -83,7 +83,7 @@ def stamped_design(
     slack: excess that the solver is asked for, in coordinates in which X is about the identity.
     Raises InfeasibleError if the level cannot be told from zero or there is none, SolverError if the rounds run out.
     """
-    count = positive_integer("cells", cells) if periods.h_l < periods.h_u else 1
+    count = at_most("cells", cells, MOST_CELLS) if periods.h_l < periods.h_u else 1
     edges = periods.nodes(count + 1)
     T, scale = _coordinates(plant, periods.middle)
     for _ in range(COORDINATES):

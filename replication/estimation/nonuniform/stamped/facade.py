@@ -56,7 +56,7 @@ def design_stamped(
     known : array (n, p), optional
         Effect of known inputs on the state, which are held from sample to sample; they change no level.
     cells : int
-        Parts of the range, by the period before the sample, for each of which the filter has a gain.
+        Parts of the range, by the period before the sample, for each of which the filter has a gain; at most 64.
     horizon : int
         Samples of the bad sequence that is searched for.
 

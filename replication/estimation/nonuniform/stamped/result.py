@@ -13,7 +13,7 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import frozen
 from replication.estimation.api.signals import Signals
-from replication.estimation.nonuniform.baselines import constant_baselines, without_sensors
+from replication.estimation.nonuniform.baselines import attained, constant_baselines, without_sensors
 from replication.estimation.nonuniform.filters import Estimator, periodic_gain
 from replication.estimation.nonuniform.guarantee.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter
@@ -156,11 +156,12 @@ def stamped_result(
     if (least := floor_of_any_filter(plant, periods, proof.level)) is not None:
         facts.append(Evidence("least level of any filter", least, "Riccati recursion, the worst constant period"))
     facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
+    compared = constant_baselines(plant, filter_, periods, stamped=True)
     n, edges = plant.order, np.array([periods.h_l, *filter_.edges, periods.h_u])
     return StampedResult(
-        bracket=Bracket(attack.level, proof.level, BOTH_ENDS),
+        bracket=Bracket(attained(attack.level, compared, proof.level), proof.level, BOTH_ENDS),
         gains=frozen({"G_x": filter_.G[:, :n], "G_w": filter_.G[:, n:], "edges": edges}),
-        evidence=(*facts, *constant_baselines(plant, filter_, periods, stamped=True)),
+        evidence=(*facts, *compared),
         signals=signals,
         plant=plant,
         filter=filter_,
