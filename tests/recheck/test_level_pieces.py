@@ -1,6 +1,7 @@
 """Levels over a range, piece by piece: what is off is allowed for, pieces leave nothing out, storages read the periods.
 
 Where a step has another one decide, a stand-in answers; so it is seen what is asked.
+Classes go by their module, so that a fault seeded there is met here.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import pytest
 from replication.recheck import interval
 from replication.recheck.exact import times, turned, unit
 from replication.recheck.nonuniform import levels
-from replication.recheck.nonuniform.levels import PLACES, Inequality, Storage
+from replication.recheck.nonuniform.levels import PLACES
 from replication.recheck.nonuniform.sampled import Case, Filter, case_of, read_plant
 from replication.recheck.nonuniform.stamped import read_stamped
 from replication.recheck.reading import Certificate, Proof, Unproved
@@ -51,8 +52,10 @@ def stamped(rate: str = "-1/3") -> Case:
 def inequality(case: Case, cuts: tuple[Fraction, ...] = (Fraction(0), Fraction(1)), level: Fraction = HALF) -> Any:
     """One state of the storage, with a matrix for each cell of the filter."""
     cells = len(case.F)
-    storage = Storage(list(cuts), [[0] * (len(cuts) - 1)], [unit(len(case.output[0]))] * cells, [0] * (len(cuts) - 1))
-    return Inequality(case, level, storage)
+    storage = levels.Storage(
+        list(cuts), [[0] * (len(cuts) - 1)], [unit(len(case.output[0]))] * cells, [0] * (len(cuts) - 1)
+    )
+    return levels.Inequality(case, level, storage)
 
 
 def asked(one: Any, rest: int) -> tuple[Any, Any]:
@@ -275,7 +278,7 @@ def test_a_single_period_is_asked_for_once_and_exactly() -> None:
 def test_the_states_of_a_storage_read_the_periods() -> None:
     """Two states, two cells: after a period in a cell state d goes back to that which stands there."""
     before, after = [[0, 1], [1, 0]], [1, 0]
-    storage = Storage([Fraction(0), HALF, Fraction(1)], before, [unit(1)] * 4, after)
+    storage = levels.Storage([Fraction(0), HALF, Fraction(1)], before, [unit(1)] * 4, after)
     assert [storage.step(place) for place in range(4)] == [0, 0, 1, 1]
     for cell in (0, 1):
         wanted = {(2 * step + before[d][cell], 2 * after[cell] + d) for d in (0, 1) for step in (0, 1)}
