@@ -199,6 +199,18 @@ def second_derivative(whole: Any, h: Any) -> Any:
     return times(whole, times(whole, interval.enclosed(grown)))
 
 
+@pytest.mark.parametrize("case", [filtered(), stamped()], ids=["filtered", "stamped"])
+def test_a_step_from_another_share_is_that_of_the_period(case: Case) -> None:
+    one, share = inequality(case), Fraction(5, 8)
+    h, direct = one.at(share)
+    one = inequality(case)
+    one.reached[share] = (HALF, Fraction(1, 8))
+    again, found = one.at(share)
+    assert (again.low, again.high) == (h.low, h.high)
+    for entry, other in zip(sum(found, []), sum(direct, []), strict=True):  # noqa: RUF017 - a few rows
+        assert entry.low <= other.high and other.low <= entry.high and entry.high - entry.low < 1 << 100
+
+
 def test_a_piece_that_is_too_long_has_no_curvature() -> None:
     one = inequality(stamped())
     # |N| = 1 + 1/3.
@@ -210,10 +222,11 @@ def test_a_piece_that_is_too_long_has_no_curvature() -> None:
 
 Decision = Callable[[Fraction, int, int, int], bool]
 CUTS = (Fraction(0), Fraction(1, 4), Fraction(1))
+CURVE = Fraction(7, 3)
 
 
 def required(
-    decided: Decision, *, single: bool = False, curve: Fraction | None = Fraction(3)
+    decided: Decision, *, single: bool = False, curve: Fraction | None = CURVE
 ) -> list[tuple[Fraction, int, int, int]]:
     """What is asked at which ends, where the length of a piece is that of its shares."""
     case = stamped()
@@ -230,9 +243,9 @@ def required(
     return listed
 
 
-def allowance(length: Fraction, curve: int = 3) -> int:
+def allowance(length: Fraction) -> int:
     """length^2/8 times the curvature in units, rounded up."""
-    return ceil(length * length / 8 * curve * (1 << PLACES))
+    return ceil(length * length / 8 * CURVE * (1 << PLACES))
 
 
 def test_the_pieces_tile_every_cell_and_allow_for_the_chord() -> None:
@@ -254,7 +267,7 @@ def test_it_is_refused_where_it_fails_at_a_place(far: str) -> None:
 
     def far_off(end: Fraction, rest: int, *_: int) -> bool:
         # The length of the piece from its allowance.
-        length = float(rest * 8 / 3 / (1 << PLACES)) ** 0.5
+        length = float(rest * 8 / CURVE / (1 << PLACES)) ** 0.5
         return abs(float(end - place)) > length * 1.01
 
     with pytest.raises(Unproved, match="not decided"):

@@ -36,6 +36,7 @@ LATER = "what this refuses, the next line refuses"
 WIDTH = "only where an enclosure ends exactly at the bound; this one is of no single number"
 TWICE = "twice as large is as positive"
 ROWS = "all rows are as long as the first; a plant of one state that is refused is not proved"
+SHORT = "e^x - 1 < x + x^2 for all x up to one"
 EARLIER = "what this tells apart was refused before"
 SAME: dict[str, list[tuple[str, tuple[str, ...], str]]] = {
     "interval": [
@@ -99,7 +100,17 @@ SAME: dict[str, list[tuple[str, tuple[str, ...], str]]] = {
         ("need(any(sum(row[j] * row[j]", ("Gt became GtE",), WIDTH),
         ("need(logarithmic_norm(scaled(-1,", ("became 2",), TWICE),
     ],
-    "nonuniform.levels": [],
+    "nonuniform.levels": [
+        ("HALVINGS = 24", ("became 25",), WORK),
+        ("LONG = Fraction(1, 4)", ("became 2", "became 5"), SHORT),
+        ("if x >= LONG:", ("GtE became Gt",), SHORT),
+        ("need(len(cuts) > 1", ("Gt became GtE",), "one cut is not both zero and one"),
+        (
+            "slight = off",
+            ("Add became Sub", "Mult became Add", "became 3"),
+            "rest + off would do for what is off across and off for the rest: all of these are at least so large",
+        ),
+    ],
 }
 """Lines of which a fault alters no answer: how they begin, each fault that is so as often as it is, and why."""
 
