@@ -10,7 +10,7 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
-from itertools import product
+from itertools import combinations_with_replacement, product
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -122,7 +122,7 @@ def corners(rng: np.random.Generator, one: Any, columns: Any, bounds: Any, off: 
     """Columns that are off as far as they may, and how far the weight is."""
     rows = len(bounds[0])
     pushed = [[sum(p * x for p, x in zip(row, column, strict=True)) for row in one.P[1]] for column in columns]
-    for i, j in product(range(len(columns)), repeat=2):
+    for i, j in combinations_with_replacement(range(len(columns)), 2):
         # Both columns move so that each moves the entry the same way.
         signs = [[1] * rows for _ in columns]
         signs[j] = [1 if x >= 0 else -1 for x in pushed[i]]
