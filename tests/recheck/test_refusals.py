@@ -85,6 +85,8 @@ REFUSALS: list[tuple[str, tuple[Any, ...], Change, str]] = [
     ("mustafa/own-grid-2", ("witness", "passes", 1), to([]), "each new element needs its bracket"),
     ("mustafa/own-grid-2", ("witness", "passes", 0, 0, "P"), negative, "P is not positive"),
     ("mustafa/own-grid-2", ("witness", "P"), negative, "P is not positive"),
+    ("mustafa/stall-1", ("witness", "upper"), to("46"), "the bounded real lemma does not hold"),
+    ("mustafa/stall-1", ("witness", "lower"), to("47"), "the response is no larger"),
     ("mustafa/stall-1", ("witness", "P"), negative, "P is not positive"),
     ("mustafa/range-1-upper", ("witness", "storage", "cells", 0), to("1/1000"), "do not cover the range"),
     ("mustafa/our-filter-lower", ("parameters", "from"), to("h_u"), "the range is empty"),
