@@ -187,7 +187,7 @@ def test_the_interval_of_condition_9(above: str, below: str) -> None:
 
 
 def test_the_interval_of_condition_9_by_the_norms_of_a_plant() -> None:
-    """mu(A) = 1/2 and mu(-A) = 1 of the diagonal matrix; mu(A) stands in the logarithm unless the print is asked for."""
+    """mu(A) = 1/2 and mu(-A) = 1 of the diagonal matrix; mu(A) in the logarithm unless the print is asked for."""
     found = grid.covered(read_plant(plant_of(diagonal("-1", "1/2"))), of(1), of(2))
     assert near(found.low, 1 - log(1.5)) and near(found.high, 1 + log(1.25) * 2)
 
