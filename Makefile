@@ -37,7 +37,7 @@ mutants: $(STAMP) ## every small change of the verifier, and a sceptic's of libr
 	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py tests/sceptic --numprocesses=auto
 
 mutants-both: $(STAMP) ## every small change of either verifier, told by the other (about an hour)
-	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py
+	MUTANTS=all $(BIN)/python -m pytest tests/recheck/test_both_agree.py tests/recheck/test_settled.py
 
 processors: $(STAMP) ## a fresh run on four types of processor; `make test` runs two papers on each (six minutes)
 	PROCESSORS=all $(BIN)/python -m pytest tests/papers/test_processors.py --numprocesses=0

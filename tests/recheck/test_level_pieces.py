@@ -1,6 +1,7 @@
 """Levels over a range, piece by piece: what is off is allowed for, pieces leave nothing out, storages read the periods.
 
 Where a step has another one decide, a stand-in answers; so it is seen what is asked.
+Classes go by their module, so that a fault seeded there is met here.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
-from itertools import product
+from itertools import combinations_with_replacement, product
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ import pytest
 from replication.recheck import interval
 from replication.recheck.exact import times, turned, unit
 from replication.recheck.nonuniform import levels
-from replication.recheck.nonuniform.levels import PLACES, Inequality, Storage
+from replication.recheck.nonuniform.levels import PLACES
 from replication.recheck.nonuniform.sampled import Case, Filter, case_of, read_plant
 from replication.recheck.nonuniform.stamped import read_stamped
 from replication.recheck.reading import Certificate, Proof, Unproved
@@ -51,8 +52,10 @@ def stamped(rate: str = "-1/3") -> Case:
 def inequality(case: Case, cuts: tuple[Fraction, ...] = (Fraction(0), Fraction(1)), level: Fraction = HALF) -> Any:
     """One state of the storage, with a matrix for each cell of the filter."""
     cells = len(case.F)
-    storage = Storage(list(cuts), [[0] * (len(cuts) - 1)], [unit(len(case.output[0]))] * cells, [0] * (len(cuts) - 1))
-    return Inequality(case, level, storage)
+    storage = levels.Storage(
+        list(cuts), [[0] * (len(cuts) - 1)], [unit(len(case.output[0]))] * cells, [0] * (len(cuts) - 1)
+    )
+    return levels.Inequality(case, level, storage)
 
 
 def asked(one: Any, rest: int) -> tuple[Any, Any]:
@@ -119,7 +122,7 @@ def corners(rng: np.random.Generator, one: Any, columns: Any, bounds: Any, off: 
     """Columns that are off as far as they may, and how far the weight is."""
     rows = len(bounds[0])
     pushed = [[sum(p * x for p, x in zip(row, column, strict=True)) for row in one.P[1]] for column in columns]
-    for i, j in product(range(len(columns)), repeat=2):
+    for i, j in combinations_with_replacement(range(len(columns)), 2):
         # Both columns move so that each moves the entry the same way.
         signs = [[1] * rows for _ in columns]
         signs[j] = [1 if x >= 0 else -1 for x in pushed[i]]
@@ -196,6 +199,18 @@ def second_derivative(whole: Any, h: Any) -> Any:
     return times(whole, times(whole, interval.enclosed(grown)))
 
 
+@pytest.mark.parametrize("case", [filtered(), stamped()], ids=["filtered", "stamped"])
+def test_a_step_from_another_share_is_that_of_the_period(case: Case) -> None:
+    one, share = inequality(case), Fraction(5, 8)
+    h, direct = one.at(share)
+    one = inequality(case)
+    one.reached[share] = (HALF, Fraction(1, 8))
+    again, found = one.at(share)
+    assert (again.low, again.high) == (h.low, h.high)
+    for entry, other in zip(sum(found, []), sum(direct, []), strict=True):  # noqa: RUF017 - a few rows
+        assert entry.low <= other.high and other.low <= entry.high and entry.high - entry.low < 1 << 100
+
+
 def test_a_piece_that_is_too_long_has_no_curvature() -> None:
     one = inequality(stamped())
     # |N| = 1 + 1/3.
@@ -207,10 +222,11 @@ def test_a_piece_that_is_too_long_has_no_curvature() -> None:
 
 Decision = Callable[[Fraction, int, int, int], bool]
 CUTS = (Fraction(0), Fraction(1, 4), Fraction(1))
+CURVE = Fraction(7, 3)
 
 
 def required(
-    decided: Decision, *, single: bool = False, curve: Fraction | None = Fraction(3)
+    decided: Decision, *, single: bool = False, curve: Fraction | None = CURVE
 ) -> list[tuple[Fraction, int, int, int]]:
     """What is asked at which ends, where the length of a piece is that of its shares."""
     case = stamped()
@@ -227,9 +243,9 @@ def required(
     return listed
 
 
-def allowance(length: Fraction, curve: int = 3) -> int:
+def allowance(length: Fraction) -> int:
     """length^2/8 times the curvature in units, rounded up."""
-    return ceil(length * length / 8 * curve * (1 << PLACES))
+    return ceil(length * length / 8 * CURVE * (1 << PLACES))
 
 
 def test_the_pieces_tile_every_cell_and_allow_for_the_chord() -> None:
@@ -251,7 +267,7 @@ def test_it_is_refused_where_it_fails_at_a_place(far: str) -> None:
 
     def far_off(end: Fraction, rest: int, *_: int) -> bool:
         # The length of the piece from its allowance.
-        length = float(rest * 8 / 3 / (1 << PLACES)) ** 0.5
+        length = float(rest * 8 / CURVE / (1 << PLACES)) ** 0.5
         return abs(float(end - place)) > length * 1.01
 
     with pytest.raises(Unproved, match="not decided"):
@@ -275,7 +291,7 @@ def test_a_single_period_is_asked_for_once_and_exactly() -> None:
 def test_the_states_of_a_storage_read_the_periods() -> None:
     """Two states, two cells: after a period in a cell state d goes back to that which stands there."""
     before, after = [[0, 1], [1, 0]], [1, 0]
-    storage = Storage([Fraction(0), HALF, Fraction(1)], before, [unit(1)] * 4, after)
+    storage = levels.Storage([Fraction(0), HALF, Fraction(1)], before, [unit(1)] * 4, after)
     assert [storage.step(place) for place in range(4)] == [0, 0, 1, 1]
     for cell in (0, 1):
         wanted = {(2 * step + before[d][cell], 2 * after[cell] + d) for d in (0, 1) for step in (0, 1)}

@@ -186,6 +186,12 @@ def test_the_interval_of_condition_9(above: str, below: str) -> None:
         assert near(found.high, 1 + log(1 + (b if printed else a) / gain) / float(a))
 
 
+def test_the_interval_of_condition_9_by_the_norms_of_a_plant() -> None:
+    """mu(A) = 1/2 and mu(-A) = 1 of the diagonal matrix; mu(A) in the logarithm unless the print is asked for."""
+    found = grid.covered(read_plant(plant_of(diagonal("-1", "1/2"))), of(1), of(2))
+    assert near(found.low, 1 - log(1.5)) and near(found.high, 1 + log(1.25) * 2)
+
+
 def test_cases_that_are_none_of_9() -> None:
     for above in TOUCHING:
         with pytest.raises(Unproved, match=r"mu\(A\) may be zero"):
@@ -313,7 +319,7 @@ def levelled(cells: int = 1, cell: int = 0, radius: Fraction | None = None, leve
     """What the check of one level for both channels asks of the response, for A = [-1, 2; -2, -1] over [1/10, 3/10]."""
     witness = {
         "cell": cell, "alpha": "8", "response": {"turn": "0", "direction": []}, "radius": str(radius or Fraction(1, 4)),
-        "direction": [["3"], ["1"]], "filter": {"A": [["0"]], "B": [["0"]], "C": [["0"]]}, "level": level,
+        "direction": [["3/9"], ["1/9"]], "filter": {"A": [["0"]], "B": [["0"]], "C": [["0"]]}, "level": level,
         "storage": {},
     }  # fmt: skip
     certificate = given(
