@@ -102,3 +102,13 @@ def test_outputs_that_are_the_states_follow_their_names() -> None:
 def test_names_that_do_not_fit_are_refused(given: dict[str, object], said: str) -> None:
     with pytest.raises(InvalidInputError, match=said):
         result_of("multirate").named(**given)
+
+
+@pytest.mark.parametrize("names", [["place"], [], ["a", "b", "c"]])
+def test_another_number_of_states_is_refused(names: list[str]) -> None:
+    with pytest.raises(InvalidInputError, match="states must be 2 different names"):
+        result_of("multirate").named(states=names)
+    late = multirate.design(CART, periods=(1, 2), noise=[0.5, 0.1], disturbances=["wind"], latency=(0, 1))
+    if len(names) != len(late.signals.states):
+        with pytest.raises(InvalidInputError, match="states must be 2 different names"):
+            late.named(states=names)

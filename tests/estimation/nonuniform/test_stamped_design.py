@@ -359,3 +359,20 @@ def test_doctests(name):
     module = importlib.import_module(f"replication.estimation.nonuniform.stamped.{name}")
     failures, tried = doctest.testmod(module)
     assert (failures, tried > 0) == (0, True)
+
+
+def test_constant_periods_count_as_sequences_in_the_lower_end() -> None:
+    slow = ([[-0.02]], [[1.0, 0.0]], [[1.0]], [[0.0, 30.0]], [[1.0]])
+    robust = nonuniform.design(nonuniform.SampledPlant(*slow), periods=(0.1, 0.11))
+    stamped = nonuniform.design_stamped(nonuniform.StampedPlant(*slow), periods=(0.1, 0.11))
+    for found, attack in ((robust, robust.gain.attack), (stamped, stamped.gain.attack)):
+        constant = found.fact("level at constant periods").value
+        assert isinstance(constant, float)
+        # No bad sequence of that length comes near what a slow plant does in the long run.
+        assert attack.level < 0.95 * constant <= found.bracket.lower <= found.bracket.upper
+
+
+def test_more_cells_than_can_be_solved_soon_are_refused() -> None:
+    plant = nonuniform.StampedPlant([[-1.0]], [[1.0, 0.0]], [[1.0]], [[0.0, 1.0]], [[1.0]])
+    with pytest.raises(InvalidInputError, match="cells must be at most 64, got 1000"):
+        nonuniform.design_stamped(plant, periods=(0.1, 0.3), cells=1000)
