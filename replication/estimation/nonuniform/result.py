@@ -173,14 +173,15 @@ def result_of(
     with threadpool_limits(1, user_api="blas"), searched(horizon):
         gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
         compared = constant_baselines(plant, filter_, periods)
+    lower = attained(gain.lower, compared, gain.upper)
     found = (
-        *ends_found(gain.attack, gain.guarantee.leaves),
+        *ends_found(gain.attack, lower, gain.guarantee.leaves),
         Evidence("spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"),
         Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
         *compared,
     )
     return NonuniformResult(
-        bracket=Bracket(attained(gain.lower, compared, gain.upper), gain.upper, BOTH_ENDS),
+        bracket=Bracket(lower, gain.upper, BOTH_ENDS),
         gains=frozen({"A_f": filter_.A, "B_f": filter_.B, "C_f": filter_.C}),
         evidence=(*evidence, *found),
         signals=signals,
@@ -203,10 +204,14 @@ def searched(horizon: int) -> Iterator[None]:
         ) from error
 
 
-def ends_found(attack: BadSequence, matrices: int) -> tuple[Evidence, Evidence]:
-    """How both ends of a bracket were found."""
-    lower, upper = f"runs {attack.runs} of h_u, h_l", f"{matrices} Lyapunov matrices"
+def ends_found(attack: BadSequence, lower: float, matrices: int) -> tuple[Evidence, Evidence]:
+    """How both ends of a bracket were found; lower: the end itself, above the level of the attack if constant periods
+    are worse in the long run."""
+    what, how = f"runs {attack.runs} of h_u, h_l", f"disturbance over {len(attack.periods)} samples"
+    if lower > attack.level:
+        what, how = "a constant period", "exact gain over all time"
+    upper = f"{matrices} Lyapunov matrices"
     return (
-        Evidence("lower end attained by", lower, f"disturbance over {len(attack.periods)} samples"),
+        Evidence("lower end attained by", what, how),
         Evidence("upper end proved by", upper, "certificate for the continuum of periods"),
     )

@@ -370,6 +370,7 @@ def test_constant_periods_count_as_sequences_in_the_lower_end() -> None:
         assert isinstance(constant, float)
         # No bad sequence of that length comes near what a slow plant does in the long run.
         assert attack.level < 0.95 * constant <= found.bracket.lower <= found.bracket.upper
+        assert found.fact("lower end attained by").value == "a constant period"
 
 
 def test_more_cells_than_can_be_solved_soon_are_refused() -> None:

@@ -152,14 +152,15 @@ def stamped_result(
         filter_, proof = _better(plant, filter_, proof, periods)
     with searched(horizon):
         attack = worst_sequence(plant, filter_, periods, horizon=horizon)
-    facts = [*evidence, *ends_found(attack, len(proof.storage))]
+    compared = constant_baselines(plant, filter_, periods, stamped=True)
+    lower = attained(attack.level, compared, proof.level)
+    facts = [*evidence, *ends_found(attack, lower, len(proof.storage))]
     if (least := floor_of_any_filter(plant, periods, proof.level)) is not None:
         facts.append(Evidence("least level of any filter", least, "Riccati recursion, the worst constant period"))
     facts.append(Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"))
-    compared = constant_baselines(plant, filter_, periods, stamped=True)
     n, edges = plant.order, np.array([periods.h_l, *filter_.edges, periods.h_u])
     return StampedResult(
-        bracket=Bracket(attained(attack.level, compared, proof.level), proof.level, BOTH_ENDS),
+        bracket=Bracket(lower, proof.level, BOTH_ENDS),
         gains=frozen({"G_x": filter_.G[:, :n], "G_w": filter_.G[:, n:], "edges": edges}),
         evidence=(*facts, *compared),
         signals=signals,
