@@ -123,7 +123,7 @@ def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:
     shown = data("okajima2023-fig2-5")
     sizes = {name: responses.rms_of_all(name, shown) for name in responses.CASES}
     (stated,) = re.findall(r"at most (\d\.\d\d) of any other's", responses.say_cases(shown))
-    assert responses.say_cases(shown).startswith("In one draw ")
+    assert responses.say_cases(shown).startswith("One draw: ")
     assert all(sizes["proposed"] <= float(stated) * sizes[name] for name in "ABC")
 
 

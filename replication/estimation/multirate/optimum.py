@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.linear.norms import GainBracket
+from replication.estimation.linear.norms import GainBracket, l2_gain
 from replication.estimation.multirate.kalman import (
     KalmanCentre,
     RiccatiDesign,
@@ -46,8 +46,10 @@ TOUCHING = (1e-12, 1e-10, DESIGN_MARGIN)
 """Relative distances above the non-causal bound within which the optimum counts as sitting on it."""
 NEAR = 1e-13
 """Relative distance of two guesses at which the search goes on to the ends of its bracket."""
-LARGEST_TOLD = 1e14
-"""Variance of the error of a prediction over that of the noise of the measurement that corrects it, at most."""
+LARGEST_TOLD, MISSED = 1e14, 1e-3
+"""Variance of the error of a prediction, over that of the noise of the measurement that corrects it, from which on the
+optimum is compared with what its gains reach; relative distance that is too much then.
+"""
 LAST = 4
 """How many points the next guess is drawn through."""
 MAX_DOUBLINGS = 100
@@ -118,18 +120,28 @@ def optimum(problem: MultirateProblem) -> Optimum:
     return _optimum(problem, kalman_centre(problem))
 
 
-def _require_noise(centre: KalmanCentre) -> None:
-    """Raise InvalidInputError where rounding hides the noise of a measurement beside the error that it tells of."""
+def _optimum(problem: MultirateProblem, centre: KalmanCentre) -> Optimum:
+    best = _least(problem, centre)
     told = float(np.max(np.abs(np.linalg.eigvals(centre.scaled.maps().G @ centre.states))))
-    if told > LARGEST_TOLD:
+    if told > LARGEST_TOLD and not _reached(problem, centre, best):
         raise InvalidInputError(
             f"the noise of a measurement is {told**-0.5:.1e} of the error that it tells of, too little for floating "
             f"point; give the sensor more noise by D, {LARGEST_TOLD**-0.5:.0e} of that error or above"
         )
+    return best
 
 
-def _optimum(problem: MultirateProblem, centre: KalmanCentre) -> Optimum:
-    _require_noise(centre)
+def _reached(problem: MultirateProblem, centre: KalmanCentre, best: Optimum) -> bool:
+    """Whether the gains that should reach the optimum do: they miss it, or it is wrong, where rounding hides the noise."""
+    try:
+        gains = central(centre, best.upper * (1 + DESIGN_MARGIN)).gains
+        exact = l2_gain(problem.error_system(gains)).value
+    except (InfeasibleError, SolverError):
+        return False
+    return best.value * (1 - MISSED) <= exact <= best.value * (1 + MISSED)
+
+
+def _least(problem: MultirateProblem, centre: KalmanCentre) -> Optimum:
     noncausal = bound_in(problem, centre.units)
     # The square root of rounding in X_k; where disturbances reach z, the non-causal bound is not zero.
     if noncausal.lower == 0.0 and centre.floor <= 1e-7 * float(np.linalg.norm(centre.scaled.W)):
