@@ -132,7 +132,7 @@ def _optimum(problem: MultirateProblem, centre: KalmanCentre) -> Optimum:
 
 
 def _reached(problem: MultirateProblem, centre: KalmanCentre, best: Optimum) -> bool:
-    """Whether the gains that should reach the optimum do: they miss it, or it is wrong, where rounding hides the noise."""
+    """Whether the gains that should reach the optimum do; not so where it is wrong, or rounding hides the noise."""
     try:
         gains = central(centre, best.upper * (1 + DESIGN_MARGIN)).gains
         exact = l2_gain(problem.error_system(gains)).value
