@@ -94,7 +94,7 @@ def test_filtered_and_smoothed_are_those_of_batch_least_squares(plant):
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_late_samples_change_the_estimate_as_if_they_had_come_in_time(seed):
     rng = np.random.default_rng(seed)
     times, samples, _ = history(CART, rng, 12)
