@@ -1,7 +1,7 @@
 """How large the house is: `python benchmarks/house.py [COMMIT]` counts the working tree, or a commit beside it.
 
-Production is all Python in replication/ and papers/ and verify.py, tests are all Python in tests/; every line counts, comments and
-blank lines included. Also told: files of less than 60 lines, and folders of more than ten names.
+Production is all Python in replication/ and papers/ and verify.py, tests are all Python in tests/; every line counts,
+comments and blank lines included. Also told: files of less than 60 lines, and folders of more than ten names.
 """
 
 from __future__ import annotations
