@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 
 .DEFAULT_GOAL := report
 .DELETE_ON_ERROR:
-.PHONY: report figures readme picture test test-fast mutants mutants-both processors rebuild docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
+.PHONY: report figures readme picture test test-fast search mutants mutants-both processors rebuild docs access certificates verify verify-both coq artifact bench bench-report lint format lock clean help
 
 report: $(STAMP) ## recompute what changed, write figures/, report/index.html and the tutorials (the default)
 	$(BIN)/python -m replication run
@@ -32,6 +32,9 @@ test: lint ## all checks: lint, types, every test
 
 test-fast: $(STAMP) ## the tests that take about a second at most and need no browser
 	$(BIN)/python -m pytest -m "not slow and not browser" --numprocesses=auto --dist=loadfile
+
+search: $(STAMP) ## new random examples for every generated test; what is found becomes a fixed case
+	HYPOTHESIS_PROFILE=search $(BIN)/python -m pytest -m "not browser" $$(grep -rl "from hypothesis import given" tests)
 
 mutants: $(STAMP) ## every small change of the verifier, and a sceptic's of library and audit engine (about half an hour)
 	MUTANTS=all $(BIN)/python -m pytest tests/verify/test_mutants.py tests/sceptic --numprocesses=auto

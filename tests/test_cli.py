@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from lab import Lab, hear_interruptions, make_lab
 
 from replication import commands
 from replication.cli import main
+from tests.patience import PATIENCE, wait_for
 
 pytestmark = pytest.mark.slow
 """Each runs the program in a process of its own."""
@@ -89,7 +89,7 @@ def test_progress_is_a_bar_on_a_terminal(lab: Lab) -> None:
             break
         shown += piece
     os.close(ours)
-    assert process.wait(timeout=60) == 0
+    assert process.wait(timeout=PATIENCE) == 0
     assert "━".encode() in shown and b"5/5" in shown and b"computed toy2020.square" in shown
     assert b"\x1b[?25h" in shown
 
@@ -315,12 +315,9 @@ def test_interruption_is_exit_code_130_with_one_line(lab: Lab) -> None:
         preexec_fn=hear_interruptions,
     )
     cache = lab.root / ".cache" / "replication"
-    deadline = time.monotonic() + 60
-    while len(list(cache.glob("*.json"))) < 4:
-        assert process.poll() is None and time.monotonic() < deadline
-        time.sleep(0.02)
+    wait_for(lambda: len(list(cache.glob("*.json"))) >= 4, lambda: process.poll() is None)
     os.killpg(process.pid, signal.SIGINT)
-    _, complaint = process.communicate(timeout=20)
+    _, complaint = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert (
         complaint

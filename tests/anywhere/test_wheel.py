@@ -15,6 +15,7 @@ import pytest
 from packaging.requirements import Requirement
 
 from replication.extras import EXTRAS
+from tests.patience import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 EPIDEMIC = Path(__file__).parent / "epidemic"
@@ -32,7 +33,7 @@ class Stranger:
 
     def run(self, program: str, *arguments: str) -> subprocess.CompletedProcess[str]:
         words = [str(self.environment / "bin" / program), *arguments]
-        return subprocess.run(words, cwd=self.home, capture_output=True, text=True, timeout=300, check=False)
+        return subprocess.run(words, cwd=self.home, capture_output=True, text=True, timeout=PATIENCE, check=False)
 
 
 def needed(requirements: list[str]) -> dict[str, str]:

@@ -14,6 +14,7 @@ from typing import Any
 
 import papers
 import replication
+from tests.patience import PATIENCE
 
 TOY = Path(__file__).parent / "toy"
 AUDIT = """
@@ -52,7 +53,7 @@ class Lab:
             capture_output=True,
             text=True,
             check=False,
-            timeout=120,
+            timeout=PATIENCE,
         )
 
     def environment(self, **extra: str) -> dict[str, str]:

@@ -5,8 +5,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,8 @@ import pytest
 from distributed import Client, LocalCluster
 from lab import Lab, make_lab
 from test_runner import without_seconds
+
+from tests.patience import PATIENCE, wait_for
 
 pytestmark = pytest.mark.slow
 
@@ -74,7 +75,7 @@ def test_a_worker_killed_in_the_middle_loses_nothing(lab: Lab, cluster: Any) -> 
         victim = wait_for(lambda: busy(client))
         pid = client.run(os.getpid, workers=[victim])[victim]
     os.kill(pid, signal.SIGKILL)
-    run.communicate(timeout=100)
+    run.communicate(timeout=PATIENCE)
     assert run.returncode == 0
     killed = without_seconds(results(lab))
     lab.cli("run", "--jobs", "1", "--no-cache")
@@ -138,13 +139,3 @@ def fulfilled(lab: Lab, order: str) -> Any:
 
 def busy(client: Any) -> str | None:
     return next((worker for worker, tasks in client.processing().items() if tasks), None)
-
-
-def wait_for(condition: Callable[[], str | None], seconds: float = 60) -> str:
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        found = condition()
-        if found:
-            return found
-        time.sleep(0.05)
-    raise AssertionError("nothing happened")

@@ -3,12 +3,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 from lab import AUDIT, Lab, hear_interruptions, make_lab
+
+from tests.patience import PATIENCE, wait_for
 
 pytestmark = pytest.mark.slow
 """Each runs the program in a process of its own."""
@@ -235,10 +236,9 @@ def start(lab: Lab, jobs: int) -> subprocess.Popen[str]:
         preexec_fn=hear_interruptions,
     )
     wanted = ALL - {"toy2020.wait-b"}
-    deadline = time.monotonic() + 60
-    while not all((lab.root / ".cache" / f"{name}.json").exists() for name in wanted):
-        assert process.poll() is None and time.monotonic() < deadline, process.communicate()
-        time.sleep(0.02)
+    wait_for(
+        lambda: all((lab.root / ".cache" / f"{name}.json").exists() for name in wanted), lambda: process.poll() is None
+    )
     return process
 
 
@@ -248,7 +248,7 @@ def start(lab: Lab, jobs: int) -> subprocess.Popen[str]:
 def test_an_interrupted_run_resumes(lab: Lab, jobs: int, blow: signal.Signals) -> None:
     process = start(lab, jobs)
     os.killpg(process.pid, blow)
-    process.communicate(timeout=20)
+    process.communicate(timeout=PATIENCE)
     assert process.returncode != 0
     lab.edit("toy2020/experiments.py", '"seconds": 60.0', '"seconds": 0.0')
     answer = lab.audit(jobs=jobs)
@@ -269,8 +269,5 @@ def alive(group: int) -> list[str]:
 def test_no_process_outlives_the_run(lab: Lab, blow: signal.Signals) -> None:
     process = start(lab, 2)
     os.kill(process.pid, blow)
-    process.wait(timeout=20)
-    deadline = time.monotonic() + 20
-    while alive(process.pid) and time.monotonic() < deadline:
-        time.sleep(0.1)
-    assert alive(process.pid) == []
+    process.wait(timeout=PATIENCE)
+    wait_for(lambda: alive(process.pid) == [])

@@ -41,7 +41,7 @@ def varying_system(seed: int, n: int, N: int) -> PeriodicSystem:
     return PeriodicSystem(tuple(stages))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 5), st.integers(1, 60), st.floats(0, np.pi))
 def test_the_operator_and_its_adjoint_are_the_lifted_matrix(seed: int, n: int, N: int, angle: float) -> None:
     system, rng = varying_system(seed, n, N), np.random.default_rng(seed)

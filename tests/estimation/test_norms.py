@@ -71,7 +71,7 @@ def test_peak_at_a_zero_of_the_first_samples() -> None:
     assert hinf_norm(A, [[0], [0], [1]], [[-1, 0, 1]], [[0]]).value == pytest.approx(2.0, rel=NORM_BRACKET)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.integers(1, 5))
 def test_the_bracket_holds_a_brute_force_grid(seed: int, n: int, N: int) -> None:
     system = stable_system(seed, n, N)
@@ -82,14 +82,14 @@ def test_the_bracket_holds_a_brute_force_grid(seed: int, n: int, N: int) -> None
     assert attained == pytest.approx(norm.lower, rel=AGREEMENT)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(1, 5))
 def test_lifted_and_cyclic_norms_agree(seed: int, n: int, N: int) -> None:
     system = stable_system(seed, n, N)
     assert hinf_norm(*cyclic(system)).value == pytest.approx(l2_gain(system).value, rel=AGREEMENT)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(1, 4))
 def test_the_norm_is_free_of_the_units_of_the_states(seed: int, n: int, N: int) -> None:
     system, rng = stable_system(seed, n, N), np.random.default_rng(seed)

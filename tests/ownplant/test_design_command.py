@@ -11,7 +11,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -31,6 +30,7 @@ from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
 from replication.ownplant.searching import FEW, every_core
 from replication.ownplant.writing import FILES, RUNNING
+from tests.patience import wait_for
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 CASES = {
@@ -477,9 +477,7 @@ def test_a_killed_search_for_timings_is_taken_up(here: Path, capsys: pytest.Capt
     store = Path("cart-multirate.timings")
     environment = {**os.environ, "PYTHONPATH": str(EXAMPLES.parents[1])}
     running = subprocess.Popen([sys.executable, "-m", "replication", *asked], start_new_session=True, env=environment)
-    while sum(1 for _ in store.rglob("*.json")) < FEW:
-        assert running.poll() is None
-        time.sleep(0.02)
+    wait_for(lambda: sum(1 for _ in store.rglob("*.json")) >= FEW, lambda: running.poll() is None)
     os.killpg(running.pid, signal.SIGKILL)
     running.wait()
     assert not Path("cart-multirate").exists()

@@ -110,7 +110,7 @@ def test_algorithm_1_literal_stalls_and_correct_covers(plant, periods):
 
 
 @given(plant=stable_plants())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_lemma_2_reconfiguration(plant):
     h, theta = 0.5, -0.2
     Phi, Gamma = plant.discretise(h)

@@ -18,6 +18,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.patience import PATIENCE
+
 ROOT = Path(__file__).resolve().parents[2]
 TOOLS = ("sh", "make", "awk", "cp", "find", "mkdir", "rm", "test", "touch", "true", "uname")
 """Beside Python all that there is: make, and what POSIX promises to its recipes. No git, compiler, browser or Java."""
@@ -37,7 +39,7 @@ def bare(folder: Path, home: Path) -> dict[str, str]:
 
 
 def done(words: list[str], folder: Path, environment: Mapping[str, str] | None = None) -> str:
-    ran = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=1800, check=False)
+    ran = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=2 * PATIENCE)
     assert ran.returncode == 0, f"{words}: {ran.stderr[-3000:]}{ran.stdout[-1000:]}"
     return ran.stdout
 

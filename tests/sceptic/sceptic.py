@@ -8,6 +8,7 @@ and calls the test. So nothing that was computed or imported before hides it.
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
 import tomllib
 from collections.abc import Sequence
@@ -89,7 +90,7 @@ def afresh(change: Change | None) -> None:
     # What fails is looked for, not its smallest example.
     phases = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
     hypothesis.settings.register_profile("sceptic", phases=phases, database=None, derandomize=True, deadline=None)
-    hypothesis.settings.load_profile("sceptic")
+    os.environ["HYPOTHESIS_PROFILE"] = "sceptic"
 
 
 class _Finder(MetaPathFinder):

@@ -20,7 +20,6 @@ import os
 import signal
 import sys
 import tempfile
-import time
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -35,7 +34,7 @@ ROOM = ("replication.verify", "replication.recheck")
 SECONDS = 20
 """Of the processor, after which a mutant counts as noticed: it runs for ever."""
 STRANGER = 8
-"""How many times its seconds a check costs in the order if it calls nothing of the module."""
+"""How many times its calls a check costs in the order if it calls nothing of the module."""
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.Gt),
     ast.LtE: (ast.Lt, ast.GtE),
@@ -135,7 +134,7 @@ def survivors(module: str, mutants: Sequence[Mutant], tests: Sequence[str]) -> l
         # reaches all of them, but one that calls nothing of the module seldom notices it.
         order = sorted(
             range(len(runs)),
-            key=lambda i: runs[i].seconds / found[i] * (1 if runs[i].entered[module] else STRANGER),
+            key=lambda i: runs[i].calls / found[i] * (1 if runs[i].entered[module] else STRANGER),
         )
         noticed = _noticed_by(mutant, tests, [i for i in order if runs[i].reaches(mutant)])
         if noticed is None:
@@ -147,11 +146,11 @@ def survivors(module: str, mutants: Sequence[Mutant], tests: Sequence[str]) -> l
 
 @dataclass(frozen=True)
 class Run:
-    """One check without any mutant. seconds: of the processor; entered: by module of the verifier, the first lines of
+    """One check without any mutant. calls: how much it does; entered: by module of the verifier, the first lines of
     what it called there.
     """
 
-    seconds: float
+    calls: int
     entered: Mapping[str, set[int]]
 
     def reaches(self, mutant: Mutant) -> bool:
@@ -174,23 +173,24 @@ def _run(check: Callable[[], None]) -> Run:
     called: set[CodeType] = set()
 
     def note(frame: FrameType, event: str, _: object) -> None:
+        nonlocal calls
+        calls += 1
         if event == "call":
             called.add(frame.f_code)
 
     _forget(_own_modules())
-    begin, before = time.process_time(), sys.getprofile()
+    calls, before = 0, sys.getprofile()
     sys.setprofile(note)
     try:
         check()
     finally:
         sys.setprofile(before)
-    seconds = time.process_time() - begin
     files = {module.__file__: name for name, module in list(sys.modules.items()) if name.startswith(ROOM)}
     entered: defaultdict[str, set[int]] = defaultdict(set)
     for code in called:
         if code.co_filename in files:
             entered[files[code.co_filename]].add(code.co_firstlineno)
-    return Run(seconds, entered)
+    return Run(calls, entered)
 
 
 def checks_of(module: ModuleType) -> list[Callable[[], None]]:

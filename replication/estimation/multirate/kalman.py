@@ -127,7 +127,9 @@ def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex |
 
 
 def state_scales(problem: MultirateProblem, deviations: Array | None = None, noise: float = SCALING_NOISE) -> Array:
-    """T_k (N, n, n), Cholesky factors of the error covariances of a Kalman filter with process noise on every state.
+    """T_k (N, n, n), roots of the error covariances of a Kalman filter with process noise on every state.
+
+    Cholesky factors, unless rounding makes a covariance singular.
 
     deviations: `state_units`, if known; the intensity `noise` is relative to their squares. Raises SolverError if
     rounding spoils the recursion.
@@ -136,11 +138,15 @@ def state_scales(problem: MultirateProblem, deviations: Array | None = None, noi
     scaled = scaled_problem(problem, np.stack([units] * problem.schedule.period))
     maps = scaled.maps()
     covariance = settled(maps._replace(H=maps.H + noise * np.eye(problem.plant.order)))
-    try:
-        if covariance is not None:
+    if covariance is not None and np.all(np.isfinite(covariance)):
+        try:
             return np.asarray(units @ np.linalg.cholesky(covariance))
-    except np.linalg.LinAlgError:
-        covariance = None
+        except np.linalg.LinAlgError:
+            # States that nearly cancel leave a covariance whose least eigenvalues are rounding; any units of their
+            # size serve, for these are scales and no result.
+            variances, axes = np.linalg.eigh(covariance)
+            least = np.finfo(float).eps * np.max(variances, axis=-1, keepdims=True)
+            return np.asarray(units @ (axes * np.sqrt(np.maximum(variances, least))[:, None, :]))
     raise SolverError(
         "the error covariances used to scale the states were lost in rounding: sensors are almost free of noise, or "
         "modes hardly seen, or growing by many orders of magnitude between measurements; change D, C or the periods"

@@ -43,7 +43,7 @@ def inner(x: Array, phi: Array, y: Array, psi: Array) -> float:
     return float(x @ y + np.sum(left * right))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS)
 def test_composition_is_application_twice(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -56,7 +56,7 @@ def test_composition_is_application_twice(seed: int) -> None:
     assert np.abs(once[1][..., :count] - twice[1][..., : once[1].shape[-1]]).max() < 1e-9
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS)
 def test_adjoint(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -82,7 +82,7 @@ def test_derivative_of_the_image() -> None:
     assert np.abs(slope - first - second).max() < IDENTITY * np.abs(slope).max()
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(SEEDS, st.integers(1, 3))
 def test_inverse_on_both_sides(seed: int, delays: int) -> None:
     operator = coercive(np.random.default_rng(seed), 2, delays, 2)

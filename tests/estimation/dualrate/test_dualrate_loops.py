@@ -81,7 +81,7 @@ def test_simulated_outputs_obey_the_characteristic_polynomial_of_the_monodromy_m
         assert abs(terms.sum()) < 1e-7 * np.abs(terms).max()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 10**6), ratio=st.integers(1, 4), name=st.sampled_from(sorted(OBSERVERS)))
 def test_radius_does_not_depend_on_the_coordinates(seed: int, ratio: int, name: str) -> None:
     design = random_design(np.random.default_rng(seed), ratio)
@@ -98,7 +98,7 @@ def test_radius_does_not_depend_on_the_coordinates(seed: int, ratio: int, name: 
     np.testing.assert_allclose(first, second, atol=1e-6 * max(1.0, np.abs(first).max()))
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 10**6), factor=st.floats(0.1, 10))
 def test_radius_depends_on_the_product_of_rates_and_time_only(seed: int, factor: float) -> None:
     """Time scaling: (A, B, L) times f with T / f is the same loop."""

@@ -78,7 +78,7 @@ def test_both_ways_to_them_agree(name: str) -> None:
         near(fast.gains, careful.gains)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(problems(max_n=4, max_period=4))
 def test_what_is_found_at_once_is_stationary_and_stabilises(generated: MultirateProblem) -> None:
     found = steady_state(generated)

@@ -65,7 +65,7 @@ def test_only_gains_that_stabilise_pass_for_it() -> None:
     assert not stabilises(centre.scaled, 0 * centre.states, maps)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(problems(max_n=4, max_period=4))
 def test_the_covariance_of_a_generated_problem_repeats_after_one_period(generated: MultirateProblem) -> None:
     try:

@@ -113,7 +113,7 @@ def test_closed_form_refuses_what_it_does_not_cover():
 
 
 @given(plant=stable_plants())
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 def test_riccati_filter_meets_its_level_and_the_lmi_agrees(plant):
     h = 0.5
     best = riccati_level(plant, h, tolerance=1e-7)

@@ -77,7 +77,7 @@ def test_statespace_in_and_out():
 
 
 @given(plant=stable_plants())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_gamma_is_the_integral_of_phi(plant):
     h = 0.37
     Phi, Gamma = plant.discretise(h)

@@ -95,7 +95,7 @@ def test_a_certificate_stands_without_its_solver_and_falls_with_its_matrices():
 
 @pytest.mark.slow
 @given(plant=stable_plants())
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=6)
 def test_guarantee_is_above_every_attack_on_generated_plants(plant):
     periods = PeriodRange(0.2, 0.5)
     subject = some_filter(plant, periods.middle)

@@ -94,7 +94,7 @@ def test_filtered_and_smoothed_are_those_of_batch_least_squares(plant):
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_late_samples_change_the_estimate_as_if_they_had_come_in_time(seed):
     rng = np.random.default_rng(seed)
     times, samples, _ = history(CART, rng, 12)
@@ -191,10 +191,10 @@ def test_transitions_are_those_of_scipy_and_add_up(h):
     [
         ({"Q": [[1, 2], [2, 1]]}, "Q must be positive semidefinite"),
         ({"Q": [[1, 0.5], [0, 1]]}, "Q must be symmetric"),
-        ({"Q": [[-1, 0], [0, 1]]}, "Q must have no negative variance"),
-        ({"Q": [[0, 0.1], [0.1, 1]]}, "zero variance"),
+        ({"Q": [[-1, 0], [0, 1]]}, "Q\\[0\\]\\[0\\] is a variance"),
+        ({"Q": [[0, 0.1], [0.1, 1]]}, "Q must be positive semidefinite"),
         ({"R": [0.0]}, "R must be positive definite"),
-        ({"R": [-0.1]}, "R must have no negative variance"),
+        ({"R": [-0.1]}, "R\\[0\\]\\[0\\] is a variance"),
         ({"R": [0.1, 0.1]}, "R must have 1 rows"),
         ({"P0": [[1, 3], [3, 1]]}, "P0 must be positive semidefinite"),
         ({"S": [[0.5], [0]]}, "S does not fit"),
