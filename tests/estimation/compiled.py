@@ -13,7 +13,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
+FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC"]
+LEVELS = ("-O0", "-O1", "-O2", "-O3", "-Os")
+"""Compilers see more at each, and warn of more."""
+COMPILERS = ("gcc", "clang", "cc")
 SANITIZER = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
 """Stops the process at undefined behaviour, such as an index beyond an array."""
 STEPS = 10_000
@@ -26,8 +29,22 @@ def library_of(observer: Any, folder: Path) -> ctypes.CDLL:
         pytest.skip("no C compiler: apt-get install gcc libc6-dev")
     source, library = folder / "observer.c", folder / "observer.so"
     source.write_text(observer.to_c("own", "An observer */ of the tests."), encoding="utf-8")
-    subprocess.run(["cc", *FLAGS, *SANITIZER, source, "-o", library, "-lm"], check=True, capture_output=True)
+    subprocess.run(["cc", "-O1", *FLAGS, *SANITIZER, source, "-o", library, "-lm"], check=True, capture_output=True)
     return ctypes.CDLL(str(library))
+
+
+def warnings_of(source: str, folder: Path) -> list[str]:
+    """What each compiler that there is says of a file, at every level."""
+    if not (there := [name for name in COMPILERS if shutil.which(name)]) and not os.environ.get("CI"):
+        pytest.skip("no C compiler: apt-get install gcc libc6-dev")
+    path, said = folder / "observer.c", []
+    path.write_text(source, encoding="utf-8")
+    for compiler in there:
+        for level in LEVELS:
+            command = [compiler, level, *FLAGS, str(path), "-o", str(folder / "observer.so"), "-lm"]
+            done = subprocess.run(command, capture_output=True, text=True)
+            said += [f"{compiler} {level}: {done.stderr}"] if done.returncode else []
+    return said
 
 
 def doubles(values: Any) -> Any:

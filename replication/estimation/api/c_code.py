@@ -1,164 +1,128 @@
-"""A running observer as one C99 file: `NAME_init` and `NAME_step`, with all matrices, without allocation or globals."""
+"""Running observers as one C99 file each, without allocation or globals: what all share, and the periodic recursion.
+
+The C is written for an observer called `obs`; `c_file` puts the name that was asked for in its place, and in front of
+it the sizes as an enumeration and the matrices as constants, row by row.
+"""
 
 from __future__ import annotations
 
-from string import Template
+import re
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from replication.estimation.api.export import c_array, c_name, comment_text
 from replication.estimation.api.phase import Recursion
-from replication.estimation.validation import Array
 
-COMPLETED = """\
-    for (i = 0; i < ${M}_MEASUREMENTS; i++) {
-        completed[i] = isnan(y[i]) ? 0.0 : y[i];
-        if (${n}_due[k][i] && isnan(y[i])) {
-            missed++;
-            for (j = 0; j < ${M}_ORDER; j++)
-                completed[i] += ${n}_expected[k][i][j] * s->state[j];
-$direct        }
-    }
-"""
-"""A measurement that should be there and is not is replaced by the one that is expected."""
-DIRECT = """\
-            for (j = 0; j < ${M}_INPUTS; j++)
-                completed[i] += ${n}_direct[i][j] * u[j];
-"""
-WAITING = """\
-    for (i = 0; i < ${M}_MEASUREMENTS; i++) {
-        completed[i] = y[i];
-        missed += isnan(y[i]) ? 1u : 0u;
-    }
-    if (missed == ${M}_MEASUREMENTS) {
-        ${n}_estimate(s, estimate);
-        s->missed += missed;
-        s->instant++;
-        return 0;
-    }
-    if (missed > 0)
-        return 1;
-"""
-"""A sample that does not come only makes the interval longer; one that is not complete is refused."""
-SOURCE = Template(
-    """\
-/* $comment
-
-   ${n}_init(&s, NULL) or, with a start of ${M}_STARTS numbers, ${n}_init(&s, start); then at every instant
-   ${n}_step(&s, u, y, estimate): u holds ${M}_INPUTS known inputs, y holds ${M}_MEASUREMENTS measurements (NAN where
-   one did not come), and estimate receives ${M}_ESTIMATES numbers. It returns 0, or 1 and changes nothing if a number
-   is infinite, an input is missing, or the sample is one that the observer refuses. C99; link with -lm. */
-#include <math.h>
-#include <string.h>
-
-enum {
-    ${M}_ORDER = $order, ${M}_STARTS = $starts, ${M}_ESTIMATES = $states,
-    ${M}_INPUTS = $inputs, ${M}_MEASUREMENTS = $measurements, ${M}_PHASES = $count
-};
-typedef struct {
-    double state[${M}_ORDER];
-    unsigned long instant, missed;
-} ${n}_t;
-void ${n}_init(${n}_t *s, const double *start);
-void ${n}_estimate(const ${n}_t *s, double *estimate);
-int ${n}_step(${n}_t *s, const double *u, const double *y, double *estimate);
-
-$arrays
-void ${n}_init(${n}_t *s, const double *start)
+COMMON = """\
+/* out (rows, columns) += left (rows, inner) right (inner, columns). */
+static void obs_add(double *out, const double *left, const double *right, int rows, int inner, int columns)
 {
-    memset(s, 0, sizeof *s);
-    if (start != NULL)
-        memcpy(s->state, start, ${M}_STARTS * sizeof *start);
+    int i, j, k;
+    for (i = 0; i < rows; i++)
+        for (k = 0; k < inner; k++)
+            for (j = 0; j < columns; j++)
+                out[i * columns + j] += left[i * inner + k] * right[k * columns + j];
 }
 
-void ${n}_estimate(const ${n}_t *s, double *estimate)
+/* Whether a number is infinite or, unless there may be gaps, missing. */
+static int obs_bad(const double *x, int count, int gaps)
 {
-    const unsigned long k = s->instant % ${M}_PHASES;
-    int i, j;
-    for (i = 0; i < ${M}_ESTIMATES; i++) {
-        estimate[i] = 0.0;
-        for (j = 0; j < ${M}_ORDER; j++)
-            estimate[i] += ${n}_readout[k][i][j] * s->state[j];
-    }
-}
-
-int ${n}_step(${n}_t *s, const double *u, const double *y, double *estimate)
-{
-    const unsigned long k = s->instant % ${M}_PHASES;
-    double completed[${M}_MEASUREMENTS], next[${M}_ORDER];
-    unsigned long missed = 0;
-    int i, j;
-$checks    for (i = 0; i < ${M}_MEASUREMENTS; i++)
-        if (isinf(y[i]))
+    int i;
+    for (i = 0; i < count; i++)
+        if (gaps ? isinf(x[i]) : !isfinite(x[i]))
             return 1;
-$measured    for (i = 0; i < ${M}_ORDER; i++) {
-        next[i] = 0.0;
-        for (j = 0; j < ${M}_ORDER; j++)
-            next[i] += ${n}_transition[k][i][j] * s->state[j];
-$known        for (j = 0; j < ${M}_MEASUREMENTS; j++)
-            next[i] += ${n}_injection[k][i][j] * completed[j];
-    }
-    memcpy(s->state, next, sizeof next);
-    s->missed += missed;
-    s->instant++;
-    ${n}_estimate(s, estimate);
     return 0;
 }
 """
-)
-CHECKS = """\
-    for (i = 0; i < ${M}_INPUTS; i++)
-        if (!isfinite(u[i]))
-            return 1;
+INSTANTS = """\
+obs_init(&s, NULL) or, with a start of OBS_STARTS numbers, obs_init(&s, start); then at every instant
+   obs_step(&s, u, y, estimate): u holds OBS_INPUTS known inputs, y holds OBS_MEASUREMENTS measurements (NAN where
+   one did not come), and estimate receives OBS_ESTIMATES numbers. It returns 0, or 1 and changes nothing if a number
+   is infinite, an input is missing, or the sample is one that the observer refuses."""
+"""How an observer with instants of its own is called."""
+PERIODIC = """\
+typedef struct {
+    double state[OBS_ORDER];
+    unsigned long instant, missed;
+} obs_t;
+
+void obs_init(obs_t *s, const double *start)
+{
+    memset(s, 0, sizeof *s);
+    if (start != NULL)
+        memcpy(s->state, start, OBS_STARTS * sizeof *start);
+}
+
+void obs_estimate(const obs_t *s, double *estimate)
+{
+    const unsigned long k = s->instant % OBS_PHASES;
+    memset(estimate, 0, OBS_ESTIMATES * sizeof *estimate);
+    obs_add(estimate, obs_readout + k * OBS_ESTIMATES * OBS_ORDER, s->state, OBS_ESTIMATES, OBS_ORDER, 1);
+}
+
+int obs_step(obs_t *s, const double *u, const double *y, double *estimate)
+{
+    const unsigned long k = s->instant % OBS_PHASES;
+    double completed[OBS_MEASUREMENTS], next[OBS_ORDER] = {0};
+    unsigned long missed = 0, row = k * OBS_MEASUREMENTS;
+    int i;
+    if (obs_bad(u, OBS_INPUTS, 0) || obs_bad(y, OBS_MEASUREMENTS, 1))
+        return 1;
+    /* A measurement that should be there and is not is replaced by the one that is expected. */
+    for (i = 0; i < OBS_MEASUREMENTS; i++, row++) {
+        completed[i] = isnan(y[i]) ? 0.0 : y[i];
+        if (obs_due[row] && isnan(y[i])) {
+            missed++;
+            obs_add(completed + i, obs_expected + row * OBS_ORDER, s->state, 1, OBS_ORDER, 1);
+            obs_add(completed + i, obs_direct + i * OBS_INPUTS, u, 1, OBS_INPUTS, 1);
+        }
+    }
+    /* One that waits lets a sample that does not come make the interval longer, and refuses one with gaps. */
+    if (OBS_WAITS && missed > 0 && missed < OBS_MEASUREMENTS)
+        return 1;
+    if (!OBS_WAITS || missed == 0) {
+        obs_add(next, obs_transition + k * OBS_ORDER * OBS_ORDER, s->state, OBS_ORDER, OBS_ORDER, 1);
+        obs_add(next, obs_input + k * OBS_ORDER * OBS_INPUTS, u, OBS_ORDER, OBS_INPUTS, 1);
+        obs_add(next, obs_injection + k * OBS_ORDER * OBS_MEASUREMENTS, completed, OBS_ORDER, OBS_MEASUREMENTS, 1);
+        memcpy(s->state, next, sizeof next);
+    }
+    s->missed += missed;
+    s->instant++;
+    obs_estimate(s, estimate);
+    return 0;
+}
 """
-NO_INPUTS = "    (void)u;\n"
-KNOWN = """\
-        for (j = 0; j < ${M}_INPUTS; j++)
-            next[i] += ${n}_input[k][i][j] * u[j];
-"""
+
+
+def c_file(name: str, comment: str, usage: str, body: str, sizes: Mapping[str, int], tables: Mapping[str, Any]) -> str:
+    """One C99 file; `comment` and `usage` stand at its top, `body` below sizes, tables and what all files share.
+
+    Raises InvalidInputError if `name` is no C identifier, too long, or a keyword.
+    """
+    own = c_name(name)
+    listed = ",\n".join(f"    OBS_{key.upper()} = {size}" for key, size in sizes.items())
+    written = (c_array(f"obs_{key}", *_flat(np.asarray(table))) for key, table in tables.items())
+    parts = f"enum {{\n{listed}\n}};\n", "".join(written), COMMON, body
+    top = f"{usage} C99; link with -lm. */\n#include <math.h>\n#include <string.h>\n"
+    text = re.sub("OBS_", f"{own.upper()}_", re.sub(r"\bobs_", f"{own}_", "\n".join([top, *parts])))
+    return f"/* {comment_text(comment)}\n\n   {text}"
+
+
+def _flat(table: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], str]:
+    """All entries row by row, one zero where there are none, as C has no empty array; and their type in C."""
+    kind = {"b": "unsigned char", "i": "int"}.get(table.dtype.kind, "double")
+    return (table.ravel() if table.size else np.zeros(1, table.dtype)), kind
 
 
 def c_source(name: str, comment: str, recursion: Recursion) -> str:
-    """The recursion as one file.
-
-    Parameters
-    ----------
-    name : str
-        C identifier with which every name begins.
-    comment : str
-        What it is, for the top of the file.
-    recursion : Recursion
-        What it does.
-
-    Raises
-    ------
-    InvalidInputError
-        `name` is no C identifier, too long, or a keyword.
-    """
-    arrays = {key: recursion.stacked(key) for key in ("transition", "input", "injection", "readout")}
-    inputs, expected, through = arrays["input"].shape[2], recursion.expected, recursion.through
-    tables: dict[str, Array] = arrays if inputs else {key: array for key, array in arrays.items() if key != "input"}
-    if expected is not None:
-        tables = {**tables, "expected": np.stack(expected)}
-    if through is not None:
-        tables = {**tables, "direct": through}
-    written = [c_array(f"{name}_{key}", array) for key, array in tables.items()]
-    if expected is not None:
-        written.append(c_array(f"{name}_due", recursion.stacked("due"), "unsigned char"))
-    names = {"n": c_name(name), "M": name.upper()}
-    return SOURCE.substitute(
-        **names,
-        comment=comment_text(comment),
-        order=arrays["transition"].shape[1],
-        starts=recursion.starts,
-        states=arrays["readout"].shape[1],
-        inputs=inputs,
-        measurements=arrays["injection"].shape[2],
-        count=len(recursion.phases),
-        arrays="\n".join(written),
-        checks=Template(CHECKS if inputs else NO_INPUTS).substitute(names),
-        known=Template(KNOWN if inputs else "").substitute(names),
-        measured=Template(WAITING if expected is None else COMPLETED).substitute(
-            names, direct=Template(DIRECT if through is not None else "").substitute(names)
-        ),
-    )
+    """A periodic recursion as one file; raises as `c_file`."""
+    tables = {key: recursion.stacked(key) for key in ("transition", "input", "injection", "readout", "due")}
+    count, order, inputs = tables["input"].shape
+    sensors, waits = tables["injection"].shape[2], recursion.expected is None
+    tables["expected"] = np.zeros((count, sensors, order)) if waits else np.stack(recursion.expected or ())
+    tables["direct"] = np.zeros((sensors, inputs)) if recursion.direct is None else recursion.direct
+    sizes = {"order": order, "starts": recursion.starts, "estimates": tables["readout"].shape[1], "inputs": inputs}
+    sizes |= {"measurements": sensors, "phases": count, "waits": int(waits)}
+    return c_file(name, comment, INSTANTS, PERIODIC, sizes, tables)

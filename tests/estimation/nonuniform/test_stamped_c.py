@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import math
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,7 @@ from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPl
 from replication.estimation.nonuniform.stamped.kalman.running import StampedKalman
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
 from replication.estimation.nonuniform.stamped.stamped_filter import StampedFilter, StampedPlant
-from tests.estimation.compiled import EXACT, STEPS, doubles, library_of
+from tests.estimation.compiled import EXACT, STEPS, doubles, library_of, warnings_of
 
 RANGE = PeriodRange(0.02, 0.4)
 KINDS = ("filter", "kalman", "kalman without inputs")
@@ -118,3 +120,17 @@ def test_a_bad_name_and_held_noise_have_messages() -> None:
     held = NoisyPlant([[-1.0]], [[1.0]], [[1.0]], [1.0], S=[[0.5]])
     with pytest.raises(InvalidInputError, match="no C form"):
         StampedKalman(held).to_c()
+
+
+def single_sensor() -> StampedKalman:
+    """The smallest, of which compilers see most."""
+    return StampedKalman(NoisyPlant([[0, 1], [0, -1]], [[1, 0]], Q=[[0, 0], [0, 1]], R=[0.01]))
+
+
+@pytest.mark.parametrize("observer", [single_sensor, *(partial(observer_of, kind) for kind in KINDS)])
+def test_compilers_warn_of_nothing(observer: Callable[[], Any], tmp_path: Path) -> None:
+    assert warnings_of(observer().to_c("own"), tmp_path) == []
+
+
+def test_a_warning_is_seen(tmp_path: Path) -> None:
+    assert warnings_of("int own(void) { int never; return never; }", tmp_path)

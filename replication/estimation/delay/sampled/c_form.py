@@ -2,122 +2,78 @@
 
 from __future__ import annotations
 
-from string import Template
-
 import numpy as np
 
-from replication.estimation.api.c_code import CHECKS, NO_INPUTS
-from replication.estimation.api.export import c_array, c_name, comment_text
+from replication.estimation.api.c_code import INSTANTS, c_file
 from replication.estimation.delay.sampled.recursion import SampledObserver
 
-SOURCE = Template(
-    """\
-/* $comment
-
-   ${n}_init(&s, NULL) or, with a start of ${M}_STATES numbers, ${n}_init(&s, start); then every $dt s
-   ${n}_step(&s, u, y, estimate): u holds ${M}_INPUTS known inputs, y holds ${M}_MEASUREMENTS measurements (NAN where
-   one did not come), and estimate receives the estimate of the ${M}_STATES states at the same instant; ${n}_output
-   gives that of z. It returns 0, or 1 and changes nothing if a number is infinite or an input is missing.
-   C99; link with -lm. */
-#include <math.h>
-#include <string.h>
-
-enum {
-    ${M}_STATES = $states, ${M}_OUTPUTS = $outputs, ${M}_MEASUREMENTS = $measurements, ${M}_INPUTS = $inputs,
-    ${M}_UNKNOWNS = ${M}_STATES + ${M}_MEASUREMENTS, ${M}_COLUMNS = ${M}_UNKNOWNS + ${M}_INPUTS,
-    ${M}_ROWS = ${M}_UNKNOWNS + ${M}_OUTPUTS, ${M}_PAST = $past, ${M}_FIRST = ${M}_STATES + ${M}_OUTPUTS
-};
+BODY = """\
 typedef struct {
-    double past[${M}_PAST][${M}_COLUMNS], state[${M}_STATES], rate[${M}_STATES], output[${M}_OUTPUTS];
+    double past[OBS_PAST][OBS_COLUMNS], state[OBS_ESTIMATES], rate[OBS_ESTIMATES], output[OBS_OUTPUTS];
     unsigned long instant, missed, newest;
-} ${n}_t;
-void ${n}_init(${n}_t *s, const double *start);
-void ${n}_estimate(const ${n}_t *s, double *estimate);
-void ${n}_output(const ${n}_t *s, double *output);
-int ${n}_step(${n}_t *s, const double *u, const double *y, double *estimate);
+} obs_t;
 
-$arrays
-void ${n}_init(${n}_t *s, const double *start)
+void obs_init(obs_t *s, const double *start)
 {
-    int i, j;
+    int j;
     memset(s, 0, sizeof *s);
-    if (start == NULL)
-        return;
-    memcpy(s->state, start, sizeof s->state);
-    for (j = 0; j < ${M}_PAST; j++)
-        for (i = 0; i < ${M}_STATES; i++)
-            s->past[j][i] = start[i];
+    for (j = 0; start != NULL && j < OBS_PAST; j++)
+        memcpy(s->past[j], start, sizeof s->state);
+    if (start != NULL)
+        memcpy(s->state, start, sizeof s->state);
 }
 
-void ${n}_estimate(const ${n}_t *s, double *estimate)
+void obs_estimate(const obs_t *s, double *estimate)
 {
     memcpy(estimate, s->state, sizeof s->state);
 }
 
-void ${n}_output(const ${n}_t *s, double *output)
+void obs_output(const obs_t *s, double *output)
 {
     memcpy(output, s->output, sizeof s->output);
 }
 
-int ${n}_step(${n}_t *s, const double *u, const double *y, double *estimate)
+int obs_step(obs_t *s, const double *u, const double *y, double *estimate)
 {
-    double known[${M}_ROWS], target[${M}_UNKNOWNS], now[${M}_COLUMNS];
-    unsigned long missed = 0;
-    int i, j, k;
-$checks    for (i = 0; i < ${M}_MEASUREMENTS; i++)
-        if (isinf(y[i]))
-            return 1;
-    for (i = 0; i < ${M}_ROWS; i++) {
-        known[i] = 0.0;
-        for (k = 0; k < ${M}_PAST; k++) {
-            const double *past = s->past[(s->newest + (unsigned long)k) % ${M}_PAST];
-            for (j = 0; j < ${M}_COLUMNS; j++)
-                known[i] += ${n}_taps[k + 1][i][j] * past[j];
-        }
-$copied    }
-    for (i = 0; i < ${M}_STATES; i++)
-        target[i] = s->instant > 0 ? s->state[i] + ${n}_half * (s->rate[i] + known[i]) : s->state[i];
-    for (i = 0; i < ${M}_STATES; i++) {
-        now[i] = s->instant > 0 ? 0.0 : target[i];
-        for (j = 0; j < ${M}_STATES && s->instant > 0; j++)
-            now[i] += ${n}_free[i][j] * target[j];
+    double known[OBS_ROWS] = {0}, target[OBS_UNKNOWNS], now[OBS_COLUMNS] = {0}, expected;
+    const int moves = s->instant > 0;
+    unsigned long k;
+    int i;
+    if (obs_bad(u, OBS_INPUTS, 0) || obs_bad(y, OBS_MEASUREMENTS, 1))
+        return 1;
+    for (k = 0; k < OBS_PAST; k++)
+        obs_add(known, obs_taps + k * OBS_ROWS * OBS_COLUMNS, s->past[(s->newest + k) % OBS_PAST], OBS_ROWS,
+                OBS_COLUMNS, 1);
+    obs_add(known, obs_driven, u, OBS_ROWS, OBS_INPUTS, 1);
+    for (i = 0; i < OBS_ESTIMATES; i++)
+        target[i] = moves ? s->state[i] + obs_half[0] * (s->rate[i] + known[i]) : s->state[i];
+    if (moves)
+        obs_add(now, obs_free, target, OBS_ESTIMATES, OBS_ESTIMATES, 1);
+    else
+        memcpy(now, target, sizeof s->state);
+    for (i = 0; i < OBS_MEASUREMENTS; i++) {
+        expected = known[OBS_FIRST + i];
+        obs_add(&expected, obs_now + (OBS_FIRST + i) * OBS_UNKNOWNS, now, 1, OBS_ESTIMATES, 1);
+        s->missed += isnan(y[i]) ? 1u : 0u;
+        target[OBS_ESTIMATES + i] = (isnan(y[i]) ? expected : y[i]) - (moves ? known[OBS_FIRST + i] : expected);
     }
-    for (i = 0; i < ${M}_MEASUREMENTS; i++) {
-        double expected = known[${M}_FIRST + i];
-        for (j = 0; j < ${M}_STATES; j++)
-            expected += ${n}_taps[0][${M}_FIRST + i][j] * now[j];
-        missed += isnan(y[i]) ? 1u : 0u;
-        target[${M}_STATES + i] = (isnan(y[i]) ? expected : y[i]) - (s->instant > 0 ? known[${M}_FIRST + i] : expected);
-    }
-    for (i = s->instant > 0 ? 0 : ${M}_STATES; i < ${M}_UNKNOWNS; i++) {
-        now[i] = 0.0;
-        for (j = 0; j < ${M}_UNKNOWNS && s->instant > 0; j++)
-            now[i] += ${n}_solve[i][j] * target[j];
-        for (j = 0; j < ${M}_MEASUREMENTS && s->instant == 0; j++)
-            now[i] += ${n}_first[i - ${M}_STATES][j] * target[${M}_STATES + j];
-    }
-$kept    for (i = 0; i < ${M}_FIRST; i++)
-        for (j = 0; j < ${M}_UNKNOWNS; j++)
-            known[i] += ${n}_taps[0][i][j] * now[j];
+    if (moves) {
+        memset(now, 0, sizeof now);
+        obs_add(now, obs_solve, target, OBS_UNKNOWNS, OBS_UNKNOWNS, 1);
+    } else
+        obs_add(now + OBS_ESTIMATES, obs_start, target + OBS_ESTIMATES, OBS_MEASUREMENTS, OBS_MEASUREMENTS, 1);
+    for (i = 0; i < OBS_INPUTS; i++)
+        now[OBS_UNKNOWNS + i] = u[i];
+    obs_add(known, obs_now, now, OBS_ROWS, OBS_UNKNOWNS, 1);
     memcpy(s->state, now, sizeof s->state);
     memcpy(s->rate, known, sizeof s->rate);
-    memcpy(s->output, known + ${M}_STATES, sizeof s->output);
-    s->newest = (s->newest + ${M}_PAST - 1) % ${M}_PAST;
+    memcpy(s->output, known + OBS_ESTIMATES, sizeof s->output);
+    s->newest = (s->newest + OBS_PAST - 1) % OBS_PAST;
     memcpy(s->past[s->newest], now, sizeof now);
-    s->missed += missed;
     s->instant++;
-    ${n}_estimate(s, estimate);
+    obs_estimate(s, estimate);
     return 0;
 }
-"""
-)
-COPIED = """\
-        for (j = 0; j < ${M}_INPUTS; j++)
-            known[i] += ${n}_taps[0][i][${M}_UNKNOWNS + j] * u[j];
-"""
-KEPT = """\
-    for (i = 0; i < ${M}_INPUTS; i++)
-        now[${M}_UNKNOWNS + i] = u[i];
 """
 
 
@@ -127,26 +83,11 @@ def c_form(name: str, comment: str, recursion: SampledObserver) -> str:
     Raises InvalidInputError if `name` is no C identifier, too long, or a keyword.
     """
     n, p, q, m = recursion.sizes
-    names = {"n": c_name(name), "M": name.upper()}
-    present = recursion.present()
-    arrays = {
-        "taps": recursion.taps,
-        "half": np.array(recursion.dt / 2.0),
-        "solve": np.linalg.inv(present),
-        "free": np.linalg.inv(present[:n, :n]),
-        "first": np.linalg.inv(present[n:, n:]),
-    }
-    return SOURCE.substitute(
-        **names,
-        comment=comment_text(comment),
-        dt=repr(recursion.dt),
-        states=n,
-        outputs=p,
-        measurements=q,
-        inputs=m,
-        past=len(recursion.taps) - 1,
-        arrays="\n".join(c_array(f"{name}_{key}", array) for key, array in arrays.items()),
-        checks=Template(CHECKS if m else NO_INPUTS).substitute(names),
-        copied=Template(COPIED if m else "").substitute(names),
-        kept=Template(KEPT if m else "").substitute(names),
-    )
+    present, now = recursion.present(), recursion.taps[0]
+    tables = {"taps": recursion.taps[1:], "now": now[:, : n + q], "driven": now[:, n + q :]}
+    tables |= {"solve": np.linalg.inv(present), "free": np.linalg.inv(present[:n, :n])}
+    tables |= {"start": np.linalg.inv(present[n:, n:]), "half": np.array([recursion.dt / 2.0])}
+    sizes = {"starts": n, "estimates": n, "outputs": p, "measurements": q, "inputs": m, "first": n + p}
+    sizes |= {"unknowns": n + q, "columns": n + q + m, "rows": n + p + q, "past": len(recursion.taps) - 1}
+    usage = f"{INSTANTS} An instant lasts {recursion.dt!r} s; obs_output gives the estimate of z."
+    return c_file(name, comment, usage, BODY, sizes, tables)

@@ -3,23 +3,185 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from string import Template
 
-from replication.estimation.api.export import c_array, c_name, comment_text
-from replication.estimation.nonuniform.stamped.c_parts import FIXED, RUNNING, SOURCE
+import numpy as np
+
+from replication.estimation.api.c_code import c_file
 from replication.estimation.nonuniform.stamped.transition import DEGREE, SHORT, Transition
 from replication.estimation.validation import Array
 
-PARTS = ("kept", "begun", "places", "refused", "moved", "corrected")
+USAGE = """\
+obs_init(&s, NULL) or, with a start of OBS_ORDER numbers, obs_init(&s, start); then for each sample
+   obs_step(&s, t, u, y, estimate): t is its time stamp in seconds, u holds OBS_INPUTS known inputs from t on (NULL:
+   as before), y holds OBS_MEASUREMENTS measurements (all of them or, of a Kalman filter, NAN where a sensor did not
+   measure), and estimate receives the estimate of the OBS_ORDER states at t. obs_predict(&s, t, estimate) gives that
+   at a later time. Both return 0, or 1 and change nothing if a number is not finite or t is not later than the sample
+   before."""
+BODY = """\
+typedef struct {
+    double mean[OBS_MEAN], input[OBS_INPUTS + 1], time, covariance[OBS_SPREAD];
+    unsigned long samples;
+} obs_t;
+typedef struct {
+    double Phi[OBS_ORDER * OBS_ORDER], Gamma[OBS_ORDER * OBS_DRIVES + 1], Q[OBS_ORDER * OBS_ORDER];
+} obs_move;
+
+static void obs_series(double *out, const double *table, int count, double h)
+{
+    int i, k;
+    for (i = 0; i < count; i++)
+        for (out[i] = 0.0, k = OBS_DEGREE; k >= 0; k--)
+            out[i] = out[i] * h + table[k * count + i];
+}
+
+/* out (order, order) += left right left', symmetric: what rounding makes unequal would grow. */
+static void obs_turn(double *out, const double *left, const double *right)
+{
+    double half[OBS_ORDER * OBS_ORDER] = {0};
+    int i, j, k;
+    obs_add(half, left, right, OBS_ORDER, OBS_ORDER, OBS_ORDER);
+    for (i = 0; i < OBS_ORDER; i++)
+        for (j = 0; j <= i; j++) {
+            for (k = 0; k < OBS_ORDER; k++)
+                out[i * OBS_ORDER + j] += half[i * OBS_ORDER + k] * left[j * OBS_ORDER + k];
+            out[j * OBS_ORDER + i] = out[i * OBS_ORDER + j];
+        }
+}
+
+/* Over h: a power series over h / 2^j, doubled j times. */
+static void obs_transition(double h, obs_move *move)
+{
+    obs_move half;
+    int doublings;
+    for (doublings = 0; obs_rate[0] * h > obs_rate[1]; doublings++)
+        h /= 2.0;
+    obs_series(move->Phi, obs_phi, OBS_ORDER * OBS_ORDER, h);
+    obs_series(move->Gamma, obs_gamma, OBS_ORDER * OBS_DRIVES, h);
+    obs_series(move->Q, obs_q, OBS_ORDER * OBS_ORDER, h);
+    for (; doublings > 0; doublings--) {
+        half = *move;
+        memset(move->Phi, 0, sizeof move->Phi);
+        obs_add(move->Phi, half.Phi, half.Phi, OBS_ORDER, OBS_ORDER, OBS_ORDER);
+        obs_add(move->Gamma, half.Phi, half.Gamma, OBS_ORDER, OBS_ORDER, OBS_DRIVES);
+        obs_turn(move->Q, half.Phi, half.Q);
+    }
+}
+
+static void obs_moved(const obs_t *s, const obs_move *move, double *x)
+{
+    double drive[OBS_DRIVES + 1] = {0};
+    memcpy(drive, s->input, OBS_INPUTS * sizeof *drive);
+    memcpy(drive + OBS_INPUTS, s->mean + OBS_ORDER, OBS_HELD * sizeof *drive);
+    memset(x, 0, OBS_ORDER * sizeof *x);
+    obs_add(x, move->Phi, s->mean, OBS_ORDER, OBS_ORDER, 1);
+    obs_add(x, move->Gamma, drive, OBS_ORDER, OBS_DRIVES, 1);
+}
+
+void obs_init(obs_t *s, const double *start)
+{
+    memset(s, 0, sizeof *s);
+    if (start != NULL)
+        memcpy(s->mean, start, OBS_ORDER * sizeof *start);
+    memcpy(s->covariance, obs_start, sizeof s->covariance);
+}
+
+int obs_predict(const obs_t *s, double t, double *estimate)
+{
+    obs_move move;
+    if (!isfinite(t) || s->samples == 0 || t < s->time)
+        return 1;
+    obs_transition(t - s->time, &move);
+    obs_moved(s, &move, estimate);
+    return 0;
+}
+
+$corrected
+int obs_step(obs_t *s, double t, const double *u, const double *y, double *estimate)
+{
+    double x[OBS_ORDER];
+    obs_move move;
+    if (!isfinite(t) || (s->samples > 0 && t <= s->time) || (u != NULL && obs_bad(u, OBS_INPUTS, 0))
+        || obs_bad(y, OBS_MEASUREMENTS, OBS_GAPS))
+        return 1;
+    memcpy(x, s->mean, sizeof x);
+    if (s->samples > 0) {
+        obs_transition(t - s->time, &move);
+        obs_moved(s, &move, x);
+        if (OBS_GAPS)
+            obs_turn(move.Q, move.Phi, s->covariance);
+        memcpy(s->covariance, move.Q, sizeof s->covariance);
+    }
+    obs_correct(s, t, x, y);
+    if (u != NULL)
+        memcpy(s->input, u, OBS_INPUTS * sizeof *u);
+    s->time = t;
+    s->samples++;
+    memcpy(estimate, s->mean, OBS_ORDER * sizeof *estimate);
+    return 0;
+}
+"""
+FIXED = """\
+/* By the gain of the period before, which also estimates the held disturbance. */
+static void obs_correct(obs_t *s, double t, const double *x, const double *y)
+{
+    double innovation[OBS_MEASUREMENTS] = {0};
+    int cell = 0, i;
+    while (cell < OBS_CELLS - 1 && (s->samples == 0 || t - s->time >= obs_edges[cell]))
+        cell++;
+    obs_add(innovation, obs_output, x, OBS_MEASUREMENTS, OBS_ORDER, 1);
+    for (i = 0; i < OBS_MEASUREMENTS; i++)
+        innovation[i] = y[i] - innovation[i];
+    memset(s->mean, 0, sizeof s->mean);
+    memcpy(s->mean, x, OBS_ORDER * sizeof *x);
+    obs_add(s->mean, obs_gain + cell * OBS_MEAN * OBS_MEASUREMENTS, innovation, OBS_MEAN, OBS_MEASUREMENTS, 1);
+}
+"""
+RUNNING = """\
+/* By the gain that follows from the covariance, through a Cholesky factor of that of the innovations. */
+static void obs_correct(obs_t *s, double t, const double *x, const double *y)
+{
+    double crossed[OBS_MEASUREMENTS][OBS_ORDER] = {{0}}, root[OBS_MEASUREMENTS][OBS_MEASUREMENTS];
+    double innovation[OBS_MEASUREMENTS] = {0};
+    int seen[OBS_MEASUREMENTS], count = 0, i, j, k;
+    (void)t;
+    for (i = 0; i < OBS_MEASUREMENTS; i++)
+        if (!isnan(y[i]))
+            seen[count++] = i;
+    for (i = 0; i < count; i++) {
+        const double *row = obs_output + seen[i] * OBS_ORDER;
+        obs_add(innovation + i, row, x, 1, OBS_ORDER, 1);
+        innovation[i] = y[seen[i]] - innovation[i];
+        obs_add(crossed[i], row, s->covariance, 1, OBS_ORDER, OBS_ORDER);
+        for (j = 0; j <= i; j++) {
+            root[i][j] = obs_noise[seen[i] * OBS_MEASUREMENTS + seen[j]];
+            obs_add(&root[i][j], crossed[i], obs_output + seen[j] * OBS_ORDER, 1, OBS_ORDER, 1);
+        }
+    }
+    for (i = 0; i < count; i++) {
+        for (j = 0; j <= i; j++) {
+            for (k = 0; k < j; k++)
+                root[i][j] -= root[i][k] * root[j][k];
+            root[i][j] = i == j ? sqrt(root[i][j]) : root[i][j] / root[j][j];
+        }
+        for (k = 0; k <= i; k++) {
+            innovation[i] = k < i ? innovation[i] - root[i][k] * innovation[k] : innovation[i] / root[i][i];
+            for (j = 0; j < OBS_ORDER; j++)
+                crossed[i][j] = k < i ? crossed[i][j] - root[i][k] * crossed[k][j] : crossed[i][j] / root[i][i];
+        }
+    }
+    memcpy(s->mean, x, OBS_ORDER * sizeof *x);
+    for (k = 0; k < count; k++)
+        for (i = 0; i < OBS_ORDER; i++) {
+            s->mean[i] += crossed[k][i] * innovation[k];
+            for (j = 0; j < OBS_ORDER; j++)
+                s->covariance[i * OBS_ORDER + j] -= crossed[k][i] * crossed[k][j];
+        }
+}
+"""
 
 
 def c_form(
-    name: str,
-    comment: str,
-    transition: Transition,
-    output: Array,
-    inputs: int,
-    own: Mapping[str, Array],
+    name: str, comment: str, transition: Transition, output: Array, inputs: int, own: Mapping[str, Array]
 ) -> str:
     """The C99 source; `name` begins every name in it, `comment` stands at the top.
 
@@ -27,23 +189,12 @@ def c_form(
     period before; or "noise" and "start", R and P0 of a Kalman filter. Raises InvalidInputError if `name` is no C
     identifier.
     """
-    n, held = transition.order, transition.inputs - inputs
-    parts = FIXED if "gain" in own else RUNNING
-    arrays = {"table": transition.table, "output": output, **own}
-    names = {"n": c_name(name), "M": name.upper()}
-    return SOURCE.substitute(
-        **names,
-        comment=comment_text(comment),
-        missing=Template(parts["missing"]).substitute(names),
-        order=n,
-        inputs=inputs,
-        held=held,
-        cells=len(own["gain"]) if "gain" in own else 1,
-        measurements=len(output),
-        degree=DEGREE,
-        columns=transition.table.shape[2],
-        arrays="\n".join(c_array(f"{name}_{key}", array) for key, array in arrays.items()),
-        rate=repr(transition.rate),
-        short=repr(SHORT),
-        **{key: Template(parts[key]).substitute(names) for key in PARTS},
-    )
+    n, drives, fixed = transition.order, transition.inputs, "gain" in own
+    phi, gamma, q = np.split(transition.table, [n, n + drives], axis=2)
+    tables = {"phi": phi, "gamma": gamma, "q": q, "rate": np.array([transition.rate, SHORT]), "output": output}
+    tables |= {"start": np.zeros(1), **own}
+    sizes = {"order": n, "inputs": inputs, "held": drives - inputs, "drives": drives, "mean": n + drives - inputs}
+    sizes |= {"measurements": len(output), "degree": DEGREE, "gaps": int(not fixed)}
+    # A filter of fixed gains keeps no covariance.
+    sizes |= {"cells": len(own["gain"]) if fixed else 1, "spread": 1 if fixed else n * n}
+    return c_file(name, comment, USAGE, BODY.replace("$corrected", FIXED if fixed else RUNNING), sizes, tables)

@@ -11,15 +11,13 @@ import numpy.typing as npt
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.signals import numbered
-from replication.estimation.linear.riccati import symmetric
+from replication.estimation.linear.covariances import covariance, noise_factors
 from replication.estimation.validation import Array, as_matrix, undetectable_mode
 
 if TYPE_CHECKING:
     import control
 
 NOT_GIVEN: Any = None
-ROUNDING = 1e-12
-"""Asymmetry and negative eigenvalues, relative to the largest entry, that count as rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,12 +92,11 @@ class NoisyPlant:
         if n == 0 or q == 0:
             raise InvalidInputError(f"A and C must not be empty, got shapes {A.shape} and {C.shape}")
         B = as_matrix("B", np.zeros((n, 0)) if self.B is None else self.B, rows=n)
-        Q = covariance("Q", self.Q, n)
-        R = covariance("R", np.diag(self.R) if np.ndim(self.R) == 1 else self.R, q)
-        if np.linalg.eigvalsh(_correlation("R", R))[0] <= ROUNDING:
-            raise InvalidInputError("R must be positive definite: give every sensor noise of its own")
+        R = np.diag(self.R) if np.ndim(self.R) == 1 else self.R
+        noise_factors(self.Q, R, self.S, disturbances=n, sensors=q)  # refuses what is no covariance
+        Q, R = covariance("Q", self.Q, n), covariance("R", R, q)
         P0 = covariance("P0", np.eye(n) if self.P0 is None else self.P0, n)
-        S = None if self.S is None else _cross(self.S, Q, R)
+        S = None if self.S is None else as_matrix("S", self.S)
         for name, value in (("A", A), ("C", C), ("Q", Q), ("R", R), ("B", B), ("S", S), ("P0", P0)):
             object.__setattr__(self, name, value)
         object.__setattr__(self, "sensors", _names(self.sensors, q))
@@ -148,45 +145,6 @@ class NoisyPlant:
     def order(self) -> int:
         """n, the number of states."""
         return len(self.A)
-
-
-def covariance(name: str, value: Any, size: int) -> Array:
-    """`value` as a covariance (size, size); raises InvalidInputError unless it is symmetric and has no negative
-    eigenvalue, in units in which its diagonal is one."""
-    matrix = as_matrix(name, value, rows=size, columns=size)
-    if np.max(np.abs(matrix - matrix.T)) > ROUNDING * np.max(np.abs(matrix)):
-        raise InvalidInputError(f"{name} must be symmetric; take ({name} + {name}') / 2 if that is meant")
-    least = float(np.linalg.eigvalsh(_correlation(name, matrix))[0])
-    if least < -ROUNDING * size:
-        raise InvalidInputError(
-            f"{name} must be positive semidefinite, but has a negative eigenvalue ({least:.3g} in units in which its "
-            "diagonal is one); a variance is never negative, nor a correlation above one"
-        )
-    matrix = symmetric(matrix)
-    matrix.flags.writeable = False
-    return matrix
-
-
-def _correlation(name: str, matrix: Array) -> Array:
-    """The matrix in units in which its diagonal is one, or zero; so units of the states cannot hide a sign."""
-    diagonal = np.diag(matrix)
-    if np.any(diagonal < 0):
-        raise InvalidInputError(f"{name} must have no negative variance on its diagonal, got {float(diagonal.min())}")
-    lost = (diagonal == 0) & np.any(matrix != 0, axis=1)
-    if np.any(lost):
-        raise InvalidInputError(f"{name} has a zero variance with a covariance beside it: a variance belongs there")
-    size = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-    return np.asarray(matrix / np.outer(size, size))
-
-
-def _cross(S: Any, Q: Array, R: Array) -> Array:
-    """S (n, q); raises InvalidInputError unless [[Q, S], [S', R]] is a covariance."""
-    checked = as_matrix("S", S, rows=len(Q), columns=len(R))
-    try:
-        covariance("[[Q, S], [S', R]]", np.block([[Q, checked], [checked.T, R]]), len(Q) + len(R))
-    except InvalidInputError as error:
-        raise InvalidInputError(f"S does not fit to Q and R: {error}; make S smaller") from None
-    return checked
 
 
 def _names(given: Sequence[str] | None, count: int) -> tuple[str, ...]:

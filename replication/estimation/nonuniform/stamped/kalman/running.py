@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.linear.covariances import covariance
 from replication.estimation.nonuniform.stamped.c_form import c_form
-from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant, covariance
+from replication.estimation.nonuniform.stamped.kalman.noisy_plant import NoisyPlant
 from replication.estimation.nonuniform.stamped.kalman.recursion import Estimate, Instant, Recursion
 from replication.estimation.nonuniform.stamped.samples import as_input, as_sample, as_time
 from replication.estimation.nonuniform.stamped.transition import Transition
