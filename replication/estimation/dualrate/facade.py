@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     import control
 
 DEFAULT_OBSERVER = "running_prediction"
-"""The repaired predictor: between measurements it carries on from the last one."""
+"""The restarted predictor: between measurements it carries on from the last one."""
 SLOW = 'design for the rates as they are: at="slow"'
 LONGEST = 2_000
 """Fast instants in a slow period up to which continuous gains have other levels beside theirs: more take minutes."""
