@@ -51,6 +51,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     reading: str
     optimum: bool
     repeats: str
+    ours: bool = False
     consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
     meant: str = ""
@@ -77,6 +78,11 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     def paper(self) -> str:
         """The key of its paper, with which the id begins."""
         return self.id.partition(".")[0]
+
+    @property
+    def counted(self) -> bool:
+        """Whether totals count it: it says what no other claim does, and the text says it."""
+        return not (self.claim.repeats or self.claim.ours)
 
     @property
     def answers(self) -> tuple[Evidence, ...]:
@@ -109,6 +115,7 @@ class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     quantities: dict[str, float]
     code: str
     error: str
+    scan: bool = False
 
 
 class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -267,7 +274,8 @@ def read_results(path: Path, *, also_older: bool = False) -> ResultsFile:
                 f"{f' or {older.VERSION}' if also_older else ''}; make it again with `python -m replication run`"
             )
         results = msgspec.convert(content, ResultsFile)
-        _require_whole(content, msgspec.to_builtins(results), "$")
+        if not also_older:
+            _require_whole(content, msgspec.to_builtins(results), "$")
     except FileNotFoundError:
         raise AuditError(f"{path} does not exist; make it with `python -m replication run`") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
