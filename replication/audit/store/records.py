@@ -271,8 +271,7 @@ def read_results(path: Path) -> ResultsFile:
                 "make it again with `python -m replication run`"
             )
         results = msgspec.convert(content, ResultsFile)
-        if not also_older:
-            _require_whole(content, msgspec.to_builtins(results), "$")
+        _require_whole(content, msgspec.to_builtins(results), "$")
     except FileNotFoundError:
         raise AuditError(f"{path} does not exist; make it with `python -m replication run`") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
