@@ -16,6 +16,7 @@ from replication.estimation.api.results import Evidence
 from replication.estimation.api.signals import Signals, measured_outputs, numbered
 from replication.estimation.api.simulation import Simulation, simulated
 from replication.estimation.api.tradeoff import Goal
+from replication.estimation.delay.exact.loop import decided
 from replication.estimation.delay.general.design import design_general
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult
@@ -67,6 +68,7 @@ class DelaySystemReader(PlantReader[DelaySystem]):
 read_plant = DelaySystemReader()
 
 
+@decided
 def design(
     plant: DelayPlant | DelaySystem | control.StateSpace,
     *,

@@ -243,4 +243,4 @@ def test_where_a_filter_leaves_only_a_sign_the_least_level_is_found_by_halving(s
         return -1.0 if level < share * least else float(np.arctan(level / least - 1.0)) + 0.1 * (share == 1.0)
 
     with patch.object(filtering, "_angle", angle):
-        assert filter_level(model).value == pytest.approx(least, rel=1e-10)
+        assert filtering._filter_level(model, 0.0).value == pytest.approx(least, rel=1e-10)

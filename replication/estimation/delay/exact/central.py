@@ -6,16 +6,109 @@ equation. trace(C_z P C_z') bounds the mean square of the error of z for white n
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError
-from replication.estimation.delay.exact.filtering import noise_unit
 from replication.estimation.delay.exact.ladder import FilterModel
 from replication.estimation.validation import Array
 
 NEGATIVE = 1e-9
 """Eigenvalues of P down to so much of the largest are rounding."""
+SMALLEST, STEPS = 1e-4, 3
+"""Variance up to which one pass changes a unit; steps of Newton's method on the Riccati equation."""
+
+
+def whitened(model: FilterModel) -> FilterModel:
+    """The same model with measurements whose noise is of unit size and independent; `dy` has full row rank."""
+    if not len(model.cy):
+        return model
+    sizes = np.linalg.norm(model.dy, axis=1)  # a unit of y decides nothing
+    left, values, _ = np.linalg.svd(model.dy / sizes[:, None], full_matrices=False)
+    unit = left.T / values[:, None] / sizes
+    return replace(model, cy=unit @ model.cy, dy=unit @ model.dy)
+
+
+def normal_states(model: FilterModel) -> tuple[FilterModel, Array]:
+    """A whitened model in states x' = scale x whose Kalman filter has errors of unit variance, and scale (N,).
+
+    Neither units nor slow modes make anything faint then. Where there is no Kalman filter, rates, disturbances and
+    measurements are balanced.
+    """
+    scale = _balance(model)
+    for _ in range(2):
+        try:
+            sizes = np.diag(_riccati(_scaled(model, scale), np.inf))
+        except np.linalg.LinAlgError:
+            break
+        if not np.all(np.isfinite(sizes)):
+            break
+        # High moments of slow signals have hardly an error: they keep about the unit of the low ones.
+        scale = scale * 2.0 ** -np.round(np.log2(np.sqrt(np.maximum(sizes, SMALLEST))))
+    return _scaled(model, scale), scale
+
+
+def _scaled(model: FilterModel, scale: Array) -> FilterModel:
+    a = scale[:, None] * model.a / scale
+    return replace(model, a=a, b=scale[:, None] * model.b, cz=model.cz / scale, cy=model.cy / scale)
+
+
+def _balance(model: FilterModel) -> Array:
+    """Factors of the states that balance the loop from w over the states to y and back."""
+    drive = np.abs(model.b).max(axis=1, initial=0.0)[:, None]
+    seen = np.abs(model.cy).max(axis=0, initial=0.0)[None, :]
+    loop = np.block([[np.abs(model.a), drive], [seen, np.zeros((1, 1))]])
+    np.fill_diagonal(loop, 0.0)  # no change of units moves it
+    scale = scipy.linalg.matrix_balance(loop, permute=False, separate=True)[1][0]
+    return np.asarray(scale[-1] / scale[:-1])
+
+
+def _riccati(model: FilterModel, level: float) -> Array:
+    """P of `central`."""
+    weight, noise = model.dy @ model.dy.T, model.b @ model.dy.T
+    c, cross = model.cy, noise
+    if np.isfinite(level):
+        p = len(model.cz)
+        c = np.vstack([model.cz / level, c])
+        weight = scipy.linalg.block_diag(-np.eye(p), weight)
+        cross = np.hstack([np.zeros((len(noise), p)), noise])
+    try:
+        return np.asarray(scipy.linalg.solve_continuous_are(model.a.T, c.T, model.b @ model.b.T, weight, s=cross))
+    except (ValueError, np.linalg.LinAlgError):  # the ordering of its pencil fails
+        return _from_hamiltonian(model, c, weight, cross)
+
+
+def _refined(model: FilterModel, P: Array) -> Array:
+    """Newton's method (Kleinman) for the Kalman filter; raises LinAlgError if P does not stabilise."""
+    R, noise = model.dy @ model.dy.T, model.b @ model.dy.T
+    for _ in range(STEPS):
+        gains = np.linalg.solve(R, (P @ model.cy.T + noise).T).T
+        drift, drive = model.a - gains @ model.cy, model.b - gains @ model.dy
+        if np.linalg.eigvals(drift).real.max() >= 0.0:
+            raise np.linalg.LinAlgError("rounding decides whether the filter of the model is stable")
+        following = scipy.linalg.solve_continuous_lyapunov(drift, -drive @ drive.T)
+        following = (following + following.T) / 2.0
+        moved = np.abs(following - P).max() <= 1e-14 * np.abs(following).max()
+        P = following
+        if moved:
+            break
+    return np.asarray(P)
+
+
+def _from_hamiltonian(model: FilterModel, c: Array, weight: Array, cross: Array) -> Array:
+    """The same from the stable space of the Hamiltonian matrix."""
+    inner = np.linalg.solve(weight, np.hstack([c, cross.T]))
+    seen, noise = inner[:, : len(model.a)], inner[:, len(model.a) :]
+    drift = model.a - cross @ seen
+    matrix = np.block([[drift.T, -c.T @ seen], [-(model.b @ model.b.T - cross @ noise), -drift]])
+    _, vectors, stable = scipy.linalg.schur(matrix, sort="lhp")
+    n = len(drift)
+    if stable != n:
+        raise np.linalg.LinAlgError("the Hamiltonian matrix has eigenvalues on the imaginary axis, to rounding")
+    P = np.linalg.solve(vectors[:n, :n].T, vectors[n:, :n].T)
+    return np.asarray((P + P.T) / 2.0)
 
 
 def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:
@@ -25,18 +118,21 @@ def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:
 
     Raises InfeasibleError if there is no P >= 0 that stabilises, LinAlgError where rounding decides.
     """
-    # In units of w in which the noise of y is about one; no gain hangs on them.
-    unit = noise_unit(model)
-    b, dy = model.b / unit, model.dy / unit
-    R, noise = dy @ dy.T, b @ dy.T
-    c, weight, cross = model.cy, R, noise
+    sizes = np.linalg.norm(model.dy, axis=1)
+    if np.any(sizes == 0.0) or np.linalg.matrix_rank(model.dy / sizes[:, None]) < len(sizes):
+        raise np.linalg.LinAlgError("a measurement has no noise of its own")
+    # In units in which errors and noise are about one; the gains go back to those of the model.
+    own = replace(model, cy=model.cy / sizes[:, None], dy=model.dy / sizes[:, None])
+    scale = normal_states(whitened(own))[1]
+    scaled = _scaled(own, scale)
+    unit = float(np.linalg.norm(scaled.cz)) or 1.0
+    P = _riccati(replace(scaled, cz=scaled.cz / unit), level / unit)
     if np.isfinite(level):
-        p = len(model.cz)
-        c = np.vstack([model.cz * (unit / level), c])
-        weight = scipy.linalg.block_diag(-np.eye(p), R)
-        cross = np.hstack([np.zeros((len(noise), p)), noise])
-    P = scipy.linalg.solve_continuous_are(model.a.T, c.T, b @ b.T, weight, s=cross)
-    values = np.linalg.eigvalsh(P)
-    if values[0] < -NEGATIVE * max(values[-1], 0.0):
-        raise InfeasibleError(f"no filter of the model keeps the level {level:.6g}")
-    return np.linalg.solve(R, (P @ model.cy.T + noise).T).T, unit**2 * P
+        values = np.linalg.eigvalsh(P)
+        if values[0] < -NEGATIVE * max(values[-1], 0.0):
+            raise InfeasibleError(f"no filter of the model keeps the level {level:.6g}")
+    else:
+        P = _refined(scaled, P)
+    R = own.dy @ own.dy.T
+    gains = np.linalg.solve(R, (P @ scaled.cy.T + scaled.b @ own.dy.T).T).T
+    return gains / scale[:, None] / sizes, P / np.outer(scale, scale)

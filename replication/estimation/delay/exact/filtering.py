@@ -14,14 +14,16 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError
+from replication.estimation.delay.exact.central import normal_states, whitened
 from replication.estimation.delay.exact.ladder import FilterModel
 from replication.estimation.validation import Array
 
-AXIS, RANK, ANGLE = 1e-8, 1e-10, 1e-7
+AXIS, RANK, ANGLE = 1e-5, 1e-10, 1e-7
 """Relative distance from the axis that counts as on it; ranks; angle of a solution below zero that is rounding."""
 DIGITS, NOISE = 1e-11, 1e-8
 """Relative width at which the search ends, and by which a level has to differ from another one to be told from it."""
 MOST_ROUNDS, SWEEP = 60, 8.0
+NEXT_TO_NONE = 1e-300
 NOTHING, HIGHEST = 1e-7, 1e9
 """Levels below and beyond it, in units of |C_z| |B| / |A| + |D_z|, count as zero and as infinite."""
 
@@ -47,23 +49,17 @@ def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
 
     Raises InfeasibleError if there is none.
     """
-    unit = noise_unit(model)
-    found = _filter_level(replace(model, b=model.b / unit, dz=model.dz / unit, dy=model.dy / unit), start / unit)
-    return FilterLevel(unit * found.value, unit * found.smoother)
-
-
-def noise_unit(model: FilterModel) -> float:
-    """The unit of w in which the noise of y is about one, a power of two so that nothing is rounded."""
-    size = float(np.linalg.norm(model.dy, 2)) if model.dy.size else 0.0
-    return float(2.0 ** np.round(np.log2(size))) if size > 0.0 else 1.0
-
-
-def _filter_level(model: FilterModel, start: float) -> FilterLevel:
     model = regular(model)
     if not len(model.a):
         level = _direct(model)
         return FilterLevel(level, level)
-    model = _balanced(model)
+    model = normal_states(whitened(model))[0]
+    unit = float(np.hypot(np.linalg.norm(model.cz), np.linalg.norm(model.dz))) or 1.0
+    least = _filter_level(replace(model, cz=model.cz / unit, dz=model.dz / unit), start / unit)
+    return FilterLevel(unit * least.value, unit * least.smoother)
+
+
+def _filter_level(model: FilterModel, start: float) -> FilterLevel:
     parts = [float(np.linalg.norm(part)) for part in (model.a, model.b, model.cz, model.dz)]
     size = parts[1] * parts[2] / (parts[0] or 1.0) + parts[3]
     if size == 0.0:
@@ -148,17 +144,6 @@ def _direct(model: FilterModel) -> float:
     return float(np.linalg.norm(model.dz @ free, 2)) if free.size else 0.0
 
 
-def _balanced(model: FilterModel) -> FilterModel:
-    """The same model with states in units that balance `a`, and measurements with noise of unit size."""
-    a, (scale, _) = scipy.linalg.matrix_balance(model.a, permute=False, separate=True)
-    model = replace(model, a=a, b=model.b / scale[:, None], cz=model.cz * scale, cy=model.cy * scale)
-    if not len(model.cy):
-        return model
-    left, values, _ = np.linalg.svd(model.dy, full_matrices=False)
-    whiten = left.T / values[:, None]
-    return replace(model, cy=whiten @ model.cy, dy=whiten @ model.dy)
-
-
 def _hamiltonian(model: FilterModel, level: float) -> Array | None:
     """The Hamiltonian matrix of the filter Riccati equation; None where R has another inertia."""
     p, q = len(model.cz), len(model.cy)
@@ -225,10 +210,11 @@ def _gains(model: FilterModel, omega: Array) -> Array:
     n, r, q = len(model.a), model.b.shape[1], len(model.cy)
     if r <= q:
         return np.zeros(len(omega))
-    # Feeding y back moves the poles off the axis, and nothing where y = 0.
-    size = float(np.linalg.norm(model.cy)) or 1.0
-    back = model.b @ model.dy.T + model.cy.T * (np.linalg.norm(model.a) + 1.0) / size**2
-    a, b = model.a - back @ model.cy, model.b - back @ model.dy
-    inner = np.linalg.solve(1j * omega[:, None, None] * np.eye(n) - a, np.broadcast_to(b, (len(omega), n, r)))
-    free = np.linalg.svd(model.cy @ inner + model.dy)[2][:, q:].conj().swapaxes(1, 2)
-    return np.asarray(np.linalg.norm((model.cz @ inner + model.dz) @ free, 2, axis=(1, 2)))
+    # From the kernel of [a - j omega, b; cy, dy], rows of unit length: no pole on the axis is divided by.
+    pencil = np.tile(np.block([[model.a, model.b], [model.cy, model.dy]]).astype(complex), (len(omega), 1, 1))
+    pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
+    pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
+    kernel = np.linalg.svd(pencil)[2][:, n + q :].conj().swapaxes(1, 2)
+    _, sizes, right = np.linalg.svd(kernel[:, n:], full_matrices=False)
+    output = (np.hstack([model.cz, model.dz]) @ kernel) @ right.conj().swapaxes(1, 2)
+    return np.asarray(np.linalg.norm(output / np.maximum(sizes, NEXT_TO_NONE)[:, None, :], 2, axis=(1, 2)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,9 +11,11 @@ from replication.errors import InvalidInputError
 from replication.estimation.delay.exact.filtering import filter_level
 from replication.estimation.delay.exact.forms import plant_terms
 from replication.estimation.delay.exact.ladder import FilterModel, ladder_model
+from replication.estimation.delay.exact.loop import decided
 from replication.estimation.delay.exact.smoothing import smoother_bound
 from replication.estimation.delay.exact.terms import PlantTerms
-from replication.estimation.delay.general.plant import DelayPlant
+from replication.estimation.delay.general.plant import DelayPlant, plant_of
+from replication.estimation.delay.general.scaling import scaling_of
 from replication.estimation.delay.system import DelaySystem
 from replication.estimation.validation import positive_scalar
 
@@ -59,6 +61,7 @@ class Limit:
         return max(self.level - self.smoother, 0.0)
 
 
+@decided
 def limit(plant: DelayPlant | DelaySystem, tolerance: float = 1e-8) -> Limit:
     """The least level, by the filter Riccati equation on models of rising order until its digits stand.
 
@@ -98,12 +101,17 @@ def limit(plant: DelayPlant | DelaySystem, tolerance: float = 1e-8) -> Limit:
     >>> found.settled and found.level > found.smoother
     True
     """
-    return limit_of(plant_terms(plant), positive_scalar("tolerance", tolerance))
+    positive_scalar("tolerance", tolerance)
+    general = plant_of(plant) if isinstance(plant, DelaySystem) else plant
+    scaling = scaling_of(general)
+    scaled = plant_terms(scaling.plant(general))
+    require_seen(scaled, scaling.time)
+    least = limit_of(scaled, tolerance)
+    return replace(least, frequency=least.frequency / scaling.time)
 
 
 def limit_of(plant: PlantTerms, tolerance: float) -> Limit:
-    """As `limit`, of a plant that is written as terms."""
-    require_seen(plant)
+    """As `limit`, of a plant that is written as terms and whose unstable modes y sees."""
     bound = smoother_bound(plant)
     rungs, moving = climbed(plant, lambda model, near: filter_level(model, near).value, bound.level, tolerance)
     level = max(rungs[-1][1], bound.level)
@@ -132,8 +140,11 @@ def climbed(
     return tuple(rungs), float(max(*changes, floor - rungs[-1][1]))
 
 
-def require_seen(plant: PlantTerms) -> None:
-    """Raise InvalidInputError if y does not see an unstable mode, tested at its root with true exponentials."""
+def require_seen(plant: PlantTerms, time: float) -> None:
+    """Raise InvalidInputError if y does not see an unstable mode, tested at its root with true exponentials.
+
+    time: the unit of time of `plant`, s.
+    """
     n = plant.sizes[0]
     states, _, measured = plant.rows
     values = np.linalg.eigvals(ladder_model(plant, SEEN).a)
@@ -143,4 +154,6 @@ def require_seen(plant: PlantTerms) -> None:
         pencil = np.vstack([matrix[states] - point * np.eye(n), matrix[measured]])
         sizes = np.linalg.norm(pencil, axis=1, keepdims=True)
         if np.linalg.svd(pencil / np.where(sizes > 0.0, sizes, 1.0), compute_uv=False)[-1] <= UNSEEN:
-            raise InvalidInputError(f"the plant is not detectable: y does not see the root {root:.6g}; measure more")
+            raise InvalidInputError(
+                f"the plant is not detectable: y does not see the root {root / time:.6g}; measure more"
+            )

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from functools import wraps
+from typing import ParamSpec, TypeVar
 
 import numpy as np
 
@@ -21,9 +22,27 @@ from replication.estimation.delay.exact.terms import PlantTerms, Terms, stacked
 from replication.estimation.delay.general.observer import DelayObserver
 from replication.estimation.validation import Array, as_array, positive_scalar
 
+P = ParamSpec("P")
 T = TypeVar("T")
 
 
+def decided(door: Callable[P, T]) -> Callable[P, T]:
+    """`door`, with SolverError where a matrix in it is singular to rounding: no number comes of that."""
+
+    @wraps(door)
+    def refusing(*given: P.args, **more: P.kwargs) -> T:
+        try:
+            return door(*given, **more)
+        except np.linalg.LinAlgError as error:
+            raise SolverError(
+                f"rounding decides ({error}): a root of the plant lies on the imaginary axis where nothing moves it or "
+                "shows it, or its numbers lie too far apart; disturb and measure that mode, or choose other units"
+            ) from None
+
+    return refusing
+
+
+@decided
 def exact_gain(observer: DelayObserver, relative: float = 1e-6) -> GainBracket:
     """The L2 gain from w to the error of z, delays and kernels exact.
 
@@ -52,6 +71,7 @@ def exact_gain(observer: DelayObserver, relative: float = 1e-6) -> GainBracket:
     return gain_bracket(error_response(plant_terms(observer.plant), injection_terms(observer)), relative)
 
 
+@decided
 def worst_gain(
     observer: DelayObserver, ranges: Sequence[tuple[float, float]] | None = None, relative: float = 1e-3
 ) -> GainBracket:
@@ -94,7 +114,7 @@ def worst_gain(
     if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
         raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
     nothing = Terms(np.zeros((len(plant.terms.constant), plant.sizes[2])))
-    roots = _decided(lambda: right_roots(error_response(plant, nothing))[1])
+    roots = decided(right_roots)(error_response(plant, nothing))[1]
     if roots:
         raise InfeasibleError(
             f"the plant has {roots} unstable roots: with an error in a delay, however small, no estimate follows it; "
@@ -103,19 +123,8 @@ def worst_gain(
     middle = [float(value) for value in ends.mean(axis=1)]
     pairs = [(float(low), float(high)) for low, high in ends]
     response = mismatched_response(plant, injection_terms(observer), middle, pairs)
-    found = _decided(lambda: gain_bracket(response, relative))
+    found = decided(gain_bracket)(response, relative)
     return replace(found, delays=found.delays[: len(pairs)])
-
-
-def _decided(compute: Callable[[], T]) -> T:
-    """What it gives; SolverError where a root lies on the axis to rounding, so that a matrix there is singular."""
-    try:
-        return compute()
-    except np.linalg.LinAlgError:
-        raise SolverError(
-            "a root of the plant lies on the imaginary axis, to rounding; whether the estimate follows it with an "
-            "error in a delay is not decided"
-        ) from None
 
 
 def error_response(plant: PlantTerms, injection: Terms) -> Response:

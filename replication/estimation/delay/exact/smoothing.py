@@ -79,7 +79,13 @@ def smoother_maps(plant: PlantTerms, omega: Array) -> tuple[Complex, Array]:
     if r <= q:
         return np.zeros((len(omega), p, 1), dtype=complex), np.zeros(len(omega), dtype=bool)
     values = plant.terms.at(axis(omega))
-    kernel = np.linalg.svd(plant.pencil(omega, values))[2][:, n + q :].conj().swapaxes(1, 2)
+    pencil = plant.pencil(omega, values)
+    # Neither the unit of a state nor that of w hides a motion.
+    sizes = np.linalg.norm(pencil, axis=1)
+    sizes[:, n:] = sizes[:, n:].max(axis=1, keepdims=True)
+    sizes = np.where(sizes > 0.0, sizes, 1.0)[:, :, None]
+    kernel = np.linalg.svd(pencil / sizes.swapaxes(1, 2))[2][:, n + q :].conj().swapaxes(1, 2) / sizes
+    kernel *= sizes[:, -1:]
     output, noise = values[:, plant.rows[1]] @ kernel, kernel[:, n:]
     _, sizes, right = np.linalg.svd(noise, full_matrices=False)
     moved = np.where(sizes > PARALLEL, 1.0 / np.maximum(sizes, PARALLEL), 0.0)

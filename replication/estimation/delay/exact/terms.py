@@ -91,7 +91,7 @@ class Terms:
         for i, (_, matrix, kernel) in enumerate(self.spread):
             size = np.tile(np.abs(matrix), (len(phases), 1, 1))
             if kernel is not None:
-                with np.errstate(divide="ignore", invalid="ignore"):
+                with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
                     size += np.fmin(kernel.size(), kernel.variation() / phases[:, i, None, None])
             found.append(size)
         return found

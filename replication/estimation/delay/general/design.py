@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
@@ -27,6 +26,8 @@ WIDTH = 1e-4
 """Relative width of the exact gain."""
 DECADES, FREQUENCIES = 3, 600
 """Where that stays open: frequencies around the rate of the longest delay."""
+UNSETTLED = 1e-3
+"""Relative change of the least level over models of rising order from which it is open."""
 AGREES = 1e-4
 """Relative excess of the exact gain over the proved level that is left to rounding."""
 
@@ -36,20 +37,21 @@ def design_general(
 ) -> InnovationsResult:
     """An observer `margin` above the least level of its degree, or at `level`; as `design` says."""
     require_noise(plant)
-    require_seen(plant_terms(plant))
+    scaling = scaling_of(plant)
+    require_seen(plant_terms(scaling.plant(plant)), scaling.time)
     degree = degree_of(plant) if degree is None else degree
     if level is None:
         _require_level(plant)
         least = _least(plant, degree)
         proof, observer = observer_at(plant, least.level * (1.0 + margin), degree, least.scaling)
         how = f"degree {degree}, {least.steps} steps of the interior-point method; evaluated afterwards"
-        facts = (Evidence("least level", least.level, how), *known_levels(plant))
+        facts = (Evidence("least level", least.level, how), *known_levels(plant, least.level))
         return _result(proof, observer, facts, order)
     try:
-        proof, observer = observer_at(plant, level, degree, replace(scaling_of(plant), gain=level))
+        proof, observer = observer_at(plant, level, degree, scaling_of(plant).at(level))
     except (InfeasibleError, SolverError) as error:
         _refuse(plant, level, error)
-    return _result(proof, observer, known_levels(plant), order)
+    return _result(proof, observer, known_levels(plant, level), order)
 
 
 def _least(plant: DelayPlant, degree: int) -> GeneralLevel:
@@ -86,22 +88,28 @@ def _refuse(plant: DelayPlant, level: float, error: Exception) -> NoReturn:
     ) from error
 
 
-def known_levels(plant: DelayPlant) -> tuple[Evidence, ...]:
-    """What is known of the least level of any observer: the exact one, and that of a smoother."""
+def known_levels(plant: DelayPlant, attained: float = np.inf) -> tuple[Evidence, ...]:
+    """What is known of the least level of any observer: the exact one, and that of a smoother.
+
+    It is open where models of rising order do not agree, or where it would exceed a level that is `attained`.
+    """
+    what, below = "least level of any observer", "no estimator below"
     try:
-        found = limit(plant)
+        least = limit(plant)
     except (InfeasibleError, SolverError, InvalidInputError) as error:
         bound = smoother_bound(plant_terms(plant))
         return (
-            Evidence("least level of any observer", "open", str(error)),
-            Evidence("no estimator below", bound.level, f"knowing the future, at {bound.frequency:.4g} rad/s"),
+            Evidence(what, "open", str(error)),
+            Evidence(below, bound.level, f"knowing the future, at {bound.frequency:.4g} rad/s"),
         )
-    exact = f"Riccati equation on models of rising order; last change {found.moving:.1e}"
-    smoother = f"knowing the future, at {found.frequency:.4g} rad/s, true exponentials"
-    return (
-        Evidence("least level of any observer", found.level, exact),
-        Evidence("no estimator below", found.smoother, smoother),
-    )
+    exact = f"Riccati equation on models of rising order; last change {least.moving:.1e}"
+    value: float | str = least.level
+    if least.moving > UNSETTLED * least.level:
+        value, exact = "open", f"models of rising order do not agree: {least.level:.6g}, last change {least.moving:.1e}"
+    elif least.level > attained * (1.0 + AGREES):
+        value, exact = "open", f"models of rising order give {least.level:.6g}, above a level that is attained"
+    smoother = f"knowing the future, at {least.frequency:.4g} rad/s, true exponentials"
+    return Evidence(what, value, exact), Evidence(below, least.smoother, smoother)
 
 
 def _result(proof: GeneralLevel, observer: DelayObserver, facts: tuple[Evidence, ...], order: int) -> InnovationsResult:

@@ -4,7 +4,6 @@ least level is not attained."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -31,11 +30,9 @@ def require_noise(plant: DelayPlant) -> None:
             "a combination of measurements is free of noise at high frequencies (D_21 with its delayed parts loses "
             "rank there); add a disturbance of its own to each row of d21"
         )
-    # Neither the unit of a state nor that of w makes noise small: in natural units, with disturbances of size one.
+    # Neither the unit of a state nor that of w makes noise small: in units of the errors.
     scaling = scaling_of(plant)
-    scaled = scaling.plant(plant)
-    size = max(float(np.max(np.abs(b), initial=0.0)) for b in (scaled.b, *scaled.b_delayed)) or 1.0
-    omega, least = _weakest(replace(scaling, gain=size**2).plant(plant))
+    omega, least = _weakest(scaling.plant(plant))
     omega /= scaling.time
     if least <= NONE:
         raise InvalidInputError(

@@ -112,7 +112,7 @@ def least_level(plant: DelayPlant, degree: int) -> GeneralLevel:
     degree = positive_integer("degree", degree)
     bound = smoother_bound(plant_terms(plant)).level
     unit = bound if 0.0 < bound < np.inf else 1.0
-    program = _program(plant, replace(scaling_of(plant), gain=unit), degree)
+    program = _program(plant, scaling_of(plant).at(unit), degree)
     cost = np.zeros(len(program.blocks[0].others))
     cost[-1] = -1.0
     point = solve(program.blocks, len(program.rates.u), cost)
@@ -176,9 +176,9 @@ def observer_at(plant: DelayPlant, level: float, degree: int, scaling: Scaling) 
     return found, DelayObserver(
         plant,
         scaling.back(program.form),
-        l0 / scaling.states[:, None] / scaling.time,
-        lz * scaling.gain**0.5,
-        tuple(kernel / scaling.time for kernel in kernels),
+        l0 / scaling.states[:, None] / scaling.time * scaling.sensors,
+        lz * scaling.gain**0.5 * scaling.sensors,
+        tuple(kernel / scaling.time * scaling.sensors for kernel in kernels),
     )
 
 

@@ -19,9 +19,10 @@ from replication.estimation.delay.exact.ladder import FilterModel
 from replication.estimation.delay.exact.limit import climbed
 from replication.estimation.delay.exact.terms import PlantTerms, Terms
 from replication.estimation.delay.exact.worth import worth
-from replication.estimation.delay.general.design import known_levels, over_ranges
+from replication.estimation.delay.general.design import AGREES, UNSETTLED, known_levels, over_ranges
 from replication.estimation.delay.general.plant import DelayPlant
 from replication.estimation.delay.general.result import InnovationsResult, arrays_of, signals_of
+from replication.estimation.delay.general.scaling import scaling_of
 from replication.estimation.delay.h2.designs import OF, Designs, returns
 from replication.estimation.delay.h2.variance import error_covariance, smoother_covariance
 from replication.estimation.validation import Array
@@ -53,7 +54,7 @@ def mean_design(
         Evidence("gains computed with", f"{designs.degree} moments of each delay", "filter Riccati equation"),
         Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
         *over_ranges(observer),
-        *known_levels(plant),
+        *known_levels(plant, gain.upper),
         *worth(plant_terms(plant), gain.upper),
     )
     return InnovationsResult(
@@ -72,17 +73,32 @@ def _mean_facts(plant: DelayPlant, covariance: Array, reach: float) -> tuple[Evi
     """The mean error of z, each and together, beside those without sensors, of any observer and of a smoother."""
     terms, how = plant_terms(plant), "white noise of unit intensity; spectrum over all frequencies, true exponentials"
     own, each = float(np.sqrt(np.trace(covariance))), np.sqrt(np.diag(covariance)).tolist()
-    rungs, moving = climbed(terms, _model_rms, 0.0, TOLERANCE)
-    order, least = rungs[-1]
-    models = f"Riccati equation on models of rising order, up to {order} moments; last change {moving:.1e}"
+    value, models = _least_rms(plant, own)
     limit_rms = float(np.sqrt(np.trace(smoother_covariance(terms, reach))))
     return (
         Evidence(OF, own, how),
         *(Evidence(f"rms error of z[{i}]", value, how) for i, value in enumerate(each) if len(each) > 1),
-        Evidence("least rms error of any observer", least, models),
-        *_excess(plant, own, least),
+        Evidence("least rms error of any observer", value, models),
+        *(_excess(plant, own, value) if isinstance(value, float) else ()),
         *baselines(own, how, what="rms error", without=_alone(terms, plant.measurements), limit=limit_rms),
     )
+
+
+def _least_rms(plant: DelayPlant, own: float) -> tuple[float | str, str]:
+    """The least rms error, or "open" where models do not agree, or give more than `own`; and how it is known."""
+    scaling = scaling_of(plant)
+    terms, unit = plant_terms(scaling.plant(plant)), scaling.time**-0.5
+    try:
+        rungs, moving = climbed(terms, lambda model, near: unit * _model_rms(model, near), 0.0, TOLERANCE)
+    except (InfeasibleError, np.linalg.LinAlgError) as error:
+        return "open", f"a model has no Kalman filter, to rounding: {error}"
+    order, least = rungs[-1]
+    models = f"Riccati equation on models of rising order, up to {order} moments; last change {moving:.1e}"
+    if moving > UNSETTLED * least:
+        return "open", f"models of rising order do not agree: {least:.6g}, last change {moving:.1e}"
+    if least > own * (1 + AGREES):
+        return "open", f"models of rising order give {least:.6g}, above what is attained"
+    return least, models
 
 
 def _excess(plant: DelayPlant, own: float, least: float) -> tuple[Evidence, ...]:

@@ -44,8 +44,8 @@ class Designs:
                 "filtered signal"
             )
         require_noise(plant)
-        require_seen(plant_terms(plant))
         self.plant, self.scaling = plant, scaling_of(plant)
+        require_seen(plant_terms(self.scaling.plant(plant)), self.scaling.time)
         self.form = line_form(self.scaling.plant(plant))
         most = (STATES - plant.states) // max(self.form.width, 1)
         self.degree = max(min(DEGREE, most), self.form.moments, 1) if degree is None else degree
@@ -84,12 +84,12 @@ class Designs:
                 "raise the level, or set `degree`"
             ) from error
         n, q, kernels = self.form.states, self.form.measurements, []
-        start = n
+        start, rate = n, self.scaling.sensors / self.scaling.time
         for line in self.form.lines:
             stop = start + self.degree * line.width
-            kernels.append(gains[start:stop].reshape(self.degree, line.width, q) / self.scaling.time)
+            kernels.append(gains[start:stop].reshape(self.degree, line.width, q) * rate)
             start = stop
-        l0 = gains[:n] / self.scaling.states[:, None] / self.scaling.time
+        l0 = gains[:n] / self.scaling.states[:, None] * rate
         return DelayObserver(
             self.plant, self.scaling.back(self.form), l0, np.zeros((self.form.outputs, q)), tuple(kernels)
         )

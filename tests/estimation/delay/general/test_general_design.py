@@ -95,11 +95,13 @@ def test_a_late_sensor_costs_what_no_smoother_pays() -> None:
 
 
 def test_units_do_not_matter() -> None:
-    plant, gain = two_delays(), 16.0
+    plant, gain, one = two_delays(), 16.0, np.ones(1)
     level = least_level(plant, 3).level
-    for scaling in (Scaling(np.array([1.0, 1e3]), 1.0, 1.0), Scaling(np.ones(2), 1e3, 1.0)):
+    for scaling in (Scaling(np.array([1.0, 1e3]), one, 1.0, 1.0), Scaling(np.ones(2), one, 1e3, 1.0)):
         assert least_level(scaling.plant(plant), 3).level == pytest.approx(level, rel=1e-5)
-    assert least_level(Scaling(np.ones(2), 1.0, gain).plant(plant), 3).level == pytest.approx(level / gain, rel=1e-5)
+    assert least_level(Scaling(np.ones(2), one, 1.0, gain).plant(plant), 3).level == pytest.approx(
+        level / gain, rel=1e-5
+    )
 
 
 def test_known_inputs_are_copied_and_cost_nothing() -> None:

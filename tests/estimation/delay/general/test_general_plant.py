@@ -100,7 +100,7 @@ def test_a_lost_line_is_seen() -> None:
 
 def test_scaling_is_undone_exactly() -> None:
     plant = averaged()
-    scaling = Scaling(np.array([4.0, 0.5]), 2.0, 4.0)
+    scaling = Scaling(np.array([4.0, 0.5]), np.array([8.0]), 2.0, 4.0)
     there = line_form(scaling.plant(plant))
     s = 0.3 + 2.1j
     expected = plant_terms(plant).terms.at(np.array([s]))[0]
