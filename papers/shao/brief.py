@@ -6,7 +6,7 @@ import math
 
 from papers._sketch import curve, dots, label, signal, ticks
 from papers.shao.problem import DESIGN
-from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch
+from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Traces
 
 STEP = 14
 PERIOD = STEP * DESIGN.ratio
@@ -54,6 +54,17 @@ BRIEF = Brief(
     "[eq. (15)](theory.prediction-bound). [Table I](table.any-reading) does not come out under any reading tried.",
     guess="Whether DRC-APO [tracks better](order.apo-below-pmi), or has [the better transient](order.transient), "
     "depends on what the text leaves open.",
+    headline="[The stability theorem](-theory.stability) is false: this loop meets its condition (18) and diverges",
+    picture=Traces(
+        figure="shao-diverging",
+        across="time_s",
+        x="time (s), from a start at 1",
+        y="output of the loop",
+        curves=(
+            Curve(label="as printed", columns=("alternating_predictive",)),
+            Curve(label="with a true fast sensor", columns=("fast_sensor",), quiet=True),
+        ),
+    ),
     sketch=Sketch(
         alt=f"A slow sensor measures at every {DESIGN.ratio}th fast instant; a model fills in virtual measurements "
         "between, which drift away from the output.",

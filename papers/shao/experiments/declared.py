@@ -44,6 +44,7 @@ EXPERIMENTS = (
     experiment("robustness", tracking.robustness, factors=np.geomspace(0.5, 2.0, 25).tolist()),
     experiment("theorem", theorem.theorem, periods=[1e-4, 1e-5, 1e-6], ratios=[2, 3, 5, 8]),
     experiment("bounds", theorem.step_bounds, trials=400, seed=3),
+    experiment("diverging", theorem.diverging, slow_periods=800, every=8),
     experiment("rates", theorem.slowest_rates, periods=np.geomspace(1e-4, 1.0, 41).tolist()),
     *(experiment(name, block, structure=index, decoys=40, seed=2022) for index, name in enumerate(SEARCH)),
 )  # fmt: skip

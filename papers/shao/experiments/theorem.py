@@ -21,6 +21,8 @@ from papers.shao.method.lyapunov import (
 )
 from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, REPAIRED
 from replication.errors import InfeasibleError
+from replication.estimation.dualrate.loop import close_loop, monodromy
+from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, make_plant
 from replication.estimation.dualrate.sampled import held
 from replication.estimation.validation import Array
@@ -83,6 +85,20 @@ def slowest_rates(periods: Sequence[float]) -> dict[str, Any]:
     loops = [replace(COUNTEREXAMPLE, period=T) for T in periods]
     rates = {name: [float(np.max(slow_rates(loop, name).real)) for loop in loops] for name in COMPARED}
     return {"periods": list(periods), "rates": rates}
+
+
+def diverging(slow_periods: int, every: int) -> dict[str, Any]:
+    """Outputs of the counter-example started at x = 1, ζ = 0, at each `every`-th slow instant; times in s."""
+    times = [k * COUNTEREXAMPLE.slow_period for k in range(0, slow_periods + 1, every)]
+    outputs = {}
+    for name in COMPARED:
+        loop = close_loop(COUNTEREXAMPLE, OBSERVERS[name])
+        step, z = np.linalg.matrix_power(monodromy(loop), every), np.eye(loop.size)[0]
+        outputs[name] = []
+        for _ in times:
+            outputs[name].append(float(z[0]))
+            z = step @ z
+    return {"times": times, "outputs": outputs}
 
 
 def step_bounds(trials: int, seed: int) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 from papers.shao.figures.looks import NAMES, columns_of, look, ours
-from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, REPAIRED
+from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, LABELS, PMI, REPAIRED
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.labels import name_axes, name_line, out_of_bounds, say
@@ -190,7 +190,51 @@ def describe_rates(drawn: FigureData) -> str:
     )
 
 
+def diverging(results: Results) -> FigureData:
+    """Outputs of the counter-example over time, from a start at 1."""
+    found = results["diverging"]
+    return columns_of({"time_s": found["times"]} | dict(found["outputs"]))
+
+
+def plot_diverging(drawn: FigureData) -> Any:
+    """Output against time, each curve with its last value."""
+    figure, (axis,) = new_axes(row_height=2.6)
+    c = drawn.columns
+    end = c["time_s"][-1]
+    for name in (APO, REPAIRED, FAST):
+        axis.plot(c["time_s"], c[name], **look(name))
+    own, repaired, fast = axis.lines
+    name_line(axis, own, f"as printed: {c[APO][-1]:.1f}", 0.8 * end, ha="right")
+    name_line(axis, repaired, f"{NAMES[REPAIRED]}: {c[REPAIRED][-1]:.2f}", 0.3 * end, ha="left")
+    name_line(axis, fast, f"{NAMES[FAST]}: {c[FAST][-1]:.2f}", 0.7 * end, side=-1, ha="left")
+    name_axes(axis, "output y", "time (s)")
+    return figure
+
+
+def say_diverging(drawn: FigureData) -> str:
+    """The message: where the printed loop has come to."""
+    c = drawn.columns
+    return f"The loop meets condition (18) and grows to {c[APO][-1]:.1f} times its start in {c['time_s'][-1]:g} s"
+
+
+def describe_diverging(drawn: FigureData) -> str:
+    """The last output of each loop."""
+    c = drawn.columns
+    last = ", ".join(f"{c[name][-1]:.3f} with {LABELS[name]}" for name in (APO, REPAIRED, FAST))
+    return f"Output of the counter-example from a start at 1, after {c['time_s'][-1]:g} s: {last}."
+
+
 FIGURES = (
+    ours(
+        name="diverging",
+        place="Sec. IV",
+        title=say_diverging,
+        caption="Plant ẋ = x + u with K = −2, L = 2, M = 5 and T = 1 ms; the observer starts at zero.",
+        uses=("diverging",),
+        data=diverging,
+        plot=plot_diverging,
+        alt=describe_diverging,
+    ),
     ours(
         name="stable-sets",
         place="Sec. V",

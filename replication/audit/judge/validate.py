@@ -102,7 +102,9 @@ def _references(paper: Paper, at: At) -> Iterator[str]:
         elif claim.repeats:
             yield from _missing(f"claim {claim.id!r}", "repeats claim", (claim.repeats,), claims, at)
     for table in paper.tables:
-        cells = [cell.removeprefix(_CELL) for row in table.rows for cell in row if cell.startswith(_CELL)]
+        cells = [
+            cell.removeprefix(_CELL).partition("|")[0] for row in table.rows for cell in row if cell.startswith(_CELL)
+        ]
         yield from _missing(f"table {table.place!r} of {paper.key}", "shows claim", cells, claims, at)
 
 
