@@ -90,7 +90,7 @@ def slowest_rates(periods: Sequence[float]) -> dict[str, Any]:
 def diverging(slow_periods: int, every: int) -> dict[str, Any]:
     """Outputs of the counter-example started at x = 1, ζ = 0, at each `every`-th slow instant; times in s."""
     times = [k * COUNTEREXAMPLE.slow_period for k in range(0, slow_periods + 1, every)]
-    outputs = {}
+    outputs: dict[str, list[float]] = {}
     for name in COMPARED:
         loop = close_loop(COUNTEREXAMPLE, OBSERVERS[name])
         step, z = np.linalg.matrix_power(monodromy(loop), every), np.eye(loop.size)[0]

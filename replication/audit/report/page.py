@@ -96,6 +96,7 @@ def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "rows": rows(shown.lanes, told, figures),
         "costs": chart(across(results)),
         "briefs": told,
+        "headings": tuple(paper.numbers for paper in papers),
         "meaning": MEANING,
         "unprinted": UNPRINTED,
         "linked_data": Markup(_inside_script(summary_graph(results))),

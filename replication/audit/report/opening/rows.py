@@ -175,9 +175,9 @@ def _picture(paper: PaperView, figures: Path) -> TracesView | BarsView | Entries
         shared = tuple(replace(bar, widths=(bar.widths[0] / longest, bar.widths[1] / longest)) for bar in made)
         return BarsView(pairs=shared, printed=picture.printed, bound=picture.bound) if made else None
     if isinstance(picture, Entries):
-        rows = [(name, tuple(_boxed(_claim(one, paper, known)) for one in cells)) for name, cells in picture.rows]
-        return EntriesView(columns=picture.columns, rows=tuple(rows))
-    return next((made for shown in paper.tables if (made := _of_table(shown)) is not None), None)
+        listed = [(name, tuple(_boxed(_claim(one, paper, known)) for one in cells)) for name, cells in picture.rows]
+        return EntriesView(columns=picture.columns, rows=tuple(listed))
+    return next(filter(None, map(_of_table, paper.tables)), None)
 
 
 def _claim(name: str, paper: PaperView, known: Mapping[str, ClaimView]) -> ClaimView:
