@@ -101,11 +101,11 @@ class PaperView:
     def parts(self) -> tuple[tuple[str, str], ...]:
         """Name and heading of each part that this paper has, in the order of the page; the name is its template."""
         present = {
+            ("findings", "Findings"): self.record.findings,
             ("tables", "Tables"): self.tables,
             ("ladder", "How close"): self.ladders,
             ("explore", "Pictures"): self.explorers,
             ("errata", "Corrections"): self.errata,
-            ("findings", "Findings"): self.record.findings,
             ("claims", "All claims"): self.claims,
             ("figures", "Figures"): self.figures,
             ("readings", "Choices"): self.record.readings,

@@ -77,7 +77,7 @@
     const parts = all(".sec", view);
     const current = parts.findLast((part) => part.getBoundingClientRect().top <= innerHeight * 0.3);
     here.hidden = !current;
-    here.textContent = current ? one("h3", current).textContent : "";
+    here.textContent = current ? one(`.toc a[href="#${CSS.escape(current.id)}"]`, view).textContent : "";
     for (const link of all(".toc a", view)) {
       const on = current && link.hash === `#${current.id}`;
       if (on) link.setAttribute("aria-current", "true");

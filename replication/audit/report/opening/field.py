@@ -82,7 +82,7 @@ def field(papers: Sequence[PaperView]) -> Field:
     """The picture of all papers, in their order."""
     lanes = [_lane(paper) for paper in papers]
     columns = tuple(kind for kind in Consequence if any(_filled(lane.cells, kind) for lane in lanes))
-    own = [view.record for paper in papers for view in paper.claims if not view.record.claim.repeats]
+    own = [view.record for paper in papers for view in paper.claims if view.record.counted]
     found = Counter(record.verdict for record in own)
     return Field(
         answer=answer([lane.standing for lane in lanes], found),
@@ -164,7 +164,7 @@ def _lane(paper: PaperView) -> Lane:
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:
     listed = [view for view in paper.claims if view.consequence is kind]
-    own = [view for view in listed if not view.record.claim.repeats]
+    own = [view for view in listed if view.record.counted]
     timed = [view for view in own if view.record.claim.kind is Kind.CITED and view.record.claim.unit == "s"]
     marks = sorted((view for view in own if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
     failing = Counter(_named(view) for view in marks if view.record.verdict in FAILS)
