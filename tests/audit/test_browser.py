@@ -52,7 +52,7 @@ def test_what_scrolls_can_be_reached_by_keyboard(visit: Any, width: int) -> None
 def test_no_text_lies_over_another(visit: Any, width: int) -> None:
     page = unfold(visit(width))
     assert overlaps(page) == []
-    page.execute_script("document.querySelector('.row p').style.marginTop = '-1.5em'")
+    page.execute_script("document.querySelector('.hero p').style.marginTop = '-3em'")
     assert overlaps(page), "and if one did, it would be found"
 
 
@@ -231,7 +231,7 @@ def test_figures_have_words_with_numbers_and_can_be_saved(visit: Any) -> None:
 
 
 def test_counts_of_all_verdicts_fit_a_narrow_window(visit: Any) -> None:
-    page = visit(320)
+    page = visit(320, fragment=f"#{anchor('paper', KEY)}")
     lines = page.find_elements(By.CSS_SELECTOR, ".tally li")
     found = Counter(str(claim.verdict) for claim in claims())
     told = [line.text.partition(" (")[0].split(" ", 1) for line in lines]

@@ -50,6 +50,7 @@ class TracesView:
     kind = "traces"
     x: str
     y: str
+    text: str
     end: float
     curves: tuple[Trace, ...]
     x_ticks: tuple[tuple[float, float], ...]
@@ -244,6 +245,7 @@ def _traces(picture: Traces, columns: Mapping[str, tuple[float, ...]]) -> Traces
     return TracesView(
         x=picture.x,
         y=picture.y,
+        text=picture.text,
         end=across[-1],
         curves=tuple(curves),
         x_ticks=ticks(across, False, x),
