@@ -79,4 +79,71 @@ def many_zeros(others: Mapping[str, Certificate]) -> Certificate:
     return made
 
 
-BOMBS: tuple[Bomb, ...] = (high_degree, long_product, wide_product, long_powers, many_zeros)
+def lossy(others: Mapping[str, Certificate], sensors: int, together: int) -> Certificate:
+    """One state that nothing keeps, seen by so many sensors at every instant; one sample in a row may be lost."""
+    made = copy.deepcopy(others["okajima2023/lost-samples-2-3"])
+    noises = [[str(int(i == j)) for j in range(sensors)] for i in range(sensors)]
+    matrices = {"A": [["0"]], "B_d": [["1"]], "W": [["1"]], "C": filled(sensors, 1, "1"), "D": noises}
+    made["plant"] = {"name": "", **matrices}
+    made["parameters"] = {
+        "sensors": list(range(sensors)), "periods": [1] * sensors, "offsets": [0] * sensors,
+        "together": together, "misses": [1] * (1 if together else sensors),
+    }  # fmt: skip
+    return made
+
+
+def many_sensors(others: Mapping[str, Certificate]) -> Certificate:
+    """22 sensors that lose their samples apart from each other: four million cases at the first instant."""
+    return lossy(others, 22, 0)
+
+
+def many_transitions(others: Mapping[str, Certificate]) -> Certificate:
+    """400 storage functions on each of 400 cells of the range."""
+    made, count = copy.deepcopy(others["mustafa/range-1-upper"]), 400
+    one, storage = [["1"]], [["100", "0"], ["0", "100"]]
+    made["plant"] |= {"A": [["-1"]], "B": one, "C": one, "D": one, "L": one}
+    filter_ = made["parameters"]["filter"] if "filter" in made["parameters"] else made["plant"]["filter"]
+    filter_ |= {"A": [["0"]], "B": [["0"]], "C": [["0"]]}
+    made["witness"]["storage"] = {
+        "cells": [f"{i}/{count}" for i in range(count + 1)],
+        "before": [[(i + j) % count for j in range(count)] for i in range(count)],
+        "P": [storage] * count,
+    }
+    made["bound"] = {"upper": "1000"}
+    return made
+
+
+def of_degree(degree: int) -> Bomb:
+    """A storage whose squares would hold the powers up to this degree."""
+
+    def made(others: Mapping[str, Certificate]) -> Certificate:
+        altered = copy.deepcopy(others["peet2019/ex2-d1-upper"])
+        altered["parameters"]["degree"] = degree
+        return altered
+
+    made.__name__ = f"degree_{degree}"
+    return made
+
+
+def many_delays(name: str) -> Bomb:
+    """A plant of one state with 2,000 delays."""
+
+    def made(others: Mapping[str, Certificate]) -> Certificate:
+        altered, count, one = copy.deepcopy(others[name]), 2000, [["1"]]
+        delays = [str(i + 1) for i in range(count)]
+        altered["plant"] |= {"A0": one, "A": [one] * count, "delays": delays, "B": one, "C10": one, "C2": one}
+        altered["plant"]["C1"] = [one] * count
+        altered["witness"]["change"] = one
+        if "degree" in altered["parameters"]:
+            altered["witness"] |= {"storage": [one, one], "dissipation": [one, one]}
+        return altered
+
+    made.__name__ = f"many_delays_{name.rpartition('/')[2]}"
+    return made
+
+
+BOMBS: tuple[Bomb, ...] = (
+    high_degree, long_product, wide_product, long_powers, many_zeros, many_sensors, many_transitions,
+    of_degree(3000), of_degree(999_999_999), many_delays("peet2019/ex2-d1-upper"),
+    many_delays("peet2019/ex1-pade-upper"),
+)  # fmt: skip

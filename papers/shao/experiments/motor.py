@@ -10,7 +10,7 @@ import numpy as np
 
 from papers.shao.method.lyapunov import hurwitz_margins, slow_eigenvalues
 from papers.shao.method.motor import Feedforward, feedforward
-from papers.shao.problem import APO, DESIGN, FAST, MOTOR, PMI, REPAIRED
+from papers.shao.problem import APO, DESIGN, FAST, MOTOR, PMI, RESTARTED
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
@@ -48,14 +48,14 @@ def motor_eigenvalues(periods: Sequence[float]) -> dict[str, Any]:
     designs = [replace(DESIGN, period=period) for period in periods]
     moduli = {
         name: [np.abs(slow_eigenvalues(design, name)).tolist() for design in designs]
-        for name in (PMI, APO, REPAIRED, FAST)
+        for name in (PMI, APO, RESTARTED, FAST)
     }
     return {"periods": list(periods), "moduli": moduli}
 
 
 def stable_sets(ratios: Sequence[int], periods: Sequence[float], largest_ratio: int) -> dict[str, Any]:
     """Intervals of T (s) with a stable motor loop for each M; and the stable M at the printed T."""
-    names, counts = (PMI, APO, REPAIRED), list(range(1, largest_ratio + 1))
+    names, counts = (PMI, APO, RESTARTED), list(range(1, largest_ratio + 1))
     return {
         "ratios": list(ratios),
         "intervals": {

@@ -58,29 +58,29 @@ def theorem_constants(design: DualRateDesign) -> TheoremConstants:
     return TheoremConstants(P, smallest, (alpha1, alpha2, alpha3, alpha4), float(alpha4 * largest * design.period))
 
 
-def prediction_gap(design: DualRateDesign, *, repaired: bool = False) -> tuple[float, float]:
+def prediction_gap(design: DualRateDesign, *, restarted: bool = False) -> tuple[float, float]:
     """Both sides of (15) at the first instant after a measurement: the worst |y_p(t_k) − y(t_k)|, and α₃ T.
 
     By (5) and (6), y_p(t_k) − y(t_k) = −C e^{AT} ξ(t_{k−1}) exactly, so that the left side tends to
-    (C [P⁻¹]_ξξ Cᵀ)^½ as T → 0 and not to zero. repaired: with the predictor that starts at the measurement the error
+    (C [P⁻¹]_ξξ Cᵀ)^½ as T → 0 and not to zero. restarted: with the predictor that starts at the measurement the error
     is −C (e^{AT} − I) ξ(t_{k−1}). Here V(χ(t_{k−1})) = 1, and ξ is the worst one.
     """
     constants = theorem_constants(design)
-    change = scipy.linalg.expm(design.model.state * design.period) - np.eye(design.model.size) * repaired
+    change = scipy.linalg.expm(design.model.state * design.period) - np.eye(design.model.size) * restarted
     predicted = design.model.output @ change
     row = np.hstack([np.zeros_like(predicted), predicted])
     worst = np.sqrt(np.max(np.diag(row @ np.linalg.solve(constants.P, row.T))))
     return float(worst), float(constants.alpha[2] * design.period)
 
 
-def increment_order(design: DualRateDesign, periods: tuple[float, float], *, measured: bool, repaired: bool) -> float:
+def increment_order(design: DualRateDesign, periods: tuple[float, float], *, measured: bool, restarted: bool) -> float:
     """Power of T with which the virtual output's change over T departs from the integral of C A ζ + C B u.
 
     By its worst departure for unit (ζ(t_{k−1}), u, ȳ(t_{k−1})) at two periods; ζ follows (3). The statement above (15)
-    needs a power above one. measured: the change counts from ȳ(t_{k−1}), else from C ζ(t_{k−1}). repaired: with the
+    needs a power above one. measured: the change counts from ȳ(t_{k−1}), else from C ζ(t_{k−1}). restarted: with the
     predictor that starts at ȳ(t_{k−1}), else with (6).
     """
-    departures = [_increment_gap(replace(design, period=T), measured, repaired) for T in periods]
+    departures = [_increment_gap(replace(design, period=T), measured, restarted) for T in periods]
     return float(np.log(departures[0] / departures[1]) / np.log(periods[0] / periods[1]))
 
 
@@ -89,7 +89,7 @@ def rate_gap(design: DualRateDesign, *, measured: bool) -> float:
     return _increment_gap(design, measured, False) / design.period
 
 
-def _increment_gap(design: DualRateDesign, measured: bool, repaired: bool) -> float:
+def _increment_gap(design: DualRateDesign, measured: bool, restarted: bool) -> float:
     A, B, C, L = design.model.state, design.model.input, design.model.output, design.injection
     (n, m), p, T = B.shape, len(C), design.period
     # Over one period: ζ by (3), the model's ζ_p by (6), and the integral of C A ζ + C B u, from held u and ȳ.
@@ -103,8 +103,8 @@ def _increment_gap(design: DualRateDesign, measured: bool, repaired: bool) -> fl
     # e^{FT} − I by its own series, so that small changes keep their digits.
     change = np.asarray(_expm1(flow * T) @ starts)
     innovation = np.hstack([-C, np.zeros((p, m)), np.eye(p)])
-    increment = C @ change[n : 2 * n] - (0 if repaired or not measured else 1) * innovation
-    increment = increment + (1 if repaired and not measured else 0) * innovation
+    increment = C @ change[n : 2 * n] - (0 if restarted or not measured else 1) * innovation
+    increment = increment + (1 if restarted and not measured else 0) * innovation
     return norm(increment - change[2 * n : 2 * n + p])
 
 

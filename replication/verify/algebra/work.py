@@ -23,6 +23,10 @@ MOST = 12 * 10**9
 """Of one certificate."""
 BALL = 200
 """One operation on balls of a few hundred bits."""
+STEP = 20_000
+"""What goes with every estimate: the matrices are made, looked at and read out."""
+PLACE = 10_000
+"""One entry, or one object, that is made for itself; it takes memory too."""
 _spent: ContextVar[int] = ContextVar("work", default=0)
 
 
@@ -38,7 +42,7 @@ def budget() -> Iterator[None]:
 
 def spend(work: int, what: str) -> None:
     """Add an estimate, before the work is done."""
-    total = _spent.get() + work
+    total = _spent.get() + work + STEP
     require(total <= MOST, f"{what} takes the check beyond {MOST // 10**9} s of work; give fewer or shorter numbers")
     _spent.set(total)
 

@@ -14,6 +14,7 @@ from typing import TypeVar
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import submatrix
+from replication.verify.algebra.work import PLACE, spend
 
 K = TypeVar("K")
 Kernel = dict[tuple[int, int], fmpq_mat]
@@ -71,6 +72,7 @@ Powers = Sequence[tuple[int, int]]
 def kernels(degree: int, rule: str = "each") -> Powers:
     """The powers (a, b) of s and t in zeta of `square` by a rule."""
     powers = range(degree + 1)
+    spend(len(powers) ** 2 * PLACE, f"the powers of degree {degree}")
     return [(a, b) for a, b in product(powers, powers) if RULES[rule](a, b, degree)]
 
 

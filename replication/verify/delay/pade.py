@@ -12,6 +12,7 @@ from flint import acb, acb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.decimals import above
 from replication.verify.algebra.linear import block, characteristic_polynomial, identity, submatrix, take_rows, zeros
+from replication.verify.algebra.work import PLACE, spend
 from replication.verify.delay.hidden import Hidden, read_hidden, require_hidden
 from replication.verify.delay.plant import DelayPlant, measured_last, on_plant
 from replication.verify.kernel import Equal, Positive, decide
@@ -124,6 +125,7 @@ def model(plant: DelayPlant, section: Section) -> tuple[fmpq_mat, fmpq_mat, fmpq
     effect = block([[plant.late], [plant.late_output]])
     delayed = [j for j in range(effect.ncols()) if any(effect[i, j] != 0 for i in range(effect.nrows()))]
     size = n + order * len(delayed)
+    spend(size**2 * PLACE, f"{len(delayed)} delayed states by approximants of order {order}")
     now = block([[plant.A0], [plant.C10]])
     through: list[list[fmpq_mat]] = []
     columns: list[fmpq_mat] = []

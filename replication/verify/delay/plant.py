@@ -13,7 +13,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, submatrix, zeros
-from replication.verify.algebra.work import bits, spend_elimination
+from replication.verify.algebra.work import PLACE, bits, spend, spend_elimination
 from replication.verify.kernel import Equal, decide
 from replication.verify.reading import fields, matrices, matrix, positive, several, square, text
 from replication.verify.statement import statement
@@ -72,6 +72,8 @@ on_plant = partial(statement, source="peet2019", plant=read_plant)
 def measured_last(plant: DelayPlant, new: fmpq_mat) -> DelayPlant:
     """The same system for the state `new` x; refuses unless then C2 = [0 c] with an invertible c."""
     n, q = plant.states, plant.C2.nrows()
+    # Matrices of this size with a block for every two delays, here and in what follows.
+    spend(plant.late.ncols() ** 2 * PLACE, f"a plant with {len(plant.delays)} delays")
     spend_elimination(n, 2 * n, bits(new), "the change of coordinates")
     require(new.det() != 0, "witness.change has no inverse")
     back = new.inv()

@@ -6,10 +6,12 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from math import prod
 from typing import Any
 
 from flint import fmpq, fmpq_mat
 
+from replication.verify.algebra.work import PLACE, spend
 from replication.verify.kernel import Positive, decide
 from replication.verify.multirate.bounds import attained, require_fall
 from replication.verify.multirate.levels import Matrices, require_lower
@@ -54,13 +56,16 @@ def all_cases(measured: Schedule, channels: Sequence[Sequence[int]], misses: Seq
             due = [i for i in carried if i in measured[phase]]
             loss = [(count + 1, list[int]())] if due and count < most else []
             options.append([(0 if due else count, due), *loss])
+        # Two ways for each channel that may lose: as many cases as the product of them, before the first is made.
+        count = prod(map(len, options))
+        spend(count * PLACE, "the cases of the losses")
+        require(len(found) + count <= MOST_CASES, f"the losses make more than {MOST_CASES} cases")
         for choice in product(*options):
             after = ((phase + 1) % len(measured), tuple(count for count, _ in choice))
             if after not in nodes:
                 nodes[after] = len(nodes)
                 waiting.append(after)
             found.append(Case(nodes[node], nodes[after], sorted(i for _, came in choice for i in came)))
-        require(len(found) <= MOST_CASES, f"the losses make more than {MOST_CASES} cases")
     return found
 
 
@@ -146,9 +151,12 @@ def require_storage(
     start, and the falls add up along it.
     """
     require(at[0] == 0, "the first storage function is not at the start")
+    cases_of: dict[int, list[int]] = {}
+    for number, case in enumerate(plant.cases):
+        cases_of.setdefault(case.before, []).append(number)
     for i, node in enumerate(at):
         decide(Positive(P[i], f"P_{i}"))
-        leaving = [number for number, case in enumerate(plant.cases) if case.before == node]
+        leaving = cases_of.get(node, [])
         require(len(leaving) == len(to[i]), f"witness.to[{i}] needs an entry for each case of node {node}")
         for number, target in zip(leaving, to[i], strict=True):
             fits = target < len(at) and at[target] == plant.cases[number].after

@@ -15,7 +15,7 @@ from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.balls import complex_of, energy
 from replication.verify.algebra.linear import block, identity, solved, zeros
-from replication.verify.algebra.work import BALL, spend
+from replication.verify.algebra.work import BALL, STEP, spend
 from replication.verify.kernel import Below, Positive, decide, holds
 from replication.verify.nonuniform import system
 from replication.verify.nonuniform.system import ONE_CELL, Case, CaseOf, Estimator, Plant
@@ -86,6 +86,8 @@ def require_level(plant: Plant, case: CaseOf[Estimator], level: fmpq, storage: S
     For a finite sequence of periods choose any state at its end, and go backwards: at each step x'P_kc x covers what is
     still to come, x+'P_ld x+ + w |e|^2 <= x'P_kc x + w g^2 |w|^2. Summed from rest, that is the bound.
     """
+    # Of each transition four corners, with a few small matrices each, however small they are.
+    spend((len(storage.shares) - 1) * len(storage.P) * 5 * STEP, "the storage inequality")
     for c, matrix in enumerate(storage.P):
         decide(Positive(matrix, f"P[{c}]"))
     proof = _Inequality(plant, case, level, [arb_mat(matrix) for matrix in storage.P])

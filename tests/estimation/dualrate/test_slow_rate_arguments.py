@@ -11,7 +11,7 @@ import pytest
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import dualrate
-from replication.estimation.dualrate.slow import design as slow
+from replication.estimation.dualrate.slow import result as slow
 from replication.estimation.dualrate.slow.problem import slow_problem
 
 SERVO = dualrate.make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])

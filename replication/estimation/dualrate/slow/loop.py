@@ -8,9 +8,8 @@ from replication.errors import InfeasibleError, SolverError
 from replication.estimation.dualrate.loop import DualRateLoop
 from replication.estimation.dualrate.slow.controller import Controller
 from replication.estimation.dualrate.slow.problem import SlowProblem, root
-from replication.estimation.linear.norms import GainBracket, l2_gain
+from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.multirate.simulation import white_noise_variance
 from replication.estimation.validation import Array
 
 SILENT = 1e-60
