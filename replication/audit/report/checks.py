@@ -60,9 +60,10 @@ def _prints(record: CertificateRecord, claims: Sequence[ClaimRecord]) -> list[st
     found = [
         claim.claim.printed
         for claim in claims
-        if record.path in claim.evidence.certificates and claim.claim.tolerance is None and len(claim.claim.says) == 1
-        for said in claim.claim.says
-        if said.relation == "is" and said.to == claim.claim.printed and said.of in about
+        if record.path in claim.evidence.certificates
+        and claim.claim.tolerance is None
+        and claim.claim.kind == "value"
+        and all(said.relation == "is" and said.to == claim.claim.printed for said in claim.claim.says)
+        and any(said.of in about for said in claim.claim.says)
     ]
     return list(dict.fromkeys(found))
-

@@ -109,7 +109,8 @@ def _made(
     results: ResultsFile, figures: Path, root: str, proofs: Mapping[str, Any]
 ) -> tuple[str, dict[str, str], dict[str, Any]]:
     """The page, the evidence that is packed into it, and what both were made from."""
-    made, scripts = environment(), {name: source(f"{name}.js") for name in ("script", "check")}
+    made = environment()
+    scripts = {name: source(f"{name}.js") for name in ("script", *(["check"] if proofs["entries"] else []))}
     shown = _shown(results, figures) | {"checked": frozenset(proofs["entries"])}
     evidence = drawings(made, {**shown, "root": root})
     digests = [base64.b64encode(hashlib.sha256(code.encode()).digest()).decode() for code in scripts.values()]
@@ -117,7 +118,7 @@ def _made(
         shown,
         root=root,
         packed=Markup(packed(evidence)),
-        certificates=Markup(packed(proofs)),
+        certificates=Markup(packed(proofs)) if proofs["entries"] else "",
         style=Markup(style_sheet() + source("check.css")),
         drawn=Markup(_rules(shown["papers"])),
         scripts={name: Markup(code) for name, code in scripts.items()},

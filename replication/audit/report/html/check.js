@@ -166,9 +166,8 @@
       if (token === "{" || token === "[") open.push(new Set());
       else if (token === "}" || token === "]") open.pop();
       else if (tokens[i + 1] === ":") {
-        const key = JSON.parse(token);
-        demand(!open.at(-1)?.has(key), `the key ${token.slice(0, 40)} stands twice`);
-        open.at(-1)?.add(key);
+        demand(!open.at(-1)?.has(JSON.parse(token)), `the key ${token.slice(0, 40)} stands twice`);
+        open.at(-1)?.add(JSON.parse(token));
       } else if (!token.startsWith('"') && !":,".includes(token)) {
         demand(/^(?:-?[0-9]{1,9}|true|false|null)$/.test(token), `the number ${token.slice(0, 40)} is not exact`);
       }
@@ -260,7 +259,7 @@
   function reaches(level, { made, spent }, words) {
     demand(below(number(0), spent), "the disturbance is zero");
     demand(!below(made, times(times(level, level), spent)), "the disturbance does not reach the lower bound");
-    return `${words} its error has at least ${decimal(level)} times the energy norm of the noise.`;
+    return words.replace("#", decimal(level));
   }
   function seenTooLate(plant, lower, start, d) {
     let x = zeros(plant.n, 1), [made, spent] = [number(0), number(0)];
@@ -269,7 +268,7 @@
       x = times(block([[plant.A, plant.B]]), block([[x], [input]]));
       made = plus(made, squares(times(plant.W, x)));
     });
-    return reaches(lower, { made, spent }, `A disturbance of ${d.length} steps is hidden by sensor noise to its last step. A predictor cannot tell it from its opposite before, and for one of the two`);
+    return reaches(lower, { made, spent }, `A disturbance of ${d.length} steps is hidden by sensor noise to its last step. A predictor cannot tell it from its opposite before, and for one of the two its error has at least # times the norm of the noise.`);
   }
   const readP = (value, plant) => each(value, "witness.P", plant.schedule.length, (x, path) => symmetric(x, path, plant.n));
   const readY = (value, plant) => each(value, "witness.Y", plant.schedule.length, (x, path) => matrix(x, path, plant.n, plant.sensors));
@@ -292,7 +291,7 @@
       const P = readP(p, plant), R = square(r, "witness.turn"), signal = signals(v, "witness.v", plant.noises, rows(R), plant.schedule.length);
       const steps = plant.L.map((L, k) => errorStep(plant, L, plant.schedule[k]));
       return { lower, upper, steps: [shownPlant(plant, " and the printed gains"), energyFalls(plant, steps, P, upper),
-        reaches(lower, repeats(plant, steps, R, signal), "For a noise that repeats the periodic error is solved exactly:")] };
+        reaches(lower, repeats(plant, steps, R, signal), "For a noise that repeats, the error that repeats with it is solved exactly: it has # times the norm of the noise, or more.")] };
     },
     "multirate.optimum-noncausal"(certificate) {
       const [plant, lower, upper, p, y, r, v] = level(certificate, ["P", "Y", "turn", "d"]);
@@ -301,7 +300,7 @@
       settles(plant.A, "the plant");
       const ratio = repeats(plant, d.map(() => block([[plant.A, plant.B]])), R, d, (k, x) => costOfHiding(plant, plant.schedule[k], x));
       return { lower, upper, steps: [...steps, "The plant is stable: its Lyapunov equation has a positive definite solution.",
-        reaches(lower, ratio, "A disturbance that repeats is hidden by sensor noise: every sensor shows zero. No estimator can tell it from its opposite, and for one of the two")] };
+        reaches(lower, ratio, "A disturbance that repeats is hidden by sensor noise: every sensor shows zero. No estimator can tell it from its opposite, and for one of the two its error has at least # times the norm of the noise.")] };
     },
     "multirate.optimum-causal"(certificate) {
       const [plant, lower, upper, p, y, start, v] = level(certificate, ["P", "Y", "start", "d"]);
@@ -328,7 +327,7 @@
       positive(gained, "what the states gain by all weights");
       return { lower, steps: [shownPlant(plant, " and the printed gains"),
         `All ${N} weights are positive definite, and so is what the states gain by them: one energy matrix for all instants cannot fall against all of them.`,
-        reaches(lower, { made, spent }, "So with one energy matrix")] };
+        reaches(lower, { made, spent }, "So Theorem 1 with one energy matrix gives no level below #.")] };
     },
     "multirate.shorter-periods"(certificate) {
       none(certificate, "bound");
@@ -620,10 +619,12 @@
   function against(printed, lower, upper) {
     const found = /^([0-9]*)\.?([0-9]*)$/.exec(printed);
     if (!found || !(lower || upper)) return "";
-    const half = number(1, BigInt(2) * BigInt(10) ** BigInt(found[2].length)), p = number(found[1] + found[2], BigInt(10) ** BigInt(found[2].length));
+    const places = BigInt(10) ** BigInt(found[2].length), half = number(1, BigInt(2) * places), p = number(found[1] + found[2], places);
     const [low, high] = [minus(p, half), plus(p, half)], ends = [low, high].map((c) => decimal(c, found[2].length + 1));
-    if (upper && below(upper, low)) return `At most ${decimal(upper, 7, true)}, which is below ${ends[0]}: the printed ${printed} is too high.`;
-    if (lower && below(high, lower)) return `At least ${decimal(lower)}, which is above ${ends[1]}: the printed ${printed} is too low.`;
+    if (upper && below(upper, low)) return `At most ${decimal(upper, 7, true)}, which is below ${ends[0]}, where the numbers that round to the printed ${printed} begin.`;
+    if (lower && below(high, lower)) return `At least ${decimal(lower)}, which is above ${ends[1]}, where the numbers that round to the printed ${printed} end.`;
+    const one = lower && upper ? null : lower ?? upper;
+    if (one && !below(one, low) && !below(high, one)) return `${upper ? "At most" : "At least"} ${decimal(one, 7, Boolean(upper))}, which rounds to the printed ${printed}; from the other side it is bounded by another certificate.`;
     if (lower && upper && !below(lower, low) && !below(high, upper)) return `All between ${decimal(lower)} and ${decimal(upper, 7, true)} rounds to the printed ${printed}.`;
     return `The proved ${lower ? `${decimal(lower)}${upper ? " to " : " or more"}` : ""}${upper ? `${lower ? "" : "at most "}${decimal(upper, 7, true)}` : ""} does not decide whether ${printed} is right: it stands for ${ends.join(" to ")}.`;
   }
@@ -634,9 +635,9 @@
     const steps = [];
     try {
       const certificate = parsed(text);
-      const [format, paper, name, claims, statement, , , bound] = fields(certificate, "certificate", NAMES);
+      const [format, paper, name, claims, statement, plant, , bound] = fields(certificate, "certificate", NAMES);
       demand(format === "replication-certificate/1", "the format is another one");
-      demand(typeof name === "string" && /^[A-Za-z0-9._-]{1,80}$/.test(name), "the name is no name");
+      for (const word of [name, plant?.name || "-"]) demand(typeof word === "string" && /^[A-Za-z0-9._-]{1,80}$/.test(word), "a name is no name");
       if (wanted) {
         for (const field of ["paper", "name", "claims", "statement", "plant", "parameters"]) {
           demand(ordered(certificate[field]) === ordered(wanted[field]), `${field} is not that of the paper's theorem`);
