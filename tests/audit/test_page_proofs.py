@@ -68,7 +68,8 @@ def tried(browser: Any, tmp_path: Path) -> Callable[..., Any]:
         page = tmp_path / "page.html"
         page.write_text(
             f'<!DOCTYPE html><meta charset="utf-8"><button data-check="{name}">Check</button>'
-            f'<script type="text/plain" id="certificates">{pack}</script><script id="check">{source("check.js")}</script>',
+            f'<script type="text/plain" id="certificates">{pack}</script>'
+            f'<script id="check">{source("check.js")}</script>',
             encoding="utf-8",
         )
         browser.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
