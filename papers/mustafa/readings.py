@@ -81,8 +81,8 @@ CONSTANT_CHANGE = Reading(
 ANY_CHANGE = Reading(
     name="any change",
     place="Eq. (8)",
-    text="The same, the norm in (8) being the gain for every sequence theta_k, in the modal coordinates of the plant, in which the "
-    "small-gain theorem says the same of stability. In the coordinates of the plant it is not evaluated.",
+    text="The same, the norm in (8) being the gain for every sequence theta_k, in the modal coordinates of the plant, "
+    "in which the small-gain theorem says the same of stability. In the coordinates of the plant it is not evaluated.",
 )
 BOUND_9 = Reading(
     name="bound (9)",

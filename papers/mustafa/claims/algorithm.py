@@ -58,8 +58,9 @@ def grid_size(e: int, results: Results) -> Evidence:
             "passes": float(run["rounds"]),
         },
         as_printed=no_grid(e, results),
-        note="Step 3 says that an element covers the interval (9), which bounds (8) and is not needed for it: Theorem 3 "
-        "asks for (8). Where an element covers what (8) itself allows, a new one goes to the middle of each gap. Forms of (9), by case U3 and by alpha or its root, "
+        note="Step 3 says that an element covers the interval (9), which bounds (8); Theorem 3 asks for (8) alone. "
+        "Where an element covers what (8) itself allows, a new one goes to the middle of each gap. Forms of (9), by "
+        "case U3 and by alpha or its root, "
         f"in which the middle alone covers the range: {covering}. The algorithm stops at one element if step 3 takes "
         "the root of alpha that step 4 prints, against the print of step 3 and against the small-gain condition: a "
         "conjecture about the program behind the paper, and no reading of the text. "

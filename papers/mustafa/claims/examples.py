@@ -56,7 +56,7 @@ def beside(e: int, others: str, remark: str, results: Results) -> Evidence:
         },
         not_checkable=f"The paper sets {GAMMA[e]} and {others} side by side and claims no order. "
         f"{remark} Sec. V-A calls the level of Algorithm 1 nominal, for the periods of its grid; the grid of each "
-        "example has one period, and there the levels come out. Over all sequences, samples counted, the gain of "
+        "example has one period, at which its level is right. Over all sequences, samples counted, the gain of "
         f"{FILTER[e]} lies between {down(r['lower'])} and {up(r['upper'])}.",
     )
 

@@ -122,7 +122,8 @@ for e, place in ((1, "Abstract; Sec. VI-A; Sec. VII"), (2, "Abstract; Sec. VII")
     ABSTRACT.feasible(
         f"robust-level.{e}",
         place=place,
-        statement=f"The error system of Example {e} has its printed level for every sequence of sampling periods.",
+        statement=f"The error system of Example {e} has a level for every sequence of sampling periods, as abstract "
+        "and Sec. VII say: the printed one, or some level, or the printed one at the period of the grid.",
         uses=(f"bracket.{e}", f"bracket-duration.{e}", f"curve.{e}"),
         erratum={1: None, 2: MISNAMED}[e],
         pinned="undetermined",
