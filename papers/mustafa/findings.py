@@ -31,8 +31,8 @@ def findings(results: Results) -> tuple[str, ...]:
     return (
         f"{'Both' if kept else 'Not both'} printed levels are right at one constant sampling period; the paper calls "
         "them nominal.",
-        f"If the period varies within the range, the gain is at least {worst[0]} times as large for our filter in Example "
-        f"1, {worst[1]} times for the printed one.",
+        "If the period varies within the range, our filter's gain in Example 1 is at least "
+        f"{worst[0]} times as large, the printed filter's {worst[1]} times.",
         "The error systems are stable for every sequence of periods: a stable plant and (6) at one period suffice, "
         "without grid or condition (8).",
         f"In Example 1 no stable filter of form (4) guarantees less than {floor} times the printed level for every "

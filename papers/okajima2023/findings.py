@@ -10,6 +10,7 @@ from papers.okajima2023.claims.simulation import AS_PRINTED, G_SIM, all_draws
 from papers.okajima2023.claims.unstable import PRINTED, radius_of
 from papers.okajima2023.experiments.declared import all_periods, pair
 from papers.okajima2023.printed import TABLE_1
+from replication.audit.judge.numerals import short
 from replication.audit.judge.printed import parse
 from replication.audit.model import Results
 
@@ -70,9 +71,10 @@ def _periods(results: Results) -> Iterator[str]:
         if found:
             excess, shorter, longer = found[0]
             level = next(cell[timing]["lower"] for cell in table if cell["periods"] == longer)
+            share = short(100 * excess / level, 2)
             yield (
-                f"Shorter periods need not help: {tuple(shorter)} has a level {100 * excess / level:.1g} % above that "
-                f"of {tuple(longer)}, {words}."
+                f"Shorter periods need not help: {tuple(shorter)} has a level {share} % above that of {tuple(longer)}, "
+                f"{words}."
             )
 
 
