@@ -286,10 +286,10 @@ def simulate(
         A start of another length, or no such output.
     """
     if isinstance(result, SlowRateResult):
-        rest = np.zeros(result.problem.plant.size) if estimate is None else estimate
+        rest = np.zeros(result.problem.plant.order) if estimate is None else estimate
         return simulate_slow(result, start, periods=slow_periods, estimate=rest, output=output, substeps=SUBSTEPS)
     DualRateResult.require(result)
-    first = np.zeros(result.loop.design.model.size) if estimate is None else estimate
+    first = np.zeros(result.loop.design.model.order) if estimate is None else estimate
     response = time_response(result.loop, start, first, slow_periods=slow_periods, substeps=SUBSTEPS, output=output)
     held = np.repeat(np.arange(len(response.instants)), SUBSTEPS)
     error = (response.state - response.estimate)[held]

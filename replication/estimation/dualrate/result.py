@@ -65,13 +65,13 @@ class DualRateResult(Design):
         """The observer at the fast instants, to run with u(k) = K x^(k); it looks at every M-th measurement."""
         problem = self.loop.design
         steps = OBSERVERS[self.observer_name](sampled_model(problem, discrete_gain=self.discrete_gain)).steps
-        every, count = self.observer_name == "fast_sensor", len(problem.model.output)
+        every, count = self.observer_name == "fast_sensor", len(problem.model.C)
         due = [np.full(count, every or k == 0) for k in range(len(steps))]
         phases = [
             Phase(step.transition, step.input, step.injection, step.readout, now)
             for step, now in zip(steps, due, strict=True)
         ]
-        return Recursion(phases, len(steps[0].readout), [problem.model.output @ phase.readout for phase in phases])
+        return Recursion(phases, len(steps[0].readout), [problem.model.C @ phase.readout for phase in phases])
 
     def disturbances(self) -> tuple[str, ...]:
         """The noise of each reading."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.design import Solution
-from replication.estimation.api.plants import PlantReader
+from replication.estimation.api.plants import PlantReader, parts_of
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.signals import ADDED, Signals, numbered
 from replication.estimation.api.simulation import Simulation
@@ -75,10 +75,8 @@ class MultirateReader(PlantReader[MultiratePlant]):
             kept: dict[str, Any] = {"W": plant.W, "B_u": plant.B_u, "dt": plant.dt}
             noise = {"D": D, "R": R, "Q": given["Q"], "S": given["S"]}
             plant = MultiratePlant.from_covariances(A=plant.A, B_d=plant.B_d, C=plant.C, **noise, **kept)
-        labels = list(system.input_labels)
-        noisy = set(range(len(labels))) if disturbances is None else {*disturbances}
-        inputs = tuple(name for i, name in enumerate(labels) if i not in noisy and name not in noisy)
-        return plant, self._signals(plant, tuple(system.state_labels), inputs, tuple(system.output_labels))
+        read = parts_of(system, continuous=False, disturbances=disturbances).signals
+        return plant, self._signals(plant, read.states, read.inputs, read.measurements)
 
     def _signals(
         self, plant: MultiratePlant, states: tuple[str, ...], inputs: tuple[str, ...], measurements: tuple[str, ...]
@@ -135,8 +133,8 @@ def design(
         W of z = W e; the identity unless given.
     Q : array (m_d, m_d), optional
         Covariance of the disturbances; the identity unless given.
-    R : array (q, q), optional
-        Covariance of the sensor noise, in place of `noise`.
+    R : array (q, q) or (q,), optional
+        Covariance of the sensor noise, or variances, in place of `noise`.
     S : array (m_d, q), optional
         Covariance of disturbances and sensor noise; zero unless given.
     P0 : array (n, n), optional
@@ -229,7 +227,7 @@ def analyse(
         As in `design`.
     Q : array (m_d, m_d), optional
         As in `design`.
-    R : array (q, q), optional
+    R : array (q, q) or (q,), optional
         As in `design`.
     S : array (m_d, q), optional
         As in `design`.

@@ -54,7 +54,7 @@ class RunningController(PeriodicObserver):
     """
 
     def __init__(self, problem: SlowProblem, controller: Controller) -> None:
-        n, m = problem.plant.input.shape
+        n, m = problem.plant.B_u.shape
         phases = []
         mask = _due(problem)
         for due, A, L, K in zip(mask, controller.A, controller.L, controller.K, strict=True):
@@ -65,7 +65,7 @@ class RunningController(PeriodicObserver):
                 Phase(transition, np.zeros((n + m, 0)), np.vstack([L, np.zeros((m, len(due)))]), readout, due)
             )
         self._count = m
-        output = np.hstack([problem.plant.output, np.zeros((len(problem.plant.output), m))])
+        output = np.hstack([problem.plant.C, np.zeros((len(problem.plant.C), m))])
         super().__init__(phases, [output @ phase.readout for phase in phases])
 
     @property
@@ -146,9 +146,9 @@ class SlowRateResult(Design):
     def phases(self) -> Recursion:
         """The observer alone, which is told the inputs, to run where something else may set them."""
         plant, B, mask = self.problem.plant, self.problem.sampled.input, _due(self.problem)
-        shown, arrays = np.eye(plant.size), zip(self.controller.A, self.controller.L, mask, strict=True)
+        shown, arrays = np.eye(plant.order), zip(self.controller.A, self.controller.L, mask, strict=True)
         phases = [Phase(A, B, L, shown, due) for A, L, due in arrays]
-        return Recursion(phases, plant.size, [plant.output] * len(phases))
+        return Recursion(phases, plant.order, [plant.C] * len(phases))
 
     def running(self) -> RunningController:
         """Observer and controller in one.
@@ -169,7 +169,7 @@ class SlowRateResult(Design):
             From the readings to the inputs of all instants, `@k` for instant k.
         """
         phases = self.running().phases
-        n = self.problem.plant.size
+        n = self.problem.plant.order
         stages = tuple(
             Stage(p.transition, p.injection, p.readout[n:], np.zeros((len(p.readout) - n, p.injection.shape[1])))
             for p in phases
