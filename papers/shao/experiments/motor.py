@@ -105,7 +105,7 @@ def _physical(s: complex) -> complex:
 def _position(s: complex) -> complex:
     """θ/u_q from the printed A, B and C."""
     model = DESIGN.model
-    return complex((model.output @ np.linalg.solve(s * np.eye(3) - model.state, model.input))[0, 0])
+    return complex((model.C @ np.linalg.solve(s * np.eye(3) - model.A, model.B_u))[0, 0])
 
 
 def _equation_gap(rng: np.random.Generator, *, measured: bool = False) -> float:
@@ -113,7 +113,7 @@ def _equation_gap(rng: np.random.Generator, *, measured: bool = False) -> float:
 
     measured: Case 2, with y(t_k) for ȳ(t_k) in (9), and (10) without its last term.
     """
-    A, B, C = DESIGN.model.state, DESIGN.model.input, DESIGN.model.output
+    A, B, C = DESIGN.model.A, DESIGN.model.B_u, DESIGN.model.C
     K, L = DESIGN.feedback, DESIGN.injection
     x, xi, held = (rng.normal(size=3) for _ in range(3))
     measured_output, predicted = rng.normal(size=1), rng.normal(size=1)

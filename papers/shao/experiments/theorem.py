@@ -173,8 +173,8 @@ def _random_loop(rng: np.random.Generator) -> tuple[DualRateDesign, TheoremConst
 
 def _collected(design: DualRateDesign, constants: TheoremConstants) -> float:
     """What stands with ‖χ‖ V_m in (16), by ‖χ‖ ≤ √V/√λ_min, over α₄ of (17)."""
-    B, K, L = design.model.input, design.feedback, design.injection
-    n = design.model.size
+    B, K, L = design.model.B_u, design.feedback, design.injection
+    n = design.model.order
     PB, PL = norm(constants.P[:, :n] @ B), norm(constants.P[:, n:] @ L)
     alpha1, alpha2, alpha3, alpha4 = constants.alpha
     total = alpha2 * PB + alpha1 * PL + alpha3 * PB * norm(K @ L) + alpha3 * PL
@@ -184,7 +184,7 @@ def _collected(design: DualRateDesign, constants: TheoremConstants) -> float:
 def _ratios(design: DualRateDesign, constants: TheoremConstants, start: Array, error: Array) -> dict[str, float]:
     """Left over right side, the largest over the times of one fast period, from (x, ζ) at t_k and e_p(t_k)."""
     P, alpha = constants.P, constants.alpha
-    A, B, C = design.model.state, design.model.input, design.model.output
+    A, B, C = design.model.A, design.model.B_u, design.model.C
     K, L = design.feedback, design.injection
     n = len(A)
     zero = np.zeros_like(A)

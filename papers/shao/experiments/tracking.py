@@ -205,7 +205,7 @@ def _time_constant(loop: DualRateLoop) -> float | None:
 
 def _estimate(choice: str) -> Array:
     """ζ(0) under a reading of the start of the observer."""
-    return first_estimate(STARTS[choice], START, DESIGN.model.output[0])
+    return first_estimate(STARTS[choice], START, DESIGN.model.C[0])
 
 
 def _energy(loop: DualRateLoop, choice: str) -> tuple[float, float]:

@@ -164,7 +164,7 @@ SHORT = 0.006
 def rates(results: Results) -> FigureData:
     """Slowest rate of the counter-example against T, and its two candidate limits."""
     found = results["rates"]
-    a, gain = COUNTEREXAMPLE.model.state[0, 0], (COUNTEREXAMPLE.injection @ COUNTEREXAMPLE.model.output)[0, 0]
+    a, gain = COUNTEREXAMPLE.model.A[0, 0], (COUNTEREXAMPLE.injection @ COUNTEREXAMPLE.model.C)[0, 0]
     ends = [found["periods"][0], found["periods"][-1]]
     return columns_of(
         {"period_s": found["periods"]}

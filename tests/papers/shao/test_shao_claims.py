@@ -242,9 +242,9 @@ def test_printed_example_not_covered_is_told_and_not_judged() -> None:
 @pytest.mark.parametrize(("row", "column"), [(1, 2), (2, 1), (2, 2)])
 def test_another_plant_is_told_from_the_motor(row: int, column: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """One entry of A is off by a per cent: (23) is no longer these matrices, or the structure of x is lost."""
-    state = DESIGN.model.state.copy()
+    state = DESIGN.model.A.copy()
     state[row, column] *= 1.01
-    other = replace(DESIGN, model=make_plant(state, DESIGN.model.input, DESIGN.model.output))
+    other = replace(DESIGN, model=make_plant(state, DESIGN.model.B_u, DESIGN.model.C))
     monkeypatch.setattr(motor_experiments, "DESIGN", other)
     assert motor_experiments.motor_model(1)["transfer_gap"] > 1e-4
 
@@ -348,7 +348,7 @@ def test_rate_of_the_virtual_output_on_other_plants(seed: int) -> None:
 
 def test_increment_by_a_fine_simulation() -> None:
     """The order of departure rests on the integral of C A ζ + C B u: here by many small Euler steps."""
-    A, B, C, L = DESIGN.model.state, DESIGN.model.input, DESIGN.model.output, DESIGN.injection
+    A, B, C, L = DESIGN.model.A, DESIGN.model.B_u, DESIGN.model.C, DESIGN.injection
     period, steps = 1e-3, 20000
     rng = np.random.default_rng(5)
     zeta, u, y = rng.normal(size=(3, 1)), rng.normal(size=(1, 1)), rng.normal(size=(1, 1))
