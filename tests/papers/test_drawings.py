@@ -99,7 +99,7 @@ def changed(name: str, **columns: tuple[float, ...]) -> FigureData:
 def test_messages_follow_the_data() -> None:
     """A title that no longer holds is not printed: each of these says something else of other data."""
     plain = changed("okajima2023-periods", gamma_synchronous=tuple(float(k) for k in range(36)))
-    assert "(5, 6) have more than (6, 6)" in periods.say_table_of_periods(data("okajima2023-periods"))
+    assert "(5, 6) exceeds (6, 6)" in periods.say_table_of_periods(data("okajima2023-periods"))
     assert periods.say_table_of_periods(plain) == "Up to 6 instants a longer period never lowers the level"
     rates = data("shao-rates")
     stable = changed("shao-rates", alternating_predictive=tuple(-x for x in rates.columns["alternating_predictive"]))
