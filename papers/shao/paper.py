@@ -49,7 +49,7 @@ PAPER = paper(
             "Sec. IV: eqs. (11), (16), (19) to (21)",
             reason=(
                 "Steps between (10), (12) to (15), (17) and (22), read and not tested by a claim: (15) is the step "
-                "that fails, and the theorem is refuted as a whole."
+                "that fails, and the stability result is refuted as a whole."
             ),
         ),
         MOTOR,

@@ -109,7 +109,7 @@ class Traces(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     """Curves from the table of one figure, each with its name and last value at its end.
 
     figure: its name in full. across: column of the abscissa. x, y: what the axes are, with unit. A quiet curve stands
-    for comparison. text: what is drawn.
+    for comparison. text: what is drawn. last: end of what is shown.
     """
 
     figure: str
@@ -118,6 +118,7 @@ class Traces(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     y: str
     curves: tuple[Curve, ...]
     text: str = ""
+    last: float | None = None
 
 
 class Pair(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

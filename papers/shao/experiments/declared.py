@@ -28,10 +28,7 @@ EXPERIMENTS = (
     ),
     experiment("motor", motor.motor_model, seed=1),
     experiment("eigenvalues", motor.motor_eigenvalues, periods=np.geomspace(1e-3, 0.4, 200).tolist()),
-    experiment(
-        "stable-sets", motor.stable_sets, ratios=[1, 2, 3, 5, 8], periods=[*SHORT.tolist(), *LONG.tolist()],
-        largest_ratio=60,
-    ),
+    experiment("stable-sets", motor.stable_sets, periods=[*SHORT.tolist(), *LONG.tolist()]),
     experiment("table", tracking.table, simulated_periods=60),
     experiment("orderings", tracking.orderings),
     experiment("windows", windows),
@@ -43,8 +40,9 @@ EXPERIMENTS = (
     experiment("lags", tracking.lags, ratios=list(range(1, 11)), frequency=1e-3),
     experiment("robustness", tracking.robustness, factors=np.geomspace(0.5, 2.0, 49).tolist()),
     experiment("theorem", theorem.theorem, periods=[1e-4, 1e-5, 1e-6], ratios=[2, 3, 5, 8]),
+    experiment("longer", theorem.longer_ratios, stable=5, unstable=2000, beyond=[1100, 1500, 2000, 3000, 5000]),
+    experiment("divergence", theorem.divergence, ratio=2000, length=8.0, points=200),
     experiment("bounds", theorem.step_bounds, trials=400, seed=3),
-    experiment("diverging", theorem.diverging, slow_periods=800, every=8),
     experiment("rates", theorem.slowest_rates, periods=np.geomspace(1e-4, 1.0, 41).tolist()),
     *(experiment(name, block, structure=index, decoys=40, seed=2022) for index, name in enumerate(SEARCH)),
 )  # fmt: skip

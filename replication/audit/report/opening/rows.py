@@ -237,7 +237,9 @@ def _traces(picture: Traces, columns: Mapping[str, tuple[float, ...]]) -> Traces
     absent = [name for name in wanted if name not in columns]
     if absent:
         raise AuditError(f"the table of {picture.figure} has no column {absent[0]!r}; it has {', '.join(columns)}")
-    across, values = columns[picture.across], [columns[curve.columns[0]] for curve in picture.curves]
+    end = math.inf if picture.last is None else picture.last
+    across = tuple(at for at in columns[picture.across] if at <= end)
+    values = [columns[curve.columns[0]][: len(across)] for curve in picture.curves]
     x, y = scale_of(across, False, 0), scale_of([0.0, *(v for line in values for v in line)], False, 20)
     curves = (
         _trace(curve.label, curve.quiet, across, line, x, y) for curve, line in zip(picture.curves, values, strict=True)
