@@ -21,15 +21,16 @@ from replication.audit.inspect.headline import headline
 from replication.audit.publish.linked_data import summary_graph
 from replication.audit.report.checks import checks, played
 from replication.audit.report.claim import targets
-from replication.audit.report.consequence import MEANING
+from replication.audit.report.consequence import MEANING, standings
 from replication.audit.report.evidence import drawings, packed
 from replication.audit.report.guard import require_sourced
 from replication.audit.report.opening.field import field
-from replication.audit.report.opening.key import examples
+from replication.audit.report.opening.rows import rows
 from replication.audit.report.opening.told import briefs
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import sections
-from replication.audit.report.templates import CLAIM_CELL, SOURCES, environment, source, style_sheet
+from replication.audit.report.sections.across import across, chart
+from replication.audit.report.templates import SOURCES, claim_of, environment, source, style_sheet
 from replication.audit.store.records import ResultsFile, to_json
 from replication.errors import AuditError
 from replication.files import made_from, write_page
@@ -81,7 +82,10 @@ def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     """What the templates show."""
     _require_known(results)
     read = targets(results.claims)
-    papers = [paper_view(paper, results, figures, read) for paper in results.papers]
+    order = list(standings(results))
+    records = sorted(results.papers, key=lambda paper: order.index(paper.key))
+    papers = [paper_view(paper, results, figures, read) for paper in records]
+    told, shown = dict.fromkeys(order, None) | briefs(results), field(papers)
     return {
         "results": results,
         "run": results.run,
@@ -90,9 +94,11 @@ def _shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
-        "field": field(papers),
-        "examples": examples(view for paper in papers for view in paper.claims),
-        "briefs": dict.fromkeys((paper.key for paper in results.papers), None) | briefs(results),
+        "field": shown,
+        "rows": rows(shown.lanes, told, figures),
+        "costs": chart(across(results)),
+        "briefs": told,
+        "headings": tuple(paper.numbers for paper in papers),
         "meaning": MEANING,
         "unprinted": UNPRINTED,
         "linked_data": Markup(_inside_script(summary_graph(results))),
@@ -139,7 +145,7 @@ def _require_known(results: ResultsFile) -> None:
     papers = {paper.key for paper in results.papers}
     strangers = sorted({claim.paper for claim in results.claims} - papers)
     cells = (cell for paper in results.papers for table in paper.tables for row in table.rows for cell in row)
-    named = {cell.removeprefix(CLAIM_CELL) for cell in cells if cell.startswith(CLAIM_CELL)}
+    named = {name for cell in cells if (name := claim_of(cell))}
     named |= {name for paper in results.papers for item in paper.scope for name in item.claims}
     unknown = sorted(named - {claim.id for claim in results.claims})
     paths = {path for claim in results.claims for path in claim.evidence.certificates}
