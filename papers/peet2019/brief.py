@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from papers._sketch import curve, dots, label, signal
-from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke
+from papers.peet2019.printed import COLUMNS, EXAMPLES
+from replication.audit.brief import Brief, Curve, Draws, Entries, Explorer, Picture, Sketch, Stroke
 
 PAST, NOW = 164, 268
 
@@ -28,6 +29,13 @@ BRIEF = Brief(
     guess="The [degree rule](ex2.gamma-d3), on which it hangs whether the bound is "
     "[conservative](ex2.not-conservative); whether [Example 4](ex4.unstable) is unstable, and "
     "[twenty lumped states](observer.lumped-states) enough.",
+    verdict="holds once corrected",
+    headline="Theorems 1, 3 and 4 need corrected [signs](-theory.d-sign) and [factors](-theory.theorem-4); the gains "
+    "of degree 1 are off in [Example 2](ex2.gamma-d1) and [Example 3](ex3.gamma-d1)",
+    picture=Entries(
+        columns=("degree 1", "degree 2", "degree 3", "Padé"),
+        rows=tuple((f"Example {e}", tuple(f"ex{e}.gamma-{column}" for column in COLUMNS)) for e in EXAMPLES),
+    ),
     sketch=Sketch(
         alt="The observer estimates the present state and its history over the delay.",
         strokes=(

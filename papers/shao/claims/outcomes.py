@@ -1,8 +1,8 @@
-"""Evidence from a family of readings: the outcome under each, and the answer under the first of them."""
+"""Evidence from a family of readings, with the outcome under each; and which of the loops searched the text allows."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from replication.audit.model import Evidence, Outcome
@@ -21,3 +21,8 @@ def by_value(values: Mapping[str, float], **told: Any) -> Evidence:
     """A printed number; values: what comes out by reading, that of the claim first."""
     outcomes = tuple(Outcome(reading=reading, value=value) for reading, value in values.items())
     return Evidence(value=outcomes[0].value, outcomes=outcomes, **told)
+
+
+def printed_forms(structures: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Those with L in continuous time and the observer in the form of (7) and (8), whatever the command."""
+    return [entry for entry in structures if not any(entry["structure"][2:])]
