@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from papers._sketch import curve, dots, label, signal, ticks
-from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch
+from replication.audit.brief import Bars, Brief, Curve, Draws, Explorer, Pair, Picture, Sketch
 
 SAMPLED = (14, 24, 49, 54, 92, 110, 116, 151, 159, 194, 203, 238, 246, 252, 289, 302)
 DESIGNED = [14 + 19.2 * step for step in range(16)]
@@ -42,6 +42,22 @@ BRIEF = Brief(
     "[two maps](map) are misprinted.",
     guess="Does the abstract promise [the printed level](robust-level.1) for every period? What does "
     "[step 4](algorithm) of Algorithm 1 compute?",
+    verdict="only at one period",
+    headline="The printed accuracy is for one constant sampling period; if the period varies, the error can be "
+    "[{robust-level.1:over:gamma.1}](robust-level.1) and [{robust-level.2:over:gamma.2}](robust-level.2) times as "
+    "large, or more",
+    picture=Bars(
+        printed="printed, right at one constant period",
+        bound="if the period varies",
+        pairs=(
+            Pair(
+                label="Example 1, worst-case gain of our filter (none is printed)",
+                printed="gamma.1",
+                bound="robust-level.1",
+            ),
+            Pair(label="Example 2, worst-case gain of the printed filter", printed="gamma.2", bound="robust-level.2"),
+        ),
+    ),
     sketch=Sketch(
         alt="A signal is sampled at irregular instants, while the filter is designed for one constant period.",
         strokes=(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from papers._sketch import curve, dots, label, signal
-from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Stroke
+from papers.peet2019.printed import COLUMNS, EXAMPLES
+from replication.audit.brief import Brief, Curve, Draws, Entries, Explorer, Picture, Sketch, Stroke
 
 PAST, NOW = 164, 268
 
@@ -25,6 +26,14 @@ BRIEF = Brief(
     "[Theorem 4](theory.theorem-4) other factors.",
     guess="What [a degree counts](ex2.gamma-d3); which ε gives the [gains of degree one](ex2.gamma-d1); the eigenvalue "
     "in [Example 4](ex4.unstable); how exact [twenty lumped states](observer.lumped-states) must be.",
+    verdict="holds once corrected",
+    headline="Theorems 1, 3 and 4 need corrected [signs](-theory.theorem-3) and [factors](-theory.theorem-4); "
+    "degree-one "
+    "gains of [Example 2](?ex2.gamma-d1) and [Example 3](?ex3.gamma-d1) need their own ε",
+    picture=Entries(
+        columns=("degree 1", "degree 2", "degree 3", "Padé"),
+        rows=tuple((f"Example {e}", tuple(f"ex{e}.gamma-{column}" for column in COLUMNS)) for e in EXAMPLES),
+    ),
     sketch=Sketch(
         alt="The observer estimates the present state and its history over the delay.",
         strokes=(

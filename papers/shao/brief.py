@@ -6,7 +6,7 @@ import math
 
 from papers._sketch import curve, dots, label, signal, ticks
 from papers.shao.problem import DESIGN
-from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch
+from replication.audit.brief import Brief, Curve, Draws, Explorer, Picture, Sketch, Traces
 
 STEP = 14
 PERIOD = STEP * DESIGN.ratio
@@ -56,6 +56,20 @@ BRIEF = Brief(
     "at [eq. (15)](theory.prediction-bound). [Table I](table.any-reading) is not reproduced.",
     guess="Does DRC-APO [track better](order.apo-below-pmi) than DRC-PMI, and [settle better](order.transient)? It "
     "depends on which DRC-PMI is meant and where observers start.",
+    headline="[The stability result](-theory.stability) is false: this loop meets its condition (18) and diverges",
+    picture=Traces(
+        figure="shao-counter-example",
+        last=4.0,
+        across="time_s",
+        x="time (s), from a start at 1",
+        y="output of the loop",
+        text="Our loop: ẋ = x + u, feedback −2, observer gain 2, one measurement in 5 control periods of 1 ms. It "
+        "meets all that the theorem asks.",
+        curves=(
+            Curve(label="as printed", columns=("alternating_predictive",)),
+            Curve(label="with a true fast sensor", columns=("fast_sensor",), quiet=True),
+        ),
+    ),
     sketch=Sketch(
         alt=f"A slow sensor measures at every {DESIGN.ratio}th fast instant; a model fills in virtual measurements "
         "between, which drift away from the output.",

@@ -90,7 +90,11 @@ PAPER = paper(
             ),
             header=("Reference", "SRC", "DRC-PMI", "DRC-APO"),
             rows=tuple(
-                (reference, *(f"claim:table.{column}-{number}" for column in ("src", "pmi", "apo")))
+                (
+                    reference,
+                    f"claim:table.src-{number}|–|unstable",
+                    *(f"claim:table.{c}-{number}" for c in ("pmi", "apo")),
+                )
                 for number, reference in enumerate(REFERENCES, 1)
             ),
         ),
