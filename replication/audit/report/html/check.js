@@ -358,7 +358,7 @@
   function loop(plant) {
     const [, a, b, c, k, l, t, m] = fields(plant, "plant", ["name", "A", "B", "C", "K", "L", "T", "M"]);
     const A = square(a, "plant.A"), n = rows(A), M = more(m, "plant.M");
-    demand(M.d === ONE && M.a[0][0] <= BigInt(100), "plant.M must be whole and at most 100");
+    demand(M.d === ONE && M.a[0][0] <= BigInt(2000), "plant.M must be whole and at most 2000");
     return { A, n, B: matrix(b, "plant.B", n, 1), C: matrix(c, "plant.C", 1, n), K: matrix(k, "plant.K", 1, n),
       L: matrix(l, "plant.L", n, 1), T: more(t, "plant.T"), M };
   }
