@@ -54,7 +54,8 @@ def _shown(figure: Figure) -> str:
     said, alt = escape(f"{figure.place}: {title}"), escape(figure.alt(data))
     code = textwrap.dedent(inspect.getsource(_function(figure.plot)))
     return (
-        f'<figure id="{figure.name}"><img src="figures/{figure.name}.svg" alt="{alt}" loading="lazy"><figcaption>{said}. '
+        f'<figure id="{figure.name}"><img src="figures/{figure.name}.svg" alt="{alt}" loading="lazy">'
+        f"<figcaption>{said}. "
         f'<a href="figures/{figure.name}.csv">The data of {figure.name}</a></figcaption></figure>\n\n'
         f'<details markdown="1"><summary>The code of {figure.name}</summary>\n\n'
         f"```python\n{code}\n```\n\n</details>"
