@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from papers.peet2019.claims.gains import optimum_of
-from papers.peet2019.figures.columns import columns
+from papers.peet2019.figures import columns
 from papers.peet2019.printed import DEGREES
 from replication.audit.model import Results
 from replication.audit.parts import Figure, FigureData

@@ -94,7 +94,7 @@ def error_under(column: str, reading: str, index: int) -> Term:
 
 
 READ: Mapping[str, tuple[str, ...]] = {"apo": tuple(MEASURES), "pmi": (*MEASURES, *list(INTERPOLATIONS)[1:-1])}
-"""By column its readings; with the slow input DRC-PMI is unstable and has no steady state."""
+"""By column its readings; with u frozen over M T DRC-PMI is unstable and has no steady state."""
 
 
 for number, (reference, row) in enumerate(DATA["table-1"].items(), 1):
