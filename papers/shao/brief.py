@@ -21,7 +21,7 @@ def _virtual(x: float) -> float:
 
 
 def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float, fast: bool = False) -> Picture:
-    """One measure of the printed predictor beside the repaired one and, where it was computed, a fast sensor."""
+    """One measure of the printed predictor beside the restarted one and, where it was computed, a fast sensor."""
     stable = (0.0, "unstable above") if figure == "rates" else None
     others = ("model_interpolation",) if figure != "rates" else ()
     return Picture(
@@ -36,7 +36,7 @@ def _compared(figure: str, label: str, across: str, x: str, y: str, begin: float
         limit=stable,
         curves=(
             Curve(label="DRC-APO as printed", columns=("alternating_predictive",)),
-            Curve(label="repaired predictor", columns=("running_prediction",)),
+            Curve(label="restarted predictor", columns=("running_prediction",)),
             *(Curve(label="DRC-PMI", columns=(name,), quiet=True) for name in others),
             *((Curve(label="true fast sensor", columns=("fast_sensor",), quiet=True),) if fast else ()),
         ),
@@ -72,8 +72,8 @@ BRIEF = Brief(
             title="In the counter-example the printed virtual measurement is no fast sensor",
             moves="Move the fast period of the counter-example or, on the motor, the ratio of both periods or the "
             "frequency of the reference.",
-            text="In the counter-example at short periods the repaired predictor does nearly what a fast sensor would; "
-            "the printed one does not.",
+            text="In the counter-example at short periods the restarted predictor does nearly what a fast sensor "
+            "would; the printed one does not.",
             pictures=(
                 _compared("rates", "period", "period_s", "fast period T (s)", "slowest rate (1/s)", 0.01, fast=True),
                 _compared("lag", "ratio", "ratio", "ratio M of the periods", "lag of the estimate (s)", 6),

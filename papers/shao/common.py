@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from papers._common import MULTIPLES
-from papers.shao.problem import APO, REPAIRED
+from papers.shao.problem import APO, RESTARTED
 from replication.audit.model import Results
 from replication.audit.parts import CommonLevel
 from replication.errors import InfeasibleError
@@ -13,7 +13,7 @@ from replication.estimation import dualrate
 
 COLUMNS = {
     APO: "in a loop, every m-th instant, predictor as printed",
-    REPAIRED: "in a loop, every m-th instant, repaired predictor",
+    RESTARTED: "in a loop, every m-th instant, restarted predictor",
 }
 
 

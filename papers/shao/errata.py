@@ -40,7 +40,7 @@ def mechanical_speed(results: Results) -> Proof:
 
 def third_state(results: Results) -> Proof:
     """The third state by the printed A."""
-    state = DESIGN.model.state
+    state = DESIGN.model.A
     return Proof(
         holds=bool(state[0, 1] == 1 and state[1, 2] == 1 and abs(state[0]).sum() == 1 and abs(state[1]).sum() == 1),
         text=(
@@ -53,7 +53,7 @@ def third_state(results: Results) -> Proof:
 
 def output_rate(results: Results) -> Proof:
     """The shapes of C and ẏ."""
-    rows, columns = DESIGN.model.output.shape
+    rows, columns = DESIGN.model.C.shape
     return Proof(
         holds=rows != columns,
         text=(

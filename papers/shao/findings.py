@@ -10,7 +10,7 @@ from papers.shao.claims.orders import ordering_counts, printed_forms, weak_gain_
 from papers.shao.experiments.readings import SEARCH, merged
 from papers.shao.experiments.tracking import LOW_FREQUENCY
 from papers.shao.printed import table_1
-from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, PMI, REPAIRED, SRC, START
+from papers.shao.problem import APO, COLUMNS, FAST, FREQUENCIES, PMI, RESTARTED, SRC, START
 from replication.audit.judge.numerals import at_least, at_most, short
 from replication.audit.model import Results
 
@@ -32,7 +32,7 @@ def findings(results: Results) -> tuple[str, ...]:
         "The proof breaks at (15): the error of the virtual measurement is an estimation error, which does not vanish "
         "with T.",
         f"A predictor that carries on from the last measurement stabilises the counter-example: at T = "
-        f"{theorem['scalar']['period']:g} s its monodromy radius is {theorem['radius'][REPAIRED]:.6f}.",
+        f"{theorem['scalar']['period']:g} s its monodromy radius is {theorem['radius'][RESTARTED]:.6f}.",
         f"As printed, the radius of the counter-example at T = {theorem['scalar']['period']:g} s is "
         f"{theorem['radius'][APO]:.6f}.",
         "In (14) the prediction error lacks modulus and factor t − t_k: where it is negative the printed bound can be "
@@ -62,8 +62,8 @@ def findings(results: Results) -> tuple[str, ...]:
         f"By the slowest mode DRC-APO does not act like a fast sensor: time constants of {constants[APO]:.1f} s and "
         f"{constants[FAST]:.1f} s.",
         *_against_a_fast_sensor(results),
-        f"On the motor the repaired predictor has nearly the monodromy radius of a fast sensor: {radius[REPAIRED]:.5f} "
-        f"and {radius[FAST]:.5f}.",
+        f"On the motor the restarted predictor has nearly the radius of a fast sensor: {radius[RESTARTED]:.5f} and "
+        f"{radius[FAST]:.5f}.",
         f"DRC-PMI with the gain L/M obtains {at_least(100 * min(shares))}% to {at_most(100 * max(shares))}% of the "
         "error reduction from the literal DRC-PMI to DRC-APO at the frequencies of Table I.",
         f"At {LOW_FREQUENCY:g} rad/s, below the frequencies of Table I, the steady-state error of DRC-APO is "

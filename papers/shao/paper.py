@@ -105,7 +105,7 @@ PAPER = paper(
             latex=r"y_p(t_k) = C\left(\bar{A}\zeta(t_{k-1}) + \bar{B}u(t_{k-1})\right)",
         ),
         Formula(
-            text="The repaired virtual measurement, restarted at each true one",
+            text="The virtual measurement restarted at each true one",
             latex=r"y_p(t_k) = \bar{y}(t_{k-1}) + C\left((\bar{A} - I)\zeta(t_{k-1}) + \bar{B}u(t_{k-1})\right)",
         ),
         Formula(

@@ -32,7 +32,7 @@ HELD, SINGLE, SLOW_INPUT = "held_measurement", "single_correction", "slow_input_
 """Other readings of DRC-PMI: (2) read at every T with y held; (7) corrected once in M T; (2) with the slow input."""
 PMI_READINGS = (PMI, HELD, SINGLE, SLOW_INPUT)
 APO_READINGS = (APO, "open_loop_prediction", "running_prediction")
-REPAIRED, FAST, STATE = "running_prediction", "fast_sensor", "state_feedback"
+RESTARTED, FAST, STATE = "running_prediction", "fast_sensor", "state_feedback"
 
 LABELS = {
     SRC: "SRC",
@@ -42,7 +42,7 @@ LABELS = {
     SLOW_INPUT: "DRC-PMI, slow observer with slow input",
     APO: "DRC-APO as printed",
     "open_loop_prediction": "DRC-APO, open-loop prediction",
-    REPAIRED: "APO, repaired predictor",
+    RESTARTED: "APO, restarted predictor",
     FAST: "true fast sensor",
     STATE: "state feedback",
 }

@@ -21,7 +21,6 @@ MODULES = {
     "coverage": "coverage",
     "report": "publish",
     "diff": "results",
-    "history": "results",
     "new": "new",
     "notebooks": "publish",
     "certify": "certify",

@@ -1,17 +1,13 @@
-"""`replication list`, `show`, `check`, `diff` and `history`: what the results say, whether it follows, what changed."""
+"""`replication list`, `show`, `check` and `diff`: what the results say, whether it follows, what changed."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from replication.commands import Command
 from replication.commands.shared import DIFFERENT, FINE, add_figures, add_output, here, results_path, say
-
-if TYPE_CHECKING:
-    from replication.audit.publish.history import Step
 
 
 def list_claims(chosen: argparse.Namespace) -> int:
@@ -70,7 +66,7 @@ def check(chosen: argparse.Namespace) -> int:
     found = differences(results, again, chosen.figures or root / "figures")
     problems += [f"{where}: not derived: {message}" for where, message in found]
     if held == set(project.keys) and is_stale(root / "README.md", results):
-        problems.append("README.md: stale: it or its table is not of these results; write both with `make readme`")
+        problems.append("README.md: stale: it is not of these results; write it with `make readme`")
     say(problems)
     if note := unfounded(results, again):
         say([f"note: {note}"])
@@ -89,37 +85,17 @@ def diff(chosen: argparse.Namespace) -> int:
     from replication.audit.inspect.compare import beside, compare, render, render_beside
     from replication.audit.store.records import read_results
 
-    old, new = (read_results(path, also_older=True) for path in (chosen.old, chosen.new))
+    old, new = (read_results(path) for path in (chosen.old, chosen.new))
     changes, others = compare(old, new), beside(old, new)
     if chosen.html is not None:
         from replication.audit.report.diff import build_page
 
-        say([f"page: {build_page(old, new, changes, chosen.html, _history())}"])
+        say([f"page: {build_page(old, new, changes, chosen.html)}"])
     elif chosen.json:
         say([msgspec.json.format(msgspec.json.encode([*changes, *others]), indent=2).decode()])
     else:
         say([*render(changes), *render_beside(others)])
     return DIFFERENT if changes or others else FINE
-
-
-def _history() -> tuple[Step, ...]:
-    """What git keeps of the verdicts; two files can be compared where it keeps nothing, or outside of a project."""
-    from replication.audit.publish.history import steps
-    from replication.errors import AuditError
-
-    try:
-        return steps(here().root)
-    except AuditError:
-        return ()
-
-
-def history(chosen: argparse.Namespace) -> int:
-    """Print one line for each verdict that changed between committed results."""
-    from replication.audit.publish.history import steps
-
-    found = [step for step in steps(here().root) if step.claim.startswith(chosen.claim)]
-    say([*map(str, found), f"{len(found)} changes"])
-    return FINE
 
 
 def _for_list(parser: argparse.ArgumentParser) -> None:
@@ -152,10 +128,6 @@ for a new run: `replication run --no-cache`, then `replication diff`.
 """
 
 
-def _for_history(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("claim", nargs="?", default="", metavar="CLAIM", help="id, or its start (default: all)")
-
-
 COMMANDS = {
     "list": Command("list papers and claims with their verdicts", _for_list, list_claims),
     "show": Command("show all the evidence for one claim", _for_show, show),
@@ -166,5 +138,4 @@ COMMANDS = {
         _CHECK_NOTES,
     ),
     "diff": Command("compare two results files, claim by claim, with the cause of each change", _for_diff, diff),
-    "history": Command("list when verdicts changed between the results that git has", _for_history, history),
 }

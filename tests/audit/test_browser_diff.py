@@ -13,7 +13,6 @@ from selenium.webdriver.common.by import By
 
 from replication.audit.inspect.compare import compare
 from replication.audit.model import Verdict
-from replication.audit.publish.history import Step
 from replication.audit.report.diff import build_page
 from replication.audit.store.records import ClaimRecord, ResultsFile
 
@@ -34,13 +33,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def build(old: ResultsFile, new: ResultsFile, output: Path) -> Path:
-    name = new.claims[0].id
-    history = (
-        Step(name, "2001-02-03", "abc1234", "differs", "reproduced, proved"),
-        Step(name, "2001-02-04", "def5678", "reproduced, proved", "refuted"),
-        Step("elsewhere.claim", "2001-02-04", "def5678", "differs", "refuted"),
-    )
-    return build_page(old, new, compare(old, new), output, history)
+    return build_page(old, new, compare(old, new), output)
 
 
 def refuted(record: ClaimRecord) -> ClaimRecord:
@@ -69,14 +62,8 @@ def test_changed_verdicts_come_first_and_the_rest_is_folded(visit: Any) -> None:
     assert heads == [
         "Changed verdicts",
         "The same verdict, other numbers or words",
-        "When verdicts changed",
         "The runs",
     ]
     folds = page.find_elements(By.CSS_SELECTOR, "details")
     assert [fold.get_attribute("open") is not None for fold in folds] == [True, False, False]
     assert len(page.find_elements(By.TAG_NAME, "mark")) == 1
-
-
-def test_the_history_tells_the_claims_of_the_runs_the_latest_first(visit: Any) -> None:
-    told = visit().find_element(By.CSS_SELECTOR, "[aria-labelledby=history]").text
-    assert told.index("def5678") < told.index("abc1234") and "elsewhere" not in told

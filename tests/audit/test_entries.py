@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from sample import claim
 
 from replication.audit.judge.agreement import Target
-from replication.audit.model import Evidence, Kind, Outcome, Proof, Verdict
+from replication.audit.model import Evidence, Kind, Outcome, Policy, Proof, Verdict
 from replication.audit.parts import Table
 from replication.audit.report import entries as shown
 from replication.audit.report.claim import targets, views
@@ -175,10 +175,11 @@ def test_a_table_counts_its_entries_by_their_verdicts() -> None:
     records = [
         judged(claim(f"case-{n}", Kind.ORDER, verdict, "", tried), verdict) for n, verdict in enumerate(verdicts)
     ]
+    records[2] = replace(records[2], judgement=replace(records[2].judgement, policies=(Policy.ERRATUM,)))
     known = {view.record.id: view for view in views(records, {})}
     rows = tuple((str(n), f"{CLAIM_CELL}{record.id}", "N/A") for n, record in enumerate(records))
     made = table_view(Table(place="Table 1", caption="All", header=("K \\ n", "1", ""), rows=rows), known)
-    assert (made.agree, made.corrected, made.judged, made.chosen, made.unsettled) == (3, 1, 7, 1, 1)
+    assert (made.agree, made.corrected, made.judged, made.chosen, made.unsettled) == (2, 2, 7, 0, 1)
     assert [row[1].headings for row in made.rows] == [(f"K = {n}", "n = 1") for n in range(len(records))]
     assert {row[2].text for row in made.rows} == {"N/A"}
 

@@ -13,7 +13,6 @@ from msgspec.structs import replace
 from sample import paper_record
 
 from replication.audit.model import Evidence
-from replication.audit.publish.history import TABLE, table
 from replication.audit.publish.picture import notes, verdicts
 from replication.audit.publish.readme import is_stale, replace_block, results_block
 from replication.errors import AuditError
@@ -88,14 +87,9 @@ def test_a_part_is_replaced_between_markers_that_stand_there_once_in_their_order
         replace_block(text, "new", "<a>", "<b>")
 
 
-def test_it_is_stale_if_its_text_or_its_table_is_of_another_run(tmp_path: Path) -> None:
+def test_it_is_stale_if_its_text_is_of_another_run(tmp_path: Path) -> None:
     now = results_file(recorded(Evidence(method="m", value=1.33)))
     before = results_file(recorded(Evidence(method="m", value=2.0)))
-    readme, verdicts_kept = tmp_path / "README.md", tmp_path / TABLE
+    readme = tmp_path / "README.md"
     readme.write_text(results_block(now), encoding="utf-8")
     assert not is_stale(readme, now) and is_stale(readme, before)
-    verdicts_kept.parent.mkdir()
-    verdicts_kept.write_text(table(now), encoding="utf-8")
-    assert not is_stale(readme, now)
-    verdicts_kept.write_text(table(before), encoding="utf-8")
-    assert is_stale(readme, now)

@@ -16,7 +16,7 @@ from lab import make_lab
 
 from replication.audit.inspect.check import check
 from replication.audit.model import Verdict
-from replication.audit.store.records import ResultsFile, read_results, to_json, write_results
+from replication.audit.store.records import SCHEMA_VERSION, ResultsFile, read_results, to_json, write_results
 from replication.audit.store.schema import schema_text
 from replication.errors import AuditError
 
@@ -140,3 +140,12 @@ def test_what_is_no_json_is_refused(text: bytes, words: str, tmp_path: Path) -> 
         read_results(file)
     with pytest.raises(AuditError, match="does not exist"):
         read_results(tmp_path / "absent.json")
+
+
+@pytest.mark.parametrize("version", [-1, 0, 2, SCHEMA_VERSION + 1])
+def test_any_other_schema_is_refused(version: int, tmp_path: Path) -> None:
+    file = tmp_path / "results.json"
+    for content in ({**json.loads(to_json(FILE)), "schema_version": version}, {"schema_version": version}):
+        file.write_text(json.dumps(content), encoding="utf-8")
+        with pytest.raises(AuditError, match=f"has schema version {version}, .*make it again with"):
+            read_results(file)

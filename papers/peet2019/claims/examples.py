@@ -141,7 +141,7 @@ def _table(example: str) -> None:
             f"Example {example}: the bound is not conservative: at degree 3 the least level of Theorem 3 rounds to the "
             f"gain printed for Padé, {gamma['pade']}."
         ),
-        pinned="undetermined" if example in OFF_THE_PRINT else CORRECTED,
+        pinned="compatible" if example in OFF_THE_PRINT else CORRECTED,
         erratum=SIGNS,
         uses=(f"sos.{name}.d3", reference, "rules", "printed-signs"),
         says=at_degree(example, 3, str(gamma["pade"])),

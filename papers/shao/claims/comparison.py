@@ -8,7 +8,7 @@ from functools import partial
 
 from papers.shao.claims.outcomes import by_margin
 from papers.shao.printed import DATA
-from papers.shao.problem import APO, FAST, FREQUENCIES, HELD, LABELS, PMI, PMI_READINGS, REPAIRED, SINGLE, SRC
+from papers.shao.problem import APO, FAST, FREQUENCIES, HELD, LABELS, PMI, PMI_READINGS, RESTARTED, SINGLE, SRC
 from papers.shao.readings import ESTIMATES, INTERPOLATIONS, LITERAL, SLOWEST, STARTS
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Results
@@ -139,7 +139,7 @@ def better_transient(results: Results) -> Evidence:
         quantities={
             **{
                 f"time constant, {LABELS[name]}, s": constants[name]
-                for name in (APO, PMI, HELD, SINGLE, REPAIRED, FAST)
+                for name in (APO, PMI, HELD, SINGLE, RESTARTED, FAST)
             },
             **{
                 f"{LABELS[name]}, {choice}, σ = {sigma} rad/s, rad² s": value
@@ -153,7 +153,7 @@ def better_transient(results: Results) -> Evidence:
         note=(
             "ζ(0) is not printed, and from a start the outcome hangs on it. By the slowest mode DRC-APO as printed has "
             f"a time constant of {constants[APO]:.1f} s, the literal DRC-PMI one of {constants[PMI]:.1f} s. With the "
-            f"repaired predictor it is {constants[REPAIRED]:.1f} s, with a true fast sensor {constants[FAST]:.1f} s: "
+            f"restarted predictor it is {constants[RESTARTED]:.1f} s, with a true fast sensor {constants[FAST]:.1f} s: "
             "what is beyond comes from (6), with which L acts once in M periods. Some loops counted have L as a "
             "discrete gain, or the current form, which the text excludes. How much better is not judged."
         ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from papers.shao.claims.comparison import radius_of
 from papers.shao.claims.outcomes import TIED, by_margin
 from papers.shao.printed import REFERENCES
-from papers.shao.problem import APO, FAST, LABELS, REPAIRED, SINGLE, STATE
+from papers.shao.problem import APO, FAST, LABELS, RESTARTED, SINGLE, STATE
 from papers.shao.readings import INTERPOLATIONS, LITERAL, SLOWEST
 from replication.audit.declare import Part
 from replication.audit.model import NO_READING, Evidence, Kind, Results
@@ -50,7 +50,7 @@ def like_a_fast_sensor(results: Results) -> Evidence:
         quantities={
             "radius, virtual measurement (6)": radius[APO],
             "radius, true fast sensor": radius[FAST],
-            "radius, repaired predictor": radius[REPAIRED],
+            "radius, restarted predictor": radius[RESTARTED],
             "time constant, virtual measurement (6), s": constants[APO],
             "time constant, true fast sensor, s": constants[FAST],
             **{
@@ -65,7 +65,7 @@ def like_a_fast_sensor(results: Results) -> Evidence:
             "rates to eig(A − LC), 1/s": gaps["printed_full_gain"][-1],
             "noise gain, virtual measurement (6)": noise[APO],
             "noise gain, true fast sensor": noise[FAST],
-            "noise gain, repaired predictor": noise[REPAIRED],
+            "noise gain, restarted predictor": noise[RESTARTED],
         },
         note=(
             "The text does not say in what the two loops are alike. In their bandwidths they are; the slowest mode "
@@ -93,7 +93,7 @@ def higher_bandwidth(results: Results) -> Evidence:
         ),
         quantities={
             f"{LABELS[name]}, error {level:.1%}, rad/s": sigma
-            for name in (*family.values(), APO, REPAIRED, STATE)
+            for name in (*family.values(), APO, RESTARTED, STATE)
             for level, sigma in zip(levels, bandwidth[name], strict=True)
             if sigma is not None
         },

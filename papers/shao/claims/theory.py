@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from papers.shao.claims.outcomes import by_margin
-from papers.shao.problem import APO, REPAIRED
+from papers.shao.problem import APO, RESTARTED
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import term
@@ -136,7 +136,7 @@ def prediction_rate(results: Results) -> Evidence:
             **{f"departure over T, from the {start}, 1/s": value for start, value in gap.items()},
             **{
                 f"{name}, from the {start}: power of T": value
-                for name, found in (("virtual measurement (6)", order[APO]), ("repaired predictor", order[REPAIRED]))
+                for name, found in (("virtual measurement (6)", order[APO]), ("restarted predictor", order[RESTARTED]))
                 for start, value in found.items()
             },
         },
@@ -162,7 +162,7 @@ def prediction_bound(results: Results) -> Evidence:
     """The error of the virtual measurement is at most α₃ times the root of the largest V times the time elapsed."""
     theorem = results["theorem"]
     gaps = theorem["gap"]["motor"]
-    (worst, bound), (repaired, allowed) = gaps[-1], theorem["repaired_gap"][-1]
+    (worst, bound), (restarted, allowed) = gaps[-1], theorem["restarted_gap"][-1]
     printed, enough = theorem["printed_gap"]
     return positive(
         1 - worst / bound,
@@ -173,7 +173,7 @@ def prediction_bound(results: Results) -> Evidence:
         ),
         cross_check="the same for the scalar loop of the counter-example",
         quantities={
-            "repaired predictor, left over right at the smallest T": repaired / allowed,
+            "restarted predictor, left over right at the smallest T": restarted / allowed,
             "left over right at the printed T": printed / enough,
             **{f"|y_p − y| at T = {T:g} s": gap[0] for T, gap in zip(theorem["periods"], gaps, strict=True)},
             **{f"α₃ T at T = {T:g} s": gap[1] for T, gap in zip(theorem["periods"], gaps, strict=True)},
@@ -183,7 +183,7 @@ def prediction_bound(results: Results) -> Evidence:
         note=(
             "The left side is an estimation error, which does not vanish with T; the right side does. So (15) fails at "
             "small T, and for the printed loop (18) allows no others; at the printed T the right side is large enough "
-            "at this instant. With the repaired predictor the right side is the larger at the smallest T. The "
+            "at this instant. With the restarted predictor the right side is the larger at the smallest T. The "
             "certificate takes the largest V over two fast periods."
         ),
     )
@@ -229,7 +229,7 @@ def stability_theorem(results: Results) -> Evidence:
             "left side of (18) at T": scalar["condition"],
             "bound below which all T satisfy (18), s": scalar["allowed_period"],
             **{f"radius at T with M = {ratio}": value for ratio, value in scalar["radii"].items()},
-            "radius at T with the repaired predictor": radius[REPAIRED],
+            "radius at T with the restarted predictor": radius[RESTARTED],
         },
         note=(
             "As T → 0 the rates of the error tend to eig(A − LC/M), and A − LC/M need not be Hurwitz. "

@@ -10,7 +10,7 @@ import numpy as np
 
 from papers.shao.method.lyapunov import hurwitz_margins, slow_eigenvalues
 from papers.shao.method.motor import Feedforward, feedforward
-from papers.shao.problem import APO, DESIGN, FAST, MOTOR, PMI, REPAIRED
+from papers.shao.problem import APO, DESIGN, FAST, MOTOR, PMI, RESTARTED
 from replication.estimation.dualrate.loop import close_loop, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign
@@ -48,14 +48,14 @@ def motor_eigenvalues(periods: Sequence[float]) -> dict[str, Any]:
     designs = [replace(DESIGN, period=period) for period in periods]
     moduli = {
         name: [np.abs(slow_eigenvalues(design, name)).tolist() for design in designs]
-        for name in (PMI, APO, REPAIRED, FAST)
+        for name in (PMI, APO, RESTARTED, FAST)
     }
     return {"periods": list(periods), "moduli": moduli}
 
 
 def stable_sets(ratios: Sequence[int], periods: Sequence[float], largest_ratio: int) -> dict[str, Any]:
     """Intervals of T (s) with a stable motor loop for each M; and the stable M at the printed T."""
-    names, counts = (PMI, APO, REPAIRED), list(range(1, largest_ratio + 1))
+    names, counts = (PMI, APO, RESTARTED), list(range(1, largest_ratio + 1))
     return {
         "ratios": list(ratios),
         "intervals": {
@@ -114,7 +114,7 @@ def _physical(s: complex) -> complex:
 def _position(s: complex) -> complex:
     """θ/u_q from the printed A, B and C."""
     model = DESIGN.model
-    return complex((model.output @ np.linalg.solve(s * np.eye(3) - model.state, model.input))[0, 0])
+    return complex((model.C @ np.linalg.solve(s * np.eye(3) - model.A, model.B_u))[0, 0])
 
 
 def _equation_gap(rng: np.random.Generator, *, measured: bool = False) -> float:
@@ -122,7 +122,7 @@ def _equation_gap(rng: np.random.Generator, *, measured: bool = False) -> float:
 
     measured: Case 2, with y(t_k) for ȳ(t_k) in (9), and (10) without its last term.
     """
-    A, B, C = DESIGN.model.state, DESIGN.model.input, DESIGN.model.output
+    A, B, C = DESIGN.model.A, DESIGN.model.B_u, DESIGN.model.C
     K, L = DESIGN.feedback, DESIGN.injection
     x, xi, held = (rng.normal(size=3) for _ in range(3))
     measured_output, predicted = rng.normal(size=1), rng.normal(size=1)

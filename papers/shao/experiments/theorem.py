@@ -19,13 +19,13 @@ from papers.shao.method.lyapunov import (
     slow_rates,
     theorem_constants,
 )
-from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, REPAIRED
+from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, RESTARTED
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.problem import DualRateDesign, make_plant
 from replication.estimation.dualrate.sampled import held
 from replication.estimation.validation import Array
 
-COMPARED = (APO, REPAIRED, FAST)
+COMPARED = (APO, RESTARTED, FAST)
 POINTS = 40
 """Times looked at within a fast period."""
 
@@ -34,7 +34,7 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
     """Condition (18) for the motor, both sides of (15) at small T, the counter-example, and the slow rates.
 
     periods: decreasing T in s for the limits. ratios: M of the counter-example. printed_gap: (15) at the printed T.
-    repaired_gap: (15) with the repaired predictor. increment_order: `increment_order` of (6) and of that predictor,
+    restarted_gap: (15) with the restarted predictor. increment_order: `increment_order` of (6) and of that predictor,
     from either start. increment_rate_gap: `rate_gap` at the largest T, from either start.
     """
     motor, scalar = theorem_constants(DESIGN), theorem_constants(COUNTEREXAMPLE)
@@ -57,13 +57,13 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
             for name, design in (("motor", DESIGN), ("scalar", COUNTEREXAMPLE))
         },
         "printed_gap": prediction_gap(DESIGN),
-        "repaired_gap": [prediction_gap(replace(DESIGN, period=T), repaired=True) for T in periods],
+        "restarted_gap": [prediction_gap(replace(DESIGN, period=T), restarted=True) for T in periods],
         "increment_order": {
             name: {
-                start: increment_order(DESIGN, (periods[0], periods[-1]), measured=measured, repaired=repaired)
+                start: increment_order(DESIGN, (periods[0], periods[-1]), measured=measured, restarted=restarted)
                 for start, measured in (("measurement", True), ("estimate", False))
             }
-            for name, repaired in ((APO, False), (REPAIRED, True))
+            for name, restarted in ((APO, False), (RESTARTED, True))
         },
         "increment_rate_gap": {
             start: rate_gap(replace(DESIGN, period=periods[0]), measured=measured)
@@ -73,13 +73,13 @@ def theorem(periods: Sequence[float], ratios: Sequence[int]) -> dict[str, Any]:
         "rate_gap": {
             "printed": rate_gaps(APO, 1 / DESIGN.ratio),
             "printed_full_gain": rate_gaps(APO, 1),
-            "repaired": rate_gaps(REPAIRED, 1),
+            "restarted": rate_gaps(RESTARTED, 1),
         },
     }
 
 
 def slowest_rates(periods: Sequence[float]) -> dict[str, Any]:
-    """Largest real part of the loop's rates (1/s) of the counter-example against T, for (6), the repair, a sensor."""
+    """Largest real part of the rates (1/s) of the counter-example against T: (6), restarted predictor, fast sensor."""
     loops = [replace(COUNTEREXAMPLE, period=T) for T in periods]
     rates = {name: [float(np.max(slow_rates(loop, name).real)) for loop in loops] for name in COMPARED}
     return {"periods": list(periods), "rates": rates}
@@ -129,8 +129,8 @@ def _random_loop(rng: np.random.Generator) -> tuple[DualRateDesign, TheoremConst
 
 def _collected(design: DualRateDesign, constants: TheoremConstants) -> float:
     """What stands with ‖χ‖ V_m in (16), by ‖χ‖ ≤ √V/√λ_min, over α₄ of (17)."""
-    B, K, L = design.model.input, design.feedback, design.injection
-    n = design.model.size
+    B, K, L = design.model.B_u, design.feedback, design.injection
+    n = design.model.order
     PB, PL = norm(constants.P[:, :n] @ B), norm(constants.P[:, n:] @ L)
     alpha1, alpha2, alpha3, alpha4 = constants.alpha
     total = alpha2 * PB + alpha1 * PL + alpha3 * PB * norm(K @ L) + alpha3 * PL
@@ -140,7 +140,7 @@ def _collected(design: DualRateDesign, constants: TheoremConstants) -> float:
 def _ratios(design: DualRateDesign, constants: TheoremConstants, start: Array, error: Array) -> dict[str, float]:
     """Left over right side, the largest over the times of one fast period, from (x, ζ) at t_k and e_p(t_k)."""
     P, alpha = constants.P, constants.alpha
-    A, B, C = design.model.state, design.model.input, design.model.output
+    A, B, C = design.model.A, design.model.B_u, design.model.C
     K, L = design.feedback, design.injection
     n = len(A)
     zero = np.zeros_like(A)

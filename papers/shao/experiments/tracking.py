@@ -12,7 +12,7 @@ from papers.shao.experiments.motor import radius
 from papers.shao.method.motor import Motor
 from papers.shao.method.readings import STRUCTURES, Structure, first_estimate
 from papers.shao.method.simulation import simulate
-from papers.shao.method.steady import bandwidth, estimation_error_ratio, estimation_lag
+from papers.shao.method.steady import bandwidth, estimation_error_ratio, estimation_lag, transient_energy
 from papers.shao.printed import DATA
 from papers.shao.problem import (
     APO,
@@ -25,7 +25,7 @@ from papers.shao.problem import (
     PMI,
     PMI_READINGS,
     READINGS,
-    REPAIRED,
+    RESTARTED,
     SINGLE,
     SRC,
     START,
@@ -44,10 +44,9 @@ from replication.estimation.dualrate.loop import (
 )
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import Plant
-from replication.estimation.dualrate.response import slow_states, start_state, time_response
+from replication.estimation.dualrate.response import start_state, time_response
 from replication.estimation.dualrate.tracking import (
     Points,
-    output_rows,
     period_response,
     reference,
     steady_state,
@@ -55,8 +54,8 @@ from replication.estimation.dualrate.tracking import (
 )
 from replication.estimation.validation import Array
 
-COMPARED = (PMI, HELD, SINGLE, APO, REPAIRED, FAST, STATE)
-DISTURBED = (PMI, HELD, APO, REPAIRED, FAST)
+COMPARED = (PMI, HELD, SINGLE, APO, RESTARTED, FAST, STATE)
+DISTURBED = (PMI, HELD, APO, RESTARTED, FAST)
 LOW_FREQUENCY = 0.02
 """σ in rad/s, below the frequencies of Table I."""
 
@@ -85,7 +84,7 @@ def table(simulated_periods: int) -> dict[str, Any]:
         "agreement": {name: [_agreement(name, f, simulated_periods) for f in FREQUENCIES] for name in (PMI, HELD, APO)},
         "estimation": {
             name: [100 * estimation_error_ratio(literal_loop(name, f)) for f in FREQUENCIES]
-            for name in (PMI, HELD, SINGLE, APO, REPAIRED, FAST)
+            for name in (PMI, HELD, SINGLE, APO, RESTARTED, FAST)
         },
     }
 
@@ -117,13 +116,21 @@ def frequency_sweep(frequencies: Sequence[float], levels: Sequence[float]) -> di
     }
 
 
-def transients(slow_periods: int, substeps: int, settled: int) -> dict[str, Any]:
+def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
     """Responses of Figs. 2 and 3 from the printed x(0) and each reading of ζ(0), and time constants −M T/ln(radius), s.
 
-    energy: integral over `settled` slow periods of the square of what the tracking error is apart from its steady
-    state, rad² s. excited: for each reference of Table I, the share of SRC's unstable mode in the offset at t = 0.
+    energy: integral of the square of what the tracking error is apart from its steady state, rad² s; energy_error: the
+    largest bound of its error. excited: for each reference of Table I, the share of SRC's unstable mode in the offset
+    at t = 0.
     """
     sigmas = [float(sigma) for sigma in DATA["frequency"].values()]
+    energies = {
+        choice: {
+            name: {str(f): _energy(literal_loop(name, f), choice) for f in sigmas}
+            for name in (PMI, HELD, SINGLE, APO, RESTARTED, FAST)
+        }
+        for choice in STARTS
+    }
     return {
         "responses": {
             choice: {
@@ -133,23 +140,23 @@ def transients(slow_periods: int, substeps: int, settled: int) -> dict[str, Any]
             for choice in STARTS
         },
         "energy": {
-            choice: {
-                name: {str(f): _energy(literal_loop(name, f), choice, settled) for f in sigmas}
-                for name in (PMI, HELD, SINGLE, APO, REPAIRED, FAST)
-            }
-            for choice in STARTS
+            choice: {name: {f: value for f, (value, _) in found.items()} for name, found in of.items()}
+            for choice, of in energies.items()
         },
+        "energy_error": max(
+            missed for of in energies.values() for found in of.values() for _, missed in found.values()
+        ),
         "time_constants": {name: _time_constant(literal_loop(name, 1.0)) for name in COMPARED},
         "excited": {choice: [_excitation(literal_loop(SRC, f), choice) for f in FREQUENCIES] for choice in STARTS},
     }
 
 
 def lags(ratios: Sequence[int], frequency: float) -> dict[str, Any]:
-    """Mean lag of the estimate (s) at a very slow reference against M, for the literal and the repaired observers."""
+    """Mean lag of the estimate (s) at a very slow reference against M, for the literal and the restarted observers."""
     designs = [replace(DESIGN, ratio=ratio) for ratio in ratios]
     found = {
         name: [estimation_lag(literal_loop(name, frequency, design)) for design in designs]
-        for name in (PMI, HELD, APO, REPAIRED)
+        for name in (PMI, HELD, APO, RESTARTED)
     }
     return {"ratios": list(ratios), "lags": found, "period": DESIGN.period}
 
@@ -190,19 +197,13 @@ def _time_constant(loop: DualRateLoop) -> float | None:
 
 def _estimate(choice: str) -> Array:
     """ζ(0) under a reading of the start of the observer."""
-    return first_estimate(STARTS[choice], START, DESIGN.model.output[0])
+    return first_estimate(STARTS[choice], START, DESIGN.model.C[0])
 
 
-def _energy(loop: DualRateLoop, choice: str, periods: int, substeps: int = 100) -> float:
-    """Integral of the squared transient of the output, by the rectangle rule, rad² s."""
+def _energy(loop: DualRateLoop, choice: str) -> tuple[float, float]:
+    """`transient_energy` of what the output is apart from its steady state, from a reading of the start."""
     offset = start_state(loop, START, _estimate(choice)) - np.imag(steady_state(loop).states[0])
-    free = replace(loop, harmonic=None)
-    rows, n = output_rows(free, substeps), loop.plant.size
-    z, squares = slow_states(free, offset[None, :], periods)[:, 0], 0.0
-    for step in free.steps:
-        squares += float(np.sum((z[:, :n] @ rows.state.T + z @ step.input_state.T @ rows.input.T) ** 2))
-        z = z @ step.state.T
-    return squares * loop.design.period / substeps
+    return transient_energy(loop, offset)
 
 
 def _excitation(loop: DualRateLoop, choice: str) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
-from papers.shao.problem import APO, FAST, HELD, PMI, REPAIRED, SINGLE, SLOW_INPUT, STATE
+from papers.shao.problem import APO, FAST, HELD, PMI, RESTARTED, SINGLE, SLOW_INPUT, STATE
 from replication.audit.parts import Figure, FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS
 
@@ -15,7 +15,7 @@ _LOOKS: dict[str, tuple[str, Any, float]] = {
     PMI: (FOREGROUND, "--", 1.3),
     HELD: (GREY, "-.", 1.3),
     SINGLE: (FOREGROUND, ":", 1.5),
-    REPAIRED: (OURS, ":", 1.8),
+    RESTARTED: (OURS, ":", 1.8),
     FAST: (GREY, "-", 1.1),
     STATE: (GREY, (0, (1, 2)), 1.3),
 }
@@ -25,7 +25,7 @@ NAMES = {
     HELD: "PMI, y held",
     SINGLE: "PMI, one correction",
     SLOW_INPUT: "PMI, slow input",
-    REPAIRED: "APO, repaired",
+    RESTARTED: "APO, restarted",
     "open_loop_prediction": "APO, open loop",
     FAST: "fast sensor",
     STATE: "state feedback",

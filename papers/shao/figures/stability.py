@@ -6,13 +6,13 @@ from itertools import pairwise
 from typing import Any
 
 from papers.shao.figures.looks import NAMES, columns_of, look, ours
-from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, REPAIRED
+from papers.shao.problem import APO, COUNTEREXAMPLE, DESIGN, FAST, PMI, RESTARTED
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.labels import name_axes, name_line, out_of_bounds, say
 from replication.drawing.style import FOREGROUND, GREY, OURS, new_axes
 
-SETS = (PMI, APO, REPAIRED)
+SETS = (PMI, APO, RESTARTED)
 
 
 def stable_sets(results: Results) -> FigureData:
@@ -30,7 +30,7 @@ def stable_sets(results: Results) -> FigureData:
     return columns_of(columns)
 
 
-BARS = {APO: (7.0, OURS), REPAIRED: (1.5, GREY), PMI: (4.0, FOREGROUND)}
+BARS = {APO: (7.0, OURS), RESTARTED: (1.5, GREY), PMI: (4.0, FOREGROUND)}
 """Thickness and colour of the bars, from above; each loop has its own line of each ratio."""
 
 
@@ -81,7 +81,7 @@ def eigenvalues(results: Results) -> FigureData:
     moduli = found["moduli"][APO]
     columns = {"period_s": found["periods"]}
     columns |= {f"{APO}_{rank + 1}": [row[rank] for row in moduli] for rank in range(len(moduli[0]))}
-    return columns_of(columns | {name: [row[0] for row in found["moduli"][name]] for name in (PMI, REPAIRED, FAST)})
+    return columns_of(columns | {name: [row[0] for row in found["moduli"][name]] for name in (PMI, RESTARTED, FAST)})
 
 
 TOP = 1.4
@@ -101,7 +101,7 @@ def plot_eigenvalues(drawn: FigureData) -> Any:
     for key in (key for key in c if key.startswith(f"{APO}_") and key != f"{APO}_1"):
         axis.semilogx(period, c[key], **look(APO) | {"linewidth": 0.5})
     name_line(axis, axis.lines[3], "thin: others\nof DRC-APO", 0.0013, side=0, ha="left")
-    for key, name in ((FAST, FAST), (PMI, PMI), (REPAIRED, REPAIRED), (f"{APO}_1", APO)):
+    for key, name in ((FAST, FAST), (PMI, PMI), (RESTARTED, RESTARTED), (f"{APO}_1", APO)):
         (curve,) = axis.semilogx(period, c[key], **look(name))
         edges = [k for k, (a, b) in enumerate(pairwise(c[key])) if (a > TOP) != (b > TOP)]
         axis.plot([period[k] for k in edges], [0.96 * TOP] * len(edges), "^", color=curve.get_color(), markersize=5)
@@ -143,7 +143,7 @@ def describe_eigenvalues(drawn: FigureData) -> str:
 def rates(results: Results) -> FigureData:
     """Slowest rate of the counter-example against T, and its two candidate limits."""
     found = results["rates"]
-    a, gain = COUNTEREXAMPLE.model.state[0, 0], (COUNTEREXAMPLE.injection @ COUNTEREXAMPLE.model.output)[0, 0]
+    a, gain = COUNTEREXAMPLE.model.A[0, 0], (COUNTEREXAMPLE.injection @ COUNTEREXAMPLE.model.C)[0, 0]
     ends = [found["periods"][0], found["periods"][-1]]
     return columns_of(
         {"period_s": found["periods"]}
@@ -158,11 +158,11 @@ def plot_rates(drawn: FigureData) -> Any:
     c = drawn.columns
     top = 1.35 * max(c[APO])
     out_of_bounds(axis, 0.0, top, "unstable above 0")
-    for name in (FAST, REPAIRED, APO):
+    for name in (FAST, RESTARTED, APO):
         axis.semilogx(c["period_s"], c[name], **look(name))
-    fast, repaired, own = axis.lines
+    fast, restarted, own = axis.lines
     name_line(axis, own, "DRC-APO as printed", c["period_s"][len(c["period_s"]) // 2])
-    name_line(axis, repaired, NAMES[REPAIRED], 0.1, ha="right")
+    name_line(axis, restarted, NAMES[RESTARTED], 0.1, ha="right")
     name_line(axis, fast, NAMES[FAST], 0.35, side=0, ha="left")
     axis.set_xlim(right=4)
     for key, text, side in (("shared_gain", "A − LC/M", -1), ("full_gain", "A − LC", -1)):
@@ -186,7 +186,7 @@ def describe_rates(drawn: FigureData) -> str:
     return (
         f"At T = {c['period_s'][0]:g} s the slowest rate is {c[APO][0]:.4f} 1/s with the virtual measurement (6), "
         f"near A − LC/M = {c['shared_gain'][0]:.4f} and never below {min(c[APO]):.2f}, and "
-        f"{c[REPAIRED][0]:.4f} with the repaired predictor."
+        f"{c[RESTARTED][0]:.4f} with the restarted predictor."
     )
 
 

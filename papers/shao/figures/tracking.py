@@ -7,14 +7,14 @@ from typing import Any
 
 from papers.shao.figures.looks import NAMES, columns_of, look, ours
 from papers.shao.printed import table_1
-from papers.shao.problem import APO, COLUMNS, DESIGN, FAST, FREQUENCIES, HELD, PMI, REPAIRED, SINGLE, STATE
+from papers.shao.problem import APO, COLUMNS, DESIGN, FAST, FREQUENCIES, HELD, PMI, RESTARTED, SINGLE, STATE
 from replication.audit.model import Results
 from replication.audit.parts import FigureData
 from replication.drawing.labels import name_axes, name_end, name_line
 from replication.drawing.style import FOREGROUND, GREY, new_axes
 
-SWEPT = (PMI, APO, HELD, REPAIRED, FAST, STATE, SINGLE)
-LAGGING = (PMI, APO, HELD, REPAIRED)
+SWEPT = (PMI, APO, HELD, RESTARTED, FAST, STATE, SINGLE)
+LAGGING = (PMI, APO, HELD, RESTARTED)
 
 
 def error_curves(results: Results) -> FigureData:
@@ -26,7 +26,7 @@ def error_curves(results: Results) -> FigureData:
     return columns_of(columns | {f"table_{short}": map(float, table_1(f"DRC-{short.upper()}")) for short in COLUMNS})
 
 
-SHOWN = {"pmi": (PMI, HELD, SINGLE), "apo": (APO, FAST, REPAIRED, STATE)}
+SHOWN = {"pmi": (PMI, HELD, SINGLE), "apo": (APO, FAST, RESTARTED, STATE)}
 """The curves beside each column of Table I: its readings, or the loops it is compared with."""
 
 
@@ -43,7 +43,7 @@ def plot_error_curves(drawn: FigureData) -> Any:
             (curve,) = axis.loglog(c["frequency_rad_s"], c[loop], **look(loop))
             if loop in BESIDE:
                 at, side = BESIDE[loop]
-                name = f"{NAMES[FAST]},\n{NAMES[REPAIRED]}" if loop == FAST else NAMES[loop]
+                name = f"{NAMES[FAST]},\n{NAMES[RESTARTED]}" if loop == FAST else NAMES[loop]
                 name_line(axis, curve, name, at, side=side, ha="right" if side > 0 else "left")
         points = c["table_frequency_rad_s"], c[f"table_{short}"]
         (printed,) = axis.plot(*points, "D", linestyle="-", color=FOREGROUND, linewidth=0.8)
@@ -87,7 +87,7 @@ def lag_curves(results: Results) -> FigureData:
     return columns_of(columns | {"rate_at_printed_ratio": [1 / results["transients"]["time_constants"][APO]]})
 
 
-LIFTS = {PMI: 3.0, APO: -5.0, HELD: -12.0, REPAIRED: 0.0}
+LIFTS = {PMI: 3.0, APO: -5.0, HELD: -12.0, RESTARTED: 0.0}
 """How far, in points, the names of the lags are moved apart."""
 
 
@@ -106,9 +106,9 @@ def plot_lag_curves(drawn: FigureData) -> Any:
 
 
 def say_lag_curves(drawn: FigureData) -> str:
-    """The message: the lag of the virtual measurement beside that of the repaired one."""
-    printed, repaired = (drawn.columns[name][-1] for name in (APO, REPAIRED))
-    return f"At the largest M drawn DRC-APO's estimate is {printed:.3f} s late, repaired {repaired:.3f} s"
+    """The message: the lag of the virtual measurement beside that of the restarted one."""
+    printed, restarted = (drawn.columns[name][-1] for name in (APO, RESTARTED))
+    return f"At the largest M drawn DRC-APO's estimate is {printed:.3f} s late, restarted {restarted:.3f} s"
 
 
 def describe_lag_curves(drawn: FigureData) -> str:
@@ -117,7 +117,7 @@ def describe_lag_curves(drawn: FigureData) -> str:
     return (
         f"At M = {c['ratio'][-1]:.0f} a slow reference is estimated {c[HELD][-1]:.3f} s late with a held measurement, "
         f"{c[PMI][-1]:.3f} s if the model alone carries the estimate between the slow instants, "
-        f"{c[APO][-1]:.3f} s with the virtual one as printed and {c[REPAIRED][-1]:.3f} s with the repaired predictor; "
+        f"{c[APO][-1]:.3f} s with the virtual one as printed and {c[RESTARTED][-1]:.3f} s with the restarted one; "
         f"half the slow period is {c['half_slow_period_s'][-1]:.3f} s. At M = {DESIGN.ratio} the slowest mode with (6) "
         f"has the rate {c['rate_at_printed_ratio'][0]:.3f} 1/s; the lowest frequency of Table I is "
         f"{min(FREQUENCIES):g} rad/s."

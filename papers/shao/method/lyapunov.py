@@ -31,7 +31,7 @@ class TheoremConstants:
 def hurwitz_margins(design: DualRateDesign) -> tuple[float, float]:
     """Largest real parts of the eigenvalues of A + B K and of A − L C, 1/s; negative means Hurwitz."""
     model = design.model
-    return _growth(model.state + model.input @ design.feedback), _growth(model.state - design.injection @ model.output)
+    return _growth(model.A + model.B_u @ design.feedback), _growth(model.A - design.injection @ model.C)
 
 
 def theorem_constants(design: DualRateDesign) -> TheoremConstants:
@@ -41,7 +41,7 @@ def theorem_constants(design: DualRateDesign) -> TheoremConstants:
         raise InfeasibleError(
             f"the theorem needs A + B K and A − L C Hurwitz; largest real parts are {margins[0]:g} and {margins[1]:g}"
         )
-    A, B, C = design.model.state, design.model.input, design.model.output
+    A, B, C = design.model.A, design.model.B_u, design.model.C
     K, L = design.feedback, design.injection
     guided = A - L @ C
     joint = np.block([[A + B @ K, -B @ K], [np.zeros_like(A), guided]])
@@ -58,29 +58,29 @@ def theorem_constants(design: DualRateDesign) -> TheoremConstants:
     return TheoremConstants(P, smallest, (alpha1, alpha2, alpha3, alpha4), float(alpha4 * largest * design.period))
 
 
-def prediction_gap(design: DualRateDesign, *, repaired: bool = False) -> tuple[float, float]:
+def prediction_gap(design: DualRateDesign, *, restarted: bool = False) -> tuple[float, float]:
     """Both sides of (15) at the first instant after a measurement: the worst |y_p(t_k) − y(t_k)|, and α₃ T.
 
     By (5) and (6), y_p(t_k) − y(t_k) = −C e^{AT} ξ(t_{k−1}) exactly, so that the left side tends to
-    (C [P⁻¹]_ξξ Cᵀ)^½ as T → 0 and not to zero. repaired: with the predictor that starts at the measurement the error
+    (C [P⁻¹]_ξξ Cᵀ)^½ as T → 0 and not to zero. restarted: with the predictor that starts at the measurement the error
     is −C (e^{AT} − I) ξ(t_{k−1}). Here V(χ(t_{k−1})) = 1, and ξ is the worst one.
     """
     constants = theorem_constants(design)
-    change = scipy.linalg.expm(design.model.state * design.period) - np.eye(design.model.size) * repaired
-    predicted = design.model.output @ change
+    change = scipy.linalg.expm(design.model.A * design.period) - np.eye(design.model.order) * restarted
+    predicted = design.model.C @ change
     row = np.hstack([np.zeros_like(predicted), predicted])
     worst = np.sqrt(np.max(np.diag(row @ np.linalg.solve(constants.P, row.T))))
     return float(worst), float(constants.alpha[2] * design.period)
 
 
-def increment_order(design: DualRateDesign, periods: tuple[float, float], *, measured: bool, repaired: bool) -> float:
+def increment_order(design: DualRateDesign, periods: tuple[float, float], *, measured: bool, restarted: bool) -> float:
     """Power of T with which the virtual output's change over T departs from the integral of C A ζ + C B u.
 
     By its worst departure for unit (ζ(t_{k−1}), u, ȳ(t_{k−1})) at two periods; ζ follows (3). The statement above (15)
-    needs a power above one. measured: the change counts from ȳ(t_{k−1}), else from C ζ(t_{k−1}). repaired: with the
+    needs a power above one. measured: the change counts from ȳ(t_{k−1}), else from C ζ(t_{k−1}). restarted: with the
     predictor that starts at ȳ(t_{k−1}), else with (6).
     """
-    departures = [_increment_gap(replace(design, period=T), measured, repaired) for T in periods]
+    departures = [_increment_gap(replace(design, period=T), measured, restarted) for T in periods]
     return float(np.log(departures[0] / departures[1]) / np.log(periods[0] / periods[1]))
 
 
@@ -89,8 +89,8 @@ def rate_gap(design: DualRateDesign, *, measured: bool) -> float:
     return _increment_gap(design, measured, False) / design.period
 
 
-def _increment_gap(design: DualRateDesign, measured: bool, repaired: bool) -> float:
-    A, B, C, L = design.model.state, design.model.input, design.model.output, design.injection
+def _increment_gap(design: DualRateDesign, measured: bool, restarted: bool) -> float:
+    A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
     (n, m), p, T = B.shape, len(C), design.period
     # Over one period: ζ by (3), the model's ζ_p by (6), and the integral of C A ζ + C B u, from held u and ȳ.
     flow = np.zeros((2 * n + p + m + p,) * 2)
@@ -103,8 +103,8 @@ def _increment_gap(design: DualRateDesign, measured: bool, repaired: bool) -> fl
     # e^{FT} − I by its own series, so that small changes keep their digits.
     change = np.asarray(_expm1(flow * T) @ starts)
     innovation = np.hstack([-C, np.zeros((p, m)), np.eye(p)])
-    increment = C @ change[n : 2 * n] - (0 if repaired or not measured else 1) * innovation
-    increment = increment + (1 if repaired and not measured else 0) * innovation
+    increment = C @ change[n : 2 * n] - (0 if restarted or not measured else 1) * innovation
+    increment = increment + (1 if restarted and not measured else 0) * innovation
     return norm(increment - change[2 * n : 2 * n + p])
 
 
@@ -120,7 +120,7 @@ def _expm1(matrix: Array) -> Array:
 def slow_eigenvalues(design: DualRateDesign, observer: str) -> ComplexArray:
     """The 2n largest eigenvalues of the monodromy matrix, of plant and observer; moduli decrease."""
     eigenvalues = np.linalg.eigvals(monodromy(close_loop(design, OBSERVERS[observer]))).astype(complex)
-    return np.asarray(eigenvalues[np.argsort(-np.abs(eigenvalues), kind="stable")[: 2 * design.model.size]])
+    return np.asarray(eigenvalues[np.argsort(-np.abs(eigenvalues), kind="stable")[: 2 * design.model.order]])
 
 
 def slow_rates(design: DualRateDesign, observer: str) -> ComplexArray:
@@ -140,8 +140,8 @@ def slow_rate_gap(design: DualRateDesign, observer: str, *, period: float, share
     rates = slow_rates(replace(design, period=period), observer)
     limits = np.concatenate(
         [
-            np.linalg.eigvals(model.state + model.input @ design.feedback),
-            np.linalg.eigvals(model.state - share * design.injection @ model.output),
+            np.linalg.eigvals(model.A + model.B_u @ design.feedback),
+            np.linalg.eigvals(model.A - share * design.injection @ model.C),
         ]
     )
     distances = np.abs(rates[:, None] - limits[None, :])

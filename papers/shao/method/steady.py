@@ -1,15 +1,18 @@
-"""Numbers of the steady state that the paper speaks of: error and lag of the estimate, bandwidth of the loop."""
+"""Numbers of a loop that the paper speaks of: error and lag of the estimate, bandwidth, energy of a transient."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
+import scipy
 
 from replication.errors import InfeasibleError
-from replication.estimation.dualrate.loop import DualRateLoop
+from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
+from replication.estimation.dualrate.problem import Plant
 from replication.estimation.dualrate.tracking import reference, steady_state, tracking_error_ratio
-from replication.estimation.validation import ComplexArray, increasing_grid, positive_scalar
+from replication.estimation.validation import Array, ComplexArray, increasing_grid, positive_scalar
 
 
 def estimation_error_ratio(loop: DualRateLoop) -> float:
@@ -22,8 +25,8 @@ def estimation_lag(loop: DualRateLoop) -> float:
 
     Meaningful for σ well below the loop's rates, where y is close to a ramp within a slow period.
     """
-    steady, n = steady_state(loop), loop.plant.size
-    outputs = steady.states[:-1, :n] @ loop.plant.output[0]
+    steady, n = steady_state(loop), loop.plant.order
+    outputs = steady.states[:-1, :n] @ loop.plant.C[0]
     return float(np.real(np.mean(_estimation_errors(loop) / (reference(loop).exponent * outputs))))
 
 
@@ -55,6 +58,38 @@ def bandwidth(
 
 def _estimation_errors(loop: DualRateLoop) -> ComplexArray:
     """Complex amplitudes of y − C x̂ at the phases, shape (M,)."""
-    steady, n = steady_state(loop), loop.plant.size
+    steady, n = steady_state(loop), loop.plant.order
     estimates = [step.estimate_state @ z for step, z in zip(loop.steps, steady.states[:-1], strict=True)]
-    return np.asarray(steady.states[:-1, :n] @ loop.plant.output[0] - estimates @ loop.design.model.output[0])
+    return np.asarray(steady.states[:-1, :n] @ loop.plant.C[0] - estimates @ loop.design.model.C[0])
+
+
+def transient_energy(loop: DualRateLoop, offset: Array) -> tuple[float, float]:
+    """∫₀^∞ y² dt of the loop left to itself from z(0) = offset, and a bound of the error of solving for it; rad² s.
+
+    Exact in time: over a fast period the integral is a form in (x, u) from one exponential, over all slow periods one
+    in z, X = Φ'XΦ + Q. The second number is what X leaves of that equation, summed over all periods.
+    Raises InfeasibleError if the loop is unstable.
+    """
+    require_stable(loop, "the energy of its transient is infinite")
+    free, n, size = replace(loop, harmonic=None), loop.plant.order, loop.size
+    within, reached, period = _held_energy(loop.plant, loop.design.period), np.eye(size), np.zeros((size, size))
+    for step in free.steps:
+        joint = np.vstack([np.eye(size)[:n], step.input_state]) @ reached
+        period += joint.T @ within @ joint
+        reached = step.state @ reached
+    transition = monodromy(free)
+    total = scipy.linalg.solve_discrete_lyapunov(transition.T, period)
+    left = transition.T @ total @ transition + period - total
+    summed = scipy.linalg.solve_discrete_lyapunov(transition, np.outer(offset, offset))
+    missed = np.linalg.norm(left, 2) * np.trace(summed)
+    return float(offset @ total @ offset), float(missed)
+
+
+def _held_energy(plant: Plant, time: float) -> Array:
+    """∫₀^T y² dt as a form in (x, u) with u held, by the exponential of a block matrix (Van Loan 1978)."""
+    n, m = plant.B_u.shape
+    flow, row = np.zeros((n + m, n + m)), np.hstack([plant.C[0], np.zeros(m)])
+    flow[:n] = np.hstack([plant.A, plant.B_u])
+    blocks = np.block([[-flow.T, np.outer(row, row)], [np.zeros_like(flow), flow]])
+    power = scipy.linalg.expm(blocks * time)
+    return np.asarray(power[n + m :, n + m :].T @ power[: n + m, n + m :])

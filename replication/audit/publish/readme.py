@@ -12,7 +12,6 @@ from replication.audit.judge.policies import once
 from replication.audit.project import find_project
 from replication.audit.publish.examples import Ran, run_example
 from replication.audit.publish.exports import badge
-from replication.audit.publish.history import TABLE, table
 from replication.audit.store.records import PaperRecord, ResultsFile, read_results
 from replication.errors import AuditError
 from replication.files import write_atomically
@@ -56,13 +55,11 @@ def replace_block(text: str, block: str, begin: str = BEGIN, end: str = END) -> 
 
 
 def is_stale(readme: Path, results: ResultsFile) -> bool:
-    """Whether the file has a part that comes from a run, and it or the table beside it is not of these results."""
+    """Whether the file has a part that comes from a run, and it is not of these results."""
     text = readme.read_text(encoding="utf-8") if readme.is_file() else ""
     if BEGIN not in text:
         return False
-    kept = readme.parent / TABLE
-    moved = kept.is_file() and kept.read_text(encoding="utf-8") != table(results)
-    return moved or replace_block(text, results_block(results)) != text
+    return replace_block(text, results_block(results)) != text
 
 
 def update(root: Path, results: ResultsFile, ran: Ran) -> None:
@@ -70,7 +67,7 @@ def update(root: Path, results: ResultsFile, ran: Ran) -> None:
     readme = root / "README.md"
     text = replace_block(readme.read_text(encoding="utf-8"), results_block(results))
     text = replace_block(text, example_block(ran), EXAMPLE_BEGIN, EXAMPLE_END)
-    written = {**badges(results), TABLE: table(results), PICTURE: ran.drawing, "README.md": text}
+    written = {**badges(results), PICTURE: ran.drawing, "README.md": text}
     for name, content in written.items():
         write_atomically(root / name, content.encode())
 

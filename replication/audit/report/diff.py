@@ -1,7 +1,4 @@
-"""The difference of two runs as a page: each claim that changed, and why, the verdicts first; then the runs.
-
-Where git has a table of verdicts, the page also lists when which verdict changed before.
-"""
+"""The difference of two runs as a page: each claim that changed, and why, the verdicts first; then the runs."""
 
 from __future__ import annotations
 
@@ -14,22 +11,19 @@ import msgspec
 from markupsafe import Markup
 
 from replication.audit.inspect.compare import Change, moved
-from replication.audit.publish.history import Step
 from replication.audit.report.templates import environment, style_sheet
 from replication.audit.store.records import ResultsFile, RunRecord
 from replication.files import write_atomically
 
 
-def build_page(
-    old: ResultsFile, new: ResultsFile, changes: Sequence[Change], output: Path, history: Sequence[Step] = ()
-) -> Path:
+def build_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], output: Path) -> Path:
     """Write the page of `changes` between two results files at `output`, whole or not at all, and return `output`."""
-    write_atomically(output, render_page(old, new, changes, history).encode())
+    write_atomically(output, render_page(old, new, changes).encode())
     return output
 
 
-def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], history: Sequence[Step] = ()) -> str:
-    """The text of the page; the same files give the same text. history: changes of verdicts, the oldest first."""
+def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change]) -> str:
+    """The text of the page; the same files give the same text."""
     rows = _run_rows(old.run, new.run)
     statements = {claim.id: claim.claim.statement for claim in (*old.claims, *new.claims)}
     return (
@@ -44,7 +38,6 @@ def render_page(old: ResultsFile, new: ResultsFile, changes: Sequence[Change], h
             unlike=[row for row in rows if row[1] != row[2]],
             alike=[row for row in rows if row[1] == row[2]],
             moved=moved,
-            history=[step for step in reversed(history) if step.claim in statements],
             text=_text,
             style=Markup(style_sheet()),
         )

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from replication.audit.judge.verdict import AGREES
-from replication.audit.model import Verdict
+from replication.audit.model import Policy, Verdict
 from replication.audit.parts import Table
 from replication.audit.report.claim import ClaimView
 from replication.audit.report.templates import CLAIM_CELL
@@ -32,8 +32,8 @@ class CellView:
 class TableView:
     """A table with its claims in place.
 
-    judged: how many entries have a verdict that settles them. agree: how many of these agree with the print, `chosen`
-    of them under a choice that the text leaves; `corrected` more agree after an erratum. unsettled: the other entries.
+    judged: how many entries have a verdict that settles them. agree: how many of these agree with the text as printed,
+    `chosen` of them under a choice that it leaves; `corrected` more agree once an erratum is. unsettled: the others.
     """
 
     record: Table
@@ -48,15 +48,22 @@ class TableView:
 def table_view(table: Table, claims: Mapping[str, ClaimView]) -> TableView:
     """The table; claims: those of its paper, by id."""
     rows = tuple(tuple(_cells(table.header, row, claims)) for row in table.rows)
-    verdicts = [cell.claim.record.verdict for row in rows for cell in row if cell.claim is not None]
+    records = [cell.claim.record for row in rows for cell in row if cell.claim is not None]
+    verdicts = [record.verdict for record in records]
     unsettled = verdicts.count(Verdict.UNDETERMINED)
+    agree = [record for record in records if record.verdict in AGREES]
+    corrected = [
+        record
+        for record in agree
+        if Policy.ERRATUM in record.judgement.policies or record.verdict is Verdict.REPRODUCED_AFTER_ERRATUM
+    ]
     return TableView(
         record=table,
         rows=rows,
         judged=len(verdicts) - unsettled,
-        agree=sum(verdict in AGREES and verdict is not Verdict.REPRODUCED_AFTER_ERRATUM for verdict in verdicts),
-        chosen=verdicts.count(Verdict.COMPATIBLE),
-        corrected=verdicts.count(Verdict.REPRODUCED_AFTER_ERRATUM),
+        agree=len(agree) - len(corrected),
+        chosen=sum(record.verdict is Verdict.COMPATIBLE for record in agree if record not in corrected),
+        corrected=len(corrected),
         unsettled=unsettled,
     )
 

@@ -12,7 +12,6 @@ from replication.audit.brief import Brief, Consequence
 from replication.audit.model import Evidence, Judgement, Kind, Reading, SolverRecord, Verdict
 from replication.audit.parts import CommonLevel, Coverage, Formula, ScopeItem, Sensitivity, Table
 from replication.audit.project import Settings
-from replication.audit.store import older
 from replication.errors import AuditError
 from replication.files import write_atomically
 from replication.verify.predicate import Exported, Predicate
@@ -51,6 +50,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     reading: str
     optimum: bool
     repeats: str
+    ours: bool = False
     consequence: Consequence | None = None
     says: tuple[Predicate, ...] = ()
     meant: str = ""
@@ -77,6 +77,11 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     def paper(self) -> str:
         """The key of its paper, with which the id begins."""
         return self.id.partition(".")[0]
+
+    @property
+    def counted(self) -> bool:
+        """Whether totals count it: it says what no other claim does, and the text says it."""
+        return not (self.claim.repeats or self.claim.ours)
 
     @property
     def answers(self) -> tuple[Evidence, ...]:
@@ -109,6 +114,7 @@ class ErratumRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     quantities: dict[str, float]
     code: str
     error: str
+    scan: bool = False
 
 
 class ExperimentRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -251,20 +257,18 @@ def write_results(path: Path, results: ResultsFile) -> None:
     write_atomically(path, to_json(results))
 
 
-def read_results(path: Path, *, also_older: bool = False) -> ResultsFile:
-    """Read and validate a results file; also_older: convert one of an earlier schema, for a comparison.
+def read_results(path: Path) -> ResultsFile:
+    """Read and validate a results file.
 
     Raises AuditError that names the file and the wrong, missing or unknown field, or the schema that is not read.
     """
     try:
         content = msgspec.json.decode(path.read_bytes())
         version = msgspec.convert(content, _Version).schema_version
-        if version == older.VERSION and also_older:
-            content = {**older.converted(content), "schema_version": SCHEMA_VERSION}
-        elif version != SCHEMA_VERSION:
+        if version != SCHEMA_VERSION:
             raise AuditError(
-                f"{path} has schema version {version}, and this program reads {SCHEMA_VERSION}"
-                f"{f' or {older.VERSION}' if also_older else ''}; make it again with `python -m replication run`"
+                f"{path} has schema version {version}, and this program reads {SCHEMA_VERSION}; "
+                "make it again with `python -m replication run`"
             )
         results = msgspec.convert(content, ResultsFile)
         _require_whole(content, msgspec.to_builtins(results), "$")

@@ -80,7 +80,7 @@ def alternating_predictive(model: SampledModel) -> Observer:
 
 
 def running_prediction(model: SampledModel) -> Observer:
-    """The repaired predictor: y_p(k) = ȳ(k−1) + C[(Ā − I) ζ(k−1) + B̄ u(k−1)], restarted at each measurement."""
+    """The restarted predictor: y_p(k) = ȳ(k−1) + C[(Ā − I) ζ(k−1) + B̄ u(k−1)], restarted at each measurement."""
     return _observer(model, [_virtual(model, phase, running=True) for phase in range(model.ratio)])
 
 

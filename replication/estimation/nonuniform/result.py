@@ -141,14 +141,8 @@ class NonuniformResult(GainResult):
             system.dt = self.periods.h_l
         return system
 
-    def estimator(self) -> control.StateSpace:
-        """The filter from y to z^; the same as `to_statespace`.
-
-        Returns
-        -------
-        control.StateSpace
-            Discrete-time; see there.
-        """
+    def estimator(self, *settings: object, **named: object) -> control.StateSpace:
+        """The same as `to_statespace`."""
         return self.to_statespace()
 
     def panels(self) -> tuple[Panel, ...]:

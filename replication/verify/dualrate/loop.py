@@ -35,7 +35,7 @@ class Observer(StrEnum):
     SINGLE = "single_correction"
     SLOW_INPUT = "slow_input_interpolation"
     APO = "alternating_predictive"
-    REPAIRED = "running_prediction"
+    RESTARTED = "running_prediction"
     FAST = "fast_sensor"
 
     @property
@@ -48,7 +48,7 @@ class Observer(StrEnum):
             Observer.SINGLE: "the loop with one correction in a slow period",
             Observer.SLOW_INPUT: "the loop with model interpolation whose observer takes the input of the slow instant",
             Observer.APO: "the loop with the alternating predictive observer",
-            Observer.REPAIRED: "the loop with the repaired predictor",
+            Observer.RESTARTED: "the loop with the restarted predictor",
             Observer.FAST: "the loop with a sensor at every fast instant",
         }[self]
 
@@ -163,7 +163,7 @@ def pass_period(loop: Loop, observer: Observer, state: acb_mat, estimate: acb_ma
         x, zeta = A * x + B * u, predicted if alone else F * zeta + G * known + H * measured
         if observer is Observer.APO:  # (6)
             measured = C * predicted
-        elif observer is Observer.REPAIRED:  # (6) as a step on from the last measurement
+        elif observer is Observer.RESTARTED:  # (6) as a step on from the last measurement
             measured = measured + step
         elif observer is Observer.FAST:
             measured = C * x

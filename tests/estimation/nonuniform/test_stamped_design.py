@@ -89,7 +89,7 @@ def test_at_one_period_it_is_the_optimum_of_the_riccati_recursion(plant):
 @pytest.mark.parametrize(("plant", "periods"), [(SWING, SWING_RANGE), (UNSTABLE, RANGE), (INTEGRATORS, RANGE)])
 def test_the_running_observer_has_the_error_whose_gain_is_proved(plant, periods):
     """Plant and observer side by side, each with its own transitions, under the worst sequence and disturbance."""
-    result = design_stamped(plant, periods=periods, known=[[0.0], [1.0]], horizon=40)
+    result = design_stamped(plant, periods=periods, B_u=[[0.0], [1.0]], horizon=40)
     attack, observer = result.gain.attack, result.observer()
     x, t, errors, rng = np.zeros(plant.order), 0.0, [], np.random.default_rng(2)
     for h, w in zip(attack.periods, attack.w, strict=True):
@@ -250,7 +250,7 @@ def test_the_result_is_shown_and_exported():
         ({"periods": 0.1}, "periods must be"),
         ({"plant": "plant"}, "plant must be a SampledPlant"),
         ({"measured": 1}, "measured belongs"),
-        ({"known": [[1.0]]}, "known must have 2 rows"),
+        ({"B_u": [[1.0]]}, "B_u must have 2 rows"),
         ({"cells": 0}, "at least 1"),
     ],
 )

@@ -65,7 +65,7 @@ def test_slow_rates_tend_to_a_fraction_of_the_observer_gain(seed: int) -> None:
 def test_true_plants_that_differ_are_swept_with_the_command_of_the_model() -> None:
     """The nominal plant gives the nominal numbers; a reversed input has no steady state."""
     nominal = literal_loop("alternating_predictive", 1.0)
-    A, B, C = DESIGN.model.state, DESIGN.model.input, DESIGN.model.output
+    A, B, C = DESIGN.model.A, DESIGN.model.B_u, DESIGN.model.C
     plants = [DESIGN.model, make_plant(A, 1.2 * B, C), make_plant(A, -B, C)]
     same, other, reversed_input = over_plants(nominal, APO, plants)
     assert same == pytest.approx([stability_radius(nominal), 100 * tracking_error_ratio(nominal)], rel=1e-9)

@@ -184,7 +184,7 @@ def _depends_on_the_reading(view: ClaimView) -> bool:
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:
     listed = [view for view in paper.claims if view.consequence is kind]
-    own = (view for view in listed if not view.record.claim.repeats)
+    own = (view for view in listed if view.record.counted)
     marks = tuple(sorted(own, key=lambda view: ORDER.index(view.record.verdict)))
     failing = [view.record.claim.place for view in marks if view.record.verdict in FAILS]
     places = dict.fromkeys(place.partition(";")[0].partition(",")[0].strip() for place in failing)

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from replication.audit.brief import Brief
 from replication.audit.inspect.sentences import LINK, require_short
 from replication.audit.judge import numerals
-from replication.audit.model import Verdict
+from replication.audit.model import Policy, Verdict
 from replication.audit.report.claim import anchor
 from replication.audit.report.opening.sketch import drawn
 from replication.audit.store.records import ClaimRecord, ErratumRecord, PaperRecord, ResultsFile
@@ -80,13 +80,19 @@ def _targets(results: ResultsFile) -> dict[str, Target]:
     claims = {
         claim.id: Target(
             link=anchor("claim", claim.id),
-            says=_SAYS[claim.verdict],
+            says=_says(claim),
             shaken=claim.unexpected,
             number=_number(claim),
         )
         for claim in results.claims
     }
     return {erratum.id: _erratum(erratum) for erratum in results.errata if erratum.id not in claims} | claims
+
+
+def _says(claim: ClaimRecord) -> str:
+    """A number that a solver or a correction explains does not hold as printed, however it is read."""
+    explained = {Policy.SOLVER, Policy.ERRATUM} & set(claim.judgement.policies)
+    return _SAYS[claim.verdict] + (FAILS if claim.verdict is Verdict.COMPATIBLE and explained else "")
 
 
 def _number(claim: ClaimRecord) -> str:

@@ -58,7 +58,7 @@ class Ladder:
 def ladders(paper: PaperRecord, claims: Sequence[ClaimView]) -> tuple[Ladder, ...]:
     """The proved numbers of the paper's tables, each once, first those outside their interval, then the closest."""
     cells = {cell for table in paper.tables for row in table.rows for cell in row}
-    own = [view for view in claims if CLAIM_CELL + view.record.id in cells and not view.record.claim.repeats]
+    own = [view for view in claims if CLAIM_CELL + view.record.id in cells and view.record.counted]
     found = [made for view in own if (made := _ladder(view)) is not None]
     # Several claims of one place may print the same digits; the first of them stands for all.
     distinct = {(made.view.record.claim.place, made.entry.printed): made for made in reversed(found)}.values()

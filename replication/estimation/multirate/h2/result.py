@@ -8,19 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from replication.estimation.api.baselines import baselines
-from replication.estimation.api.results import Evidence
-from replication.estimation.api.shown import frozen
-from replication.estimation.linear.covariances import covariance
-from replication.estimation.linear.norms import settles
-from replication.estimation.multirate.h2.filtering import filter_gains, smoothing_limit
+from replication.estimation.api.design import Solution
+from replication.estimation.multirate.h2.filtering import filter_gains
 from replication.estimation.multirate.h2.running import KalmanFilter
 from replication.estimation.multirate.h2.starting import StartingFilter
-from replication.estimation.multirate.h2.tradeoff import rms_error
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.problem import MultirateProblem
-from replication.estimation.multirate.result import MultirateResult
-from replication.estimation.multirate.simulation import white_noise_variance
+from replication.estimation.multirate.result import MultirateResult, mean_error_facts
 from replication.estimation.validation import Array, at_most, positive_integer
 
 LONGEST_LAG = 1000
@@ -48,7 +42,21 @@ class KalmanResult(MultirateResult):
     """
 
     axes: Mapping[str, str] = field(default_factory=AXES.copy)
-    start: Array | None
+    start: Array | None = None
+
+    @classmethod
+    def solve(cls, problem: MultirateProblem, *given: Any, **aims: Any) -> Solution:
+        """The steady state of the filter, with its covariances."""
+        kalman = kalman_design(problem)
+        gains = filter_gains(problem, kalman.X)
+        arrays = {
+            "L": kalman.gains,
+            "K": gains.K[:, 0],
+            "P": gains.predicted,
+            "F": gains.filtered,
+            "V": gains.innovation,
+        }
+        return Solution(arrays, mean_error_facts(problem, kalman.gains))
 
     def filter(self, *, lag: int = 0, P0: Any = None) -> KalmanFilter | StartingFilter:
         """The filter to run in a loop; its `step` gives x^(k|k), x^(k+1|k), their covariances and the innovation.
@@ -106,28 +114,3 @@ class KalmanResult(MultirateResult):
         done = [run.step(*silent) for _ in range(count)]
         predicted = [run.start, *(step.predicted_covariance for step in done[:-1])]
         return np.stack(predicted), np.stack([step.covariance for step in done])
-
-
-def kalman_result(base: MultirateResult, predicted: Array, P0: Any) -> KalmanResult:
-    """What `base` says of the gains, with the covariances `predicted` (N, n, n) of the filter that they belong to."""
-    problem = base.problem
-    start = None if P0 is None else covariance("P0", P0, problem.plant.order)
-    gains = filter_gains(problem, predicted)
-    arrays = {"L": gains.L, "K": gains.K[:, 0], "P": gains.predicted, "F": gains.filtered, "V": gains.innovation}
-    given = {**vars(base), "gains": frozen(arrays), "axes": AXES.copy()}
-    return KalmanResult(**given, start=start)
-
-
-def mean_error_facts(problem: MultirateProblem, gains: Array) -> tuple[Evidence, ...]:
-    """The root-mean-square error of gains (N, n, q), beside those without sensors, of the filter and of a smoother."""
-    kalman = kalman_design(problem)
-    own, least = rms_error(problem, gains), rms_error(problem, kalman.gains)
-    W = problem.plant.W
-    limit = float(np.sqrt(np.mean(np.trace(W @ smoothing_limit(problem, kalman.X) @ W.T, axis1=1, axis2=2))))
-    alone = problem.without_sensors()
-    without = float(np.sqrt(white_noise_variance(alone))) if settles(alone) else None
-    how = "periodic Lyapunov equation"
-    return (
-        Evidence("rms error", own, f"white noise of unit intensity; {how}"),
-        *baselines(own, how, what="rms error", without=without, kalman=least, limit=limit),
-    )

@@ -58,7 +58,7 @@ class Recursion:
         """The recursion of a plant."""
         n = plant.order
         white = np.zeros((n, n)) if plant.S is not None else plant.Q
-        return cls(plant, Transition.of(plant.A, np.hstack([plant.B, np.eye(n)]), white))
+        return cls(plant, Transition.of(plant.A, np.hstack([plant.B_u, np.eye(n)]), white))
 
     def update(self, prior: Estimate, y: Array, u: Array) -> Instant:
         """Take the entries of y (q,) that are numbers; with held noise all must be."""

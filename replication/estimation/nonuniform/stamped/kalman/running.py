@@ -199,15 +199,15 @@ class StampedKalman:
         plant = self.plant
         if plant.S is not None:
             raise InvalidInputError("a filter of held noise (S) has no C form; describe the noise as white, without S")
-        transition = Transition.of(plant.A, plant.B, plant.Q)
-        return c_form(name, comment, transition, plant.C, plant.B.shape[1], {"noise": plant.R, "start": plant.P0})
+        transition = Transition.of(plant.A, plant.B_u, plant.Q)
+        return c_form(name, comment, transition, plant.C, plant.B_u.shape[1], {"noise": plant.R, "start": plant.P0})
 
     @property
     def _names(self) -> tuple[str, ...]:
         return tuple(self.plant.sensors)
 
     def _no_input(self) -> Array:
-        return np.zeros(self.plant.B.shape[1])
+        return np.zeros(self.plant.B_u.shape[1])
 
     def _newest(self) -> Instant:
         if not self._instants:
