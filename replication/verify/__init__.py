@@ -9,8 +9,10 @@ import sys
 from importlib import import_module
 from importlib.util import find_spec
 
-ARITHMETIC = "stdlib" if "flint" not in sys.modules and find_spec("flint") is None else os.environ.get(
-    "REPLICATION_ARITHMETIC", "flint"
-)
+CHOICE = os.environ.get("REPLICATION_ARITHMETIC") or ("flint" if find_spec("flint") else "stdlib")
+ARITHMETIC = "flint" if "flint" in sys.modules else CHOICE
+"""Which one proves; what was imported before stays."""
+if CHOICE not in ("flint", "stdlib"):
+    raise SystemExit(f"REPLICATION_ARITHMETIC is {CHOICE!r:.40}: it must be flint or stdlib")
 if ARITHMETIC == "stdlib":
     sys.modules["flint"] = import_module("replication.verify.stdlib")

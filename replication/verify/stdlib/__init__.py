@@ -1,8 +1,8 @@
 """The part of python-flint that the verifier uses, from the standard library alone: a second arithmetic.
 
-Under the names of python-flint: `fmpq` and its matrices and polynomials are exact; `arb` and `acb` are numbers enclosed
-with a radius, rounded outwards to multiples of 2^-BITS. It shares no code with FLINT. What cannot be enclosed here, such
-as a quotient by what may be zero, is refused; python-flint goes on with "not a number", of which nothing is proved.
+Under the names of python-flint: `fmpq` and its matrices and polynomials are exact; `arb` and `acb` are numbers
+enclosed with a radius, rounded outwards to multiples of 2^-BITS. It shares no code with FLINT. What cannot be enclosed
+here, such as a quotient by what may be zero, is refused; python-flint goes on with a number of which nothing is known.
 """
 
 from replication.verify.stdlib.balls import acb, arb, ctx

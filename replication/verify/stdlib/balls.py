@@ -11,12 +11,13 @@ from decimal import ROUND_UP, Context, Decimal
 from fractions import Fraction
 from functools import cache
 from math import factorial, frexp, isqrt, log
+from operator import add, mul
 from typing import Any
 
 from replication.verify.stdlib.rationals import fmpq, fmpz
 from replication.verify.theorem import Refused
 
-BITS = 320
+BITS = 256
 ONE = 1 << BITS
 REST = ONE - 1
 LARGEST = 20_000
@@ -41,13 +42,6 @@ class _Context:
 ctx = _Context()
 
 
-def ball(m: int, r: int) -> arb:
-    """The ball of all numbers from (m - r)/2^BITS to (m + r)/2^BITS."""
-    made = arb.__new__(arb)
-    made.m, made.r = m, r
-    return made
-
-
 def _between(low: int, high: int) -> arb:
     middle = (low + high) >> 1
     return ball(middle, high - middle)
@@ -65,7 +59,7 @@ def enclosed(value: Any) -> arb | None:
     return ball(m, 1 if rest else 0)
 
 
-class arb:  # noqa: N801 - the names are those of python-flint
+class arb:
     """A real number, enclosed; of a middle and a radius, all that is so near to the middle."""
 
     __slots__ = ("m", "r")
@@ -84,11 +78,11 @@ class arb:  # noqa: N801 - the names are those of python-flint
         return ball(int(Fraction(value) * ONE), 0)
 
     def __add__(self, other: Any) -> Any:
-        b = enclosed(other)
+        b = other if isinstance(other, arb) else enclosed(other)
         return NotImplemented if b is None else ball(self.m + b.m, self.r + b.r)
 
     def __sub__(self, other: Any) -> Any:
-        b = enclosed(other)
+        b = other if isinstance(other, arb) else enclosed(other)
         return NotImplemented if b is None else ball(self.m - b.m, self.r + b.r)
 
     def __rsub__(self, other: Any) -> Any:
@@ -100,7 +94,7 @@ class arb:  # noqa: N801 - the names are those of python-flint
     def __mul__(self, other: Any) -> Any:
         if isinstance(other, int):
             return ball(self.m * other, self.r * abs(other))
-        b = enclosed(other)
+        b = other if isinstance(other, arb) else enclosed(other)
         if b is None:
             return NotImplemented
         m, e = self.m * b.m, abs(self.m) * b.r + self.r * (abs(b.m) + b.r)
@@ -135,16 +129,16 @@ class arb:  # noqa: N801 - the names are those of python-flint
         return self if low >= 0 else -self if high <= 0 else _between(0, max(-low, high))
 
     def __lt__(self, other: Any) -> bool:
-        return 0 < (self._before(other))
+        return self._before(other) > 0
 
     def __le__(self, other: Any) -> bool:
-        return 0 <= self._before(other)
+        return self._before(other) >= 0
 
     def __gt__(self, other: Any) -> bool:
-        return 0 < (-self)._before(-enclosed(other))  # type: ignore[operator]
+        return arb(other)._before(self) > 0
 
     def __ge__(self, other: Any) -> bool:
-        return 0 <= (-self)._before(-enclosed(other))  # type: ignore[operator]
+        return arb(other)._before(self) >= 0
 
     def _before(self, other: Any) -> int:
         """How far all of this lies below all of the other."""
@@ -246,7 +240,7 @@ class arb:  # noqa: N801 - the names are those of python-flint
     def __float__(self) -> float:
         return self.m / ONE
 
-    def str(self, digits: int = 15, radius: bool = True) -> str:
+    def str(self, digits: int = 15, radius: bool = True) -> Any:
         """[middle +/- radius], as many digits of the middle as are right to one in the last, and three of the rest."""
         exact = Context(prec=10_000)
         unit, far = exact.divide(Decimal(1), Decimal(ONE)), Decimal(self.r)
@@ -255,14 +249,24 @@ class arb:  # noqa: N801 - the names are those of python-flint
             digits = max(1, min(digits, middle.adjusted() - exact.multiply(far, unit).adjusted() + 1))
         shown = Context(prec=digits).plus(middle)
         left = exact.add(abs(exact.subtract(middle, shown)), exact.multiply(far, unit))
+        form = "f" if -6 < shown.adjusted() < digits + 6 else "e"
         if not left:
-            return f"{shown.normalize():f}"
-        return f"[{shown:f} +/- {Context(prec=3, rounding=ROUND_UP).plus(left):.2e}]".replace("e-0", "e-")
+            return f"{shown.normalize():{form}}"
+        return f"[{shown:{form}} +/- {Context(prec=3, rounding=ROUND_UP).plus(left):.2e}]"
 
-    def __str__(self) -> str:
+    def __str__(self) -> Any:
         return self.str()
 
     __repr__ = __str__
+
+
+class ball(arb):
+    """The ball of all numbers from (m - r)/2^BITS to (m + r)/2^BITS."""
+
+    __slots__ = ()
+
+    def __init__(self, m: int, r: int) -> None:
+        self.m, self.r = m, r
 
 
 def _logarithm(x: arb) -> arb:
@@ -287,9 +291,10 @@ def _pi() -> arb:
         total, power, order = arb(0), ONE // over, 1
         while power:
             total, power, order = total + ball((-1) ** (order // 2) * (power // order), 2), power // over**2, order + 2
-        return total + ball(0, 2)
+        return ball(total.m, total.r + 2)
 
-    return arctan(5) * 16 - arctan(239) * 4
+    one, other = arctan(5), arctan(239)
+    return ball(16 * one.m - 4 * other.m, 16 * one.r + 4 * other.r)
 
 
 Table = list[list[int]]
@@ -325,13 +330,13 @@ def exponential(m: Table, r: Table) -> tuple[Table, Table]:
 def times(m: Table, r: Table, other: Table, far: Table) -> tuple[Table, Table]:
     """The product of two matrices of balls, by their middles and radii."""
     middles = list(zip(*other, strict=True))
-    radii = [(*s, *map(int.__add__, map(abs, b), s)) for b, s in zip(middles, zip(*far, strict=True), strict=True)]
+    radii = [(*s, *map(add, map(abs, b), s)) for b, s in zip(middles, zip(*far, strict=True), strict=True)]
     rows, errors = [], []
     for a, b in zip(m, r, strict=True):
         both = (*map(abs, a), *b)
         row, error = [], []
         for column, around in zip(middles, radii, strict=True):
-            total, e = sum(map(int.__mul__, a, column)), sum(map(int.__mul__, both, around))
+            total, e = sum(map(mul, a, column)), sum(map(mul, both, around))
             row.append(total >> BITS)
             error.append((e >> BITS) + 2 if e or total & REST else 0)
         rows.append(row)
@@ -339,10 +344,12 @@ def times(m: Table, r: Table, other: Table, far: Table) -> tuple[Table, Table]:
     return rows, errors
 
 
-class acb:  # noqa: N801
+class acb:
     """A complex number, enclosed by its real and its imaginary part."""
 
     __slots__ = ("imag", "real")
+    real: arb
+    imag: arb
 
     def __init__(self, real: Any = 0, imag: Any = 0) -> None:
         if isinstance(real, acb):
@@ -356,14 +363,14 @@ class acb:  # noqa: N801
 
     def __add__(self, other: Any) -> Any:
         b = acb.of(other)
-        return NotImplemented if b is None else acb(self.real + b.real, self.imag + b.imag)
+        return NotImplemented if b is None else complex_ball(self.real + b.real, self.imag + b.imag)
 
     def __neg__(self) -> acb:
-        return acb(-self.real, -self.imag)
+        return complex_ball(-self.real, -self.imag)
 
     def __sub__(self, other: Any) -> Any:
         b = acb.of(other)
-        return NotImplemented if b is None else acb(self.real - b.real, self.imag - b.imag)
+        return NotImplemented if b is None else complex_ball(self.real - b.real, self.imag - b.imag)
 
     def __rsub__(self, other: Any) -> Any:
         return -self + other
@@ -372,14 +379,14 @@ class acb:  # noqa: N801
         b = acb.of(other)
         if b is None:
             return NotImplemented
-        return acb(self.real * b.real - self.imag * b.imag, self.real * b.imag + self.imag * b.real)
+        return complex_ball(self.real * b.real - self.imag * b.imag, self.real * b.imag + self.imag * b.real)
 
     def __truediv__(self, other: Any) -> Any:
         b = acb.of(other)
         if b is None:
             return NotImplemented
         size, c = b.real * b.real + b.imag * b.imag, self * acb(b.real, -b.imag)
-        return acb(c.real / size, c.imag / size)
+        return complex_ball(c.real / size, c.imag / size)
 
     def __rtruediv__(self, other: Any) -> Any:
         return acb(other) / self
@@ -393,7 +400,8 @@ class acb:  # noqa: N801
         return made
 
     def __abs__(self) -> arb:
-        return (self.real * self.real + self.imag * self.imag).root_of_square()
+        square: arb = self.real * self.real + self.imag * self.imag
+        return square.root_of_square()
 
     def __eq__(self, other: object) -> bool:
         b = acb.of(other)
@@ -421,3 +429,12 @@ class acb:  # noqa: N801
             return acb(0, (-self.real).sqrt())
         root = ((abs(self) + self.real) * 2).sqrt()
         return acb(root / 2, self.imag / root)
+
+
+class complex_ball(acb):
+    """The complex number with these parts."""
+
+    __slots__ = ()
+
+    def __init__(self, real: arb, imag: arb) -> None:
+        self.real, self.imag = real, imag

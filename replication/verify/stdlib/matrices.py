@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from replication.verify.stdlib.balls import BITS, Table, acb, arb, ball, enclosed, exponential, times
+from replication.verify.stdlib.balls import (
+    BITS,
+    REST,
+    Table,
+    acb,
+    arb,
+    ball,
+    complex_ball,
+    enclosed,
+    exponential,
+    times,
+)
 from replication.verify.stdlib.polynomials import Polynomial
 from replication.verify.stdlib.rationals import fmpq_mat, shaped
 
@@ -26,6 +37,9 @@ class _Matrix:
 
     __slots__ = ()
     entry: Any
+
+    def __init__(self, value: Any, columns: int | None = None, entries: Iterable[Any] | None = None) -> None:
+        raise NotImplementedError
 
     def entries(self) -> list[Any]:
         """All entries, row by row."""
@@ -78,7 +92,7 @@ class _Matrix:
         return self.charpoly()(self.entry(0)) * (-1) ** self.nrows()
 
 
-class arb_mat(_Matrix):  # noqa: N801 - the names are those of python-flint
+class arb_mat(_Matrix):
     """A real matrix by middles m and radii r of its entries."""
 
     __slots__ = ("columns", "m", "r")
@@ -146,7 +160,27 @@ class arb_mat(_Matrix):  # noqa: N801 - the names are those of python-flint
         factor = enclosed(other)
         if factor is None:
             return NotImplemented
-        return arb_mat(self.nrows(), self.columns, [entry * factor for entry in self.entries()])
+        a, s = factor.m, factor.r
+        far, exact = abs(a) + s, not (s or a & REST)
+        a, far = (a >> BITS, far >> BITS) if exact else (a, far)
+        m = [[x * a for x in row] for row in self.m]
+        r = [[abs(x) * s + y * far for x, y in zip(*rows, strict=True)] for rows in zip(self.m, self.r, strict=True)]
+        if not exact:
+            m, r = [[x >> BITS for x in row] for row in m], [[(y >> BITS) + 2 for y in row] for row in r]
+        return arb_mat.of(m, r, self.columns)
+
+    def __truediv__(self, divisor: Any) -> Any:
+        if not isinstance(divisor, int):
+            return super().__truediv__(divisor)
+        m = [[x // divisor for x in row] for row in self.m]
+        return arb_mat.of(m, [[y // abs(divisor) + 2 for y in row] for row in self.r], self.columns)
+
+    def __sub__(self, other: Any) -> Any:
+        if not isinstance(other, arb_mat):
+            return NotImplemented
+        m = [[a - b for a, b in zip(*pair, strict=True)] for pair in zip(self.m, other.m, strict=True)]
+        r = [[a + b for a, b in zip(*pair, strict=True)] for pair in zip(self.r, other.r, strict=True)]
+        return arb_mat.of(m, r, self.columns)
 
     def exp(self) -> arb_mat:
         """The exponential."""
@@ -165,96 +199,125 @@ class arb_mat(_Matrix):  # noqa: N801 - the names are those of python-flint
             top = [entry / pivot for entry in table[k][k + 1 :]]
             table[k] = [*table[k][: k + 1], *top]
             for i, row in enumerate(table):
-                if i != k and not row[k] == 0:
+                if i != k and (row[k].m or row[k].r):
                     factor = row[k]
                     row[k + 1 :] = [a - factor * b for a, b in zip(row[k + 1 :], top, strict=True)]
         return arb_mat([row[size:] for row in table])
 
 
-class acb_mat(_Matrix):  # noqa: N801
-    """A complex matrix by its real and its imaginary part."""
+class acb_mat(_Matrix):
+    """A complex matrix a + ib as the real [a; b]; as a left factor it is [a, -b; b, a]."""
 
-    __slots__ = ("imag", "real")
+    __slots__ = ("both", "wide")
     entry = acb
+    wide: arb_mat | None
 
     def __init__(self, value: Any, columns: int | None = None, entries: Iterable[Any] | None = None) -> None:
+        self.wide = None
         if isinstance(value, (fmpq_mat, arb_mat)):
-            self.real = arb_mat(value) if isinstance(value, fmpq_mat) else value
-            self.imag = arb_mat(value.nrows(), value.ncols())
+            real, rows, width = arb_mat(value) if isinstance(value, fmpq_mat) else value, value.nrows(), value.ncols()
+            zeros = [[0] * width for _ in range(rows)]
+            self.both = arb_mat.of(real.m + zeros, real.r + zeros, width)
             return
-        rows, width = _table(value, columns, entries)
-        numbers = [acb(entry) for row in rows for entry in row]
-        self.real = arb_mat(len(rows), width, [number.real for number in numbers])
-        self.imag = arb_mat(len(rows), width, [number.imag for number in numbers])
+        table, width = _table(value, columns, entries)
+        numbers = [[acb(entry) for entry in row] for row in table]
+        parts = [[number.real for number in row] for row in numbers] + [[one.imag for one in row] for row in numbers]
+        self.both = arb_mat(len(parts), width, [part for row in parts for part in row])
 
     @classmethod
-    def of(cls, real: arb_mat, imag: arb_mat) -> acb_mat:
-        """The matrix with these parts."""
+    def of(cls, both: arb_mat) -> acb_mat:
+        """The matrix of these parts."""
         made = cls.__new__(cls)
-        made.real, made.imag = real, imag
+        made.both, made.wide = both, None
         return made
 
     def nrows(self) -> int:
         """The number of rows."""
-        return self.real.nrows()
+        return self.both.nrows() // 2
 
     def ncols(self) -> int:
         """The number of columns."""
-        return self.real.ncols()
+        return self.both.columns
 
     def __getitem__(self, place: tuple[int, int]) -> acb:
-        return acb(self.real[place], self.imag[place])
+        i, j = place
+        return complex_ball(self.both[i, j], self.both[i + self.nrows(), j])
 
     def tolist(self) -> list[list[acb]]:
         """Its rows."""
-        pairs = zip(self.real.tolist(), self.imag.tolist(), strict=True)
-        return [[acb(*entry) for entry in zip(*rows, strict=True)] for rows in pairs]
+        rows, n = self.both.tolist(), self.nrows()
+        return [
+            [complex_ball(*pair) for pair in zip(*parts, strict=True)] for parts in zip(rows[:n], rows[n:], strict=True)
+        ]
 
     def __add__(self, other: Any) -> Any:
-        if not isinstance(other, acb_mat):
-            return NotImplemented
-        return acb_mat.of(self.real + other.real, self.imag + other.imag)
+        return acb_mat.of(self.both + other.both) if isinstance(other, acb_mat) else NotImplemented
 
     def __mul__(self, other: Any) -> Any:
         if isinstance(other, acb_mat):
-            a, b, c, d = self.real, self.imag, other.real, other.imag
-            return acb_mat.of(a * c - b * d, a * d + b * c)
+            return acb_mat.of(self.real() * other.both)
+        if enclosed(other) is not None:
+            return acb_mat.of(self.both * other)
         factor = acb.of(other)
         if factor is None:
             return NotImplemented
-        a, b, c, d = self.real, self.imag, factor.real, factor.imag
-        return acb_mat.of(a * c - b * d, a * d + b * c)
+        # ic (a + ib) = c (-b + ia).
+        n, m, r = self.nrows(), self.both.m, self.both.r
+        turned = arb_mat.of([[-x for x in row] for row in m[n:]] + m[:n], r[n:] + r[:n], self.ncols())
+        return acb_mat.of(self.both * factor.real + turned * factor.imag)
+
+    def __truediv__(self, divisor: Any) -> Any:
+        return acb_mat.of(self.both / divisor) if isinstance(divisor, int) else super().__truediv__(divisor)
 
     def exp(self) -> acb_mat:
         """The exponential."""
-        return _halves(self._real().exp(), self.nrows())
+        whole, n = self.real().exp(), self.ncols()
+        return acb_mat.of(arb_mat.of([row[:n] for row in whole.m], [row[:n] for row in whole.r], n))
 
     def solve(self, right: acb_mat) -> acb_mat:
         """X with self X = right; ZeroDivisionError if an inverse is not proved to exist."""
-        found = self._real().solve(arb_mat(right.real.tolist() + right.imag.tolist()))
-        return _halves(found, right.ncols())
+        return acb_mat.of(self.real().solve(right.both))
 
-    def _real(self) -> arb_mat:
-        """[a, -b; b, a], which is to real columns [x; y] as a + ib to x + iy."""
-        pairs = list(zip(self.real.tolist(), self.imag.tolist(), strict=True))
-        upper = [[*a, *(-entry for entry in b)] for a, b in pairs]
-        return arb_mat(upper + [[*b, *a] for a, b in pairs])
-
-
-def _halves(whole: arb_mat, width: int) -> acb_mat:
-    """The complex matrix a + ib of which [a, ..; b, ..] is a real one."""
-    rows, half = [row[:width] for row in whole.tolist()], whole.nrows() // 2
-    return acb_mat.of(arb_mat(rows[:half]), arb_mat(rows[half:]))
+    def real(self) -> arb_mat:
+        """[a, -b; b, a]."""
+        if self.wide is None:
+            n, m, r = self.nrows(), self.both.m, self.both.r
+            rows = [[*a, *(-x for x in b)] for a, b in zip(m[:n], m[n:], strict=True)]
+            rows += [[*b, *a] for a, b in zip(m[:n], m[n:], strict=True)]
+            around = [[*a, *b] for a, b in zip(r[:n], r[n:], strict=True)]
+            around += [[*b, *a] for a, b in zip(r[:n], r[n:], strict=True)]
+            self.wide = arb_mat.of(rows, around, 2 * self.ncols())
+        return self.wide
 
 
-class arb_poly(Polynomial):  # noqa: N801
+class arb_poly(Polynomial):
     """A polynomial with enclosed coefficients."""
 
     __slots__ = ()
     field = arb
 
+    def __call__(self, point: Any) -> Any:
+        """By Horner's scheme, on middles and radii; of other points as of any polynomial."""
+        if not isinstance(point, arb):
+            return super().__call__(point)
+        x, far, m, r = point.m, abs(point.m) + point.r, 0, 0
+        for c in reversed(self.terms):
+            m, r = (m * x >> BITS) + c.m, (abs(m) * point.r + r * far >> BITS) + 2 + c.r
+        return ball(m, r)
 
-class acb_poly(Polynomial):  # noqa: N801
+    def __mul__(self, other: Any) -> Any:
+        if not isinstance(other, arb_poly) or not self.terms or not other.terms:
+            return super().__mul__(other)
+        # The product of a band of shifted coefficients with the other ones.
+        n, size = len(self.terms), len(self.terms) + len(other.terms) - 1
+        column = [[[getattr(c, part)] for c in self.terms] for part in "mr"]
+        shifted = [[0] * (n - 1) + [getattr(c, part) for c in reversed(other.terms)] + [0] * (n - 1) for part in "mr"]
+        bands = [[row[size - 1 - k : size - 1 - k + n] for k in range(size)] for row in shifted]
+        m, r = times(*bands, *column)
+        return arb_poly([ball(*pair) for (pair,) in (zip(a, b, strict=True) for a, b in zip(m, r, strict=True))])
+
+
+class acb_poly(Polynomial):
     """A polynomial with enclosed complex coefficients."""
 
     __slots__ = ()

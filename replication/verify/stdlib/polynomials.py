@@ -11,8 +11,10 @@ from replication.verify.stdlib.rationals import fmpq
 from replication.verify.theorem import Refused
 
 STEPS = 400
-"""Of the search for roots in floats; and steps of Newton's method from there."""
-NEWTON = 8
+"""Of the search for roots in floats."""
+FINE = 60
+"""Of the same in middles of balls, which ends as soon as nothing moves any more."""
+NEAR = fmpq(1, 2**200)
 
 
 class Polynomial:
@@ -22,7 +24,7 @@ class Polynomial:
     field: Any = fmpq
 
     def __init__(self, coefficients: Iterable[Any] = ()) -> None:
-        self.terms = [self.field(c) for c in coefficients]
+        self.terms = [c if isinstance(c, self.field) else self.field(c) for c in coefficients]
         while self.terms and self.terms[-1] == 0:
             self.terms.pop()
 
@@ -39,6 +41,7 @@ class Polynomial:
         return type(self)([c * k for k, c in enumerate(self.terms)][1:])
 
     def __call__(self, point: Any) -> Any:
+        """Its value, by Horner's scheme."""
         total = point * 0
         for c in reversed(self.terms):
             total = total * point + c
@@ -86,7 +89,7 @@ class Polynomial:
     __hash__ = None  # type: ignore[assignment]
 
 
-class fmpq_poly(Polynomial):  # noqa: N801 - the names are those of python-flint
+class fmpq_poly(Polynomial):
     """A polynomial with rational coefficients."""
 
     __slots__ = ()
@@ -126,7 +129,7 @@ class fmpq_poly(Polynomial):  # noqa: N801 - the names are those of python-flint
 
 
 def _place(root: acb) -> tuple[bool, float, float]:
-    return not root.imag == 0, float(root.real), -float(root.imag)
+    return root.imag != 0, float(root.real), -float(root.imag)
 
 
 def _require_apart(discs: Sequence[acb]) -> None:
@@ -147,12 +150,11 @@ def _simple_roots(polynomial: fmpq_poly) -> list[acb]:
         return []
     monic = fmpq_poly([c / polynomial.terms[-1] for c in polynomial.terms])
     slope, found = monic.derivative(), []
-    for start in _guesses([float(c) for c in monic.terms]):
-        z = acb(arb.of_float(start.real), arb.of_float(start.imag))
-        for _ in range(NEWTON):
-            rate = slope(z)
-            if not rate.contains(0):
-                z = (z - monic(z) / rate).mid()
+    try:
+        guesses = _guesses([float(c) for c in monic.terms])
+    except (OverflowError, ZeroDivisionError):
+        raise Refused("the roots of a polynomial are beyond the range of floats") from None
+    for z in _refined(monic, guesses):
         rate = slope(z)
         if rate.contains(0):
             raise Refused("the roots of a polynomial are not told apart")
@@ -161,6 +163,24 @@ def _simple_roots(polynomial: fmpq_poly) -> list[acb]:
         found.append(acb(arb(z.real, far + abs(z.imag)), arb(0)) if real else acb(arb(z.real, far), arb(z.imag, far)))
     _require_apart(found)
     return found
+
+
+def _refined(monic: fmpq_poly, guesses: Sequence[complex]) -> list[acb]:
+    """The same iteration in middles of balls, until nothing moves; nothing is proved."""
+    roots = [acb(arb.of_float(z.real), arb.of_float(z.imag)) for z in guesses]
+    for _ in range(FINE):
+        moved = False
+        for i, z in enumerate(roots):
+            apart = acb(1)
+            for j, other in enumerate(roots):
+                apart = apart * (z - other).mid() if j != i else apart
+            if not apart.contains(0):
+                step = (monic(z) / apart).mid()
+                roots[i] = (z - step).mid()
+                moved = moved or not abs(step) <= NEAR
+        if not moved:
+            break
+    return roots
 
 
 def _guesses(coefficients: Sequence[float]) -> list[complex]:
@@ -190,7 +210,7 @@ class Ordering:
     degrevlex = "degrevlex"
 
 
-class fmpq_mpoly_ctx:  # noqa: N801
+class fmpq_mpoly_ctx:
     """The polynomials in some variables."""
 
     def __init__(self, names: Sequence[str]) -> None:
@@ -237,7 +257,7 @@ class Several:
         return Several(total)
 
     def __neg__(self) -> Several:
-        return self * -1
+        return Several({word: -c for word, c in self.terms.items()})
 
     def __sub__(self, other: Any) -> Any:
         return self + other * -1

@@ -16,7 +16,7 @@ MERSENNE = (
 """Exponents k for which 2^k - 1 is prime."""
 
 
-class fmpz(int):  # noqa: N801 - the names are those of python-flint
+class fmpz(int):
     """An integer."""
 
     def isqrt(self) -> fmpz:
@@ -32,7 +32,7 @@ def _parts(value: Any) -> tuple[int, int] | None:
 
 
 @total_ordering
-class fmpq:  # noqa: N801
+class fmpq:
     """A rational number in lowest terms, top/low with low > 0."""
 
     __slots__ = ("low", "top")
@@ -133,10 +133,13 @@ def shaped(rows: Any, columns: int | None, entries: Iterable[Any] | None) -> lis
     return [flat[i * columns : (i + 1) * columns] for i in range(rows)]
 
 
-class fmpq_mat:  # noqa: N801
+class fmpq_mat:
     """A matrix of integers `rows` over one denominator `low` > 0, without a common factor."""
 
     __slots__ = ("columns", "low", "rows")
+    columns: int
+    low: int
+    rows: Rows
 
     def __init__(self, rows: Any, columns: int | None = None, entries: Iterable[Any] | None = None) -> None:
         table = shaped(rows, columns, entries)
@@ -265,8 +268,8 @@ class fmpq_mat:  # noqa: N801
 
     def det(self) -> fmpq:
         """The determinant: that of -M is the last coefficient of det(z I - M)."""
-        coefficients = self.charpoly().coeffs()
-        return coefficients[0] * (-1) ** self.nrows()
+        last: fmpq = self.charpoly().coeffs()[0] * (-1) ** self.nrows()
+        return last
 
     def charpoly(self) -> Any:
         """det(z I - M), by Hessenberg's form modulo a number that is more than twice all coefficients."""
@@ -284,7 +287,7 @@ class fmpq_mat:  # noqa: N801
         return fmpq_poly([fmpq(c, self.low ** (n - k)) for k, c in enumerate(exact)])
 
 
-class fmpz_mat(fmpq_mat):  # noqa: N801
+class fmpz_mat(fmpq_mat):
     """A matrix of integers."""
 
     __slots__ = ()
@@ -300,10 +303,13 @@ class fmpz_mat(fmpq_mat):  # noqa: N801
         order, last = list(range(size)), 1
         for k in range(size):
             if symmetric and not rows[k][k]:  # so far only this half was made: the rest mirrors it
-                symmetric, rows = False, [
-                    [rows[min(i, j)][max(i, j)] if min(i, j) >= k else rows[i][j] for j in range(size)]
-                    for i in range(size)
-                ]
+                symmetric, rows = (
+                    False,
+                    [
+                        [rows[min(i, j)][max(i, j)] if min(i, j) >= k else rows[i][j] for j in range(size)]
+                        for i in range(size)
+                    ],
+                )
             pivot = next((i for i in range(k, size) if rows[i][k]), None)
             if pivot is None:
                 continue
