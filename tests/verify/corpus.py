@@ -61,13 +61,13 @@ def true() -> dict[str, Certificate]:
 def altered(certificate: Certificate) -> Iterator[Certificate]:
     """The certificate itself, then changed in one of all places that are alike, as the entries of a matrix are."""
     yield certificate
-    random = Random(certificate["name"])
+    rng = Random(certificate["name"])
     for group in ("bound", "witness"):
-        yield from _changed(certificate, group, random)
+        yield from _changed(certificate, group, rng)
     if not _of_a_paper(certificate["statement"]):
         own = {**certificate, "paper": None, "claims": []}
         for group in ("plant", "parameters"):
-            yield from _changed(own, group, random)
+            yield from _changed(own, group, rng)
 
 
 def _of_a_paper(statement: str) -> bool:
@@ -76,11 +76,11 @@ def _of_a_paper(statement: str) -> bool:
     return stated.source != "" and WORDINGS.search(stated.sentence) is None
 
 
-def _changed(certificate: Certificate, group: str, random: Random) -> Iterator[Certificate]:
+def _changed(certificate: Certificate, group: str, rng: Random) -> Iterator[Certificate]:
     alike: dict[tuple[Any, ...], list[tuple[Any, ...]]] = {}
     for place in _places(certificate[group]):
         alike.setdefault(tuple(key if isinstance(key, str) else 0 for key in place), []).append(place)
-    chosen = [random.choice(places) for places in alike.values()]
+    chosen = [rng.choice(places) for places in alike.values()]
     for change in CHANGES:
         for place in chosen:
             new = change(_at(certificate[group], place))

@@ -6,9 +6,10 @@ here, such as a quotient by what may be zero, is refused; python-flint goes on w
 """
 
 from replication.verify.stdlib.balls import acb, arb, ctx
+from replication.verify.stdlib.exact import fmpq_mat, fmpz_mat
 from replication.verify.stdlib.matrices import acb_mat, acb_poly, arb_mat, arb_poly
 from replication.verify.stdlib.polynomials import Ordering, fmpq_mpoly_ctx, fmpq_poly
-from replication.verify.stdlib.rationals import fmpq, fmpq_mat, fmpz, fmpz_mat
+from replication.verify.stdlib.rationals import fmpq, fmpz
 
 __all__ = [
     "Ordering", "acb", "acb_mat", "acb_poly", "arb", "arb_mat", "arb_poly", "ctx",

@@ -17,8 +17,8 @@ from replication.verify.stdlib.balls import (
     exponential,
     times,
 )
+from replication.verify.stdlib.exact import fmpq_mat, shaped
 from replication.verify.stdlib.polynomials import Polynomial
-from replication.verify.stdlib.rationals import fmpq_mat, shaped
 
 
 def _table(value: Any, columns: int | None, entries: Iterable[Any] | None) -> tuple[list[list[Any]], int]:
