@@ -49,7 +49,7 @@ PAPER = paper(
             "Sec. IV: eqs. (11), (16), (19) to (21)",
             reason=(
                 "Steps between (10), (12) to (15), (17) and (22), read and not tested by a claim: (15) is the step "
-                "that fails, and the theorem is refuted as a whole."
+                "that fails, and the stability result is refuted as a whole."
             ),
         ),
         MOTOR,
@@ -90,7 +90,11 @@ PAPER = paper(
             ),
             header=("Reference", "SRC", "DRC-PMI", "DRC-APO"),
             rows=tuple(
-                (reference, *(f"claim:table.{column}-{number}" for column in ("src", "pmi", "apo")))
+                (
+                    reference,
+                    f"claim:table.src-{number}|–|unstable",
+                    *(f"claim:table.{c}-{number}" for c in ("pmi", "apo")),
+                )
                 for number, reference in enumerate(REFERENCES, 1)
             ),
         ),

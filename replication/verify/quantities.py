@@ -52,7 +52,7 @@ QUANTITIES: Mapping[str, tuple[str, str]] = {
     "constant (17)": (YES_NO, "that the constant of (17) bounds the terms of (16)"),
     "condition (18)": (YES_NO, "condition (18)"),
     "contraction (22)": (YES_NO, "a factor (22) below one"),
-    "stability theorem": (YES_NO, "the stability theorem"),
+    "stability result": (YES_NO, "the stability result of Sec. IV"),
     "torque constant": ("N m/A", "the torque constant"),
     "slow period": ("s", "the period of the sensor"),
     "coordinates of the motor": (YES_NO, "the motor in position, speed and acceleration"),

@@ -10,19 +10,16 @@ from papers.mustafa.claims.guarantees import FILTERED, RANGE
 from papers.mustafa.claims.preliminaries import (
     FILTER,
     MISNAMED,
-    WITH_SIZE,
-    WITHOUT_CONSTANT,
     for_both,
     identity,
     of_example,
     on_motor,
     up,
     up_to_rounding,
-    without_constant,
 )
 from papers.mustafa.method.algorithm1 import CORRECT
 from papers.mustafa.method.stability import UpperEnd
-from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, sizes
+from papers.mustafa.printed import EXAMPLES, GAMMA, example, sizes
 from papers.mustafa.readings import (
     OUR_FILTER,
 )
@@ -60,13 +57,12 @@ def reached(results: Results, end: str) -> Evidence:
     place="Theorem 1, case L3",
     uses=CONDITIONS,
     erratum=MISNAMED,
-    pinned="reproduced after erratum",
     says=for_both("sharp lower end (9)"),
 )
 @on_motor
 def lower_end_is_sharp(results: Results) -> Evidence:
     """In both examples, down to the lower end in case L3, and no further, the bound of Lemma 3 gives (8)."""
-    return replace(reached(results, "lower"), as_printed=WITHOUT_CONSTANT)
+    return reached(results, "lower")
 
 
 @THEOREM_1.feasible(
@@ -151,7 +147,6 @@ def robustly_stable(e: int, results: Results) -> Evidence:
         holds=margin > 0,
         margin=margin,
         quantities={"abscissa of A": r["plant_abscissa"], "spectral radius of A_f": r["filter_radius"]},
-        as_printed=without_constant(e),
         note=f"For {FILTER[e]}. As A is Hurwitz, the same holds for every range of sampling periods and every filter "
         "with A_f Schur; a grid is not needed for stability.",
     )
@@ -164,7 +159,6 @@ for e in EXAMPLES:
         statement=f"The error system of Example {e} is robustly stable over the whole range.",
         uses=f"bracket.{e}",
         erratum={1: None, 2: MISNAMED}[e],
-        pinned={1: "consistent", 2: "reproduced after erratum"}[e],
         reading={1: OUR_FILTER.name, 2: NO_READING}[e],
         says=term("stable for every sequence", FILTERED[e], "the given filter", **RANGE),
     )(of_example(robustly_stable, e))
@@ -214,15 +208,16 @@ def recovery(results: Results) -> Evidence:
     "congruence",
     place="Theorem 3, proof",
     uses="identities",
-    erratum="row",
+    erratum="size-of-F",
     pinned="reproduced after erratum",
     says=term("congruence (10)"),
 )
 def congruence(results: Results) -> Evidence:
     """(10) is the congruence of (6) by diag(J_1, I, J_1, I)."""
-    square = len(DATA["lmi"]["left"]) == len(DATA["lmi"]["right"])
+    # F C is added to an n by n block; the printed F has r rows.
+    (n, r), _ = sizes()
     return replace(
         identity(results, "congruence", "J'(6)J against (10) for random storage matrices and filters."),
-        as_printed=Evidence(method="Rows of both printed halves of (10), which must be as many.", holds=square),
-        note=WITH_SIZE,
+        as_printed=Evidence(method="Size of F C, with F of the printed size, against n by n.", holds=n == r),
+        note="The text at hand repeats a row of (10); it is read without the repetition (erratum row).",
     )

@@ -25,11 +25,7 @@ FILTER = {
 """The filter that an example is about."""
 MISNAMED = "motor-constant"
 """The erratum without which A of Example 2 has no value."""
-WITHOUT_CONSTANT = Evidence(
-    method="A of Example 2 as printed.",
-    not_checkable="K_theta in A has no printed value, so that nothing comes out.",
-)
-MOTOR_CONSTANT = "A of Example 2 is formed with K_theta = K_q (erratum motor-constant)."
+MOTOR_CONSTANT = "K_theta in A of Example 2 is the K_q of the list of values (erratum motor-constant)."
 WITH_U3 = "(9) is used with case U3 corrected (erratum u3)."
 WITH_SIZE = "(10) is used with F of size n × r too (erratum size-of-F)."
 
@@ -45,11 +41,6 @@ def on_motor(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evide
     return noted
 
 
-def without_constant(e: int) -> Evidence | None:
-    """What the text as printed gives for an example, where nothing else is corrected."""
-    return WITHOUT_CONSTANT if e == 2 else None
-
-
 def no_grid(e: int, results: Results) -> Evidence:
     """What Algorithm 1 as printed gives for what needs the grid that it ends with: the number of its elements."""
     runs = [results[f"grids.{e}"]["algorithm"][form.name] for form in (AS_PRINTED, WITH_SET_MINUS)]
@@ -59,8 +50,7 @@ def no_grid(e: int, results: Results) -> Evidence:
         return Evidence(method=method, value=float(ended[0]["size"]))
     return Evidence(
         method=method,
-        not_checkable="Its union cut to the range, the run stalls, with a set-minus as without, so that no grid comes "
-        "out.",
+        not_checkable="Its union cut to the range, the run stalls, with a set-minus or without, and ends with no grid.",
     )
 
 

@@ -67,24 +67,27 @@ def summation(results: Results) -> Evidence:
 @THEOREMS.feasible(
     "theory.theorem1",
     place="Theorem 1",
+    ours=True,
     uses=PRINTED_GAINS,
     says=[at_most_a_millionth(of_gains("excess of Theorem 1", equation)) for equation in GAIN_SETS],
 )
 def theorem1_is_exact(results: Results) -> Evidence:
-    """At the four gain sets printed for the stable plant, Theorem 1 gives the l2 gain to one part in a million."""
+    """For the four gain sets printed for the stable plant Theorem 1 gives their l2 gain, to one part in a million."""
     return below(
         max(abs(results[name]["theorem1"] / results[name]["norm"]["value"] - 1) for name in PRINTED_GAINS),
         ROUTE_TOLERANCE,
         ROUTE_REASON,
         method="Relative distance of Theorem 1's smallest level from the exact norm, largest of the four gain sets.",
-        note="The theorem claims that the condition suffices, for all plants; at these gains it is tight too.",
+        note="The theorem says that the condition suffices, for all plants; for these gains it is tight too.",
     )
 
 
 @THEOREMS.feasible(
     "theory.theorem2",
     place="Theorem 2",
-    statement=f"At each of {OF_SEC_4}, Theorem 2 gives, to one part in a million, the smallest level of any gains.",
+    statement=f"For each of {OF_SEC_4}, Theorem 2 gives, to one part in a million, the least level that any gains "
+    "achieve.",
+    ours=True,
     uses=DESIGNS,
     says=[
         at_most_a_millionth(term("excess of Theorem 2", "stable", OBSERVERS, **inputs)) for inputs in DESIGNS.values()
@@ -99,7 +102,7 @@ def theorem2_is_exact(results: Results) -> Evidence:
         method=f"Relative distance of Theorem 2's level from the exact optimum, largest of {len(DESIGNS)} designs.",
         quantities={"smallest eigenvalue of all P_k, Sec. IV-A": results[case("proposed")]["smallest_eigenvalue_P"]},
         note=(
-            "The theorem claims that the condition suffices, for all plants; it loses nothing at these designs. The "
+            "The theorem says that the condition suffices, for all plants; for these designs it loses nothing. The "
             "inequality forces P_k > WᵀW, more than the P_k > 0 that it is stated with."
         ),
     )
@@ -108,8 +111,8 @@ def theorem2_is_exact(results: Results) -> Evidence:
 @THEOREMS.feasible(
     "theory.gains-attain",
     place="Eq. (31)",
-    statement=f"At each of {OF_SEC_4}, the gains P⁻¹Y of eq. (31) achieve, to one part in a million, the level of "
-    "Theorem 2.",
+    statement=f"For each of {OF_SEC_4}, the gains P⁻¹Y of eq. (31) achieve the level of Theorem 2, to one part in a "
+    "million.",
     uses=DESIGNS,
     says=[
         at_most_a_millionth(term("excess over gains of Theorem 2", "stable", **inputs)) for inputs in DESIGNS.values()

@@ -105,7 +105,7 @@ def plot_against_delay(figure: FigureData) -> Any:
     ticks = (1, 2, 5, 10)
     axis.set_yticks(ticks, [str(tick) for tick in ticks])
     axis.set_yticks([], minor=True)
-    name_axes(axis, "least gain γ (1)", "delay τ (s)")
+    name_axes(axis, "least gain γ", "delay τ (s)")
     return drawing
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 from papers.shao.figures.looks import NAMES, columns_of, look, ours
@@ -56,26 +55,27 @@ def plot_error_curves(drawn: FigureData) -> Any:
     return drawing
 
 
-def _print_over_ours(drawn: FigureData) -> Iterator[float]:
-    """Each printed error as a multiple of that of the literal reading at its frequency."""
-    for short in COLUMNS:
-        for printed, own in zip(drawn.columns[f"table_{short}"], drawn.columns[f"literal_{short}"], strict=True):
-            yield printed / own
+def _print_over_ours(drawn: FigureData, short: str) -> tuple[float, float]:
+    """The least and the largest printed error of a column as a multiple of that of the literal reading."""
+    pairs = zip(drawn.columns[f"table_{short}"], drawn.columns[f"literal_{short}"], strict=True)
+    factors = [printed / own for printed, own in pairs]
+    return min(factors), max(factors)
 
 
 def say_error_curves(drawn: FigureData) -> str:
-    """The message: how far the print is from the literal reading."""
-    factors = sorted(_print_over_ours(drawn))
-    return f"Table I prints {factors[0]:.2f} to {factors[-1]:.2f} times the errors of the literal reading"
+    """The message: how far the printed DRC-APO is from the literal reading."""
+    low, high = _print_over_ours(drawn, "apo")
+    return f"For DRC-APO Table I prints {low:.2f} to {high:.2f} times the errors that we compute"
 
 
 def describe_error_curves(drawn: FigureData) -> str:
     """Ends of the curves of the two printed controllers, and how far the print is from them."""
-    c, factors = drawn.columns, sorted(_print_over_ours(drawn))
+    c = drawn.columns
+    told = (f"DRC-{short.upper()} {'{:.2f} to {:.2f}'.format(*_print_over_ours(drawn, short))}" for short in COLUMNS)
     return (
         f"Tracking error against frequency from {c['frequency_rad_s'][0]:.2f} to {c['frequency_rad_s'][-1]:.0f} rad/s. "
         f"At the lowest it is {c[PMI][0]:.2f} percent under DRC-PMI and {c[APO][0]:.2f} under DRC-APO. The printed "
-        f"errors are {factors[0]:.2f} to {factors[-1]:.2f} times those of the literal reading."
+        f"errors are multiples of those of the literal reading: {', '.join(told)}."
     )
 
 
@@ -108,7 +108,7 @@ def plot_lag_curves(drawn: FigureData) -> Any:
 def say_lag_curves(drawn: FigureData) -> str:
     """The message: the lag of the virtual measurement beside that of the restarted one."""
     printed, restarted = (drawn.columns[name][-1] for name in (APO, RESTARTED))
-    return f"At the largest M drawn DRC-APO's estimate is {printed:.3f} s late, restarted {restarted:.3f} s"
+    return f"At the largest M the estimate is {printed:.3f} s late, restarted {restarted:.3f} s"
 
 
 def describe_lag_curves(drawn: FigureData) -> str:

@@ -109,7 +109,9 @@ def _references(paper: Paper, at: At) -> Iterator[str]:
                 f"{str(known[claim.repeats].expected)!r}; one fact has one verdict"
             )
     for table in paper.tables:
-        cells = [cell.removeprefix(_CELL) for row in table.rows for cell in row if cell.startswith(_CELL)]
+        cells = [
+            cell.removeprefix(_CELL).partition("|")[0] for row in table.rows for cell in row if cell.startswith(_CELL)
+        ]
         yield from _missing(f"table {table.place!r} of {paper.key}", "shows claim", cells, claims, at)
 
 
