@@ -56,7 +56,7 @@ BRIEF = Brief(
     "at [eq. (15)](theory.prediction-bound). [Table I](table.any-reading) is not reproduced.",
     guess="Does DRC-APO [track better](order.apo-below-pmi) than DRC-PMI, and [settle better](order.transient)? It "
     "depends on which DRC-PMI is meant and where observers start.",
-    headline="[The stability theorem](-theory.stability) is false: this loop meets its condition (18) and diverges",
+    headline="[The stability result](-theory.stability) is false: this loop meets its condition (18) and diverges",
     picture=Traces(
         figure="shao-counter-example",
         last=4.0,

@@ -19,7 +19,7 @@ from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
-WIDTH, TWO_SCREENS = 1000, 1800
+WIDTH, TWO_SCREENS = 1000, 2 * 1080
 STYLE = """body { margin: 0; padding: 32px; font: 16px/1.5 system-ui, sans-serif }
   h1 { font-size: 32px; line-height: 1.25 }
   h1, h2 { border-bottom: 1px solid #ddd; padding-bottom: 5px; margin: 24px 0 16px } p, ul { margin: 0 0 16px }

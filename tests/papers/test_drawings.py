@@ -106,9 +106,9 @@ def test_messages_follow_the_data() -> None:
     assert "unstable at every T" in stability.say_rates(rates)
     assert "not always unstable" in stability.say_rates(stable)
     gains = data("peet2019-gains")
-    other = changed("peet2019-gains", l6_2=gains.columns["l4_1"])
-    assert "L₅ and L₆ are equal" in observer.say_gains(gains)
-    assert "L₆" not in observer.say_gains(other)
+    other = changed("peet2019-gains", l5_2=gains.columns["l4_1"])
+    assert "L₅ equal, L₄ opposite" in observer.say_gains(gains)
+    assert "L₅" not in observer.say_gains(other)
 
 
 def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:

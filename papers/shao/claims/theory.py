@@ -117,15 +117,15 @@ def estimate_bound(results: Results) -> Evidence:
     "theory.prediction-rate",
     place="Sec. IV, above eq. (15)",
     uses="theorem",
-    reading="from-estimate",
+    reading="from-measurement",
     pinned="refuted",
 )
 def prediction_rate(results: Results) -> Evidence:
-    """Over a fast period the virtual output (6) changes by the integral of C A ζ + C B u and no more."""
+    """The rate of the virtual output (6) is C A ζ + C B u."""
     theorem = results["theorem"]
     order, gap = theorem["increment_order"], theorem["increment_rate_gap"]
     return by_margin(
-        {f"from-{start}": ROUND_OFF - gap[start] for start in ("estimate", "measurement")},
+        {f"from-{start}": ROUND_OFF - gap[start] for start in ("measurement", "estimate")},
         method=(
             "change of (6) over T against the integral of C A ζ + C B u, ζ by (3), over T, for the printed loop at "
             f"T = {theorem['periods'][0]:g} s and the worst unit ζ, u and ȳ"
@@ -139,10 +139,12 @@ def prediction_rate(results: Results) -> Evidence:
             },
         },
         note=(
-            "(6) has the rate C A ζ_p + C B u of the model alone, and ζ follows (3). Counted from the estimate the "
-            "changes over T agree up to terms of order T², which the text does not have, and the error C ξ(t_{k−1}) of "
-            "the estimate is there to begin with; counted from the measurement (6) jumps by it. The proof integrates "
-            "the rate from an error of zero."
+            "(6) has the rate C A ζ_p + C B u of the model alone, and ζ follows (3). Counted from the measurement, "
+            "as the proof does, which integrates the rate from an error of zero, (6) jumps by the error C ξ(t_{k−1}) "
+            "of "
+            "the estimate. Counted from the estimate the changes over T agree up to terms of order T², and the error "
+            "is "
+            "there to begin with."
         ),
     )
 

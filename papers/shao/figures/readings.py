@@ -108,7 +108,7 @@ def plot_decoys(drawn: FigureData) -> Any:
     return drawing
 
 
-WORDS = {"pmi": (30, 0, "left"), "apo": (37, 0, "left"), "common": (22, -1, "left")}
+WORDS = {"pmi": (30, 0, "left"), "apo": (36, 0, "right"), "common": (22, -1, "left")}
 """Where the name of a curve stands: at which decoy, above it (1) or beside it (0), and which end of the words."""
 
 

@@ -8,8 +8,10 @@ as the evidence is; the script compares them, and checks the rest from the defin
 from __future__ import annotations
 
 import hashlib
+import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from replication.verify.subjects import subject
 
 MOST_BYTES = 12_000
 """Of one certificate in the page, which is to stay light enough to be mailed; larger ones are files beside it."""
+COUNTEREXAMPLE = "dualrate.counterexample"
 _STATEMENT = re.compile(r'^    "((?:multirate|dualrate|delay)\.[a-z0-9-]+)"', re.MULTILINE)
 
 
@@ -45,6 +48,21 @@ def checks(results: ResultsFile, root: Path | None) -> dict[str, Any]:
         prints = _prints(record, results.claims)
         entries[record.path] = {"text": text, "wanted": {**wanted, "plant": plant}, "prints": prints}
     return {"entries": entries, "plants": plants}
+
+
+def played(proofs: Mapping[str, Any]) -> dict[str, str]:
+    """By paper, the scalar loop that a certificate proves to diverge, as data for the sliders of `html/play.js`."""
+    found = {}
+    for entry in proofs["entries"].values():
+        plant = proofs["plants"][entry["wanted"]["plant"]]
+        if entry["wanted"]["statement"] == COUNTEREXAMPLE and len(plant["A"]) == 1:
+            loop = {name: plant[key][0][0] for name, key in zip("abcKL", "ABCKL", strict=True)}
+            numbers = {
+                key: float(Fraction(value)) for key, value in (loop | {"T": plant["T"], "M": plant["M"]}).items()
+            }
+            paper = entry["wanted"]["paper"]
+            found[paper] = json.dumps({"name": f"play-{paper}"} | numbers)
+    return found
 
 
 def _verified(record: CertificateRecord, root: Path) -> str | None:

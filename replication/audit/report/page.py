@@ -19,7 +19,7 @@ from markupsafe import Markup
 import replication
 from replication.audit.inspect.headline import headline
 from replication.audit.publish.linked_data import summary_graph
-from replication.audit.report.checks import checks
+from replication.audit.report.checks import checks, played
 from replication.audit.report.claim import targets
 from replication.audit.report.consequence import MEANING, standings
 from replication.audit.report.evidence import drawings, packed
@@ -116,8 +116,10 @@ def _made(
 ) -> tuple[str, dict[str, str], dict[str, Any]]:
     """The page, the evidence that is packed into it, and what both were made from."""
     made = environment()
-    scripts = {name: source(f"{name}.js") for name in ("script", *(["check"] if proofs["entries"] else []))}
-    shown = _shown(results, figures) | {"checked": frozenset(proofs["entries"])}
+    plays = played(proofs)
+    wanted = {"script": True, "check": bool(proofs["entries"]), "play": bool(plays)}
+    scripts = {name: source(f"{name}.js") for name, there in wanted.items() if there}
+    shown = _shown(results, figures) | {"checked": frozenset(proofs["entries"]), "plays": plays}
     evidence = drawings(made, {**shown, "root": root})
     digests = [base64.b64encode(hashlib.sha256(code.encode()).digest()).decode() for code in scripts.values()]
     page = made.get_template("template.html.j2").render(
