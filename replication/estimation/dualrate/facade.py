@@ -194,9 +194,7 @@ def analyse(
         L of the observer.
     period : float
         As in `design`, s.
-    ratio : int
-        As in `design`.
-    observer : str
+    ratio, observer : see there
         As in `design`.
     discrete_gain : bool
         Whether L corrects by steps instead of in the observer's differential equation.

@@ -218,23 +218,7 @@ def analyse(
         L_k for each instant of the schedule; columns of sensors that do not measure then have no effect.
     periods : sequence of int, one per sensor
         As in `design`, in base periods.
-    offsets : sequence of int, one per sensor
-        As in `design`.
-    noise : array (q, q_w), or (q,)
-        As in `design`.
-    disturbances : sequence of int or str, optional
-        As in `design`.
-    weight : array (n_z, n), optional
-        As in `design`.
-    Q : array (m_d, m_d), optional
-        As in `design`.
-    R : array (q, q) or (q,), optional
-        As in `design`.
-    S : array (m_d, q), optional
-        As in `design`.
-    latency : sequence of float, optional
-        As in `design`.
-    dt : float, optional
+    offsets, noise, disturbances, weight, Q, R, S, latency, dt : see there
         As in `design`.
 
     Returns

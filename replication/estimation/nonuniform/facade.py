@@ -161,11 +161,7 @@ def analyse(
         A_f, B_f and C_f of eq. (4), or a strictly proper discrete-time system.
     periods : (float, float) or PeriodRange
         As in `design`, s.
-    measured : int, or sequence of int or str
-        As in `design`.
-    leaves : int
-        As in `design`.
-    horizon : int
+    measured, leaves, horizon : see there
         As in `design`.
 
     Returns
